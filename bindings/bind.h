@@ -1,0 +1,14 @@
+// The functions that bind one concept each.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace isospline {
+
+void bind_volume(pybind11::module_& module);
+void bind_isosurface(pybind11::module_& module);
+void bind_scene(pybind11::module_& module);
+void bind_hopper(pybind11::module_& module);
+void bind_render(pybind11::module_& module);
+
+} // namespace isospline

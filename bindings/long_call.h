@@ -1,0 +1,66 @@
+// Long operations called from Python: the GIL released, progress reported, Ctrl-C obeyed.
+#pragma once
+
+#include "isospline/util/progress.h"
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <future>
+
+namespace isospline {
+
+/// Runs `operation(progress)` on a thread of its own, without the GIL, while the calling thread wakes up twenty times
+/// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. A signal
+/// handler or a callable that raises, and a callable that returns False, cancel the operation; what was raised is
+/// raised again once the operation has ended.
+template <typename Operation>
+void long_call(const pybind11::object& report, Operation operation)
+{
+    namespace py = pybind11;
+    std::atomic<bool> cancelled = false;
+    std::atomic<double> finished = 0.0;
+    std::exception_ptr raised;
+
+    {
+        const py::gil_scoped_release no_gil;
+        auto running = std::async(std::launch::async, [&] {
+            operation(Progress([&](double fraction) {
+                finished = fraction;
+                return !cancelled;
+            }));
+        });
+
+        const auto deliver = [&] {
+            const py::gil_scoped_acquire gil;
+            try {
+                if (PyErr_CheckSignals() != 0)
+                    throw py::error_already_set();
+                if (!report.is_none() && report(finished.load()).is(py::bool_(false)))
+                    cancelled = true;
+            } catch (...) {
+                raised = std::current_exception();
+                cancelled = true;
+            }
+        };
+
+        bool done = false;
+        while (!done) {
+            done = running.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+            if (!cancelled)
+                deliver();
+        }
+        try {
+            running.get();
+        } catch (const Cancelled&) {
+            if (!raised)
+                throw;
+        }
+    }
+    if (raised)
+        std::rethrow_exception(raised);
+}
+
+} // namespace isospline

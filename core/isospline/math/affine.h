@@ -1,0 +1,42 @@
+// Affine maps between spaces, as 4x4 matrices whose last row is (0, 0, 0, 1).
+#pragma once
+
+#include "isospline/math/box.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
+
+namespace isospline {
+
+inline glm::dvec3 transform_point(const glm::dmat4& map, const glm::dvec3& point)
+{
+    return glm::dvec3(map * glm::dvec4(point, 1.0));
+}
+
+inline glm::dvec3 transform_vector(const glm::dmat4& map, const glm::dvec3& vector)
+{
+    return glm::dvec3(map * glm::dvec4(vector, 0.0));
+}
+
+/// A gradient (a covector) in the target space of a map, given the map's inverse: inverse transpose times gradient.
+inline glm::dvec3 transform_gradient(const glm::dmat4& inverse, const glm::dvec3& gradient)
+{
+    return glm::transpose(glm::dmat3(inverse)) * gradient;
+}
+
+/// The box of the eight mapped corners of a box.
+inline Box transform_box(const glm::dmat4& map, const Box& box)
+{
+    Box mapped;
+    if (box.empty())
+        return mapped;
+    for (int corner = 0; corner < 8; ++corner)
+        mapped.extend(transform_point(map, {(corner & 1) ? box.upper.x : box.lower.x,
+                                            (corner & 2) ? box.upper.y : box.lower.y,
+                                            (corner & 4) ? box.upper.z : box.lower.z}));
+    return mapped;
+}
+
+} // namespace isospline

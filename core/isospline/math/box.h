@@ -1,0 +1,28 @@
+// Axis-aligned boxes.
+#pragma once
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include <limits>
+
+namespace isospline {
+
+/// An axis-aligned box; the default one is empty.
+struct Box {
+    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
+    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
+
+    bool empty() const { return !(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z); }
+    glm::dvec3 center() const { return 0.5 * (lower + upper); }
+    glm::dvec3 size() const { return upper - lower; }
+
+    /// Grows the box to hold a point.
+    void extend(const glm::dvec3& point)
+    {
+        lower = glm::min(lower, point);
+        upper = glm::max(upper, point);
+    }
+};
+
+} // namespace isospline

@@ -1,0 +1,51 @@
+// Isosurfaces and meshes in one Embree scene.
+#pragma once
+
+#include "isospline/math/box.h"
+#include "isospline/math/ray.h"
+#include "isospline/scene/mesh.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/hit.h"
+#include "isospline/util/progress.h"
+
+#include <glm/mat4x4.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace isospline {
+
+/// Isosurfaces and triangle meshes that rays can be cast at.
+///
+/// Changes (added objects, another level of an isosurface) take effect at the next commit(). Rays may be cast from any
+/// number of threads between two commits.
+class Scene {
+public:
+    Scene();
+    ~Scene();
+    Scene(Scene&&) noexcept;
+    Scene& operator=(Scene&&) noexcept;
+
+    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id, which counts
+    /// up from 0. Throws std::invalid_argument for a transform that is singular or not affine.
+    std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0));
+    std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0));
+
+    /// Builds what has changed since the last commit; cheap where nothing has.
+    void commit(const Progress& progress = {});
+
+    /// First crossing of each ray within its [t_near, t_far]; one thread, the caller's. The scene must be committed.
+    void cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const;
+
+    /// The box of all objects, in world space. The scene must be committed.
+    Box bounds() const;
+    /// Bytes that Embree holds for this scene's acceleration structures.
+    std::size_t memory() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace isospline

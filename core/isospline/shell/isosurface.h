@@ -1,0 +1,64 @@
+// The isosurface f = level of a volume: what scenes and hoppers trace.
+#pragma once
+
+#include "isospline/shell/shell.h"
+#include "isospline/shell/value_bounds.h"
+
+#include <cstdint>
+#include <memory>
+
+namespace isospline {
+
+/// How the root in a cell is found.
+enum class Method {
+    exact,  ///< Bernstein form of the polynomial along the ray: never misses a root
+    bracket ///< the paper's §4: opposite signs at the ends of the cell, then Brent's method
+};
+
+/// The side of the surface that is the solid; the outward normal points to the other one.
+enum class Inside {
+    above, ///< f > level, as for tissue in a CT
+    below  ///< f < level, as in the paper
+};
+
+struct IsosurfaceOptions {
+    ShellOptions shell;
+    std::vector<HalfSpace> clip; ///< in the volume's world space; the parts outside of any are cut away
+    Method method = Method::exact;
+    Inside inside = Inside::above;
+};
+
+/// The surface f = level of a volume's model, of degree 1, 2 or 3.
+///
+/// Changing the level re-uses coefficients and value bounds: only bricks that straddle the level are visited. Not
+/// synchronised: do not change the level while another thread traces the surface.
+class Isosurface {
+public:
+    /// Throws std::invalid_argument where the volume's degree is not 1, 2 or 3, it has fewer than two samples along an
+    /// axis at an odd degree, the level is not finite, or the mask has not one byte a sample.
+    Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {});
+
+    const Volume& volume() const { return *volume_; }
+    const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
+    const IsosurfaceOptions& options() const { return options_; }
+    double level() const { return level_; }
+    void set_level(double level);
+    /// The level that stored coefficients are compared with: level - volume().offset().
+    double threshold() const { return level_ - volume_->offset(); }
+    const Shell& shell() const { return shell_; }
+    /// The clip half-spaces in lattice space.
+    const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
+    /// Grows with every change of the shell; scenes rebuild by it.
+    std::uint64_t version() const { return version_; }
+
+private:
+    std::shared_ptr<const Volume> volume_;
+    std::shared_ptr<const ValueBounds> bounds_;
+    IsosurfaceOptions options_;
+    std::vector<HalfSpace> clip_lattice_;
+    double level_ = 0.0;
+    Shell shell_;
+    std::uint64_t version_ = 0;
+};
+
+} // namespace isospline

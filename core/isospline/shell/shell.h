@@ -1,0 +1,47 @@
+// The shell: the cells that may hold a part of the surface.
+#pragma once
+
+#include "isospline/shell/cutout.h"
+#include "isospline/spline/volume.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace isospline {
+
+class ValueBounds;
+
+/// The indices of a cell; a volume has at most 65535 cells along an axis.
+struct Cell {
+    std::uint16_t x, y, z;
+    bool operator==(const Cell&) const = default;
+};
+
+struct ShellOptions {
+    int prune_depth = 2;      ///< levels of two-scale subdivision (paper §5), 0 to 6; 0 does not prune
+    bool prune_border = true; ///< the paper leaves the cells on the volume's border unpruned: false
+    Mask mask;                ///< empty: nothing is cut away
+};
+
+/// The cells of a volume whose coefficients, less the threshold, do not all have one sign (paper §3), less those that
+/// pruning (§5) or a cutout removes. A coefficient that equals the threshold counts as above it, as in the paper.
+///
+/// Cells are ordered by brick of cells, then z, y, x: neighbours in memory are neighbours in space.
+class Shell {
+public:
+    Shell() = default;
+    /// `threshold` is level - volume.offset(); `clip` is in lattice space, and removes cells wholly outside.
+    Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
+          const std::vector<HalfSpace>& clip_lattice);
+
+    const std::vector<Cell>& cells() const { return cells_; }
+    std::size_t count() const { return cells_.size(); }
+    std::size_t memory() const { return cells_.capacity() * sizeof(Cell); }
+
+private:
+    std::vector<Cell> cells_;
+};
+
+} // namespace isospline

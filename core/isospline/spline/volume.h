@@ -1,0 +1,107 @@
+// The continuous model of a regular volume: f(x) = sum over k of c_k beta^n(x - k).
+#pragma once
+
+#include "isospline/math/box.h"
+#include "isospline/spline/samples.h"
+#include "isospline/util/progress.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace isospline {
+
+/// How samples continue outside of the volume: whole-sample symmetric (scipy.ndimage "mirror"), or periodic ("grid-wrap").
+enum class Boundary { mirror, periodic };
+
+/// How coefficients follow from samples.
+enum class Filter {
+    interpolate, ///< the model passes through the samples
+    none,        ///< the samples are the coefficients: a smoothing model
+    smoothing    ///< the smoothing spline with parameter `VolumeOptions::smoothing`
+};
+
+struct VolumeOptions {
+    glm::dvec3 spacing{1.0};     ///< world units between samples along x, y, z
+    glm::dvec3 origin{0.0};      ///< world position of sample (0, 0, 0)
+    glm::dmat3 direction{1.0};   ///< columns are the world directions of the axes x, y, z
+    int degree = 2;              ///< of the B-spline, 0 to 5
+    Boundary boundary = Boundary::mirror;
+    Filter filter = Filter::interpolate;
+    double smoothing = 0.0;      ///< weight of the roughness, at least 0; used by Filter::smoothing
+};
+
+/// A B-spline model of a volume. Immutable: any number of threads may read it.
+///
+/// Three spaces meet here. *Index space* has samples at integers. *Lattice space* is index space shifted so that cell
+/// (i, j, k) is the unit cube [i, i+1] x [j, j+1] x [k, k+1]: lattice = index + lattice_shift(). *World space* is
+/// origin + direction * diag(spacing) * index.
+///
+/// Coefficients are stored less `offset()`, the middle of the samples' range, so that float32 spends its digits on
+/// the variation: f = offset + sum c beta. The prefilter keeps constants, which makes this exact.
+class Volume {
+public:
+    /// Computes the coefficients. Throws std::invalid_argument for an empty view, a sample that is not finite (the first
+    /// such index is named), a degree outside of 0-5, a spacing that is not positive or a singular direction, and
+    /// std::length_error, before the work begins, where the coefficients would not fit into the machine's memory.
+    Volume(const SampleView& samples, const VolumeOptions& options = {}, const Progress& progress = {});
+
+    int degree() const { return options_.degree; }
+    Boundary boundary() const { return options_.boundary; }
+    Filter filter() const { return options_.filter; }
+    const VolumeOptions& options() const { return options_; }
+
+    /// Samples along x, y, z.
+    glm::ivec3 shape() const { return shape_; }
+    /// Cells along x, y, z: as many as samples for even degrees, one fewer for odd ones.
+    glm::ivec3 cell_shape() const { return degree() % 2 == 0 ? shape_ : shape_ - 1; }
+    /// Smallest and largest sample.
+    double minimum() const { return minimum_; }
+    double maximum() const { return maximum_; }
+
+    /// What is to be added to an index to get lattice coordinates: 1/2 for even degrees, 0 for odd ones.
+    double lattice_shift() const { return degree() % 2 == 0 ? 0.5 : 0.0; }
+    const glm::dmat4& index_to_world() const { return index_to_world_; }
+    const glm::dmat4& world_to_index() const { return world_to_index_; }
+    const glm::dmat4& lattice_to_world() const { return lattice_to_world_; }
+    const glm::dmat4& world_to_lattice() const { return world_to_lattice_; }
+    /// The box of the domain in world space: whole voxels for even degrees, sample to sample for odd ones.
+    Box bounds() const;
+
+    /// f = offset + sum c beta.
+    double offset() const { return offset_; }
+    /// The (n+1)^3 coefficients of a cell begin here: c at (i, j, k) of them is at [i + j * row_stride() + k * slice_stride()].
+    /// Four floats may be read from the beginning of every row, also where n+1 is less (eight where n+1 is more than four).
+    const float* cell_coefficients(int x, int y, int z) const
+    {
+        return coefficients_.get() + x + y * row_stride_ + z * slice_stride_;
+    }
+    std::ptrdiff_t row_stride() const { return row_stride_; }
+    std::ptrdiff_t slice_stride() const { return slice_stride_; }
+    /// Coefficients on each side that the boundary rule gives: n/2, rounded down.
+    int padding() const { return degree() / 2; }
+    /// Bytes held by this object.
+    std::size_t memory() const;
+
+    /// f at a point in index space; outside of the domain the model continues by its boundary rule.
+    double value(const glm::dvec3& position_index) const;
+    /// Gradient of f by index coordinates.
+    glm::dvec3 gradient(const glm::dvec3& position_index) const;
+    /// Hessian of f by index coordinates. For degree 0 and 1 the derivatives that do not exist are zero.
+    glm::dmat3 hessian(const glm::dvec3& position_index) const;
+
+private:
+    VolumeOptions options_;
+    glm::ivec3 shape_{0};
+    double minimum_ = 0.0, maximum_ = 0.0, offset_ = 0.0;
+    glm::dmat4 index_to_world_{1.0}, world_to_index_{1.0}, lattice_to_world_{1.0}, world_to_lattice_{1.0};
+    std::unique_ptr<float[]> coefficients_;
+    std::size_t coefficient_count_ = 0;
+    std::ptrdiff_t row_stride_ = 0, slice_stride_ = 0;
+};
+
+} // namespace isospline

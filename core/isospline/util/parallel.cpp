@@ -1,0 +1,73 @@
+#include "isospline/util/parallel.h"
+
+#include "isospline/util/error.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+
+namespace isospline {
+
+namespace {
+
+std::mutex thread_count_mutex;
+std::unique_ptr<tbb::global_control> thread_limit;
+
+} // namespace
+
+void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
+                  const Progress& progress)
+{
+    const tbb::blocked_range<std::size_t> range(0, count, grain);
+    if (!progress) {
+        tbb::parallel_for(range, [&](const auto& chunk) { body(chunk.begin(), chunk.end()); },
+                          tbb::simple_partitioner());
+        return;
+    }
+
+    // One thread at a time reports; the others go on with their work instead of waiting for it.
+    std::atomic<bool> cancelled = false;
+    std::atomic<std::size_t> finished = 0;
+    std::mutex reporting;
+    tbb::task_group_context context;
+    tbb::parallel_for(
+        range,
+        [&](const auto& chunk) {
+            if (cancelled)
+                return;
+            body(chunk.begin(), chunk.end());
+            finished += chunk.size();
+            const std::unique_lock lock(reporting, std::try_to_lock);
+            if (lock && !cancelled && !progress(static_cast<double>(finished) / static_cast<double>(count))) {
+                cancelled = true;
+                context.cancel_group_execution();
+            }
+        },
+        tbb::simple_partitioner(), context);
+    if (cancelled || !progress(1.0))
+        throw Cancelled();
+}
+
+void set_thread_count(int count)
+{
+    if (count < 0)
+        throw_invalid("thread_count", "a number of threads, or 0 for all", count);
+    const std::lock_guard lock(thread_count_mutex);
+    thread_limit.reset();
+    if (count > 0)
+        thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                             static_cast<std::size_t>(count));
+}
+
+int thread_count()
+{
+    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
+} // namespace isospline

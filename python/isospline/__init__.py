@@ -1,0 +1,1 @@
+"""Isosurfaces of B-spline volume models, ray traced exactly in Embree."""

@@ -1,0 +1,9 @@
+// Catch2 2 (Debian 12) and 3 (Debian 13) behind one include.
+#pragma once
+
+#if ISOSPLINE_CATCH2_VERSION_MAJOR >= 3
+#include <catch2/catch_all.hpp>
+using Catch::Approx;
+#else
+#include <catch2/catch.hpp>
+#endif
