@@ -33,9 +33,9 @@ inline Box transform_box(const glm::dmat4& map, const Box& box)
     if (box.empty())
         return mapped;
     for (int corner = 0; corner < 8; ++corner)
-        mapped.extend(transform_point(map, {(corner & 1) ? box.upper.x : box.lower.x,
-                                            (corner & 2) ? box.upper.y : box.lower.y,
-                                            (corner & 4) ? box.upper.z : box.lower.z}));
+        mapped.extend(
+            transform_point(map, {(corner & 1) ? box.upper.x : box.lower.x, (corner & 2) ? box.upper.y : box.lower.y,
+                                  (corner & 4) ? box.upper.z : box.lower.z}));
     return mapped;
 }
 

@@ -1,1 +1,171 @@
-// in the making
+#include "isospline/render/renderer.h"
+
+#include "isospline/render/pixel_samples.h"
+#include "isospline/render/projection.h"
+#include "isospline/scene/scene.h"
+#include "isospline/util/error.h"
+#include "isospline/util/parallel.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isospline {
+
+namespace {
+
+/// Pixels along the side of a tile.
+constexpr int tile_side = 16;
+
+/// The pixel of a tile that is i-th along its Z-order curve, so that rays that follow each other are neighbours in both
+/// directions and go well together in one packet.
+glm::ivec2 z_order(int i)
+{
+    const auto even_bits = [](int bits) { return (bits & 1) | (bits & 4) >> 1 | (bits & 16) >> 2 | (bits & 64) >> 3; };
+    return {even_bits(i), even_bits(i >> 1)};
+}
+
+/// One picture in the making; its tiles may be rendered in any order and by any thread.
+class Renderer {
+public:
+    Renderer(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options)
+        : cast_rays_(cast_rays),
+          projection_(camera, options.size),
+          samples_(pixel_samples(options.samples)),
+          shading_(prepared(options.shading)),
+          background_(options.background),
+          tiles_((options.size + tile_side - 1) / tile_side),
+          image_(options.size)
+    {
+        for (const auto& [geometry_id, shading] : options.shading_of_geometry)
+            shading_of_geometry_.emplace(geometry_id, prepared(shading));
+        for (int part = 0; part < 4; ++part)
+            if (!(std::isfinite(background_[part]) && background_[part] >= 0.0f))
+                throw_invalid("background", "finite numbers of at least 0", background_[part]);
+        if (background_.a > 1.0f)
+            throw_invalid("background", "an opacity of at most 1", background_.a);
+        image_.world_to_camera = projection_.world_to_camera();
+        image_.world_to_ndc = projection_.world_to_ndc();
+        image_.pixel_aspect_ratio = projection_.pixel_aspect_ratio();
+    }
+
+    std::size_t tile_count() const { return static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y); }
+
+    void render_tile(std::size_t tile);
+
+    Image take_image() && { return std::move(image_); }
+
+private:
+    /// A shading that is checked, and that has its lights.
+    Shading prepared(Shading shading) const
+    {
+        validate(shading);
+        if (auto* phong = std::get_if<Phong>(&shading); phong && !phong->lights)
+            phong->lights = camera_lights(projection_.right(), projection_.up(), projection_.forward());
+        return shading;
+    }
+
+    const Shading& shading_of(const Hit& hit) const
+    {
+        const auto found = shading_of_geometry_.find(hit.geometry_id);
+        return found == shading_of_geometry_.end() ? shading_ : found->second;
+    }
+
+    glm::dvec3 color_of(const Hit& hit, const Ray& ray) const
+    {
+        return shade(shading_of(hit), {hit.position, hit.normal, -glm::normalize(ray.direction)});
+    }
+
+    void store_center(std::size_t pixel, const Hit& hit);
+    void store_color(std::size_t pixel, const glm::dvec4& color);
+
+    const CastRays& cast_rays_;
+    Projection projection_;
+    std::vector<PixelSample> samples_;
+    Shading shading_;
+    std::map<std::uint32_t, Shading> shading_of_geometry_;
+    glm::vec4 background_;
+    glm::ivec2 tiles_;
+    Image image_;
+};
+
+void Renderer::render_tile(std::size_t tile)
+{
+    // The pixels of the tile that are in the image.
+    const std::size_t tiles_in_row = static_cast<std::size_t>(tiles_.x);
+    const glm::ivec2 first = tile_side * glm::ivec2(tile % tiles_in_row, tile / tiles_in_row);
+    const glm::ivec2 size = projection_.size();
+    std::vector<glm::ivec2> pixels;
+    for (int i = 0; i < tile_side * tile_side; ++i) {
+        const glm::ivec2 pixel = first + z_order(i);
+        if (pixel.x < size.x && pixel.y < size.y)
+            pixels.push_back(pixel);
+    }
+    const auto index = [&](const glm::ivec2& pixel) {
+        return static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(pixel.x);
+    };
+
+    // One batch of rays a sample; the first goes through the centres.
+    std::vector<Ray> rays(pixels.size());
+    std::vector<Hit> hits(pixels.size());
+    std::vector<glm::dvec4> colors(pixels.size(), glm::dvec4(0.0));
+    for (const PixelSample& sample : samples_) {
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            rays[i] = projection_.ray(glm::dvec2(pixels[i]) + sample.position);
+        cast_rays_(rays, hits);
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            if (!hits[i])
+                continue;
+            if (&sample == &samples_.front())
+                store_center(index(pixels[i]), hits[i]);
+            if (sample.weight > 0.0)
+                colors[i] += sample.weight * glm::dvec4(color_of(hits[i], rays[i]), 1.0);
+        }
+    }
+
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        store_color(index(pixels[i]), colors[i]);
+}
+
+void Renderer::store_center(std::size_t pixel, const Hit& hit)
+{
+    image_.depth[pixel] = static_cast<float>(projection_.depth(hit.position));
+    image_.position[pixel] = glm::vec3(hit.position);
+    image_.normal[pixel] = glm::vec3(hit.normal);
+    image_.geometry_ids[pixel] = hit.geometry_id;
+    image_.primitive_ids[pixel] = hit.primitive_id;
+}
+
+void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
+{
+    // Sums of weights may miss 1 by rounding.
+    const double coverage = std::abs(color.a - 1.0) < 1e-9 ? 1.0 : color.a;
+    const double behind = (1.0 - coverage) * background_.a;
+    image_.color[pixel] = glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind);
+}
+
+} // namespace
+
+Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress)
+{
+    Renderer renderer(cast_rays, camera, options);
+    parallel_for(
+        renderer.tile_count(), 1,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t tile = begin; tile < end; ++tile)
+                renderer.render_tile(tile);
+        },
+        progress);
+    return std::move(renderer).take_image();
+}
+
+Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
+{
+    const CastRays cast_rays = [&scene](std::span<const Ray> rays, std::span<Hit> hits) {
+        scene.cast_rays(rays, hits);
+    };
+    return render(cast_rays, camera, options, progress);
+}
+
+} // namespace isospline

@@ -18,11 +18,13 @@ public:
 
     const std::vector<glm::dvec3>& vertices() const { return vertices_; }
     const std::vector<glm::uvec3>& faces() const { return faces_; }
-    Box bounds() const;
+    /// The box of all vertices; empty where there are none.
+    const Box& bounds() const { return bounds_; }
 
 private:
     std::vector<glm::dvec3> vertices_;
     std::vector<glm::uvec3> faces_;
+    Box bounds_;
 };
 
 } // namespace isospline

@@ -10,6 +10,7 @@
 
 #include <glm/mat4x4.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -19,7 +20,7 @@ namespace isospline {
 /// Isosurfaces and triangle meshes that rays can be cast at.
 ///
 /// Changes (added objects, another level of an isosurface) take effect at the next commit(). Rays may be cast from any
-/// number of threads between two commits.
+/// number of threads between two commits, and any number of threads may commit at a time: one builds, the others wait.
 class Scene {
 public:
     Scene();
@@ -27,19 +28,29 @@ public:
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
 
-    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id, which counts
-    /// up from 0. Throws std::invalid_argument for a transform that is singular or not affine.
+    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id, which
+    /// counts up from 0. Throws std::invalid_argument for a transform that is singular or not affine.
     std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0));
     std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0));
 
-    /// Builds what has changed since the last commit; cheap where nothing has.
+    /// Builds what has changed since the last commit; cheap where nothing has. Throws Cancelled where the callback
+    /// returns false; another commit then starts that object again.
     void commit(const Progress& progress = {});
 
-    /// First crossing of each ray within its [t_near, t_far]; one thread, the caller's. The scene must be committed.
+    /// First crossing of each ray within its [t_near, t_far], on the calling thread. Throws std::invalid_argument for a
+    /// ray whose origin or direction is not finite or whose direction is zero, and std::logic_error where a commit is
+    /// due.
     void cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// The box of all objects, in world space. The scene must be committed.
+    /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. Throws
+    /// as cast_rays() does.
+    void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+
+    /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
+    /// none.
     Box bounds() const;
+    /// Objects added.
+    std::size_t count() const;
     /// Bytes that Embree holds for this scene's acceleration structures.
     std::size_t memory() const;
 

@@ -1,1 +1,99 @@
-// in the making
+#include "isospline/shell/cutout.h"
+
+#include "isospline/spline/volume.h"
+#include "isospline/util/check.h"
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isospline {
+
+HalfSpace pull_back(const HalfSpace& half_space, const glm::dmat4& map)
+{
+    // <normal, A x + b> >= offset, with components scaled to 1 lest the square of the length overflow.
+    const auto largest = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
+    const glm::dvec3 scaled = half_space.normal / largest(half_space.normal);
+    const glm::dvec3 normal = glm::transpose(glm::dmat3(map)) * scaled;
+    const double offset = half_space.offset / largest(half_space.normal) - glm::dot(scaled, glm::dvec3(map[3]));
+    const double length = largest(normal) * glm::length(normal / largest(normal));
+    return {normal / length, offset / length};
+}
+
+std::vector<HalfSpace> half_spaces(const Box& box)
+{
+    if (!(box.lower.x < box.upper.x && box.lower.y < box.upper.y && box.lower.z < box.upper.z))
+        throw_invalid("box", "a minimum below the maximum along each axis",
+                      to_text(box.lower) + " and " + to_text(box.upper));
+    std::vector<HalfSpace> sides;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 normal(0.0);
+        normal[axis] = 1.0;
+        if (std::isfinite(box.lower[axis]))
+            sides.push_back({normal, box.lower[axis]});
+        if (std::isfinite(box.upper[axis]))
+            sides.push_back({-normal, -box.upper[axis]});
+    }
+    return sides;
+}
+
+std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces)
+{
+    Interval inside{ray.t_near, ray.t_far};
+    for (const HalfSpace& half_space : half_spaces) {
+        const double distance = half_space.offset - glm::dot(half_space.normal, ray.origin);
+        const double speed = glm::dot(half_space.normal, ray.direction);
+        if (speed > 0.0)
+            inside.t_near = std::max(inside.t_near, distance / speed);
+        else if (speed < 0.0)
+            inside.t_far = std::min(inside.t_far, distance / speed);
+        else if (distance > 0.0)
+            return std::nullopt;
+    }
+    if (!(inside.t_near <= inside.t_far))
+        return std::nullopt;
+    return inside;
+}
+
+void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const Volume& volume)
+{
+    const glm::vec<3, std::size_t> shape(volume.shape());
+    const int samples = volume.degree() % 2 == 0 ? 1 : 2;
+    remove_cells(cells, [&](int x, int y, int z) {
+        const glm::vec<3, std::size_t> cell(brick.first + glm::ivec3(x, y, z));
+        for (int sample = 0; sample < samples * samples * samples; ++sample) {
+            const std::size_t i = cell.x + (sample & 1), j = cell.y + (sample >> 1 & 1), k = cell.z + (sample >> 2);
+            if (mask[i + shape.x * (j + shape.y * k)] == 0)
+                return true;
+        }
+        return false;
+    });
+}
+
+void cut_by_half_space(BrickCells& cells, const Brick& brick, const HalfSpace& half_space_lattice)
+{
+    // Rounding of the distances of a grid of 65535 cells stays far below this; a cell kept for it does no harm.
+    constexpr double margin = 1e-9;
+    const auto& [normal, offset] = half_space_lattice;
+    const double reach = 0.5 * (std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z));
+
+    // Distances of the centres of all cells lie around that of the brick's.
+    const glm::dvec3 half_size = 0.5 * glm::dvec3(brick.size);
+    const double distance = glm::dot(normal, glm::dvec3(brick.first) + half_size) - offset;
+    const double brick_reach = glm::dot(glm::abs(normal), half_size);
+    if (distance - brick_reach >= 0.0)
+        return;
+    if (distance + brick_reach < -margin) {
+        cells = {};
+        return;
+    }
+    const double first_distance = glm::dot(normal, glm::dvec3(brick.first) + 0.5) - offset;
+    remove_cells(cells, [&](int x, int y, int z) {
+        return first_distance + glm::dot(normal, glm::dvec3(x, y, z)) + reach < -margin;
+    });
+}
+
+} // namespace isospline

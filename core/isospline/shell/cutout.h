@@ -1,7 +1,9 @@
 // What is cut away from an isosurface: whole cells by a mask, straight parts by half-spaces.
 #pragma once
 
+#include "isospline/math/box.h"
 #include "isospline/math/ray.h"
+#include "isospline/shell/brick.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -20,10 +22,12 @@ struct HalfSpace {
     double offset = 0.0;
 };
 
-/// The same half-space in another space, given the map from that other space to the half-space's own.
+/// The same half-space in another space, given the affine map from that other space to the half-space's own. Its normal
+/// gets length one, so that <normal, x> - offset is a distance there.
 HalfSpace pull_back(const HalfSpace& half_space, const glm::dmat4& map);
 
-/// The six half-spaces whose intersection is a box.
+/// The half-spaces whose intersection is a box: six, less those of sides at infinity. Throws std::invalid_argument
+/// for a box without an inside.
 std::vector<HalfSpace> half_spaces(const Box& box);
 
 /// The part of a ray inside all of the half-spaces, or nothing. The ray is in the half-spaces' space.
@@ -32,5 +36,11 @@ std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_
 /// One byte a sample, x fastest, 0 where the sample is cut away. A cell is cut away with any sample that it is centred
 /// on (even degrees) or that is one of its corners (odd degrees, the rule of VTK's blanking).
 using Mask = std::vector<std::uint8_t>;
+
+/// Takes the cells that a mask cuts away out of a set.
+void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const Volume& volume);
+
+/// Takes the cells wholly outside of a half-space in lattice space, whose normal has length one, out of a set.
+void cut_by_half_space(BrickCells& cells, const Brick& brick, const HalfSpace& half_space_lattice);
 
 } // namespace isospline

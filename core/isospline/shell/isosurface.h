@@ -11,8 +11,9 @@ namespace isospline {
 
 /// How the root in a cell is found.
 enum class Method {
-    exact,  ///< Bernstein form of the polynomial along the ray: never misses a root
-    bracket ///< the paper's §4: opposite signs at the ends of the cell, then Brent's method
+    exact,     ///< Bernstein form of the polynomial along the ray: never misses a root
+    reference, ///< the same, scalar and all in double precision: slow, the oracle of tests
+    bracket    ///< the paper's §4: opposite signs at the ends of the cell, then Brent's method
 };
 
 /// The side of the surface that is the solid; the outward normal points to the other one.
@@ -32,20 +33,28 @@ struct IsosurfaceOptions {
 ///
 /// Changing the level re-uses coefficients and value bounds: only bricks that straddle the level are visited. Not
 /// synchronised: do not change the level while another thread traces the surface.
+///
+/// Several surfaces of one volume share its value bounds: a copy shares them with the original, and the constructor
+/// takes those of another surface.
 class Isosurface {
 public:
     /// Throws std::invalid_argument where the volume's degree is not 1, 2 or 3, it has fewer than two samples along an
-    /// axis at an odd degree, the level is not finite, or the mask has not one byte a sample.
-    Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {});
+    /// axis at an odd degree, more than 65535 cells along one, the level is not finite, the depth of pruning is not in
+    /// 0-6, the mask has not one byte a sample, or a half-space of the clip is not finite or has no normal.
+    /// `bounds` are those of `volume`, and are computed where there are none.
+    Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {},
+               std::shared_ptr<const ValueBounds> bounds = nullptr, const Progress& progress = {});
 
     const Volume& volume() const { return *volume_; }
     const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
     const IsosurfaceOptions& options() const { return options_; }
     double level() const { return level_; }
-    void set_level(double level);
+    /// Throws std::invalid_argument where the level is not finite. Nothing changes where this throws or is cancelled.
+    void set_level(double level, const Progress& progress = {});
     /// The level that stored coefficients are compared with: level - volume().offset().
     double threshold() const { return level_ - volume_->offset(); }
     const Shell& shell() const { return shell_; }
+    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return bounds_; }
     /// The clip half-spaces in lattice space.
     const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
     /// Grows with every change of the shell; scenes rebuild by it.

@@ -1,1 +1,294 @@
-// in the making
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isospline/shell/prune.cpp"
+#include <hwy/foreach_target.h>
+
+#include "isospline/shell/prune.h"
+#include "isospline/shell/prune_blocks-inl.h"
+#include "isospline/spline/volume.h"
+
+#include <hwy/aligned_allocator.h>
+
+#include <algorithm>
+#include <type_traits>
+#include <vector>
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+/// Prunes cells that are added one by one. Work waits in one queue a level of subdivision; whenever a queue holds
+/// enough to fill the lanes, a batch of it is done, so that queues stay short.
+template <int Degree, typename Real>
+class Pruner {
+    using B = Blocks<Degree, Real>;
+    using Lanes = typename B::Lanes;
+    static constexpr int coarse = B::coarse, fine = B::fine;
+    static constexpr std::size_t coarse_count = coarse * coarse * coarse;
+    static constexpr std::size_t fine_count = fine * fine * fine;
+    static constexpr std::size_t children = 8;
+
+public:
+    /// Fills `kept` with the cells whose fine coefficients surely have both signs and `undecided` with those where
+    /// rounding may have hidden it; a cell can be in both.
+    Pruner(double threshold, int depth, std::vector<BrickCells>& kept, std::vector<BrickCells>& undecided)
+        : threshold_(static_cast<Real>(threshold)),
+          threshold_rest_(static_cast<Real>(threshold - static_cast<double>(threshold_))),
+          tolerance_(std::is_same_v<Real, float> ? static_cast<Real>(rounding(depth)) : Real(0)),
+          queues_(static_cast<std::size_t>(depth)),
+          kept_(kept),
+          undecided_(undecided)
+    {
+    }
+
+    void add(std::size_t cell, const Volume& volume, const glm::ivec3& position)
+    {
+        Queue& queue = queues_[0];
+        const float* first = volume.cell_coefficients(position.x, position.y, position.z);
+        Real* out = queue.coefficients.get() + queue.size;
+        for (int z = 0; z < coarse; ++z)
+            for (int y = 0; y < coarse; ++y)
+                for (int x = 0; x < coarse; ++x, out += Queue::capacity)
+                    *out = static_cast<Real>(first[x + y * volume.row_stride() + z * volume.slice_stride()]);
+        queue.cells[queue.size++] = cell;
+        work(hn::Lanes(Lanes()));
+    }
+
+    /// Does what waits.
+    void finish() { work(1); }
+
+private:
+    /// Blocks that wait to be subdivided, each of a cell or of one of its sub-cells.
+    struct Queue {
+        /// A batch is begun as soon as there is a full one, and adds up to eight children a lane to the next queue.
+        static constexpr std::size_t capacity = (children + 1) * B::most_lanes;
+        std::size_t size = 0;
+        hwy::AlignedFreeUniquePtr<Real[]> coefficients = zeros(coarse_count * capacity);
+        hwy::AlignedFreeUniquePtr<Real[]> tolerances = zeros(capacity);
+        std::size_t cells[capacity];
+
+        static hwy::AlignedFreeUniquePtr<Real[]> zeros(std::size_t count)
+        {
+            auto array = hwy::AllocateAligned<Real>(count + B::most_lanes);
+            std::fill_n(array.get(), count + B::most_lanes, Real(0));
+            return array;
+        }
+    };
+
+    /// Bound of the rounding of fine coefficients and of values of f in float32, relative to a cell's largest
+    /// coefficient, in units of 2^-24: 2 for the difference from the threshold, 3 an axis for each subdivision, 4 an
+    /// axis for f at the corners.
+    static double rounding(int depth) { return (2 + 9 * depth + 12) * 0x1p-24; }
+
+    /// Does batches, those of the deepest level first, until no queue holds `enough` items.
+    void work(std::size_t enough)
+    {
+        for (std::size_t level = queues_.size(); level-- > 0;)
+            if (queues_[level].size >= enough) {
+                batch(level);
+                level = queues_.size();
+            }
+    }
+
+    static bool has(const std::vector<BrickCells>& sets, std::size_t cell)
+    {
+        return (sets[cell / 512][cell / 64 % 8] >> cell % 64 & 1) != 0;
+    }
+
+    static void insert(std::vector<BrickCells>& sets, std::size_t cell)
+    {
+        sets[cell / 512][cell / 64 % 8] |= std::uint64_t(1) << cell % 64;
+    }
+
+    /// Subdivides the last blocks of a queue, as many as there are lanes.
+    void batch(std::size_t level)
+    {
+        // Sub-cells of cells that are known to stay need no work.
+        Queue& queue = queues_[level];
+        while (queue.size > 0 && has(kept_, queue.cells[queue.size - 1]))
+            --queue.size;
+        const Lanes lanes;
+        const std::size_t lane_count = std::min(queue.size, hn::Lanes(lanes));
+        queue.size -= lane_count;
+        const std::size_t* cells = queue.cells + queue.size;
+
+        // Coefficients less the threshold, which takes two float32 to hold.
+        HWY_ALIGN Real block[coarse_count * B::most_lanes];
+        const Real* coefficients = queue.coefficients.get() + queue.size;
+        auto tolerance = hn::LoadU(lanes, queue.tolerances.get() + queue.size);
+        if (level == 0) {
+            auto largest = hn::Zero(lanes);
+            for (std::size_t i = 0; i < coarse_count; ++i) {
+                const auto coefficient = hn::LoadU(lanes, coefficients + i * Queue::capacity);
+                const auto difference = hn::Sub(hn::Sub(coefficient, hn::Set(lanes, threshold_)),
+                                                hn::Set(lanes, threshold_rest_));
+                largest = hn::Max(largest, hn::Abs(difference));
+                hn::Store(difference, lanes, block + i * hn::Lanes(lanes));
+            }
+            tolerance = hn::Mul(largest, hn::Set(lanes, tolerance_));
+        } else {
+            for (std::size_t i = 0; i < coarse_count; ++i)
+                hn::Store(hn::LoadU(lanes, coefficients + i * Queue::capacity), lanes, block + i * hn::Lanes(lanes));
+        }
+
+        // Fine coefficients.
+        HWY_ALIGN Real along_x[coarse * coarse * fine * B::most_lanes];
+        HWY_ALIGN Real along_y[coarse * fine * fine * B::most_lanes];
+        HWY_ALIGN Real finer[fine_count * B::most_lanes];
+        B::template subdivide<coarse * coarse, 1>(block, along_x);
+        B::template subdivide<coarse, fine>(along_x, along_y);
+        B::template subdivide<1, fine * fine>(along_y, finer);
+
+        // At the last level their signs decide: sub-cells share coefficients with their neighbours, so that both signs
+        // among all of them and both signs in one of the sub-cells are the same.
+        if (level + 1 == queues_.size()) {
+            const Signs mixed = signs_of_all<fine_count>(finer, tolerance);
+            for (std::size_t lane = 0; lane < lane_count; ++lane) {
+                if (mixed.surely_mixed >> lane & 1)
+                    insert(kept_, cells[lane]);
+                else if (mixed.maybe_mixed >> lane & 1)
+                    insert(undecided_, cells[lane]);
+            }
+            return;
+        }
+
+        // Both signs of f itself: the surface is there, and no subdivision would say otherwise.
+        HWY_ALIGN Real values_x[fine * fine * 3 * B::most_lanes];
+        HWY_ALIGN Real values_y[fine * 3 * 3 * B::most_lanes];
+        HWY_ALIGN Real values[3 * 3 * 3 * B::most_lanes];
+        B::template corner_values<fine * fine, 1>(finer, values_x);
+        B::template corner_values<fine, 3>(values_x, values_y);
+        B::template corner_values<1, 3 * 3>(values_y, values);
+        unsigned open = (1u << lane_count) - 1u;
+        const unsigned crossed = signs_of_all<3 * 3 * 3>(values, tolerance).surely_mixed & open;
+        open &= ~crossed;
+        for (std::size_t lane = 0; lane < lane_count; ++lane)
+            if (crossed >> lane & 1)
+                insert(kept_, cells[lane]);
+        if (open == 0)
+            return;
+
+        // Sub-cells that may have both signs go on to the next level.
+        HWY_ALIGN Real lower[children * B::most_lanes];
+        HWY_ALIGN Real upper[children * B::most_lanes];
+        extremes_of_children<false>(finer, lower);
+        extremes_of_children<true>(finer, upper);
+        HWY_ALIGN Real tolerances[B::most_lanes];
+        hn::Store(tolerance, lanes, tolerances);
+        std::size_t cell_of_lane[B::most_lanes];
+        std::copy_n(cells, lane_count, cell_of_lane);
+        for (std::size_t child = 0; child < children; ++child) {
+            const std::size_t at = child * hn::Lanes(lanes);
+            const unsigned mixed =
+                signs(lanes, hn::Load(lanes, lower + at), hn::Load(lanes, upper + at), tolerance).maybe_mixed & open;
+            for (std::size_t lane = 0; lane < lane_count; ++lane)
+                if (mixed >> lane & 1)
+                    push(queues_[level + 1], cell_of_lane[lane], tolerances[lane], finer + lane, child);
+        }
+    }
+
+    template <std::size_t Count>
+    static HWY_INLINE Signs signs_of_all(const Real* HWY_RESTRICT block, hn::Vec<Lanes> tolerance)
+    {
+        const Lanes lanes;
+        auto lower = hn::Load(lanes, block);
+        auto upper = lower;
+        for (std::size_t i = 1; i < Count; ++i) {
+            const auto value = hn::Load(lanes, block + i * hn::Lanes(lanes));
+            lower = hn::Min(lower, value);
+            upper = hn::Max(upper, value);
+        }
+        return signs(lanes, lower, upper, tolerance);
+    }
+
+    template <bool Largest>
+    static HWY_INLINE void extremes_of_children(const Real* HWY_RESTRICT finer, Real* HWY_RESTRICT extremes)
+    {
+        HWY_ALIGN Real along_x[fine * fine * 2 * B::most_lanes];
+        HWY_ALIGN Real along_y[fine * 2 * 2 * B::most_lanes];
+        B::template extremes_of_halves<fine * fine, 1, Largest>(finer, along_x);
+        B::template extremes_of_halves<fine, 2, Largest>(along_x, along_y);
+        B::template extremes_of_halves<1, 2 * 2, Largest>(along_y, extremes);
+    }
+
+    /// Appends sub-cell `child`, bits x, y, z, of one lane's fine coefficients.
+    static void push(Queue& queue, std::size_t cell, Real tolerance, const Real* HWY_RESTRICT finer, std::size_t child)
+    {
+        const std::size_t lane_count = hn::Lanes(Lanes());
+        const Real* corner = finer + ((child & 1) + fine * ((child >> 1 & 1) + fine * (child >> 2))) * lane_count;
+        Real* out = queue.coefficients.get() + queue.size;
+        for (std::size_t z = 0; z < coarse; ++z)
+            for (std::size_t y = 0; y < coarse; ++y)
+                for (std::size_t x = 0; x < coarse; ++x, out += Queue::capacity)
+                    *out = corner[(x + fine * (y + fine * z)) * lane_count];
+        queue.tolerances[queue.size] = tolerance;
+        queue.cells[queue.size++] = cell;
+    }
+
+    Real threshold_, threshold_rest_;
+    Real tolerance_; ///< relative to the largest coefficient of a cell
+    std::vector<Queue> queues_;
+    std::vector<BrickCells>& kept_;
+    std::vector<BrickCells>& undecided_;
+};
+
+template <int Degree, typename Real>
+void prune_cells(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+                 std::span<const BrickCells> cells, std::vector<BrickCells>& kept, std::vector<BrickCells>& undecided)
+{
+    Pruner<Degree, Real> pruner(threshold, depth, kept, undecided);
+    for (std::size_t i = 0; i < bricks.size(); ++i)
+        for_each_cell(cells[i], [&](int x, int y, int z) {
+            const auto cell = static_cast<std::size_t>(x + brick_size * (y + brick_size * z));
+            pruner.add(512 * i + cell, volume, bricks[i].first + glm::ivec3(x, y, z));
+        });
+    pruner.finish();
+}
+
+template <int Degree>
+void prune_degree(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+                  std::span<BrickCells> cells)
+{
+    std::vector<BrickCells> kept(bricks.size()), undecided(bricks.size());
+    prune_cells<Degree, float>(volume, threshold, depth, bricks, cells, kept, undecided);
+
+    // Again in float64 what float32 left open.
+    bool any_undecided = false;
+    for (std::size_t i = 0; i < bricks.size(); ++i)
+        for (std::size_t z = 0; z < undecided[i].size(); ++z) {
+            undecided[i][z] &= ~kept[i][z];
+            any_undecided = any_undecided || undecided[i][z] != 0;
+        }
+    if (any_undecided) {
+        std::vector<BrickCells> none(bricks.size());
+        prune_cells<Degree, double>(volume, threshold, depth, bricks, undecided, kept, none);
+    }
+    std::copy(kept.begin(), kept.end(), cells.begin());
+}
+
+void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+           std::span<BrickCells> cells)
+{
+    switch (volume.degree()) {
+    case 1: return prune_degree<1>(volume, threshold, depth, bricks, cells);
+    case 2: return prune_degree<2>(volume, threshold, depth, bricks, cells);
+    default: return prune_degree<3>(volume, threshold, depth, bricks, cells);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isospline {
+
+HWY_EXPORT(prune);
+
+void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+           std::span<BrickCells> cells)
+{
+    HWY_DYNAMIC_DISPATCH(prune)(volume, threshold, depth, bricks, cells);
+}
+
+} // namespace isospline
+#endif

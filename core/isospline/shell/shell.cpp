@@ -1,1 +1,107 @@
-// in the making
+#include "isospline/shell/shell.h"
+
+#include "isospline/shell/prune.h"
+#include "isospline/shell/signs.h"
+#include "isospline/shell/value_bounds.h"
+#include "isospline/util/error.h"
+#include "isospline/util/parallel.h"
+
+#include <span>
+
+namespace isospline {
+
+namespace {
+
+/// Cells of a brick on the border of the volume.
+BrickCells border_cells(const Brick& brick, const glm::ivec3& cell_shape)
+{
+    const glm::ivec3 last = cell_shape - 1 - brick.first;
+    const bool first_x = brick.first.x == 0, first_y = brick.first.y == 0, first_z = brick.first.z == 0;
+    std::uint64_t sides = 0;
+    for (int i = 0; i < brick_size; ++i) {
+        sides |= first_x ? std::uint64_t(1) << brick_size * i : 0;
+        sides |= last.x < brick_size ? std::uint64_t(1) << (last.x + brick_size * i) : 0;
+        sides |= first_y ? std::uint64_t(1) << i : 0;
+        sides |= last.y < brick_size ? std::uint64_t(1) << (i + brick_size * last.y) : 0;
+    }
+    BrickCells border;
+    for (int z = 0; z < brick_size; ++z)
+        border[static_cast<std::size_t>(z)] = (first_z && z == 0) || z == last.z ? ~std::uint64_t(0) : sides;
+    return border;
+}
+
+/// Replaces the sets of cells by what pruning leaves of them, without touching the border where that is not asked for.
+void prune_bricks(const Volume& volume, double threshold, const ShellOptions& options, std::span<const Brick> bricks,
+                  std::span<BrickCells> cells)
+{
+    if (options.prune_depth == 0)
+        return;
+    if (options.prune_border)
+        return prune(volume, threshold, options.prune_depth, bricks, cells);
+
+    std::vector<BrickCells> left(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        const BrickCells border = border_cells(bricks[i], volume.cell_shape());
+        for (std::size_t z = 0; z < border.size(); ++z) {
+            left[i][z] = cells[i][z] & border[z];
+            cells[i][z] &= ~border[z];
+        }
+    }
+    prune(volume, threshold, options.prune_depth, bricks, cells);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+        for (std::size_t z = 0; z < cells[i].size(); ++z)
+            cells[i][z] |= left[i][z];
+}
+
+} // namespace
+
+Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
+             const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
+{
+    if (options.prune_depth < 0 || options.prune_depth > 6)
+        throw_invalid("prune_depth", "0 to 6", options.prune_depth);
+
+    // Only bricks with coefficients on both sides of the threshold are visited.
+    std::vector<Brick> bricks;
+    for (std::size_t index = 0; index < bounds.ranges().size(); ++index)
+        if (bounds.ranges()[index].straddles(threshold))
+            bricks.push_back(brick_at(volume.cell_shape(), index));
+
+    // The cells of each, as a set; chunks of bricks, whose coefficients stay in the cache from one step to the next.
+    std::vector<BrickCells> cells(bricks.size());
+    parallel_for(
+        bricks.size(), 16,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                cells[i] = mixed_cells(volume, bricks[i], threshold);
+                if (!options.mask.empty())
+                    cut_by_mask(cells[i], bricks[i], options.mask, volume);
+                for (const HalfSpace& half_space : clip_lattice)
+                    cut_by_half_space(cells[i], bricks[i], half_space);
+            }
+            prune_bricks(volume, threshold, options, std::span(bricks).subspan(begin, end - begin),
+                         std::span(cells).subspan(begin, end - begin));
+        },
+        progress);
+
+    // All sets, one behind the other.
+    std::vector<std::size_t> begin_of_brick(bricks.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+        begin_of_brick[i] = count;
+        count += count_cells(cells[i]);
+    }
+    cells_.resize(count);
+    parallel_for(bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            Cell* next = cells_.data() + begin_of_brick[i];
+            for_each_cell(cells[i], [&](int x, int y, int z) {
+                const glm::ivec3 cell = bricks[i].first + glm::ivec3(x, y, z);
+                *next++ = {static_cast<std::uint16_t>(cell.x), static_cast<std::uint16_t>(cell.y),
+                           static_cast<std::uint16_t>(cell.z)};
+            });
+        }
+    });
+}
+
+} // namespace isospline

@@ -3,6 +3,7 @@
 
 #include "isospline/shell/cutout.h"
 #include "isospline/spline/volume.h"
+#include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>
 
@@ -32,9 +33,10 @@ struct ShellOptions {
 class Shell {
 public:
     Shell() = default;
-    /// `threshold` is level - volume.offset(); `clip` is in lattice space, and removes cells wholly outside.
+    /// `threshold` is level - volume.offset(); `clip_lattice` is in lattice space, its normals have length one, and it
+    /// removes cells wholly outside. Throws std::invalid_argument for a depth outside of 0-6.
     Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
-          const std::vector<HalfSpace>& clip_lattice);
+          const std::vector<HalfSpace>& clip_lattice, const Progress& progress = {});
 
     const std::vector<Cell>& cells() const { return cells_; }
     std::size_t count() const { return cells_.size(); }

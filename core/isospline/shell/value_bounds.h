@@ -1,6 +1,7 @@
 // Smallest and largest coefficient of every brick of cells.
 #pragma once
 
+#include "isospline/shell/brick.h"
 #include "isospline/spline/volume.h"
 
 #include <glm/vec3.hpp>
@@ -14,19 +15,19 @@ namespace isospline {
 /// bound f - offset there too. Computed once a volume, read at every change of the level.
 class ValueBounds {
 public:
-    static constexpr int brick_size = 8; ///< cells along an edge of a brick
+    static constexpr int brick_size = isospline::brick_size; ///< cells along an edge of a brick
 
     struct Range {
         float lower, upper;
         /// Whether both signs of (coefficient - threshold) occur, a coefficient equal to the threshold being above.
-        bool straddles(float threshold) const { return lower < threshold && upper >= threshold; }
+        bool straddles(double threshold) const { return lower < threshold && upper >= threshold; }
     };
 
     explicit ValueBounds(const Volume& volume);
 
     /// Bricks along x, y, z.
     glm::ivec3 shape() const { return shape_; }
-    /// Range of brick (x, y, z), at index x + shape.x * (y + shape.y * z).
+    /// Range of brick (x, y, z), at index x + shape.x * (y + shape.y * z), as for brick_at().
     const std::vector<Range>& ranges() const { return ranges_; }
     std::size_t memory() const { return ranges_.capacity() * sizeof(Range); }
 

@@ -1,1 +1,252 @@
-// in the making
+#include "isospline/spline/volume.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/spline/basis.h"
+#include "isospline/spline/filter_design.h"
+#include "isospline/spline/line_filter.h"
+#include "isospline/spline/prefilter.h"
+#include "isospline/util/check.h"
+#include "isospline/util/memory.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+/// What may be read beyond the last coefficient: see Volume::cell_coefficients().
+constexpr std::size_t slack = 8;
+
+/// Half the range of samples whose coefficients float32 holds with all its digits.
+constexpr double smallest_half_range = 0.5e-30, largest_half_range = 0.5e34;
+
+void check(const SampleView& samples, const VolumeOptions& options)
+{
+    const auto& shape = samples.shape;
+    if (samples.data == nullptr || shape.x < 1 || shape.y < 1 || shape.z < 1)
+        throw_invalid("data", "at least one sample along each axis", to_text(glm::dvec3(shape)) + " of them");
+    if (std::max({shape.x, shape.y, shape.z}) > largest_sample_count)
+        throw_invalid("data", "at most " + std::to_string(largest_sample_count) + " samples along an axis",
+                      to_text(glm::dvec3(shape)));
+    if (options.degree < 0 || options.degree > 5)
+        throw_invalid("degree", "0 to 5", options.degree);
+    const auto& spacing = options.spacing;
+    if (!is_finite(spacing) || !(spacing.x > 0.0 && spacing.y > 0.0 && spacing.z > 0.0))
+        throw_invalid("spacing", "three finite numbers above 0", to_text(spacing));
+    check_finite("origin", options.origin);
+    if (!(options.smoothing >= 0.0 && options.smoothing <= largest_smoothing))
+        throw_invalid("smoothing", "a number from 0 to 1e9", options.smoothing);
+    if (options.smoothing > 0.0 && options.filter != Filter::smoothing)
+        throw_invalid("smoothing", "0 for this filter", options.smoothing);
+
+    const auto& direction = options.direction;
+    const double volume = std::abs(glm::determinant(direction));
+    const double edges = glm::length(direction[0]) * glm::length(direction[1]) * glm::length(direction[2]);
+    if (!std::isfinite(edges) || !(volume > 1e-9 * edges))
+        throw_invalid("direction", "three finite columns that are linearly independent",
+                      to_text(direction[0]) + ", " + to_text(direction[1]) + ", " + to_text(direction[2]));
+}
+
+void check_memory(std::size_t needed)
+{
+    const std::size_t available = available_memory();
+    if (needed <= available)
+        return;
+    std::ostringstream message;
+    message << "data: the coefficients need " << (needed >> 20) << " MiB of memory, of which " << (available >> 20)
+            << " MiB are available";
+    throw std::length_error(message.str());
+}
+
+/// The coefficients that reach a point along one axis, and where the point lies in their cell.
+template <int Degree>
+struct Support {
+    std::array<std::ptrdiff_t, Degree + 1> index; ///< from the first sample's coefficient
+    double s = 0.0;
+
+    /// `position` is in index space.
+    Support(double position, int size, Boundary boundary)
+    {
+        constexpr int padding = Degree / 2;
+        constexpr double shift = Degree % 2 == 0 ? 0.5 : 0.0;
+        const int cells = Degree % 2 == 0 ? size : size - 1;
+        double lattice = position + shift;
+        double cell = std::floor(lattice);
+        if (cell >= 0.0 && cell < cells) {
+            for (int j = 0; j <= Degree; ++j)
+                index[static_cast<std::size_t>(j)] = static_cast<std::ptrdiff_t>(cell) - padding + j;
+        } else {
+            // Fold the position into the first period, so that its cell is a small integer; then each coefficient.
+            const double period = size == 1 ? 1.0 : boundary == Boundary::periodic ? size : 2.0 * size - 2.0;
+            lattice = position - period * std::floor(position / period) + shift;
+            cell = std::floor(lattice);
+            for (int j = 0; j <= Degree; ++j)
+                index[static_cast<std::size_t>(j)] =
+                    detail::inside_index(static_cast<long long>(cell) - padding + j, size, boundary);
+        }
+        s = lattice - cell;
+    }
+};
+
+template <int Degree>
+using Weights = std::array<double, Degree + 1>;
+
+/// The coefficients around a point, and their weights' derivatives of any order along each axis.
+template <int Degree>
+class Neighbourhood {
+public:
+    Neighbourhood(const Volume& volume, const glm::dvec3& position)
+        : x_(position.x, volume.shape().x, volume.boundary()), y_(position.y, volume.shape().y, volume.boundary()),
+          z_(position.z, volume.shape().z, volume.boundary()),
+          origin_(volume.cell_coefficients(Degree / 2, Degree / 2, Degree / 2)), row_stride_(volume.row_stride()),
+          slice_stride_(volume.slice_stride()), x_basis_(cell_basis<Degree>(x_.s)), y_basis_(cell_basis<Degree>(y_.s)),
+          z_basis_(cell_basis<Degree>(z_.s))
+    {
+    }
+
+    const CellBasis<Degree, double>& x() const { return x_basis_; }
+    const CellBasis<Degree, double>& y() const { return y_basis_; }
+    const CellBasis<Degree, double>& z() const { return z_basis_; }
+
+    double sum(const Weights<Degree>& x, const Weights<Degree>& y, const Weights<Degree>& z) const
+    {
+        double total = 0.0;
+        for (std::size_t k = 0; k <= Degree; ++k) {
+            double slice = 0.0;
+            for (std::size_t j = 0; j <= Degree; ++j) {
+                const float* const row = origin_ + y_.index[j] * row_stride_ + z_.index[k] * slice_stride_;
+                double line = 0.0;
+                for (std::size_t i = 0; i <= Degree; ++i)
+                    line += x[i] * static_cast<double>(row[x_.index[i]]);
+                slice += y[j] * line;
+            }
+            total += z[k] * slice;
+        }
+        return total;
+    }
+
+private:
+    Support<Degree> x_, y_, z_;
+    const float* origin_;
+    std::ptrdiff_t row_stride_, slice_stride_;
+    CellBasis<Degree, double> x_basis_, y_basis_, z_basis_;
+};
+
+/// Calls function(Neighbourhood<degree>); a position that is not finite has none.
+template <typename Result, typename Function>
+Result with_neighbourhood(const Volume& volume, const glm::dvec3& position, const Result& otherwise, Function function)
+{
+    if (!is_finite(position))
+        return otherwise;
+    switch (volume.degree()) {
+    case 0: return function(Neighbourhood<0>(volume, position));
+    case 1: return function(Neighbourhood<1>(volume, position));
+    case 2: return function(Neighbourhood<2>(volume, position));
+    case 3: return function(Neighbourhood<3>(volume, position));
+    case 4: return function(Neighbourhood<4>(volume, position));
+    default: return function(Neighbourhood<5>(volume, position));
+    }
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+} // namespace
+
+Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Progress& progress)
+    : options_(options), shape_(samples.shape)
+{
+    check(samples, options);
+
+    // Space. Slices a multiple of the page size apart would all fall into the same few lines of the cache.
+    constexpr std::size_t line = 16;
+    constexpr std::size_t page = 1024;
+    const auto padded = [&](int axis) { return static_cast<std::size_t>(shape_[axis] + 2 * padding()); };
+    std::size_t slice = (padded(0) * padded(1) + line - 1) / line * line;
+    if (slice % page == 0)
+        slice += line;
+    row_stride_ = static_cast<std::ptrdiff_t>(padded(0));
+    slice_stride_ = static_cast<std::ptrdiff_t>(slice);
+    coefficient_count_ = slice * padded(2) + slack;
+    check_memory(coefficient_count_ * sizeof(float));
+
+    // Maps between the spaces.
+    for (int axis = 0; axis < 3; ++axis)
+        index_to_world_[axis] = glm::dvec4(options.direction[axis] * options.spacing[axis], 0.0);
+    index_to_world_[3] = glm::dvec4(options.origin, 1.0);
+    world_to_index_ = glm::inverse(index_to_world_);
+    const glm::dvec3 shift(lattice_shift());
+    lattice_to_world_ = index_to_world_;
+    lattice_to_world_[3] = glm::dvec4(transform_point(index_to_world_, -shift), 1.0);
+    world_to_lattice_ = world_to_index_;
+    world_to_lattice_[3] += glm::dvec4(shift, 0.0);
+
+    // Range of the samples. From float32 samples a float32 offset is taken, which loses nothing.
+    const SampleRange range = sample_range(samples, part_of(progress, 0.0, 0.1));
+    minimum_ = range.minimum;
+    maximum_ = range.maximum;
+    const double half_range = 0.5 * maximum_ - 0.5 * minimum_;
+    if (half_range > largest_half_range || (half_range > 0.0 && half_range < smallest_half_range))
+        throw_invalid("data", "a range of 1e-30 to 1e34, or one value only", 2.0 * half_range);
+    offset_ = 0.5 * minimum_ + 0.5 * maximum_;
+    if (samples.type == SampleType::float32)
+        offset_ = static_cast<double>(static_cast<float>(offset_));
+
+    // Coefficients.
+    coefficients_.reset(new float[coefficient_count_]);
+    prefer_huge_pages(coefficients_.get(), coefficient_count_ * sizeof(float));
+    std::fill_n(coefficients_.get() + coefficient_count_ - slack, slack, 0.0f);
+    const auto first = static_cast<std::ptrdiff_t>(padding());
+    compute_coefficients(samples, offset_, design_filter(degree(), filter(), options.smoothing), boundary(),
+                         {coefficients_.get() + first * (1 + row_stride_ + slice_stride_), shape_, padding(),
+                          row_stride_, slice_stride_},
+                         part_of(progress, 0.1, 1.0));
+}
+
+Box Volume::bounds() const
+{
+    return transform_box(lattice_to_world_, {glm::dvec3(0.0), glm::dvec3(cell_shape())});
+}
+
+std::size_t Volume::memory() const
+{
+    return sizeof(*this) + coefficient_count_ * sizeof(float);
+}
+
+double Volume::value(const glm::dvec3& position_index) const
+{
+    return with_neighbourhood(*this, position_index, not_a_number, [&](const auto& near) {
+        return offset_ + near.sum(near.x().values, near.y().values, near.z().values);
+    });
+}
+
+glm::dvec3 Volume::gradient(const glm::dvec3& position_index) const
+{
+    return with_neighbourhood(*this, position_index, glm::dvec3(not_a_number), [](const auto& near) {
+        return glm::dvec3(near.sum(near.x().first, near.y().values, near.z().values),
+                          near.sum(near.x().values, near.y().first, near.z().values),
+                          near.sum(near.x().values, near.y().values, near.z().first));
+    });
+}
+
+glm::dmat3 Volume::hessian(const glm::dvec3& position_index) const
+{
+    const glm::dvec3 missing(not_a_number);
+    return with_neighbourhood(*this, position_index, glm::dmat3(missing, missing, missing), [](const auto& near) {
+        const double xx = near.sum(near.x().second, near.y().values, near.z().values);
+        const double yy = near.sum(near.x().values, near.y().second, near.z().values);
+        const double zz = near.sum(near.x().values, near.y().values, near.z().second);
+        const double xy = near.sum(near.x().first, near.y().first, near.z().values);
+        const double xz = near.sum(near.x().first, near.y().values, near.z().first);
+        const double yz = near.sum(near.x().values, near.y().first, near.z().first);
+        return glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    });
+}
+
+} // namespace isospline

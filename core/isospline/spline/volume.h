@@ -15,7 +15,8 @@
 
 namespace isospline {
 
-/// How samples continue outside of the volume: whole-sample symmetric (scipy.ndimage "mirror"), or periodic ("grid-wrap").
+/// How samples continue outside of the volume: whole-sample symmetric (scipy.ndimage "mirror"), or periodic
+/// ("grid-wrap").
 enum class Boundary { mirror, periodic };
 
 /// How coefficients follow from samples.
@@ -25,6 +26,10 @@ enum class Filter {
     smoothing    ///< the smoothing spline with parameter `VolumeOptions::smoothing`
 };
 
+/// Order of the axes of the arrays that a user hands over and gets back: "zyx" is [z, y, x], as of NumPy arrays made by
+/// ITK, VTK, tifffile and zarr, "xyz" is [x, y, z], as of nibabel.
+enum class Axes { zyx, xyz };
+
 struct VolumeOptions {
     glm::dvec3 spacing{1.0};     ///< world units between samples along x, y, z
     glm::dvec3 origin{0.0};      ///< world position of sample (0, 0, 0)
@@ -33,7 +38,11 @@ struct VolumeOptions {
     Boundary boundary = Boundary::mirror;
     Filter filter = Filter::interpolate;
     double smoothing = 0.0;      ///< weight of the roughness, at least 0; used by Filter::smoothing
+    Axes axes = Axes::zyx;       ///< kept for bindings that exchange arrays; nothing in C++ depends on it
 };
+
+/// Samples along an axis are at most so many: indices and periods stay well within an int.
+inline constexpr int largest_sample_count = 1 << 28;
 
 /// A B-spline model of a volume. Immutable: any number of threads may read it.
 ///
@@ -45,8 +54,9 @@ struct VolumeOptions {
 /// the variation: f = offset + sum c beta. The prefilter keeps constants, which makes this exact.
 class Volume {
 public:
-    /// Computes the coefficients. Throws std::invalid_argument for an empty view, a sample that is not finite (the first
-    /// such index is named), a degree outside of 0-5, a spacing that is not positive or a singular direction, and
+    /// Computes the coefficients. Throws std::invalid_argument for an empty view, a sample that is not finite (the
+    /// first such index is named), a range that float32 cannot hold (below 1e-30 or above 1e34), a degree outside of
+    /// 0-5, a spacing that is not positive, a singular direction or a smoothing that does not fit the filter, and
     /// std::length_error, before the work begins, where the coefficients would not fit into the machine's memory.
     Volume(const SampleView& samples, const VolumeOptions& options = {}, const Progress& progress = {});
 
@@ -74,8 +84,9 @@ public:
 
     /// f = offset + sum c beta.
     double offset() const { return offset_; }
-    /// The (n+1)^3 coefficients of a cell begin here: c at (i, j, k) of them is at [i + j * row_stride() + k * slice_stride()].
-    /// Four floats may be read from the beginning of every row, also where n+1 is less (eight where n+1 is more than four).
+    /// The (n+1)^3 coefficients of a cell begin here: the one at (i, j, k) of them is at
+    /// [i + j * row_stride() + k * slice_stride()]. Four floats may be read from the beginning of every row, also where
+    /// n+1 is less (eight where n+1 is more than four).
     const float* cell_coefficients(int x, int y, int z) const
     {
         return coefficients_.get() + x + y * row_stride_ + z * slice_stride_;

@@ -14,7 +14,7 @@ inline constexpr std::uint32_t invalid_id = 0xffffffffu;
 struct Hit {
     double t = std::numeric_limits<double>::infinity(); ///< in units of the ray direction's length
     glm::dvec3 position{0.0};
-    glm::dvec3 normal{0.0};          ///< unit, outward: +-gradient of an isosurface, by its Inside; face normal of a mesh
+    glm::dvec3 normal{0.0}; ///< unit, outward: +-gradient of an isosurface, by its Inside; face normal of a mesh
     double gradient_magnitude = 0.0; ///< |gradient of f| in world units; 0 for a mesh
     std::uint32_t geometry_id = invalid_id;
     std::uint32_t primitive_id = invalid_id; ///< position in Shell::cells() of an isosurface, triangle of a mesh

@@ -1,1 +1,193 @@
-// in the making
+#include "isospline/trace/hopper.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/shell/brick.h"
+#include "isospline/trace/cell_walk.h"
+#include "isospline/trace/check_ray.h"
+#include "isospline/trace/surface_hit.h"
+#include "isospline/util/error.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <tuple>
+
+namespace isospline {
+
+namespace {
+
+/// One byte a cell: the paper's b and, where strides are wanted, whether the cell's brick is empty.
+enum CellState : std::uint8_t { cell_empty, cell_of_shell, cell_of_empty_brick };
+
+/// Place of (x, y, z) in a grid with x varying fastest; (0, 0, shape.z) gives the number of places.
+std::size_t linear_index(const glm::ivec3& at, const glm::ivec3& shape)
+{
+    const glm::vec<3, std::size_t> position(at), size(shape);
+    return position.x + size.x * (position.y + size.y * position.z);
+}
+
+} // namespace
+
+double HopStatistics::mean_hop_length() const
+{
+    const std::uint64_t count = hops + strides;
+    return count == 0 ? 0.0 : length / static_cast<double>(count);
+}
+
+HopStatistics& HopStatistics::operator+=(const HopStatistics& other)
+{
+    hops += other.hops;
+    strides += other.strides;
+    evaluated_cells += other.evaluated_cells;
+    length += other.length;
+    return *this;
+}
+
+VoxelHopper::VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelHopperOptions& options)
+    : surface_(std::move(surface)), options_(options),
+      intersect_(cell_intersector(surface_->volume().degree(), surface_->options().method)),
+      shape_(surface_->volume().cell_shape())
+{
+    build();
+}
+
+void VoxelHopper::commit()
+{
+    if (version_ != surface_->version())
+        build();
+}
+
+void VoxelHopper::build()
+{
+    const glm::ivec3 bricks = brick_shape(shape_);
+    const std::size_t brick_count = linear_index({0, 0, bricks.z}, bricks);
+    const std::size_t cell_count = linear_index({0, 0, shape_.z}, shape_);
+
+    // The shell is ordered by brick: count the cells of each, then sum up.
+    const std::vector<Cell>& cells = surface_->shell().cells();
+    states_.assign(cell_count, cell_empty);
+    brick_begin_.assign(brick_count + 1, 0);
+    for (const Cell& cell : cells) {
+        states_[cell_index({cell.x, cell.y, cell.z})] = cell_of_shell;
+        ++brick_begin_[brick_index({cell.x, cell.y, cell.z}) + 1];
+    }
+    for (std::size_t brick = 0; brick < brick_count; ++brick)
+        brick_begin_[brick + 1] += brick_begin_[brick];
+
+    if (options_.strides)
+        for (std::size_t index = 0; index < brick_count; ++index) {
+            if (brick_begin_[index] != brick_begin_[index + 1])
+                continue;
+            const Brick brick = brick_at(shape_, index);
+            for (int z = 0; z < brick.size.z; ++z)
+                for (int y = 0; y < brick.size.y; ++y)
+                    std::fill_n(&states_[cell_index(brick.first + glm::ivec3(0, y, z))], brick.size.x,
+                                cell_of_empty_brick);
+        }
+    version_ = surface_->version();
+}
+
+std::size_t VoxelHopper::cell_index(const glm::ivec3& cell) const
+{
+    return linear_index(cell, shape_);
+}
+
+std::size_t VoxelHopper::brick_index(const glm::ivec3& cell) const
+{
+    return linear_index(cell / brick_size, brick_shape(shape_));
+}
+
+std::uint32_t VoxelHopper::position_in_shell(const Cell& cell) const
+{
+    const std::size_t brick = brick_index({cell.x, cell.y, cell.z});
+    const auto begin = surface_->shell().cells().begin();
+    const auto found = std::lower_bound(begin + brick_begin_[brick], begin + brick_begin_[brick + 1], cell,
+                                        [](const Cell& a, const Cell& b) {
+                                            return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+                                        });
+    return static_cast<std::uint32_t>(found - begin);
+}
+
+std::optional<VoxelHopper::CellHit> VoxelHopper::hop(LatticeRay ray, HopStatistics& statistics) const
+{
+    const Volume& volume = surface_->volume();
+    const double threshold = surface_->threshold();
+    std::optional<CellHit> hit;
+    CellWalk walk(ray, shape_);
+    double t_reached = ray.t_near;
+    while (walk.inside_grid()) {
+        const std::uint8_t state = states_[walk.index()];
+        if (state == cell_of_shell) {
+            ++statistics.evaluated_cells;
+            const Cell cell{static_cast<std::uint16_t>(walk.cell().x), static_cast<std::uint16_t>(walk.cell().y),
+                            static_cast<std::uint16_t>(walk.cell().z)};
+            if (const std::optional<double> t = intersect_(CellBlock(volume, threshold, cell), ray)) {
+                hit = {*t, cell};
+                // The root may lie in the margin that this cell shares with the next, and that one hold a nearer root:
+                // the walk goes on as far as the ray does now.
+                ray.t_far = *t;
+            }
+        }
+
+        const bool strides = state == cell_of_empty_brick;
+        const std::optional<double> t_exit = strides ? walk.stride(ray, brick_size, shape_) : walk.hop(ray);
+        if (!t_exit)
+            break;
+        ++(strides ? statistics.strides : statistics.hops);
+        t_reached = *t_exit;
+    }
+    statistics.length += (t_reached - ray.t_near) * glm::length(ray.direction);
+    return hit;
+}
+
+HopStatistics VoxelHopper::cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
+    if (version_ != surface_->version())
+        throw std::logic_error("the surface's level has changed: commit() the hopper before casting rays");
+
+    const glm::dmat4& world_to_lattice = surface_->volume().world_to_lattice();
+    const Box grid{glm::dvec3(-cell_margin), glm::dvec3(shape_) + cell_margin};
+    HopStatistics statistics;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Ray& ray_world = rays[i];
+        check_ray(ray_world, i);
+        Hit& hit = hits[i] = Hit();
+
+        // The part inside the grid and the cutouts, beginning at t = 0: rounding then depends on the grid's size and
+        // not on the distance of the eye.
+        Ray ray{transform_point(world_to_lattice, ray_world.origin),
+                transform_vector(world_to_lattice, ray_world.direction), ray_world.t_near, ray_world.t_far};
+        std::optional<Interval> inside = clip(ray, grid);
+        if (inside) {
+            ray.t_near = inside->t_near;
+            ray.t_far = inside->t_far;
+            inside = clip(ray, surface_->clip_lattice());
+        }
+        if (!inside)
+            continue;
+        const double skipped = inside->t_near;
+        const auto found =
+            hop(LatticeRay({ray.at(skipped), ray.direction, 0.0, inside->t_far - skipped}), statistics);
+        if (!found)
+            continue;
+
+        hit.t = skipped + found->t;
+        hit.position = ray_world.at(hit.t);
+        hit.geometry_id = 0;
+        hit.primitive_id = position_in_shell(found->cell);
+        set_surface_normal(hit, *surface_, found->cell, transform_point(world_to_lattice, hit.position),
+                           world_to_lattice);
+    }
+    return statistics;
+}
+
+std::size_t VoxelHopper::memory() const
+{
+    return states_.capacity() * sizeof(states_[0]) + brick_begin_.capacity() * sizeof(brick_begin_[0]);
+}
+
+} // namespace isospline

@@ -1,6 +1,7 @@
 #include "isospline/util/parallel.h"
 
 #include "isospline/util/error.h"
+#include "isospline/util/fan_out.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
@@ -19,15 +20,28 @@ namespace {
 std::mutex thread_count_mutex;
 std::unique_ptr<tbb::global_control> thread_limit;
 
+template <typename Body>
+void for_each_chunk(const tbb::blocked_range<std::size_t>& range, tbb::task_group_context& context, Body body)
+{
+    FanOut fan_out;
+    tbb::parallel_for(
+        range,
+        [&](const auto& chunk) {
+            const FanOut::Task task(fan_out);
+            body(chunk);
+        },
+        tbb::simple_partitioner(), context);
+}
+
 } // namespace
 
 void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
                   const Progress& progress)
 {
     const tbb::blocked_range<std::size_t> range(0, count, grain);
+    tbb::task_group_context context;
     if (!progress) {
-        tbb::parallel_for(range, [&](const auto& chunk) { body(chunk.begin(), chunk.end()); },
-                          tbb::simple_partitioner());
+        for_each_chunk(range, context, [&](const auto& chunk) { body(chunk.begin(), chunk.end()); });
         return;
     }
 
@@ -35,21 +49,17 @@ void parallel_for(std::size_t count, std::size_t grain, const std::function<void
     std::atomic<bool> cancelled = false;
     std::atomic<std::size_t> finished = 0;
     std::mutex reporting;
-    tbb::task_group_context context;
-    tbb::parallel_for(
-        range,
-        [&](const auto& chunk) {
-            if (cancelled)
-                return;
-            body(chunk.begin(), chunk.end());
-            finished += chunk.size();
-            const std::unique_lock lock(reporting, std::try_to_lock);
-            if (lock && !cancelled && !progress(static_cast<double>(finished) / static_cast<double>(count))) {
-                cancelled = true;
-                context.cancel_group_execution();
-            }
-        },
-        tbb::simple_partitioner(), context);
+    for_each_chunk(range, context, [&](const auto& chunk) {
+        if (cancelled)
+            return;
+        body(chunk.begin(), chunk.end());
+        finished += chunk.size();
+        const std::unique_lock lock(reporting, std::try_to_lock);
+        if (lock && !cancelled && !progress(static_cast<double>(finished) / static_cast<double>(count))) {
+            cancelled = true;
+            context.cancel_group_execution();
+        }
+    });
     if (cancelled || !progress(1.0))
         throw Cancelled();
 }

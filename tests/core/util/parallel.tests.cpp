@@ -5,7 +5,7 @@
 #include <atomic>
 #include <vector>
 
-TEST_CASE("parallel_for visits every item once", "[util]")
+TEST_CASE("parallel_for visits every item once", "[util][threads]")
 {
     std::vector<std::atomic<int>> visits(1000);
     isospline::parallel_for(visits.size(), 7, [&](std::size_t begin, std::size_t end) {
@@ -16,7 +16,7 @@ TEST_CASE("parallel_for visits every item once", "[util]")
         REQUIRE(count == 1);
 }
 
-TEST_CASE("parallel_for reports progress up to 1 and stops where that returns false", "[util]")
+TEST_CASE("parallel_for reports progress up to 1 and stops where that returns false", "[util][threads]")
 {
     double last = 0.0;
     isospline::parallel_for(100, 1, [](std::size_t, std::size_t) {}, [&](double fraction) {
@@ -32,7 +32,7 @@ TEST_CASE("parallel_for reports progress up to 1 and stops where that returns fa
     REQUIRE(bodies < 100000);
 }
 
-TEST_CASE("set_thread_count limits and restores the threads", "[util]")
+TEST_CASE("set_thread_count limits and restores the threads", "[util][threads]")
 {
     const int all = isospline::thread_count();
     isospline::set_thread_count(1);

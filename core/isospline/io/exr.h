@@ -1,0 +1,22 @@
+// Images as OpenEXR files.
+#pragma once
+
+#include "isospline/render/image.h"
+
+#include <filesystem>
+
+namespace isospline {
+
+struct ExrOptions {
+    bool half = false; ///< stores R, G, B and A in 16 instead of 32 bits
+};
+
+/// Writes an image with the channels R G B A, Z (along the viewing direction, world units), P.X P.Y P.Z, N.X N.Y N.Z,
+/// id.geometry and id.primitive (unsigned integers), compressed by ZIP, and with worldToCamera and worldToNDC in the
+/// header as OpenEXR defines them.
+///
+/// The file appears whole or not at all: it is written under another name in the same folder and then renamed.
+/// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written.
+void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options = {});
+
+} // namespace isospline

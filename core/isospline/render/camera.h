@@ -1,0 +1,47 @@
+// The cameras that a picture can be taken with. What they mean for rays and matrices is in projection.h.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <variant>
+
+namespace isospline {
+
+/// The side, or diagonal, of the image that a field of view is measured along.
+enum class FieldOfViewAxis { vertical, horizontal, diagonal };
+
+/// A pinhole at the eye that looks at a target. Pixels are square.
+struct PerspectiveCamera {
+    glm::dvec3 eye{0.0, -1.0, 0.0};
+    glm::dvec3 target{0.0};
+    glm::dvec3 up{0.0, 0.0, 1.0};   ///< any vector that the image shows pointing upwards
+    double field_of_view = 30.0;    ///< whole angle in degrees, above 0 and below 180
+    FieldOfViewAxis field_of_view_axis = FieldOfViewAxis::vertical;
+};
+
+/// The paper's camera (§3): an eye E and a projection plane that the image lies on. The ray of the point P of the
+/// plane is E + t (P - E), so that t = 1 on the plane. The plane may be oblique and the pixels not square.
+struct ProjectionPlaneCamera {
+    glm::dvec3 eye{0.0, -1.0, 0.0};
+    glm::dvec3 corner{-0.5, 0.0, 0.5}; ///< top left corner of the image
+    glm::dvec3 right{1.0, 0.0, 0.0};   ///< along the top edge, the whole width of the image
+    glm::dvec3 down{0.0, 0.0, -1.0};   ///< along the left edge, the whole height of the image
+
+    static ProjectionPlaneCamera from_center(const glm::dvec3& eye, const glm::dvec3& center, const glm::dvec3& right,
+                                             const glm::dvec3& down)
+    {
+        return {eye, center - 0.5 * (right + down), right, down};
+    }
+};
+
+/// Parallel rays that begin on the plane through the eye and run along target - eye. Pixels are square.
+struct OrthographicCamera {
+    glm::dvec3 eye{0.0, -1.0, 0.0};
+    glm::dvec3 target{0.0};
+    glm::dvec3 up{0.0, 0.0, 1.0}; ///< any vector that the image shows pointing upwards
+    double height = 1.0;          ///< of the image, world units
+};
+
+using Camera = std::variant<PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera>;
+
+} // namespace isospline

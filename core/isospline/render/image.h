@@ -1,0 +1,48 @@
+// A rendered image.
+#pragma once
+
+#include "isospline/trace/hit.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace isospline {
+
+/// Colour, and what the rays through the centres of the pixels found; rows from the top, pixels of a row from the left.
+struct Image {
+    Image() = default;
+    /// An image of rays that all missed.
+    explicit Image(glm::ivec2 image_size)
+        : size(image_size),
+          color(pixel_count(), glm::vec4(0.0f)),
+          depth(pixel_count(), std::numeric_limits<float>::infinity()),
+          position(pixel_count(), glm::vec3(0.0f)),
+          normal(pixel_count(), glm::vec3(0.0f)),
+          geometry_ids(pixel_count(), invalid_id),
+          primitive_ids(pixel_count(), invalid_id)
+    {
+    }
+
+    std::size_t pixel_count() const { return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y); }
+
+    glm::ivec2 size{0};
+    std::vector<glm::vec4> color;             ///< linear, premultiplied by the last part, coverage
+    std::vector<float> depth;                 ///< along the viewing direction, world units; infinite on a miss
+    std::vector<glm::vec3> position;          ///< world space; zero on a miss
+    std::vector<glm::vec3> normal;            ///< unit, outward, world space; zero on a miss
+    std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
+    std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
+
+    glm::dmat4 world_to_camera{1.0}; ///< as Projection::world_to_camera()
+    glm::dmat4 world_to_ndc{1.0};    ///< as Projection::world_to_ndc()
+    double pixel_aspect_ratio = 1.0;
+};
+
+} // namespace isospline

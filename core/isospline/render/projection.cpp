@@ -1,0 +1,134 @@
+#include "isospline/render/projection.h"
+
+#include "isospline/util/check.h"
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+
+#include <cmath>
+
+namespace isospline {
+
+namespace {
+
+/// Below this sine of an angle, two directions count as parallel.
+constexpr double parallel_sine = 1e-9;
+
+bool parallel(const glm::dvec3& a, const glm::dvec3& b)
+{
+    return !(glm::length(glm::cross(glm::normalize(a), glm::normalize(b))) > parallel_sine);
+}
+
+} // namespace
+
+Projection::Projection(const Camera& camera, glm::ivec2 size) : size_(size)
+{
+    if (size.x <= 0 || size.y <= 0)
+        throw_invalid("size", "a width and a height of at least 1", to_text(size.x) + " x " + to_text(size.y));
+    std::visit([this](const auto& given) { set_up(given); }, camera);
+}
+
+void Projection::set_up(const PerspectiveCamera& camera)
+{
+    eye_ = camera.eye;
+    look_at(camera.target, camera.up);
+    if (!(camera.field_of_view > 0.0 && camera.field_of_view < 180.0))
+        throw_invalid("field_of_view", "degrees above 0 and below 180", camera.field_of_view);
+
+    const glm::dvec2 pixels(size_);
+    const double extent = camera.field_of_view_axis == FieldOfViewAxis::vertical     ? pixels.y
+                          : camera.field_of_view_axis == FieldOfViewAxis::horizontal ? pixels.x
+                                                                                     : glm::length(pixels);
+    place_image(forward_, 2.0 * std::tan(glm::radians(camera.field_of_view) / 2.0) / extent);
+}
+
+void Projection::set_up(const OrthographicCamera& camera)
+{
+    parallel_ = true;
+    eye_ = camera.eye;
+    look_at(camera.target, camera.up);
+    check_positive("height", camera.height);
+    place_image(glm::dvec3(0.0), camera.height / size_.y);
+}
+
+void Projection::set_up(const ProjectionPlaneCamera& camera)
+{
+    check_finite("eye", camera.eye);
+    check_finite("corner", camera.corner);
+    check_direction("right", camera.right);
+    check_direction("down", camera.down);
+    if (parallel(camera.right, camera.down))
+        throw_invalid("down", "an edge that is not parallel to the one to the right", to_text(camera.down));
+
+    eye_ = camera.eye;
+    corner_ = camera.corner - camera.eye;
+    pixel_right_ = camera.right / static_cast<double>(size_.x);
+    pixel_down_ = camera.down / static_cast<double>(size_.y);
+
+    const glm::dvec3 normal = glm::normalize(glm::cross(camera.right, camera.down));
+    const double distance = glm::dot(normal, corner_);
+    if (!(std::abs(distance) > parallel_sine * glm::length(corner_)))
+        throw_invalid("eye", "a point off the projection plane", to_text(camera.eye));
+    forward_ = distance > 0.0 ? normal : -normal;
+    right_ = glm::normalize(camera.right);
+    up_ = glm::normalize(glm::dot(camera.down, right_) * right_ - camera.down);
+}
+
+void Projection::look_at(const glm::dvec3& target, const glm::dvec3& up)
+{
+    check_finite("eye", eye_);
+    check_finite("target", target);
+    check_direction("up", up);
+    if (eye_ == target)
+        throw_invalid("target", "a point other than the eye", to_text(target));
+    forward_ = glm::normalize(target - eye_);
+    if (parallel(forward_, up))
+        throw_invalid("up", "a vector that is not parallel to the viewing direction " + to_text(forward_), to_text(up));
+    right_ = glm::normalize(glm::cross(forward_, glm::normalize(up)));
+    up_ = glm::cross(right_, forward_);
+}
+
+void Projection::place_image(const glm::dvec3& center, double pixel_size)
+{
+    pixel_right_ = pixel_size * right_;
+    pixel_down_ = -pixel_size * up_;
+    const glm::dvec2 half_size = 0.5 * glm::dvec2(size_);
+    corner_ = center - half_size.x * pixel_right_ - half_size.y * pixel_down_;
+}
+
+double Projection::depth(const glm::dvec3& position) const
+{
+    return glm::dot(forward_, position - eye_);
+}
+
+glm::dmat4 Projection::world_to_camera() const
+{
+    const glm::dmat3 rotation = glm::transpose(glm::dmat3(right_, up_, forward_));
+    glm::dmat4 map(rotation);
+    map[3] = glm::dvec4(-(rotation * eye_), 1.0);
+    return map;
+}
+
+glm::dmat4 Projection::world_to_ndc() const
+{
+    // A point is E + a right + b down + c corner in a perspective, which lies at (a/c, b/c) of the image and c times as
+    // deep as the plane; with parallel rays it is E + corner + a right + b down + c forward, which lies at (a, b).
+    const double width = size_.x, height = size_.y;
+    const glm::dvec3 last = parallel_ ? forward_ : corner_;
+    const glm::dmat3 to_plane = glm::inverse(glm::dmat3(width * pixel_right_, height * pixel_down_, last));
+    glm::dmat4 plane(to_plane);
+    plane[3] = glm::dvec4(-(to_plane * (parallel_ ? eye_ + corner_ : eye_)), 1.0);
+    if (parallel_)
+        return plane;
+    const glm::dmat4 divide(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, -1, 0); // (a, b, c - 1) over c
+    return divide * plane;
+}
+
+double Projection::pixel_aspect_ratio() const
+{
+    return glm::length(pixel_right_) / glm::length(pixel_down_);
+}
+
+} // namespace isospline

@@ -1,0 +1,66 @@
+// A camera in front of an image of a given size: the rays of its pixels, and its matrices.
+#pragma once
+
+#include "isospline/math/ray.h"
+#include "isospline/render/camera.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace isospline {
+
+/// What every camera comes down to: an image plane, and either an eye or a common direction.
+///
+/// *Raster* coordinates are in pixels: (0, 0) is the top left corner of the image, and the centre of pixel (i, j) is
+/// (i + 1/2, j + 1/2). *Camera space* is OpenEXR's and RenderMan's: x to the right, y up and z forward, away from the
+/// viewer, in world units. *NDC* is theirs too: (0, 0) is the top left corner of the image and (1, 1) the bottom right.
+class Projection {
+public:
+    /// Throws std::invalid_argument for a size that is not positive, a number that is not finite, an eye on its target,
+    /// an up vector along the viewing direction, a field of view outside of (0, 180), a height that is not positive,
+    /// and edges that span no plane or a plane through the eye.
+    Projection(const Camera& camera, glm::ivec2 size);
+
+    /// The ray through a raster position. In a perspective its direction is P - E, with the plane at the distance 1
+    /// for a PerspectiveCamera; parallel rays have unit directions.
+    Ray ray(glm::dvec2 raster) const
+    {
+        const glm::dvec3 offset = corner_ + raster.x * pixel_right_ + raster.y * pixel_down_;
+        return parallel_ ? Ray{eye_ + offset, forward_} : Ray{eye_, offset};
+    }
+
+    glm::ivec2 size() const { return size_; }
+    /// Camera-space z of a point: its distance from the eye along the viewing direction.
+    double depth(const glm::dvec3& position) const;
+
+    /// Unit axes of camera space, in world space. They are orthogonal also where the edges of the image are not:
+    /// then `right` is the one that is kept.
+    const glm::dvec3& right() const { return right_; }
+    const glm::dvec3& up() const { return up_; }
+    const glm::dvec3& forward() const { return forward_; }
+
+    /// Maps column vectors. Rigid, and a reflection unless the image is mirrored: camera space is left-handed.
+    glm::dmat4 world_to_camera() const;
+    /// Maps column vectors; divide by w. z is 0 on the image plane and grows with depth, to 1 at infinity where there
+    /// is an eye.
+    glm::dmat4 world_to_ndc() const;
+    /// Width of a pixel over its height.
+    double pixel_aspect_ratio() const;
+
+private:
+    void look_at(const glm::dvec3& target, const glm::dvec3& up);
+    void place_image(const glm::dvec3& center, double pixel_size);
+    void set_up(const PerspectiveCamera& camera);
+    void set_up(const ProjectionPlaneCamera& camera);
+    void set_up(const OrthographicCamera& camera);
+
+    glm::ivec2 size_{0};
+    bool parallel_ = false;
+    glm::dvec3 eye_{0.0};
+    glm::dvec3 corner_{0.0}; ///< from the eye to the top left corner of the image
+    glm::dvec3 pixel_right_{0.0}, pixel_down_{0.0};
+    glm::dvec3 right_{0.0}, up_{0.0}, forward_{0.0};
+};
+
+} // namespace isospline

@@ -1,0 +1,36 @@
+// An isosurface as Embree user geometry: one box a cell of the shell, in lattice space.
+#pragma once
+
+#include "isospline/scene/object.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/cell_intersector.h"
+
+#include <memory>
+
+namespace isospline {
+
+class IsosurfaceObject final : public Object {
+public:
+    IsosurfaceObject(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform);
+
+    glm::dmat4 local_to_world() const override { return transform() * surface_->volume().lattice_to_world(); }
+    Box local_bounds() const override;
+    bool is_stale(double rounding_error_local) const override;
+    void build(Device& device, double rounding_error_local, const Progress& progress) override;
+    void complete(Hit& hit, const Ray& ray_world) const override;
+
+private:
+    /// The first root of a ray in one cell, for both kinds of query.
+    std::optional<double> intersect(embree::QueryContext& context, unsigned int primitive, float t_far) const;
+
+    static void bounds_function(const RTCBoundsFunctionArguments* arguments);
+    static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
+    static void occluded_function(const RTCOccludedFunctionNArguments* arguments);
+
+    std::shared_ptr<const Isosurface> surface_;
+    CellIntersector intersector_;
+    std::uint64_t built_version_ = 0;
+    double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
+};
+
+} // namespace isospline

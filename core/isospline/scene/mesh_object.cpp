@@ -1,0 +1,79 @@
+#include "isospline/scene/mesh_object.h"
+
+#include "isospline/math/affine.h"
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <cstddef>
+
+namespace isospline {
+
+MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform)
+    : Object(transform), mesh_(std::move(mesh)),
+      centre_(mesh_->bounds().empty() ? glm::dvec3(0.0) : mesh_->bounds().center())
+{
+}
+
+glm::dmat4 MeshObject::local_to_world() const
+{
+    return glm::translate(transform(), centre_);
+}
+
+Box MeshObject::local_bounds() const
+{
+    const Box& bounds = mesh_->bounds();
+    return {bounds.lower - centre_, bounds.upper - centre_};
+}
+
+void MeshObject::build(Device& device, double, const Progress& progress)
+{
+    embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    const std::size_t vertex_count = mesh_->vertices().size(), face_count = mesh_->faces().size();
+    if (face_count > 0) {
+        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertex_count));
+        auto* faces = static_cast<unsigned int*>(rtcSetNewGeometryBuffer(
+            geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned int), face_count));
+        device.check();
+        for (std::size_t i = 0; i < vertex_count; ++i)
+            for (int axis = 0; axis < 3; ++axis)
+                vertices[3 * i + static_cast<std::size_t>(axis)] =
+                    static_cast<float>(mesh_->vertices()[i][axis] - centre_[axis]);
+        for (std::size_t i = 0; i < face_count; ++i)
+            for (int corner = 0; corner < 3; ++corner)
+                faces[3 * i + static_cast<std::size_t>(corner)] = mesh_->faces()[i][corner];
+    }
+    rtcCommitGeometry(geometry.get());
+
+    embree::SceneHandle scene(rtcNewScene(device.get()));
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
+    device.check();
+    device.commit(scene.get(), progress);
+    scene_ = std::move(scene);
+}
+
+void MeshObject::complete(Hit& hit, const Ray& ray_world) const
+{
+    const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
+    const glm::dvec3 a = transform_point(transform(), mesh_->vertices()[face.x]);
+    const glm::dvec3 b = transform_point(transform(), mesh_->vertices()[face.y]);
+    const glm::dvec3 c = transform_point(transform(), mesh_->vertices()[face.z]);
+    glm::dvec3 normal = glm::cross(b - a, c - a);
+    // A mirroring transform turns the order of the corners around.
+    if (glm::determinant(glm::dmat3(transform())) < 0.0)
+        normal = -normal;
+
+    // Embree's t is rounded to single precision: take it again from the triangle's plane, unless the ray grazes it.
+    const double cosine = glm::dot(normal, ray_world.direction);
+    const double t_plane = glm::dot(a - ray_world.origin, normal) / cosine;
+    const double area = glm::length(normal);
+    if (std::abs(cosine) > 1e-3 * area * glm::length(ray_world.direction))
+        hit.t = t_plane;
+    hit.position = ray_world.at(hit.t);
+    hit.normal = area > 0.0 ? normal / area : glm::dvec3(0.0);
+}
+
+} // namespace isospline

@@ -1,0 +1,28 @@
+// A mesh as Embree triangle geometry.
+#pragma once
+
+#include "isospline/scene/mesh.h"
+#include "isospline/scene/object.h"
+
+#include <memory>
+
+namespace isospline {
+
+/// Its local space is the mesh's own, moved so that its box is centred: single precision then spends its digits on the
+/// shape.
+class MeshObject final : public Object {
+public:
+    MeshObject(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform);
+
+    glm::dmat4 local_to_world() const override;
+    Box local_bounds() const override;
+    bool is_stale(double) const override { return scene_ == nullptr; }
+    void build(Device& device, double rounding_error_local, const Progress& progress) override;
+    void complete(Hit& hit, const Ray& ray_world) const override;
+
+private:
+    std::shared_ptr<const Mesh> mesh_;
+    glm::dvec3 centre_;
+};
+
+} // namespace isospline

@@ -1,0 +1,28 @@
+#include "isospline/shade/outline.h"
+
+#include "isospline/util/check.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isospline {
+
+void validate(const Outline& outline)
+{
+    check_not_negative("exponent", outline.exponent);
+    check_not_negative("color", outline.color);
+    check_not_negative("surface_color", outline.surface_color);
+}
+
+glm::dvec3 shade(const Outline& outline, const SurfacePoint& point)
+{
+    const double n_v = glm::dot(point.normal, point.to_viewer);
+    // Rounding may take a product of unit vectors past 1.
+    const double intensity = std::pow(std::max(1.0 - n_v * n_v, 0.0), outline.exponent);
+    return glm::mix(outline.surface_color, outline.color, intensity);
+}
+
+} // namespace isospline

@@ -1,0 +1,26 @@
+// The paper's outline illumination model (§6).
+#pragma once
+
+#include "isospline/shade/surface_point.h"
+
+#include <glm/vec3.hpp>
+
+namespace isospline {
+
+/// I = (1 - <N, V>^2)^no: bright where the surface turns away from the viewer. It needs no light, and it is the same
+/// for both signs of the normal.
+///
+/// I goes from the surface's colour (0) to the colour of the lines (1); with black and white it is the paper's form.
+struct Outline {
+    double exponent = 2.0;         ///< no
+    glm::dvec3 color{1.0};         ///< of the lines, linear
+    glm::dvec3 surface_color{0.0}; ///< of what lies between them, linear
+};
+
+/// Throws std::invalid_argument for numbers that are not finite or negative.
+void validate(const Outline& outline);
+
+/// The linear colour of a point.
+glm::dvec3 shade(const Outline& outline, const SurfacePoint& point);
+
+} // namespace isospline

@@ -1,0 +1,48 @@
+#include "isospline/shade/phong.h"
+
+#include "isospline/util/check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isospline {
+
+void validate(const Phong& phong)
+{
+    check_not_negative("color", phong.color);
+    check_not_negative("ambient", phong.ambient);
+    check_not_negative("diffuse", phong.diffuse);
+    check_not_negative("specular", phong.specular);
+    check_not_negative("specular_exponent", phong.specular_exponent);
+    check_not_negative("ambient_light", phong.ambient_light);
+    if (phong.lights)
+        for (const Light& light : *phong.lights)
+            validate(light);
+}
+
+glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
+{
+    const glm::dvec3& v = point.to_viewer;
+    const bool away = glm::dot(point.normal, v) < 0.0;
+    const glm::dvec3 n = phong.two_sided && away ? -point.normal : point.normal;
+
+    glm::dvec3 color = phong.ambient * phong.ambient_light * phong.color;
+    if (!phong.lights)
+        return color;
+    for (const Light& light : *phong.lights) {
+        const auto add = [&](const auto& source) {
+            const glm::dvec3 l = direction_to(source, point.position);
+            const double n_l = glm::dot(n, l);
+            const glm::dvec3 r = 2.0 * n_l * n - l;
+            const double v_r = glm::dot(v, r);
+            color += source.intensity * phong.diffuse * std::max(n_l, 0.0) * phong.color;
+            // Zero stays dark also at an exponent of zero, where 0^0 would light it.
+            if (v_r > 0.0)
+                color += source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);
+        };
+        std::visit(add, light);
+    }
+    return color;
+}
+
+} // namespace isospline

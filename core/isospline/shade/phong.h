@@ -1,0 +1,38 @@
+// Phong's illumination model in the form of the paper's §6.
+#pragma once
+
+#include "isospline/shade/light.h"
+#include "isospline/shade/surface_point.h"
+
+#include <glm/vec3.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace isospline {
+
+/// I = ka Ia + sum over k of Ik (kd <N, Lk> + ks <V, Rk>^ns), with Rk = 2 N <N, Lk> - Lk, and with negative products
+/// taken as zero, each by itself.
+///
+/// Every I has a red, a green and a blue part; the surface's colour multiplies the ambient and the diffuse term, and
+/// not the specular one, so that highlights have the colour of the light. With the colour white it is the paper's form.
+struct Phong {
+    glm::dvec3 color{1.0};         ///< of the surface, linear
+    double ambient = 0.05;         ///< ka
+    double diffuse = 0.7;          ///< kd
+    double specular = 0.2;         ///< ks
+    double specular_exponent = 30; ///< ns
+    glm::dvec3 ambient_light{1.0}; ///< Ia
+    /// Nothing stands for camera_lights(), an empty vector for no light but the ambient one.
+    std::optional<std::vector<Light>> lights;
+    /// Turns normals to the viewer where <N, V> < 0, so that the inside of an open surface is lit as its outside is.
+    bool two_sided = true;
+};
+
+/// Throws std::invalid_argument for numbers that are not finite or negative.
+void validate(const Phong& phong);
+
+/// The linear colour of a point. Lights that are left open give none: the renderer fills them in.
+glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
+
+} // namespace isospline

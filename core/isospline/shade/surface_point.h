@@ -1,0 +1,14 @@
+// What an illumination model is told about the point that it shades.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace isospline {
+
+struct SurfacePoint {
+    glm::dvec3 position{0.0};            ///< x0, world space
+    glm::dvec3 normal{0.0, 0.0, 1.0};    ///< N, unit, outward
+    glm::dvec3 to_viewer{0.0, 0.0, 1.0}; ///< V, unit, against the ray
+};
+
+} // namespace isospline

@@ -1,0 +1,37 @@
+// The recursive filter that turns the samples along one axis into B-spline coefficients.
+#pragma once
+
+#include "isospline/spline/volume.h"
+
+#include <vector>
+
+namespace isospline {
+
+/// A symmetric filter B(z) gain / (A(z) A(1/z)), with A(z) = 1 - sum over k >= 1 of feedback[k-1] z^-k.
+/// It keeps constants.
+struct RecursiveFilter {
+    std::vector<double> feedback;  ///< empty: no recursion
+    std::vector<double> numerator; ///< taps 0, 1, ... of one side of B; empty: B = 1
+    double gain = 1.0;
+    double largest_pole = 0.0; ///< its modulus: the impulse response falls off as its powers
+
+    bool is_identity() const { return feedback.empty() && numerator.empty(); }
+};
+
+/// The largest weight of the roughness; a volume of any size is its own mean long before.
+inline constexpr double largest_smoothing = 1e9;
+
+/// The filter of a degree.
+///
+/// Filter::interpolate inverts the sampled B-spline b^n (Unser, Aldroubi & Eden 1993, part II; the paper's §1):
+/// poles sqrt(8) - 3 for n = 2, sqrt(3) - 2 for n = 3, two for n = 4 and 5.
+///
+/// Filter::smoothing gives, among all splines s of degree n, the minimiser of
+///     sum over k of (f(k) - s(k))^2 + smoothing * integral of (d^m s / dx^m)^2,   m = floor(n/2) + 1,
+/// along each axis in turn. Its coefficients solve (b^n b^n + smoothing r) c = b^n f with
+/// r = |delta|^(2m) b^(2(n-m)+1), delta being the backward difference; for odd n = 2m-1, where r = |delta|^(2m) b^n,
+/// b^n cancels and the smoothing spline of the same reference is left. For degree 0, whose derivative does not exist,
+/// the roughness is the sum of the squared differences of neighbours.
+RecursiveFilter design_filter(int degree, Filter filter, double smoothing);
+
+} // namespace isospline

@@ -1,0 +1,36 @@
+// The paper's §4: opposite signs where the ray enters and leaves a cell, then Brent's method.
+#pragma once
+
+#include "isospline/math/brent.h"
+#include "isospline/trace/cell_block.h"
+#include "isospline/trace/lattice_ray.h"
+
+#include <optional>
+
+namespace isospline {
+
+/// How close Brent's method gets to the root, as a fraction of the ray's way through the cell.
+inline constexpr double bracket_tolerance = 1e-12;
+
+/// A root of f - level along the ray inside the cell where f1 f2 <= 0 holds for the values at its two ends, otherwise
+/// nothing. An even number of roots in one cell is missed, and of an odd number any may be found: this is the paper's
+/// method as it stands, kept for comparison.
+template <int Degree>
+std::optional<double> intersect_bracket(const CellBlock& cell, const LatticeRay& ray)
+{
+    const Interval inside = ray.inside_cell(cell.lower);
+    if (inside.t_near > inside.t_far)
+        return std::nullopt;
+
+    const glm::dvec3 entry = ray.at(inside.t_near) - cell.lower;
+    const glm::dvec3 through = ray.at(inside.t_far) - cell.lower - entry;
+    const auto value = [&](double s) { return value_in_cell<Degree>(cell, entry + s * through); };
+    const FunctionPoint first{0.0, value(0.0)}, last{1.0, value(1.0)};
+    // f1 f2 <= 0, by signs: the product of two tiny values of one sign would underflow to zero.
+    if ((first.value > 0.0 && last.value > 0.0) || (first.value < 0.0 && last.value < 0.0))
+        return std::nullopt;
+    const double s = first.value == 0.0 ? 0.0 : brent_root(value, first, last, bracket_tolerance);
+    return inside.t_near + s * (inside.t_far - inside.t_near);
+}
+
+} // namespace isospline

@@ -1,0 +1,27 @@
+// What every ray query asks of its rays.
+#pragma once
+
+#include "isospline/math/ray.h"
+#include "isospline/util/error.h"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+namespace isospline {
+
+/// Throws std::invalid_argument where the ray's origin or direction is not finite or the direction is zero; `index`
+/// names the ray in the error.
+inline void check_ray(const Ray& ray, std::size_t index)
+{
+    const double length = glm::length(ray.direction);
+    if (!(length > 0.0 && std::isfinite(length)))
+        throw_invalid("rays", "finite directions that are not zero",
+                      "one of length " + std::to_string(length) + " in ray " + std::to_string(index));
+    if (!std::isfinite(glm::length(ray.origin)))
+        throw_invalid("rays", "finite origins", "one that is not, in ray " + std::to_string(index));
+}
+
+} // namespace isospline

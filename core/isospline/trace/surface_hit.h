@@ -1,0 +1,17 @@
+// From a root in a cell to a hit in world space.
+#pragma once
+
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/hit.h"
+
+#include <glm/mat4x4.hpp>
+
+namespace isospline {
+
+/// Fills in a hit's normal and gradient magnitude from the exact gradient of f at a lattice position of a cell.
+/// `world_to_lattice` leads from the space of the hit's normal to lattice space. Where the gradient vanishes the normal
+/// is zero.
+void set_surface_normal(Hit& hit, const Isosurface& surface, const Cell& cell, const glm::dvec3& position_lattice,
+                        const glm::dmat4& world_to_lattice);
+
+} // namespace isospline

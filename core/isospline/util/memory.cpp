@@ -1,0 +1,43 @@
+#include "isospline/util/memory.h"
+
+#include <fstream>
+#include <limits>
+#include <string>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
+#endif
+
+namespace isospline {
+
+std::size_t available_memory()
+{
+    std::ifstream file("/proc/meminfo");
+    std::string key, unit;
+    std::size_t kilobytes = 0;
+    while (file >> key >> kilobytes && std::getline(file, unit))
+        if (key == "MemAvailable:")
+            return kilobytes * 1024;
+    return std::numeric_limits<std::size_t>::max();
+}
+
+#ifdef __linux__
+void prefer_huge_pages(void* data, std::size_t size)
+{
+    // Whole pages inside of the array only; what surrounds it is not ours to give advice on.
+    const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+    const auto begin = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
+    const auto end = (reinterpret_cast<std::uintptr_t>(data) + size) / page * page;
+    if (begin < end)
+        madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+}
+#else
+void prefer_huge_pages(void*, std::size_t)
+{
+}
+#endif
+
+} // namespace isospline

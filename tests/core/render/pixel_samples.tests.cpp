@@ -1,0 +1,52 @@
+#include "catch.h"
+
+#include "isospline/render/pixel_samples.h"
+
+#include <cmath>
+#include <set>
+
+using namespace isospline;
+
+TEST_CASE("pixel samples are spread evenly about the centre, which comes first", "[render]")
+{
+    for (const int count : {1, 2, 3, 4, 5, 8, 9, 16, 25, 37, 64, 256}) {
+        const std::vector<PixelSample> samples = pixel_samples(count);
+        REQUIRE(samples.front().position == glm::dvec2(0.5));
+        REQUIRE((samples.front().weight > 0.0) == (count % 2 == 1));
+        REQUIRE(samples.size() == static_cast<std::size_t>(count % 2 == 1 ? count : count + 1));
+
+        double weight = 0.0;
+        glm::dvec2 mean(0.0);
+        std::set<int> columns, rows;
+        for (const PixelSample& sample : samples) {
+            weight += sample.weight;
+            mean += sample.weight * sample.position;
+            if (sample.weight > 0.0) {
+                columns.insert(static_cast<int>(std::floor(sample.position.x * count)));
+                rows.insert(static_cast<int>(std::floor(sample.position.y * count)));
+            }
+        }
+        REQUIRE(weight == Approx(1.0));
+        REQUIRE(mean.x == Approx(0.5));
+        REQUIRE(mean.y == Approx(0.5));
+        REQUIRE(columns.size() == static_cast<std::size_t>(count));
+        REQUIRE(rows.size() == static_cast<std::size_t>(count));
+    }
+}
+
+TEST_CASE("pixel samples integrate a smooth function", "[render]")
+{
+    double sum = 0.0;
+    for (const PixelSample& sample : pixel_samples(64))
+        sum += sample.weight * std::exp(sample.position.x + 0.5 * sample.position.y);
+    const double exact = (std::exp(1.0) - 1.0) * (std::exp(0.5) - 1.0) / 0.5;
+    REQUIRE(sum == Approx(exact).epsilon(1e-2));
+}
+
+TEST_CASE("pixel samples refuse a count that makes no sense", "[render]")
+{
+    REQUIRE_THROWS_AS(pixel_samples(0), std::invalid_argument);
+    REQUIRE_THROWS_AS(pixel_samples(-4), std::invalid_argument);
+    REQUIRE_THROWS_AS(pixel_samples(65537), std::invalid_argument);
+    REQUIRE(pixel_samples(65536).size() == 65537);
+}
