@@ -1,3 +1,163 @@
 #include "bind.h"
 
-void isospline::bind_hopper(pybind11::module_&) {}
+#include "arrays.h"
+#include "hits.h"
+#include "long_call.h"
+
+#include "isospline/trace/hopper.h"
+
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* hopper_doc = R"(Plain voxel hopping, as in the paper [1]_: the baseline for a `Scene`.
+
+A ray hops from voxel to voxel through a dense binary array, and is intersected, by the surface's own method, in those
+that belong to the shell. It finds the hits that a scene of this surface finds.
+
+Parameters
+----------
+surface : Isosurface
+    Another level of it takes effect at the next query.
+strides : bool
+    Whether empty bricks of 8 x 8 x 8 voxels are crossed at once, which the paper suggests as an octree.
+
+Notes
+-----
+The paper observes that the average hop is "about 0.653" of a voxel's edge long, and leaves the exact value to the
+reader. Over lines that are uniform and isotropic it is the mean chord of a unit cube, by Cauchy's formula
+
+.. math:: \frac{4 V}{S} = \frac{4 \cdot 1}{6} = \frac{2}{3}.
+
+Parallel lines of direction d have the mean chord V / (area of the shadow) = :math:`1 / (|d_x| + |d_y| + |d_z|)`,
+between 0.577 along a diagonal and 1 along an axis; a picture looks along few directions, and so has an average of its
+own.
+
+References
+----------
+.. [1] P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001, sections 3 and 4.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
+>>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
+>>> hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 5.0, inside="below"))
+>>> bool(abs(hopper.cast_rays([(-20, 0, 0, 1, 0, 0)])["t_hit"][0] - 15.0) < 0.01)
+True
+>>> round(hopper.statistics["mean_hop_length"], 6)
+1.0
+)";
+
+constexpr const char* cast_rays_doc = R"(First crossing of each ray with the surface.
+
+Parameters
+----------
+rays : (..., 6) array_like, float32 or float64
+    Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
+t_near, t_far : float
+    Only crossings with t in [t_near, t_far] count, t being in units of the direction's length.
+
+Returns
+-------
+dict
+    ``t_hit``, ``geometry_ids``, ``primitive_ids`` and ``primitive_normals``, as of `Scene.cast_rays`; the geometry id
+    is 0.
+
+Raises
+------
+ValueError
+    Where `rays` has another shape, an origin or direction is not finite, a direction is zero, or the limits are NaN.
+TypeError
+    Where `rays` does not hold real numbers.
+)";
+
+constexpr const char* statistics_doc = R"(dict: what the rays of the last `cast_rays` went through.
+
+``hops`` from one voxel to the next, ``strides`` across empty bricks, ``evaluated_cells`` where the surface was looked
+for, and ``mean_hop_length``, of hops and strides, in voxels (0 where there was none). Hops end on the faces of voxels:
+the way from the last face to the hit counts for none.)";
+
+/// A hopper, and the statistics of its last query.
+struct CountingHopper {
+    VoxelHopper hopper;
+    HopStatistics last;
+};
+
+std::unique_ptr<CountingHopper> make_hopper(std::shared_ptr<Isosurface> surface, bool strides)
+{
+    auto counting = std::unique_ptr<CountingHopper>();
+    long_call(py::none(), [&](const Progress&) {
+        counting.reset(new CountingHopper{VoxelHopper(std::move(surface), {strides}), {}});
+    });
+    return counting;
+}
+
+py::dict cast_rays(CountingHopper& counting, const py::object& rays, double t_near, double t_far)
+{
+    const RowArray rows(rays, "rays", 6);
+    check_limits(t_near, t_far);
+    HitArrays arrays(rows.leading_shape());
+    HopStatistics statistics;
+    std::mutex adding;
+    long_call(py::none(), [&](const Progress& progress) {
+        counting.hopper.commit();
+        for_each_chunk(rows, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
+            std::vector<Hit> hits(chunk.size());
+            const HopStatistics of_chunk = counting.hopper.cast_rays(chunk, hits);
+            arrays.set(hits, first);
+            const std::lock_guard lock(adding);
+            statistics += of_chunk;
+        });
+    });
+    counting.last = statistics;
+    return arrays.to_dict();
+}
+
+py::dict to_dict(const HopStatistics& statistics)
+{
+    py::dict result;
+    result["hops"] = statistics.hops;
+    result["strides"] = statistics.strides;
+    result["evaluated_cells"] = statistics.evaluated_cells;
+    result["mean_hop_length"] = statistics.mean_hop_length();
+    return result;
+}
+
+} // namespace
+
+void bind_hopper(py::module_& module)
+{
+    py::class_<CountingHopper>(module, "VoxelHopper", hopper_doc)
+        .def(py::init(&make_hopper), py::arg("surface").none(false), py::kw_only(), py::arg("strides") = false)
+        .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
+             py::arg("t_far") = std::numeric_limits<double>::infinity(), cast_rays_doc)
+        .def_property_readonly(
+            "statistics", [](const CountingHopper& counting) { return to_dict(counting.last); }, statistics_doc)
+        .def_property_readonly(
+            "surface",
+            [](const CountingHopper& counting) {
+                return std::const_pointer_cast<Isosurface>(counting.hopper.shared_surface());
+            },
+            "The surface.")
+        .def_property_readonly(
+            "strides", [](const CountingHopper& counting) { return counting.hopper.options().strides; },
+            "Whether empty bricks are crossed at once.")
+        .def_property_readonly(
+            "memory", [](const CountingHopper& counting) { return counting.hopper.memory(); },
+            "Bytes held by the binary array and its index.")
+        .def("__repr__", [](const CountingHopper& counting) {
+            return std::string("VoxelHopper(strides=") + (counting.hopper.options().strides ? "True" : "False") + ")";
+        });
+}
+
+} // namespace isospline

@@ -1,3 +1,356 @@
 #include "bind.h"
 
-void isospline::bind_isosurface(pybind11::module_&) {}
+#include "arrays.h"
+#include "long_call.h"
+
+#include "isospline/shell/isosurface.h"
+#include "isospline/util/check.h"
+
+#include <glm/geometric.hpp>
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* half_space_doc = R"(The side of a plane that is kept: the points x with <normal, x - point> >= 0.
+
+Parameters
+----------
+point : (3,) array_like, world units
+    Any point of the plane.
+normal : (3,) array_like
+    Points to the side that is kept; of any length but zero.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.HalfSpace((0, 0, 5), (0, 0, 1))
+HalfSpace(point=(0, 0, 5), normal=(0, 0, 1))
+)";
+
+constexpr const char* box_doc = R"(An axis-aligned box.
+
+Parameters
+----------
+minimum, maximum : (3,) array_like, world units
+    Its corners; the minimum is below the maximum along each axis. Sides may be at infinity.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.Box((0, 0, 0), (10, 20, 30))
+Box(minimum=(0, 0, 0), maximum=(10, 20, 30))
+)";
+
+constexpr const char* isosurface_doc = R"(The surface where the model of a volume has one value.
+
+.. math:: f(\mathbf{x}) = f_0
+
+Only the cells of its shell can hold a part of it [1]_: those whose coefficients, less the level, do not have one sign,
+and of these the ones that two-scale subdivision, called pruning, cannot rule out.
+
+Parameters
+----------
+volume : Volume
+    Of degree 1, 2 or 3; at odd degrees with at least two samples along each axis.
+level : float
+    The value :math:`f_0`.
+prune_depth : int
+    Levels of subdivision, 0 (no pruning) to 6.
+prune_border : bool
+    False leaves the cells on the border of the volume unpruned, as the paper does.
+mask : bool array of the volume's shape, optional
+    The parts to keep. A cell is cut away where the sample in its centre is False (degree 2), or one of the samples at
+    its corners (odd degrees).
+clip : HalfSpace, Box or a sequence of them, optional
+    In the volume's world space. What lies outside of any of them is cut away, with a straight cut.
+method : {"exact", "reference", "bracket"}
+    How rays find the surface in a cell. "exact" misses no root; "reference" is the same in float64 throughout, and
+    slow; "bracket" is the paper's: opposite signs at the ends of the cell, then Brent's method.
+inside : {"above", "below"}
+    The side of the surface that is the solid. Normals point to the other one.
+progress : callable, optional
+    Called with the finished fraction; cancels where it returns False.
+
+Warns
+-----
+UserWarning
+    Where the shell is empty, as for a level out of the data's range: rays miss.
+
+Notes
+-----
+Another `level` re-uses the coefficients and visits only the bricks of cells that straddle it. Do not set it while
+another thread casts rays at the surface.
+
+References
+----------
+.. [1] P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
+>>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2))
+>>> sphere = isospline.Isosurface(volume, 5.0, inside="below")
+>>> sphere.shell.mask.shape
+(17, 17, 17)
+>>> small = sphere.shell.count
+>>> sphere.level = 7.0
+>>> sphere.shell.count > small
+True
+)";
+
+constexpr const char* shell_doc = R"(The cells that may hold a part of an isosurface, at the level that it has now.
+
+Cell (x, y, z) is the cube between the indices (x, y, z) - 1/2 and (x, y, z) + 1/2 for even degrees, (x, y, z) and
+(x, y, z) + 1 for odd ones.
+)";
+
+const EnumWords<Method> method_words{
+    {"exact", Method::exact}, {"reference", Method::reference}, {"bracket", Method::bracket}};
+const EnumWords<Inside> inside_words{{"above", Inside::above}, {"below", Inside::below}};
+
+/// A half-space as Python gives it.
+struct Plane {
+    glm::dvec3 point;
+    glm::dvec3 normal;
+};
+
+/// The shell of a surface, whatever its level.
+struct ShellView {
+    std::shared_ptr<const Isosurface> surface;
+
+    const Shell& operator*() const { return surface->shell(); }
+    const Shell* operator->() const { return &surface->shell(); }
+};
+
+std::string tuple_text(const glm::dvec3& vector)
+{
+    std::ostringstream text;
+    text.precision(12);
+    text << "(" << vector.x << ", " << vector.y << ", " << vector.z << ")";
+    return text.str();
+}
+
+Plane make_half_space(const py::object& point, const py::object& normal)
+{
+    const Plane plane{as_vector(point, "point"), as_vector(normal, "normal")};
+    check_finite("point", plane.point);
+    check_direction("normal", plane.normal);
+    return plane;
+}
+
+Box make_box(const py::object& minimum, const py::object& maximum)
+{
+    const Box box{as_vector(minimum, "minimum"), as_vector(maximum, "maximum")};
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(box.lower[axis] < box.upper[axis]))
+            throw_invalid("maximum", "numbers above those of the minimum, " + tuple_text(box.lower),
+                          tuple_text(box.upper));
+    return box;
+}
+
+void add_clip(std::vector<HalfSpace>& clip, const py::handle& part)
+{
+    if (py::isinstance<Plane>(part)) {
+        const auto& [point, normal] = part.cast<const Plane&>();
+        const glm::dvec3 scaled = normal / std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
+        clip.push_back({scaled, glm::dot(scaled, point)});
+    } else if (py::isinstance<Box>(part)) {
+        const auto sides = half_spaces(part.cast<const Box&>());
+        clip.insert(clip.end(), sides.begin(), sides.end());
+    } else {
+        throw_type_error("clip", "a HalfSpace, a Box or a sequence of them", type_name(part));
+    }
+}
+
+std::vector<HalfSpace> as_clip(const py::object& value)
+{
+    std::vector<HalfSpace> clip;
+    if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
+        for (const py::handle part : value)
+            add_clip(clip, part);
+    } else if (!value.is_none()) {
+        add_clip(clip, value);
+    }
+    return clip;
+}
+
+/// Says that rays will miss, and why.
+void warn_of_empty_shell(const Isosurface& surface)
+{
+    if (surface.shell().count() > 0)
+        return;
+    const double lower = surface.volume().minimum(), upper = surface.volume().maximum();
+    const bool out_of_range = surface.level() < lower || surface.level() > upper;
+    std::ostringstream text;
+    text.precision(12);
+    text << "level " << surface.level() << (out_of_range ? " is out of" : " has an empty shell, within")
+         << " the data's range, " << lower << " to " << upper << ": there is no surface and rays miss it";
+    if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
+        throw py::error_already_set();
+}
+
+std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
+                                  std::shared_ptr<const ValueBounds> bounds, const py::object& progress)
+{
+    std::shared_ptr<Isosurface> surface;
+    long_call(progress, [&](const Progress& report) {
+        surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(bounds), report);
+    });
+    warn_of_empty_shell(*surface);
+    return surface;
+}
+
+std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, double level, int prune_depth,
+                                            bool prune_border, const py::object& mask, const py::object& clip,
+                                            const std::string& method, const std::string& inside,
+                                            const py::object& progress)
+{
+    IsosurfaceOptions options;
+    options.shell.prune_depth = prune_depth;
+    options.shell.prune_border = prune_border;
+    if (!mask.is_none())
+        options.shell.mask = as_mask(mask, "mask", volume->shape(), volume->options().axes);
+    options.clip = as_clip(clip);
+    options.method = as_enum(method_words, method, "method");
+    options.inside = as_enum(inside_words, inside, "inside");
+    return build(std::move(volume), level, std::move(options), nullptr, progress);
+}
+
+std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, const py::object& progress)
+{
+    return build(surface.shared_volume(), level, surface.options(), surface.shared_bounds(), progress);
+}
+
+void set_level(Isosurface& surface, double level)
+{
+    long_call(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
+    warn_of_empty_shell(surface);
+}
+
+py::array_t<std::int32_t> shell_cells(const ShellView& shell)
+{
+    auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(shell->count()), 3});
+    std::int32_t* next = array.mutable_data();
+    for (const Cell& cell : shell->cells()) {
+        *next++ = cell.x;
+        *next++ = cell.y;
+        *next++ = cell.z;
+    }
+    return array;
+}
+
+py::array_t<bool> shell_mask(const ShellView& shell)
+{
+    const Volume& volume = shell.surface->volume();
+    const glm::vec<3, std::size_t> shape(volume.cell_shape());
+    auto array = new_grid<bool>(volume.cell_shape(), volume.options().axes);
+    bool* const data = array.mutable_data();
+    std::fill_n(data, array.size(), false);
+    for (const Cell& cell : shell->cells())
+        data[cell.x + shape.x * (cell.y + shape.y * cell.z)] = true;
+    return array;
+}
+
+std::string representation(const Isosurface& surface)
+{
+    std::ostringstream text;
+    text.precision(12);
+    text << "Isosurface(level=" << surface.level() << ", method=\"" << to_word(method_words, surface.options().method)
+         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\"), " << surface.shell().count()
+         << " cells";
+    return "<" + text.str() + ">";
+}
+
+void bind_clip(py::module_& module)
+{
+    py::class_<Plane>(module, "HalfSpace", half_space_doc)
+        .def(py::init(&make_half_space), py::arg("point"), py::arg("normal"))
+        .def_property_readonly(
+            "point", [](const Plane& plane) { return to_array(plane.point); },
+            "(3,) float64 array, world units: a point of the plane.")
+        .def_property_readonly(
+            "normal", [](const Plane& plane) { return to_array(plane.normal); },
+            "(3,) float64 array: points to the side that is kept.")
+        .def("__repr__", [](const Plane& plane) {
+            return "HalfSpace(point=" + tuple_text(plane.point) + ", normal=" + tuple_text(plane.normal) + ")";
+        });
+    py::class_<Box>(module, "Box", box_doc)
+        .def(py::init(&make_box), py::arg("minimum"), py::arg("maximum"))
+        .def_property_readonly(
+            "minimum", [](const Box& box) { return to_array(box.lower); },
+            "(3,) float64 array, world units: the lower corner.")
+        .def_property_readonly(
+            "maximum", [](const Box& box) { return to_array(box.upper); },
+            "(3,) float64 array, world units: the upper corner.")
+        .def("__repr__", [](const Box& box) {
+            return "Box(minimum=" + tuple_text(box.lower) + ", maximum=" + tuple_text(box.upper) + ")";
+        });
+}
+
+void bind_shell(py::module_& module)
+{
+    py::class_<ShellView>(module, "Shell", shell_doc)
+        .def_property_readonly(
+            "count", [](const ShellView& shell) { return shell->count(); }, "Number of cells.")
+        .def_property_readonly("cells", &shell_cells,
+                               "(M, 3) int32 array: x, y, z of every cell, in the order of primitive ids. A new array.")
+        .def_property_readonly("mask", &shell_mask,
+                               "bool array over the grid of cells, in the order of the axes of the volume's data; one\n"
+                               "item fewer than samples along each axis for odd degrees. A new array.")
+        .def_property_readonly(
+            "memory", [](const ShellView& shell) { return shell->memory(); }, "Bytes held by the list of cells.")
+        .def("__len__", [](const ShellView& shell) { return shell->count(); })
+        .def("__repr__",
+             [](const ShellView& shell) { return "<Shell of " + std::to_string(shell->count()) + " cells>"; });
+}
+
+} // namespace
+
+void bind_isosurface(py::module_& module)
+{
+    bind_clip(module);
+    bind_shell(module);
+    py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
+        .def(py::init(&make_isosurface), py::arg("volume").none(false), py::arg("level"), py::kw_only(),
+             py::arg("prune_depth") = 2, py::arg("prune_border") = true, py::arg("mask") = py::none(),
+             py::arg("clip") = py::none(), py::arg("method") = "exact", py::arg("inside") = "above",
+             py::arg("progress") = py::none())
+        .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
+             "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
+        .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
+        .def_property_readonly(
+            "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface}; },
+            "The cells that may hold a part of the surface, at its present level.")
+        .def_property_readonly(
+            "volume",
+            [](const Isosurface& surface) { return std::const_pointer_cast<Volume>(surface.shared_volume()); },
+            "The volume.")
+        .def_property_readonly(
+            "method", [](const Isosurface& surface) { return to_word(method_words, surface.options().method); },
+            "How rays find the surface in a cell: \"exact\", \"reference\" or \"bracket\".")
+        .def_property_readonly(
+            "inside", [](const Isosurface& surface) { return to_word(inside_words, surface.options().inside); },
+            "The side of the surface that is the solid: \"above\" or \"below\".")
+        .def_property_readonly(
+            "prune_depth", [](const Isosurface& surface) { return surface.options().shell.prune_depth; },
+            "Levels of subdivision that the shell was pruned with.")
+        .def_property_readonly(
+            "prune_border", [](const Isosurface& surface) { return surface.options().shell.prune_border; },
+            "Whether cells on the border of the volume are pruned as well.")
+        .def("__repr__", &representation);
+}
+
+} // namespace isospline

@@ -1,3 +1,107 @@
+#include "arrays.h"
 #include "bind.h"
+#include "colors.h"
+#include "long_call.h"
 
-void isospline::bind_render(pybind11::module_&) {}
+#include "isospline/io/exr.h"
+#include "isospline/render/renderer.h"
+#include "isospline/scene/scene.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <variant>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
+using GivenShading = std::variant<Phong, Outline, ShadingOfGeometry>;
+
+std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
+                                    const py::object& background, int samples, const py::object& progress)
+{
+    RenderOptions options;
+    options.size = {size[0], size[1]};
+    options.background = as_background(background, "background");
+    options.samples = samples;
+    if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
+        options.shading_of_geometry = std::move(*by_geometry);
+    else if (auto* phong = std::get_if<Phong>(&shading))
+        options.shading = std::move(*phong);
+    else
+        options.shading = std::get<Outline>(shading);
+
+    auto image = std::make_unique<Image>();
+    long_call(progress, [&](const Progress& report) {
+        scene.commit(part_of(report, 0.0, 0.1));
+        *image = render(scene, camera, options, part_of(report, 0.1, 1.0));
+    });
+    return image;
+}
+
+/// An array over an image's own memory, which keeps the image alive.
+template <typename Value, typename Element>
+py::array_t<Value> view(const py::object& image, std::vector<Element> Image::*array)
+{
+    Image& pixels = image.cast<Image&>();
+    std::vector<py::ssize_t> shape{pixels.size.y, pixels.size.x};
+    if constexpr (sizeof(Element) > sizeof(Value))
+        shape.push_back(sizeof(Element) / sizeof(Value));
+    return py::array_t<Value>(shape, reinterpret_cast<Value*>((pixels.*array).data()), image);
+}
+
+void bind_image(py::module_& module)
+{
+    py::class_<Image>(module, "Image", "The arrays of an image; isospline.Image has the rest.")
+        .def_property_readonly("color", [](const py::object& self) { return view<float>(self, &Image::color); })
+        .def_property_readonly("depth", [](const py::object& self) { return view<float>(self, &Image::depth); })
+        .def_property_readonly("position", [](const py::object& self) { return view<float>(self, &Image::position); })
+        .def_property_readonly("normal", [](const py::object& self) { return view<float>(self, &Image::normal); })
+        .def_property_readonly("geometry_ids",
+                               [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
+        .def_property_readonly("primitive_ids",
+                               [](const py::object& self) { return view<std::uint32_t>(self, &Image::primitive_ids); })
+        .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })
+        .def_property_readonly("world_to_ndc", [](const Image& image) { return to_array(image.world_to_ndc); })
+        .def(
+            "write_exr",
+            [](const Image& image, const std::filesystem::path& path, bool half) {
+                const py::gil_scoped_release no_gil;
+                write_exr(image, path, {half});
+            },
+            py::arg("path"), py::kw_only(), py::arg("half") = false);
+}
+
+/// Errors of files become OSError, or the subclass that fits, with errno and filename.
+void translate_file_error(std::exception_ptr raised)
+{
+    try {
+        std::rethrow_exception(raised);
+    } catch (const std::filesystem::filesystem_error& error) {
+        const py::object type = py::reinterpret_borrow<py::object>(PyExc_OSError);
+        const py::object value = type(error.code().value(), error.code().message(), error.path1().string());
+        PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(value.ptr())), value.ptr());
+    }
+}
+
+} // namespace
+
+void bind_render(py::module_& module)
+{
+    py::register_local_exception_translator(translate_file_error);
+    bind_image(module);
+    module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
+               py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("progress"),
+               "The arrays of isospline.render().");
+}
+
+} // namespace isospline

@@ -1,3 +1,335 @@
 #include "bind.h"
 
-void isospline::bind_volume(pybind11::module_&) {}
+#include "arrays.h"
+#include "long_call.h"
+
+#include "isospline/spline/sample.h"
+#include "isospline/spline/volume.h"
+#include "isospline/util/parallel.h"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* volume_doc = R"(A continuous model of a regular volume of samples.
+
+.. math:: f(\mathbf{x}) = \sum_{\mathbf{k}} c_{\mathbf{k}} \, \beta^n(\mathbf{x} - \mathbf{k})
+
+The coefficients c follow from the samples by a recursive filter along each axis [1]_ [2]_, once, and are kept as
+float32. Samples sit at the voxels' centres; a position in the world is origin + direction @ (spacing * index), with
+index = (x, y, z).
+
+Parameters
+----------
+data : (nz, ny, nx) array, or (nx, ny, nz) for axes="xyz"
+    Samples of any boolean, integer or floating type, memory order and byte order; read in place (long double is
+    converted to float64 first). Must be finite.
+spacing : (3,) array_like, world units
+    Distance between samples along x, y and z.
+origin : (3,) array_like, world units
+    Position of sample (0, 0, 0).
+direction : (3, 3) array_like
+    Its columns are the directions of the axes x, y and z in the world, as in ITK and VTK.
+degree : int
+    Degree n of the B-spline, 0 to 5. Isosurfaces need 1, 2 or 3.
+boundary : {"mirror", "periodic"}
+    How the samples continue outside of the volume, for the filter and for the model: symmetrically about the first and
+    the last sample, or periodically (scipy.ndimage's "mirror" and "grid-wrap").
+filter : {"interpolate", "none", "smoothing"}
+    "interpolate": the model passes through the samples. "none": the samples are taken as coefficients, a model that
+    smooths. "smoothing": along each axis, the spline of degree n that minimises
+
+    .. math:: \sum_k (f(k) - s(k))^2 + \lambda \int \left(\frac{d^m s}{dx^m}\right)^2 dx,
+              \quad m = \lfloor n/2 \rfloor + 1
+
+    with :math:`\lambda` = `smoothing` and x in samples. For degree 0, the roughness is the sum of the squared
+    differences of neighbours.
+smoothing : float
+    Weight of the roughness, 0 to 1e9; only for filter="smoothing".
+axes : {"zyx", "xyz"}
+    Order of the axes of `data`: "zyx" as NumPy arrays made by ITK, VTK, tifffile and zarr, "xyz" as those of nibabel.
+    Points, directions and spacing are always (x, y, z).
+progress : callable, optional
+    Called with the finished fraction; cancels where it returns False.
+
+Raises
+------
+TypeError
+    For samples that are complex, objects or text.
+ValueError
+    For samples that are not three-dimensional, are none, or are not finite (the first such index is named), and for
+    any other parameter out of its range.
+MemoryError
+    Before the work begins, where the coefficients would not fit into memory.
+
+References
+----------
+.. [1] P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001.
+.. [2] M. Unser, A. Aldroubi, M. Eden, "B-spline signal processing: Parts I and II", IEEE Transactions on Signal
+   Processing 41(2), 1993.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> z, y, x = np.mgrid[0:8, 0:9, 0:10].astype(np.float32)
+>>> volume = isospline.Volume(x + 10 * y, spacing=(0.5, 1, 1))
+>>> volume.shape
+(8, 9, 10)
+>>> volume.sample([[2.0, 3.0, 4.0]]).round(3)
+array([34.])
+>>> volume.sample([[2.0, 3.0, 4.0]], derivative=1).shape
+(1, 3)
+)";
+
+constexpr const char* sample_doc = R"(The model or its derivatives at points.
+
+Outside of the volume the model continues by its boundary rule. Points that are not finite give NaN.
+
+Parameters
+----------
+points : (..., 3) float array, world units
+    Positions x, y, z.
+derivative : {0, 1, 2}
+    0 for the values, 1 for the gradients, 2 for the Hessians, by world coordinates. Derivatives that the degree does
+    not have are zero.
+
+Returns
+-------
+(...), (..., 3) or (..., 3, 3) float64 array
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> volume = isospline.Volume(np.eye(4)[:, :, None] * np.ones(5))
+>>> float(volume.sample([[2, 1, 1]])[0].round(6))
+1.0
+)";
+
+const EnumWords<Boundary> boundary_words{{"mirror", Boundary::mirror}, {"periodic", Boundary::periodic}};
+const EnumWords<Filter> filter_words{
+    {"interpolate", Filter::interpolate}, {"none", Filter::none}, {"smoothing", Filter::smoothing}};
+const EnumWords<Axes> axes_words{{"zyx", Axes::zyx}, {"xyz", Axes::xyz}};
+
+SampleType sample_type(const py::dtype& dtype)
+{
+    switch (dtype.kind()) {
+    case 'b': return SampleType::uint8;
+    case 'u':
+        switch (dtype.itemsize()) {
+        case 1: return SampleType::uint8;
+        case 2: return SampleType::uint16;
+        case 4: return SampleType::uint32;
+        default: return SampleType::uint64;
+        }
+    case 'i':
+        switch (dtype.itemsize()) {
+        case 1: return SampleType::int8;
+        case 2: return SampleType::int16;
+        case 4: return SampleType::int32;
+        default: return SampleType::int64;
+        }
+    default:
+        switch (dtype.itemsize()) {
+        case 2: return SampleType::float16;
+        case 4: return SampleType::float32;
+        default: return SampleType::float64;
+        }
+    }
+}
+
+SampleView sample_view(const py::array& array, Axes axes)
+{
+    const auto size = [&](int axis) {
+        const py::ssize_t samples = array.shape(axes == Axes::xyz ? axis : 2 - axis);
+        if (samples > largest_sample_count)
+            throw_invalid("data", "at most " + std::to_string(largest_sample_count) + " samples along an axis",
+                          samples);
+        return static_cast<int>(samples);
+    };
+    const bool native = array.dtype().attr("isnative").cast<bool>();
+    return {array.data(), sample_type(array.dtype()), {size(0), size(1), size(2)}, grid_strides(array, axes), !native};
+}
+
+/// `data[3, 2, 1]`, the index in the order of the user's array.
+std::string item_text(const glm::ivec3& index, Axes axes)
+{
+    std::string text = to_text(array_shape(index, axes));
+    text.front() = '[';
+    text.back() = ']';
+    return "data" + text;
+}
+
+std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& spacing, const py::object& origin,
+                                    const py::object& direction, int degree, const std::string& boundary,
+                                    const std::string& filter, double smoothing, const std::string& axes,
+                                    const py::object& progress)
+{
+    VolumeOptions options;
+    options.spacing = as_vector(spacing, "spacing");
+    options.origin = as_vector(origin, "origin");
+    if (!direction.is_none())
+        options.direction = as_matrix3(direction, "direction");
+    options.degree = degree;
+    options.boundary = as_enum(boundary_words, boundary, "boundary");
+    options.filter = as_enum(filter_words, filter, "filter");
+    options.smoothing = smoothing;
+    options.axes = as_enum(axes_words, axes, "axes");
+
+    py::array array = as_array(data, "data", "biuf", "a three-dimensional array of real numbers");
+    if (array.ndim() != 3)
+        throw_invalid("data", "three dimensions", "shape " + to_text(shape_of(array)));
+    if (array.size() == 0)
+        throw_invalid("data", "at least one sample along each axis", "shape " + to_text(shape_of(array)));
+    if (array.dtype().kind() == 'f' && array.dtype().itemsize() > 8)
+        array = array.attr("astype")(py::dtype::of<double>());
+    const SampleView samples = sample_view(array, options.axes);
+
+    std::shared_ptr<Volume> volume;
+    try {
+        long_call(progress,
+                  [&](const Progress& report) { volume = std::make_shared<Volume>(samples, options, report); });
+    } catch (const NonFiniteSample& error) {
+        throw_invalid("data", "finite numbers",
+                      std::to_string(error.value) + " at " + item_text(error.index, options.axes));
+    }
+    return volume;
+}
+
+py::array sample(const Volume& volume, const py::object& points, int derivative)
+{
+    if (derivative < 0 || derivative > 2)
+        throw_invalid("derivative", "0, 1 or 2", derivative);
+    const RowArray rows(points, "points", 3);
+    const Shape trailing(static_cast<std::size_t>(derivative), 3);
+    auto result = new_array<double>(rows.leading_shape(), trailing);
+    double* const to = result.mutable_data();
+
+    long_call(py::none(), [&](const Progress& report) {
+        constexpr std::size_t grain = 4096;
+        const auto body = [&](std::size_t begin, std::size_t end) {
+            for (std::size_t row = begin; row < end; ++row) {
+                const glm::dvec3 position_world = rows.vector(row);
+                if (derivative == 0) {
+                    to[row] = value_at(volume, position_world);
+                } else if (derivative == 1) {
+                    const glm::dvec3 gradient = gradient_at(volume, position_world);
+                    std::copy_n(&gradient[0], 3, to + 3 * row);
+                } else {
+                    const glm::dmat3 hessian = hessian_at(volume, position_world);
+                    std::copy_n(&hessian[0][0], 9, to + 9 * row);
+                }
+            }
+        };
+        parallel_for(rows.count(), grain, body, report);
+    });
+    return result;
+}
+
+py::array coefficients(const Volume& volume)
+{
+    const glm::ivec3 shape = volume.shape();
+    const int padding = volume.padding();
+    const double offset = volume.offset();
+    auto result = new_grid<float>(shape, volume.options().axes);
+    float* const to = result.mutable_data();
+    const py::gil_scoped_release no_gil;
+    parallel_for(static_cast<std::size_t>(shape.z), 1, [&](std::size_t begin, std::size_t end) {
+        for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+            for (int y = 0; y < shape.y; ++y) {
+                const float* const row = volume.cell_coefficients(padding, y + padding, z + padding);
+                float* const to_row = to + shape.x * (y + static_cast<std::ptrdiff_t>(shape.y) * z);
+                for (int x = 0; x < shape.x; ++x)
+                    to_row[x] = static_cast<float>(static_cast<double>(row[x]) + offset);
+            }
+    });
+    return result;
+}
+
+std::string representation(const Volume& volume)
+{
+    const auto& options = volume.options();
+    std::ostringstream text;
+    text << "Volume(shape=" << to_text(array_shape(volume.shape(), options.axes)) << ", axes=\""
+         << to_word(axes_words, options.axes) << "\", spacing=(" << options.spacing.x << ", " << options.spacing.y
+         << ", " << options.spacing.z << "), degree=" << options.degree << ", boundary=\""
+         << to_word(boundary_words, options.boundary) << "\", filter=\"" << to_word(filter_words, options.filter)
+         << "\")";
+    return text.str();
+}
+
+} // namespace
+
+void bind_volume(py::module_& module)
+{
+    py::register_local_exception_translator([](std::exception_ptr raised) {
+        try {
+            if (raised)
+                std::rethrow_exception(raised);
+        } catch (const std::length_error& error) {
+            PyErr_SetString(PyExc_MemoryError, error.what());
+        }
+    });
+
+    py::class_<Volume, std::shared_ptr<Volume>>(module, "Volume", volume_doc)
+        .def(py::init(&make_volume), py::arg("data"), py::kw_only(), py::arg("spacing") = py::make_tuple(1.0, 1.0, 1.0),
+             py::arg("origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("direction") = py::none(),
+             py::arg("degree") = 2, py::arg("boundary") = "mirror", py::arg("filter") = "interpolate",
+             py::arg("smoothing") = 0.0, py::arg("axes") = "zyx", py::arg("progress") = py::none())
+        .def("sample", &sample, py::arg("points"), py::kw_only(), py::arg("derivative") = 0, sample_doc)
+        .def_property_readonly("coefficients", &coefficients,
+                               "float32 array of the data's shape: the coefficients, in a new array.")
+        .def_property_readonly(
+            "shape",
+            [](const Volume& volume) {
+                return py::tuple(py::cast(array_shape(volume.shape(), volume.options().axes)));
+            },
+            "Shape of the data, in the order of its axes.")
+        .def_property_readonly(
+            "affine", [](const Volume& volume) { return to_array(volume.index_to_world()); },
+            "(4, 4) float64 array: index (x, y, z, 1) to world.")
+        .def_property_readonly(
+            "bounds", [](const Volume& volume) { return to_array(volume.bounds()); },
+            "(2, 3) float64 array: lower and upper corner of the model's box in the world. It ends with the outer\n"
+            "voxels' faces for even degrees, with their centres for odd ones.")
+        .def_property_readonly(
+            "spacing", [](const Volume& volume) { return to_array(volume.options().spacing); },
+            "(3,) float64 array: world units between samples along x, y and z.")
+        .def_property_readonly(
+            "origin", [](const Volume& volume) { return to_array(volume.options().origin); },
+            "(3,) float64 array: world position of sample (0, 0, 0).")
+        .def_property_readonly(
+            "direction", [](const Volume& volume) { return to_array(volume.options().direction); },
+            "(3, 3) float64 array: its columns are the directions of the axes x, y and z.")
+        .def_property_readonly("degree", &Volume::degree, "Degree of the B-spline.")
+        .def_property_readonly(
+            "boundary", [](const Volume& volume) { return to_word(boundary_words, volume.boundary()); },
+            "How the samples continue outside of the volume: \"mirror\" or \"periodic\".")
+        .def_property_readonly(
+            "filter", [](const Volume& volume) { return to_word(filter_words, volume.filter()); },
+            "How the coefficients followed from the samples: \"interpolate\", \"none\" or \"smoothing\".")
+        .def_property_readonly(
+            "smoothing", [](const Volume& volume) { return volume.options().smoothing; }, "Weight of the roughness.")
+        .def_property_readonly(
+            "axes", [](const Volume& volume) { return to_word(axes_words, volume.options().axes); },
+            "Order of the data's axes: \"zyx\" or \"xyz\".")
+        .def_property_readonly("minimum", &Volume::minimum, "Smallest sample.")
+        .def_property_readonly("maximum", &Volume::maximum, "Largest sample.")
+        .def_property_readonly("memory", &Volume::memory, "Bytes held by this object.")
+        .def("__repr__", &representation);
+}
+
+} // namespace isospline

@@ -1,12 +1,18 @@
 // The Python module isospline._core: one bind_ function a concept.
 #include "bind.h"
 
+#include "isospline/util/progress.h"
+
 PYBIND11_MODULE(_core, module)
 {
     module.doc() = "Isosurfaces of B-spline volume models, ray traced exactly in Embree.";
+    pybind11::register_exception<isospline::Cancelled>(module, "Cancelled", PyExc_RuntimeError).doc() =
+        "Raised by an operation whose progress callable returned False.";
     isospline::bind_volume(module);
     isospline::bind_isosurface(module);
     isospline::bind_scene(module);
     isospline::bind_hopper(module);
+    isospline::bind_camera(module);
+    isospline::bind_shading(module);
     isospline::bind_render(module);
 }

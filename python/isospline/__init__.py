@@ -1,1 +1,59 @@
 """Isosurfaces of B-spline volume models, ray traced exactly in Embree."""
+
+from importlib.metadata import version as _version
+
+from . import volumes
+from ._core import (
+    INVALID_ID,
+    Box,
+    Cancelled,
+    DirectionalLight,
+    HalfSpace,
+    Isosurface,
+    Mesh,
+    OrthographicCamera,
+    Outline,
+    PerspectiveCamera,
+    Phong,
+    PositionalLight,
+    ProjectionPlaneCamera,
+    Scene,
+    Volume,
+    VoxelHopper,
+    set_thread_count,
+    thread_count,
+)
+from .cameras import camera_for
+from .image import Image, render
+from .io import VolumeData, read_volume
+from .levels import suggest_levels
+
+__version__ = _version("isospline")
+
+__all__ = [
+    "INVALID_ID",
+    "Box",
+    "Cancelled",
+    "DirectionalLight",
+    "HalfSpace",
+    "Image",
+    "Isosurface",
+    "Mesh",
+    "OrthographicCamera",
+    "Outline",
+    "PerspectiveCamera",
+    "Phong",
+    "PositionalLight",
+    "ProjectionPlaneCamera",
+    "Scene",
+    "Volume",
+    "VolumeData",
+    "VoxelHopper",
+    "camera_for",
+    "read_volume",
+    "render",
+    "set_thread_count",
+    "suggest_levels",
+    "thread_count",
+    "volumes",
+]

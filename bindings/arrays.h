@@ -1,0 +1,276 @@
+// NumPy arrays and Python values to C++ ones and back: every check of dtype, shape and layout is here. Errors name the
+// parameter, what was expected and what came: ValueError for shapes and values, TypeError for types.
+#pragma once
+
+#include "isospline/shell/cutout.h"
+#include "isospline/spline/volume.h"
+#include "isospline/util/error.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace isospline {
+
+using Shape = std::vector<pybind11::ssize_t>;
+
+/// `(3, 4)`, as NumPy prints it.
+inline std::string to_text(const Shape& shape)
+{
+    std::string text = "(";
+    for (std::size_t i = 0; i < shape.size(); ++i)
+        text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+    return text + (shape.size() == 1 ? ",)" : ")");
+}
+
+inline Shape shape_of(const pybind11::array& array)
+{
+    return Shape(array.shape(), array.shape() + array.ndim());
+}
+
+template <typename Got>
+[[noreturn]] void throw_type_error(const char* parameter, const std::string& expected, const Got& got)
+{
+    std::ostringstream message;
+    message << parameter << ": expected " << expected << ", got " << got;
+    throw pybind11::type_error(message.str());
+}
+
+inline std::string type_name(const pybind11::handle& value)
+{
+    return pybind11::str(pybind11::type::handle_of(value).attr("__name__"));
+}
+
+/// numpy.asarray(value), whose dtype is one of the kinds given: b boolean, i and u integer, f floating point.
+inline pybind11::array as_array(const pybind11::handle& value, const char* parameter, std::string_view kinds = "biuf",
+                                const char* expected = "an array of real numbers")
+{
+    namespace py = pybind11;
+    auto array = py::array::ensure(value);
+    if (!array) {
+        PyErr_Clear();
+        throw_type_error(parameter, expected, type_name(value));
+    }
+    if (kinds.find(array.dtype().kind()) == std::string_view::npos)
+        throw_type_error(parameter, expected, "dtype " + std::string(py::str(array.dtype())));
+    return array;
+}
+
+/// An array of shape (..., columns), such as rays (..., 6) or points (..., 3), whose numbers are read as float64.
+/// C-contiguous float32 and float64 arrays are read in place, other ones are copied.
+class RowArray {
+public:
+    RowArray(const pybind11::handle& value, const char* parameter, pybind11::ssize_t columns)
+        : array_(as_array(value, parameter, "iuf")), columns_(static_cast<std::size_t>(columns))
+    {
+        namespace py = pybind11;
+        if (array_.ndim() < 1 || array_.shape(array_.ndim() - 1) != columns)
+            throw_invalid(parameter, "shape (..., " + std::to_string(columns) + ")", to_text(shape_of(array_)));
+        count_ = static_cast<std::size_t>(array_.size() / columns);
+        if (py::isinstance<py::array_t<float, py::array::c_style>>(array_) && is_aligned<float>()) {
+            floats_ = static_cast<const float*>(array_.data());
+            return;
+        }
+        if (!py::isinstance<py::array_t<double, py::array::c_style>>(array_) || !is_aligned<double>())
+            array_ = py::array_t<double, py::array::c_style>(py::module_::import("numpy").attr("array")(
+                array_, py::arg("dtype") = py::dtype::of<double>(), py::arg("order") = "C"));
+        doubles_ = static_cast<const double*>(array_.data());
+    }
+
+    std::size_t count() const { return count_; }
+    /// The shape without its last axis: that of a result with one item a row.
+    Shape leading_shape() const
+    {
+        Shape shape = shape_of(array_);
+        shape.pop_back();
+        return shape;
+    }
+    /// May be called without the GIL.
+    double operator()(std::size_t row, std::size_t column) const
+    {
+        const std::size_t at = row * columns_ + column;
+        return floats_ != nullptr ? static_cast<double>(floats_[at]) : doubles_[at];
+    }
+    /// Three columns from `column` on.
+    glm::dvec3 vector(std::size_t row, std::size_t column = 0) const
+    {
+        return {(*this)(row, column), (*this)(row, column + 1), (*this)(row, column + 2)};
+    }
+
+private:
+    template <typename Number>
+    bool is_aligned() const
+    {
+        return reinterpret_cast<std::uintptr_t>(array_.data()) % alignof(Number) == 0;
+    }
+
+    pybind11::array array_;
+    std::size_t columns_;
+    std::size_t count_ = 0;
+    const float* floats_ = nullptr;
+    const double* doubles_ = nullptr;
+};
+
+/// An array of float64 of exactly this shape, in C order.
+inline pybind11::array_t<double, pybind11::array::c_style> as_doubles(const pybind11::handle& value,
+                                                                      const char* parameter, const Shape& shape)
+{
+    namespace py = pybind11;
+    const auto array = as_array(value, parameter, "iuf", ("numbers of shape " + to_text(shape)).c_str());
+    if (shape_of(array) != shape)
+        throw_invalid(parameter, "shape " + to_text(shape), to_text(shape_of(array)));
+    return py::array_t<double, py::array::c_style | py::array::forcecast>(array);
+}
+
+inline glm::dvec3 as_vector(const pybind11::handle& value, const char* parameter)
+{
+    const auto numbers = as_doubles(value, parameter, {3});
+    return {numbers.at(0), numbers.at(1), numbers.at(2)};
+}
+
+/// A matrix as NumPy indexes it, [row, column].
+inline glm::dmat3 as_matrix3(const pybind11::handle& value, const char* parameter)
+{
+    const auto numbers = as_doubles(value, parameter, {3, 3});
+    glm::dmat3 matrix;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            matrix[column][row] = numbers.at(row, column);
+    return matrix;
+}
+
+inline glm::dmat4 as_matrix4(const pybind11::handle& value, const char* parameter)
+{
+    const auto numbers = as_doubles(value, parameter, {4, 4});
+    glm::dmat4 matrix;
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            matrix[column][row] = numbers.at(row, column);
+    return matrix;
+}
+
+inline pybind11::array_t<double> to_array(const glm::dvec3& vector)
+{
+    return pybind11::array_t<double>(3, &vector[0]);
+}
+
+inline pybind11::array_t<double> to_array(const glm::dmat3& matrix)
+{
+    pybind11::array_t<double> array(Shape{3, 3});
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            array.mutable_at(row, column) = matrix[column][row];
+    return array;
+}
+
+inline pybind11::array_t<double> to_array(const glm::dmat4& matrix)
+{
+    pybind11::array_t<double> array(Shape{4, 4});
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            array.mutable_at(row, column) = matrix[column][row];
+    return array;
+}
+
+/// (2, 3): lower and upper corner.
+inline pybind11::array_t<double> to_array(const Box& box)
+{
+    pybind11::array_t<double> array(Shape{2, 3});
+    for (int axis = 0; axis < 3; ++axis) {
+        array.mutable_at(0, axis) = box.lower[axis];
+        array.mutable_at(1, axis) = box.upper[axis];
+    }
+    return array;
+}
+
+/// A new array of shape (leading..., trailing...).
+template <typename Number>
+pybind11::array_t<Number> new_array(Shape leading, const Shape& trailing = {})
+{
+    leading.insert(leading.end(), trailing.begin(), trailing.end());
+    return pybind11::array_t<Number>(leading);
+}
+
+/// What a volume's shape (x, y, z) is in the order of the user's array.
+inline Shape array_shape(const glm::ivec3& shape, Axes axes)
+{
+    if (axes == Axes::xyz)
+        return {shape.x, shape.y, shape.z};
+    return {shape.z, shape.y, shape.x};
+}
+
+/// Bytes between neighbours along x, y and z of a three-dimensional array.
+inline std::array<std::ptrdiff_t, 3> grid_strides(const pybind11::array& array, Axes axes)
+{
+    if (axes == Axes::xyz)
+        return {array.strides(0), array.strides(1), array.strides(2)};
+    return {array.strides(2), array.strides(1), array.strides(0)};
+}
+
+/// A new array over a grid, indexed in the order of the user's array and with x varying fastest in memory, so that
+/// item (x, y, z) is at x + shape.x * (y + shape.y * z) of its data.
+template <typename Number>
+pybind11::array_t<Number> new_grid(const glm::ivec3& shape, Axes axes)
+{
+    namespace py = pybind11;
+    if (axes == Axes::xyz)
+        return py::array_t<Number, py::array::f_style>(array_shape(shape, axes));
+    return py::array_t<Number, py::array::c_style>(array_shape(shape, axes));
+}
+
+/// A boolean array over the samples of a volume, in the order of the user's array.
+inline Mask as_mask(const pybind11::handle& value, const char* parameter, const glm::ivec3& shape, Axes axes)
+{
+    const auto array = as_array(value, parameter, "b", "an array of bool");
+    const Shape expected = array_shape(shape, axes);
+    if (shape_of(array) != expected)
+        throw_invalid(parameter, "shape " + to_text(expected), to_text(shape_of(array)));
+    const auto strides = grid_strides(array, axes);
+    const auto* const data = static_cast<const std::uint8_t*>(array.data());
+    Mask mask;
+    mask.reserve(static_cast<std::size_t>(array.size()));
+    for (int z = 0; z < shape.z; ++z)
+        for (int y = 0; y < shape.y; ++y)
+            for (int x = 0; x < shape.x; ++x)
+                mask.push_back(data[x * strides[0] + y * strides[1] + z * strides[2]] != 0);
+    return mask;
+}
+
+/// The words that stand for an enumeration's values in Python.
+template <typename Enum>
+using EnumWords = std::vector<std::pair<const char*, Enum>>;
+
+/// The value of a word.
+template <typename Enum>
+Enum as_enum(const EnumWords<Enum>& words, const std::string& word, const char* parameter)
+{
+    std::string expected;
+    for (const auto& [name, value] : words) {
+        if (word == name)
+            return value;
+        expected += (expected.empty() ? "\"" : " or \"") + std::string(name) + "\"";
+    }
+    throw_invalid(parameter, expected, "\"" + word + "\"");
+}
+
+/// The word of a value.
+template <typename Enum>
+const char* to_word(const EnumWords<Enum>& words, Enum value)
+{
+    for (const auto& [name, named] : words)
+        if (named == value)
+            return name;
+    return "";
+}
+
+} // namespace isospline

@@ -1,0 +1,206 @@
+#include "arrays.h"
+#include "bind.h"
+#include "colors.h"
+
+#include "isospline/shade/shading.h"
+#include "isospline/util/check.h"
+
+#include <pybind11/stl.h>
+
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+template <typename Validated>
+Validated checked(Validated value)
+{
+    validate(value);
+    return value;
+}
+
+void bind_lights(py::module_& module)
+{
+    py::class_<PositionalLight>(module, "PositionalLight", R"(A light at a point, without attenuation by distance.
+
+Parameters
+----------
+position : (3,) float
+    World units.
+intensity : float or (3,) float
+    Linear red, green and blue, or one number for all three; at least 0.
+)")
+        .def(py::init([](const py::object& position, const py::object& intensity) {
+                 const PositionalLight light{as_vector(position, "position"), as_color(intensity, "intensity")};
+                 validate(light);
+                 return light;
+             }),
+             py::arg("position"), py::kw_only(), py::arg("intensity") = 1.0)
+        .def_property_readonly("position", [](const PositionalLight& light) { return to_array(light.position); })
+        .def_property_readonly("intensity", [](const PositionalLight& light) { return to_array(light.intensity); })
+        .def("__repr__", [](const PositionalLight& light) {
+            return "PositionalLight(" + to_text(light.position) + ", intensity=" + to_text(light.intensity) + ")";
+        });
+
+    py::class_<DirectionalLight>(module, "DirectionalLight", R"(A light that is infinitely far away.
+
+Parameters
+----------
+direction : (3,) float
+    The direction that the light travels in, of any length but zero.
+intensity : float or (3,) float
+    Linear red, green and blue, or one number for all three; at least 0.
+)")
+        .def(py::init([](const py::object& direction, const py::object& intensity) {
+                 const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity")};
+                 validate(light);
+                 return light;
+             }),
+             py::arg("direction"), py::kw_only(), py::arg("intensity") = 1.0)
+        .def_property_readonly("direction", [](const DirectionalLight& light) { return to_array(light.direction); })
+        .def_property_readonly("intensity", [](const DirectionalLight& light) { return to_array(light.intensity); })
+        .def("__repr__", [](const DirectionalLight& light) {
+            return "DirectionalLight(" + to_text(light.direction) + ", intensity=" + to_text(light.intensity) + ")";
+        });
+}
+
+void bind_phong(py::module_& module)
+{
+    const Phong defaults;
+    py::class_<Phong>(module, "Phong", R"(Phong's illumination model in the paper's form.
+
+.. math:: I = k_a I_a + \sum_k I_k (k_d \langle N, L_k \rangle + k_s \langle V, R_k \rangle^{n_s}),
+          \quad R_k = 2 N \langle N, L_k \rangle - L_k
+
+with the unit normal N, the unit vectors L_k to the lights and V to the viewer, and negative products taken as zero.
+Every intensity has a red, a green and a blue part. The surface's colour multiplies the ambient and the diffuse term;
+highlights have the colour of the light.
+
+Parameters
+----------
+color : float or (3,) float
+    Linear colour of the surface.
+ambient, diffuse, specular : float
+    The coefficients k_a, k_d and k_s, at least 0.
+specular_exponent : float
+    n_s, at least 0.
+ambient_light : float or (3,) float
+    I_a.
+lights : sequence of PositionalLight and DirectionalLight, optional
+    By default two directional lights that go with the camera: over the viewer's left shoulder, and a quarter as
+    bright from the right. An empty sequence leaves the ambient term alone.
+two_sided : bool
+    Turn normals to the viewer where <N, V> is negative, so that the inside of an open or cut surface is lit as its
+    outside is. With False, it is the paper's formula to the letter.
+
+Raises
+------
+ValueError
+    For numbers that are negative or not finite.
+
+References
+----------
+P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.Phong(color=(1, 0.8, 0.6), lights=[isospline.PositionalLight((10, -20, 30))]).specular_exponent
+30.0
+)")
+        .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
+                         double specular_exponent, const py::object& ambient_light,
+                         std::optional<std::vector<Light>> lights, bool two_sided) {
+                 return checked(Phong{as_color(color, "color"), ambient, diffuse, specular, specular_exponent,
+                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided});
+             }),
+             py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
+             py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
+             py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
+             py::arg("lights") = py::none(), py::arg("two_sided") = true)
+        .def_property_readonly("color", [](const Phong& phong) { return to_array(phong.color); })
+        .def_readonly("ambient", &Phong::ambient)
+        .def_readonly("diffuse", &Phong::diffuse)
+        .def_readonly("specular", &Phong::specular)
+        .def_readonly("specular_exponent", &Phong::specular_exponent)
+        .def_property_readonly("ambient_light", [](const Phong& phong) { return to_array(phong.ambient_light); })
+        .def_readonly("lights", &Phong::lights)
+        .def_readonly("two_sided", &Phong::two_sided)
+        .def("__repr__", [](const Phong& phong) {
+            std::ostringstream representation;
+            representation << "Phong(color=" << to_text(phong.color) << ", ambient=" << phong.ambient
+                           << ", diffuse=" << phong.diffuse << ", specular=" << phong.specular
+                           << ", specular_exponent=" << phong.specular_exponent
+                           << ", ambient_light=" << to_text(phong.ambient_light)
+                           << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
+                           << ", two_sided=" << (phong.two_sided ? "True" : "False") << ")";
+            return representation.str();
+        });
+}
+
+void bind_outline(py::module_& module)
+{
+    py::class_<Outline>(module, "Outline", R"(The paper's outline illumination model.
+
+.. math:: I = (1 - \langle N, V \rangle^2)^{n_o}
+
+with the unit normal N and the unit vector V to the viewer: bright where the surface turns away. It needs no light.
+I goes from the surface's colour (0) to the colour of the lines (1).
+
+Parameters
+----------
+exponent : float
+    n_o, at least 0; the larger, the thinner the lines.
+color : float or (3,) float
+    Linear colour of the lines.
+surface_color : float or (3,) float
+    Linear colour of what lies between them.
+
+Raises
+------
+ValueError
+    For numbers that are negative or not finite.
+
+References
+----------
+P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6.
+
+Examples
+--------
+>>> import isospline
+>>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
+)")
+        .def(py::init([](double exponent, const py::object& color, const py::object& surface_color) {
+                 return checked(
+                     Outline{exponent, as_color(color, "color"), as_color(surface_color, "surface_color")});
+             }),
+             py::arg("exponent") = Outline().exponent, py::kw_only(), py::arg("color") = 1.0,
+             py::arg("surface_color") = 0.0)
+        .def_readonly("exponent", &Outline::exponent)
+        .def_property_readonly("color", [](const Outline& outline) { return to_array(outline.color); })
+        .def_property_readonly("surface_color",
+                               [](const Outline& outline) { return to_array(outline.surface_color); })
+        .def("__repr__", [](const Outline& outline) {
+            std::ostringstream representation;
+            representation << "Outline(exponent=" << outline.exponent << ", color=" << to_text(outline.color)
+                           << ", surface_color=" << to_text(outline.surface_color) << ")";
+            return representation.str();
+        });
+}
+
+} // namespace
+
+void bind_shading(py::module_& module)
+{
+    bind_lights(module);
+    bind_phong(module);
+    bind_outline(module);
+}
+
+} // namespace isospline

@@ -1,0 +1,46 @@
+// Colours between Python and GLM.
+#pragma once
+
+#include "arrays.h"
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <pybind11/numpy.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <vector>
+
+namespace isospline {
+
+/// One number, or as many of a sequence as `counts` allows.
+inline std::vector<double> as_color_parts(const pybind11::handle& value, const char* parameter,
+                                          std::initializer_list<pybind11::ssize_t> counts, const char* expected)
+{
+    namespace py = pybind11;
+    const py::array array = as_array(value, parameter, "iuf", expected);
+    if (array.ndim() > 1 || std::find(counts.begin(), counts.end(), array.size()) == counts.end())
+        throw_invalid(parameter, expected, "shape " + to_text(shape_of(array)));
+    const py::array_t<double, py::array::c_style | py::array::forcecast> numbers(array);
+    return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+/// A colour or an intensity, from three numbers or from one that stands for all three.
+inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
+{
+    const auto parts = as_color_parts(value, parameter, {1, 3}, "one number or three (red, green, blue)");
+    return parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
+}
+
+/// A colour and an opacity, which is 1 where it is not given; None is transparent.
+inline glm::vec4 as_background(const pybind11::handle& value, const char* parameter)
+{
+    if (value.is_none())
+        return glm::vec4(0.0f);
+    const auto parts = as_color_parts(value, parameter, {1, 3, 4},
+                                      "None, or one, three (red, green, blue) or four (and opacity) numbers");
+    const glm::dvec3 color = parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
+    return glm::vec4(glm::dvec4(color, parts.size() == 4 ? parts[3] : 1.0));
+}
+
+} // namespace isospline

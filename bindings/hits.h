@@ -1,0 +1,101 @@
+// Rays from NumPy arrays, hits to NumPy arrays: the same for scenes and hoppers.
+#pragma once
+
+#include "arrays.h"
+
+#include "isospline/math/ray.h"
+#include "isospline/trace/hit.h"
+#include "isospline/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace isospline {
+
+inline void check_limits(double t_near, double t_far)
+{
+    if (std::isnan(t_near))
+        throw_invalid("t_near", "a number", t_near);
+    if (std::isnan(t_far))
+        throw_invalid("t_far", "a number", t_far);
+}
+
+/// Calls `body(rays, first)` in parallel for chunks of the rays in an array of shape (..., 6), without the GIL.
+template <typename Body>
+void for_each_chunk(const RowArray& rows, double t_near, double t_far, const Progress& progress, const Body& body)
+{
+    constexpr std::size_t chunk_size = 1024;
+    for (std::size_t i = 0; i < rows.count(); ++i)
+        for (std::size_t column = 0; column < 6; ++column)
+            if (!std::isfinite(rows(i, column)))
+                throw_invalid("rays", "finite origins and directions",
+                              std::to_string(rows(i, column)) + " in ray " + std::to_string(i));
+    for (std::size_t i = 0; i < rows.count(); ++i)
+        if (rows.vector(i, 3) == glm::dvec3(0.0))
+            throw_invalid("rays", "directions that are not zero", "(0, 0, 0) in ray " + std::to_string(i));
+
+    parallel_for(
+        rows.count(), chunk_size,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<Ray> rays(end - begin);
+            for (std::size_t i = begin; i < end; ++i)
+                rays[i - begin] = {rows.vector(i, 0), rows.vector(i, 3), t_near, t_far};
+            body(std::span<const Ray>(rays), begin);
+        },
+        progress);
+}
+
+/// The arrays that cast_rays returns.
+class HitArrays {
+public:
+    explicit HitArrays(const Shape& shape)
+        : t_hit_(new_array<double>(shape)), geometry_ids_(new_array<std::uint32_t>(shape)),
+          primitive_ids_(new_array<std::uint32_t>(shape)), normals_(new_array<double>(shape, {3})),
+          t_hit_data_(t_hit_.mutable_data()), geometry_ids_data_(geometry_ids_.mutable_data()),
+          primitive_ids_data_(primitive_ids_.mutable_data()), normals_data_(normals_.mutable_data())
+    {
+    }
+
+    /// Sets the items from `first` on; may be called without the GIL.
+    void set(std::span<const Hit> hits, std::size_t first)
+    {
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            const Hit& hit = hits[i];
+            t_hit_data_[first + i] = hit.t;
+            geometry_ids_data_[first + i] = hit.geometry_id;
+            primitive_ids_data_[first + i] = hit.primitive_id;
+            for (int axis = 0; axis < 3; ++axis)
+                normals_data_[3 * (first + i) + static_cast<std::size_t>(axis)] = hit.normal[axis];
+        }
+    }
+
+    pybind11::dict to_dict() const
+    {
+        pybind11::dict result;
+        result["t_hit"] = t_hit_;
+        result["geometry_ids"] = geometry_ids_;
+        result["primitive_ids"] = primitive_ids_;
+        result["primitive_normals"] = normals_;
+        return result;
+    }
+
+private:
+    pybind11::array_t<double> t_hit_;
+    pybind11::array_t<std::uint32_t> geometry_ids_, primitive_ids_;
+    pybind11::array_t<double> normals_;
+    double* t_hit_data_;
+    std::uint32_t* geometry_ids_data_;
+    std::uint32_t* primitive_ids_data_;
+    double* normals_data_;
+};
+
+/// The same array, which Python cannot write to.
+template <typename Array>
+Array read_only(Array array)
+{
+    array.attr("flags").attr("writeable") = false;
+    return array;
+}
+
+} // namespace isospline

@@ -1,0 +1,24 @@
+"""From an array to a picture: a volume, its isosurface, a scene, a camera."""
+
+from pathlib import Path
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=128, size=(640, 480), folder="out"):
+    field = volumes.gyroid(periods=2)
+    data = field.samples(samples)  # data[z, y, x], any real or integer type
+
+    volume = isospline.Volume(data, **field.grid(samples))
+    surface = isospline.Isosurface(volume, level=field.level)
+    scene = isospline.Scene([surface])
+    camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0), field_of_view=30)
+    image = isospline.render(scene, camera, size=size, shading=isospline.Phong(color=(0.9, 0.6, 0.3)))
+
+    Path(folder).mkdir(exist_ok=True)
+    image.write(Path(folder) / "010-first-picture.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""Another level of the same volume: the coefficients are kept, only the shell is found anew."""
+
+from pathlib import Path
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=128, size=(320, 240), folder="out"):
+    field = volumes.blobs()
+    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    surface = isospline.Isosurface(volume, level=0.2)
+    scene = isospline.Scene([surface])
+    camera = isospline.PerspectiveCamera(eye=(2, -4, 2), target=(0, 0, 0), field_of_view=30)
+
+    Path(folder).mkdir(exist_ok=True)
+    counts = []
+    for level in (0.2, 0.5, 0.9):
+        surface.level = level
+        image = isospline.render(scene, camera, size=size)
+        image.write(Path(folder) / f"050-level-{level}.png")
+        counts.append(surface.shell.count)
+        print(f"level {level}: {surface.shell.count} cells in the shell")
+    return counts
+
+
+if __name__ == "__main__":
+    main()

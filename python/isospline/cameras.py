@@ -1,0 +1,124 @@
+"""Cameras that have all of a scene in view."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from . import _core
+
+#: The names of views: the vector from what is seen towards the eye, and the one that is upwards in the image.
+VIEWS = {
+    "+x": ((1, 0, 0), (0, 0, 1)),
+    "-x": ((-1, 0, 0), (0, 0, 1)),
+    "+y": ((0, 1, 0), (0, 0, 1)),
+    "-y": ((0, -1, 0), (0, 0, 1)),
+    "+z": ((0, 0, 1), (0, 1, 0)),
+    "-z": ((0, 0, -1), (0, -1, 0)),
+    "iso": ((1, -1, 1), (0, 0, 1)),
+}
+_SIDES = {"front": "-y", "back": "+y", "left": "-x", "right": "+x", "top": "+z", "bottom": "-z"}
+VIEWS.update({name: VIEWS[axis] for name, axis in _SIDES.items()})
+
+
+def camera_for(
+    scene, *, view="iso", up=None, projection="perspective", field_of_view=30.0, size=(640, 360), margin=0.05
+):
+    """Make a camera that has all of a scene, or of a box, in view and in the middle of the image.
+
+    Parameters
+    ----------
+    scene : Scene, or anything else that has bounds, or (2, 3) float
+        What to look at; bounds are the lower and the upper corner of a box, world units.
+    view : str or (3,) float
+        The side that the eye is on: a vector from the box towards the eye, or a name. ``"+x"``, ``"-x"``, ``"+y"``,
+        ``"-y"``, ``"+z"`` and ``"-z"`` are the axes of the world; ``"right"``, ``"left"``, ``"back"``, ``"front"``,
+        ``"top"`` and ``"bottom"`` are the same in this order; ``"iso"`` is from the front, the right and above. z is
+        upwards, except that y is so from the top and -y from the bottom, which keeps x to the right in all of
+        front, top and bottom.
+
+        The names tell of axes, not of anatomy. In patient coordinates of DICOM and ITK (LPS), the front is the
+        patient's face, the left of the world the patient's right, and the bottom shows axial slices as
+        radiologists do; in those of NIfTI (RAS), x and y point the other way, and ``"+y"`` shows the face.
+    up : (3,) float, optional
+        What is upwards in the image, where it is not to be the view's own.
+    projection : {"perspective", "orthographic"}
+        The kind of camera.
+    field_of_view : float
+        Of a perspective camera, vertical, in degrees.
+    size : (int, int)
+        Width and height of the image that the camera is for; only their ratio counts.
+    margin : float
+        Part of the image to leave free, at least 0 and below 1.
+
+    Returns
+    -------
+    PerspectiveCamera or OrthographicCamera
+
+    Raises
+    ------
+    ValueError
+        For an unknown view or projection, an empty box, and whatever the cameras refuse.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
+    OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
+    """
+    lower, upper = _bounds(scene)
+    direction, natural_up = _direction(view)
+    up = np.asarray(natural_up if up is None else up, dtype=float)
+    if projection not in ("perspective", "orthographic"):
+        raise ValueError(f"projection: expected 'perspective' or 'orthographic', got {projection!r}")
+    if not 0 <= margin < 1:
+        raise ValueError(f"margin: expected a part of the image, at least 0 and below 1, got {margin!r}")
+    width, height = size
+    if not (width > 0 and height > 0):
+        raise ValueError(f"size: expected a width and a height above 0, got {size!r}")
+    center = (lower + upper) / 2
+    radius = np.linalg.norm(upper - lower) / 2 or 1.0
+
+    # Any camera on this side has the image's axes, and checks what was given.
+    trial = _core.PerspectiveCamera(direction, (0, 0, 0), up, field_of_view)
+    right, upwards, forward = trial.world_to_camera[:3, :3]
+    corners = np.stack(np.meshgrid(*zip(lower - center, upper - center), indexing="ij"), axis=-1).reshape(-1, 3)
+    x, y, z = np.abs(corners @ right), np.abs(corners @ upwards), corners @ forward
+
+    # Each corner is inside the margin: |y| <= half_height and |x| <= half_width, times its depth in a perspective.
+    if projection == "orthographic":
+        half_height = max(y.max(), x.max() * height / width, radius * 1e-6) / (1 - margin)
+        eye = center + direction * (radius * (1 + math.sqrt(3)))
+        return _core.OrthographicCamera(eye, center, up, height=2 * half_height)
+    half_height = math.tan(math.radians(field_of_view) / 2) * (1 - margin)
+    half_width = half_height * width / height
+    distance = max((y / half_height - z).max(), (x / half_width - z).max(), radius * 1e-3 - z.min())
+    return _core.PerspectiveCamera(center + direction * distance, center, up, field_of_view)
+
+
+def _bounds(scene):
+    """Lower and upper corner of a scene or a box."""
+    bounds = np.asarray(getattr(scene, "bounds", scene), dtype=float)
+    if bounds.shape != (2, 3):
+        raise ValueError(f"scene: expected a scene or a box of shape (2, 3), got shape {bounds.shape}")
+    if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
+        raise ValueError(f"scene: expected a box that is not empty, got {bounds.tolist()}")
+    return bounds
+
+
+def _direction(view):
+    """Unit vector towards the eye, and upwards."""
+    if isinstance(view, str):
+        if view not in VIEWS:
+            raise ValueError(f"view: expected one of {', '.join(VIEWS)}, or a vector, got {view!r}")
+        direction, up = VIEWS[view]
+    else:
+        direction, up = view, (0, 0, 1)
+    direction = np.asarray(direction, dtype=float)
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
+        raise ValueError(f"view: expected three finite numbers, not all of them zero, got {direction.tolist()}")
+    direction = direction / np.linalg.norm(direction)
+    if abs(direction @ np.asarray(up)) > 1 - 1e-6:
+        up = VIEWS["+z" if direction[2] > 0 else "-z"][1]
+    return direction, up

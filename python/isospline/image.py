@@ -1,0 +1,173 @@
+"""Rendered images: their arrays, and the files that they are written to."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import secrets
+
+import numpy as np
+
+from . import _core
+
+
+def render(scene, camera, *, size=(640, 360), shading=None, background=None, samples=1, progress=None):
+    """Render a scene.
+
+    The image is the same, bit for bit, for any number of threads. Ctrl-C stops the work.
+
+    Parameters
+    ----------
+    scene : Scene
+        Isosurfaces and meshes.
+    camera : PerspectiveCamera, ProjectionPlaneCamera or OrthographicCamera
+        Where from; `camera_for` makes one that has all of the scene in view.
+    size : (int, int)
+        Width and height of the image in pixels.
+    shading : Phong, Outline, or dict of geometry id to one of them, optional
+        The illumination model, of the whole scene or of each geometry; by default, and for geometries that a dict
+        leaves out, ``Phong()``.
+    background : float, (3,) float, (4,) float, optional
+        Linear colour that shows where no surface is, with an opacity if there are four numbers; transparent by default.
+    samples : int
+        Rays of a pixel that its colour is the mean of, from 1 to 65536. They are spread evenly over the pixel; with an
+        even number, one more ray goes through the centre for all that is not colour.
+    progress : callable, optional
+        Called with the finished fraction a few times a second; cancels the rendering by returning False.
+
+    Returns
+    -------
+    Image
+
+    Raises
+    ------
+    ValueError
+        For a size, a background or a number of samples that makes no sense.
+    Cancelled
+        Where `progress` returned False.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import isospline
+    >>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
+    >>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
+    >>> scene = isospline.Scene([isospline.Isosurface(volume, 6.0, inside="below")])
+    >>> camera = isospline.camera_for(scene, view="front")
+    >>> image = isospline.render(scene, camera, size=(64, 48), shading=isospline.Outline(2))
+    >>> image.color.shape
+    (48, 64, 4)
+    """
+    if shading is None:
+        shading = _core.Phong()
+    return Image(
+        _core.render(
+            scene, camera, size=size, shading=shading, background=background, samples=samples, progress=progress
+        )
+    )
+
+
+class Image:
+    """A rendered image: colour, and what the rays through the centres of the pixels found.
+
+    Rows run from the top, pixels of a row from the left. The arrays share the image's memory.
+
+    Attributes
+    ----------
+    color : (height, width, 4) float32 array
+        Linear red, green and blue, premultiplied by the fourth, alpha: the part of the pixel that surfaces, or an
+        opaque background, cover.
+    depth : (height, width) float32 array, world units
+        Distance from the eye along the viewing direction (not along the ray), as in the Z channel of OpenEXR files: z
+        of camera space. Infinite where the ray met nothing.
+    position, normal : (height, width, 3) float32 array, world space
+        The point that was hit, and the unit outward normal there; zero where the ray met nothing.
+    geometry_ids, primitive_ids : (height, width) uint32 array
+        As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
+    world_to_camera, world_to_ndc : (4, 4) float64 array
+        The camera's matrices, for column vectors; see `PerspectiveCamera.world_to_ndc`.
+    """
+
+    __slots__ = ("_arrays",)
+
+    def __init__(self, arrays: _core.Image):
+        self._arrays = arrays
+
+    color = property(lambda self: self._arrays.color)
+    depth = property(lambda self: self._arrays.depth)
+    position = property(lambda self: self._arrays.position)
+    normal = property(lambda self: self._arrays.normal)
+    geometry_ids = property(lambda self: self._arrays.geometry_ids)
+    primitive_ids = property(lambda self: self._arrays.primitive_ids)
+    world_to_camera = property(lambda self: self._arrays.world_to_camera)
+    world_to_ndc = property(lambda self: self._arrays.world_to_ndc)
+
+    def to_srgb(self):
+        """Convert the colour for display.
+
+        Returns
+        -------
+        (height, width, 4) uint8 array
+            Red, green and blue with the transfer curve of sRGB (IEC 61966-2-1), not premultiplied, and alpha.
+            Values beyond 1 are clipped.
+        """
+        alpha = self.color[..., 3:]
+        linear = np.divide(self.color[..., :3], alpha, out=np.zeros_like(self.color[..., :3]), where=alpha > 0)
+        linear = np.clip(linear, 0.0, 1.0)
+        srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        return np.rint(255 * np.concatenate([srgb, alpha], axis=-1)).astype(np.uint8)
+
+    def write(self, path, *, half=False):
+        """Write the image to a file, which appears whole or not at all.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, id.geometry
+            and id.primitive, and the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
+        half : bool
+            Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
+
+        Raises
+        ------
+        ValueError
+            For another suffix.
+        OSError
+            Where the file cannot be written.
+        """
+        suffix = os.path.splitext(os.fspath(path))[1].lower()
+        if suffix == ".exr":
+            self._arrays.write_exr(path, half=half)
+        elif suffix == ".png":
+            _write_whole(path, self._repr_png_())
+        else:
+            raise ValueError(f"path: expected a name that ends in .exr or .png, got {os.fspath(path)!r}")
+
+    def _repr_png_(self):
+        """The image as a PNG file, which notebooks show."""
+        import PIL.Image
+
+        file = io.BytesIO()
+        PIL.Image.fromarray(self.to_srgb(), "RGBA").save(file, "png")
+        return file.getvalue()
+
+    def __repr__(self):
+        height, width = self.depth.shape
+        covered = np.count_nonzero(np.isfinite(self.depth)) / self.depth.size
+        return f"Image({width} x {height}, {covered:.0%} covered)"
+
+
+def _write_whole(path, content):
+    """Write bytes to a file beside `path` and give it that name once it is complete."""
+    folder, name = os.path.split(os.path.abspath(path))
+    temporary = os.path.join(folder, f".{name}.{secrets.token_hex(8)}.part")
+    try:
+        with open(temporary, "xb") as file:
+            file.write(content)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(temporary)

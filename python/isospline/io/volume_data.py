@@ -1,0 +1,79 @@
+"""What a file of volume data says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeData:
+    r"""Samples, and where they are in the world.
+
+    .. math:: \mathbf{x} = \mathbf{o} + D \, \mathrm{diag}(s) \, (i, j, k)^T
+
+    is the world position of ``data[k, j, i]``, with the origin o, the direction D and the spacing s.
+
+    Attributes
+    ----------
+    data : (nz, ny, nx) array
+        The samples, in the type that the file stores them in. They may be mapped from the file, and read-only.
+    spacing : (3,) tuple of float, world units
+        Distance between samples along x, y and z.
+    origin : (3,) tuple of float, world units
+        Position of the first sample.
+    direction : (3, 3) float64 array
+        Its columns are the directions of the axes x, y and z in the world, of unit length.
+    format : str
+        Name of the format that it was read from.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from isospline.io import VolumeData
+    >>> VolumeData(np.zeros((8, 9, 10), np.uint8), spacing=(0.5, 0.5, 2)).position((4, 4, 4))
+    array([2., 2., 8.])
+    """
+
+    data: np.ndarray
+    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: np.ndarray = field(default_factory=lambda: np.eye(3))
+    format: str = ""
+
+    @classmethod
+    def from_affine(cls, data, affine, format=""):
+        """Split a (4, 4) or (3, 4) matrix from index (x, y, z, 1) to world into spacing, direction and origin."""
+        matrix = np.asarray(affine, dtype=float)[:3, :3]
+        spacing = np.linalg.norm(matrix, axis=0)
+        return cls(data, tuple(spacing.tolist()), tuple(np.asarray(affine)[:3, 3].tolist()), matrix / spacing, format)
+
+    @property
+    def affine(self):
+        """(4, 4) float64 array: index (x, y, z, 1) to world."""
+        affine = np.eye(4)
+        affine[:3, :3] = self.direction * self.spacing
+        affine[:3, 3] = self.origin
+        return affine
+
+    def position(self, index):
+        """World positions of (..., 3) indices, (x, y, z)."""
+        affine = self.affine
+        return np.asarray(index, dtype=float) @ affine[:3, :3].T + affine[:3, 3]
+
+    def replace(self, **fields):
+        """The same with other values of some attributes."""
+        return replace(self, **fields)
+
+    def to_volume(self, **options):
+        """Model the samples: ``isospline.Volume(data, spacing=..., origin=..., direction=..., **options)``."""
+        from .. import Volume
+
+        return Volume(self.data, spacing=self.spacing, origin=self.origin, direction=self.direction, **options)
+
+    def __repr__(self):
+        return (
+            f"VolumeData(shape={self.data.shape}, dtype={self.data.dtype}, spacing={self.spacing}, "
+            f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r})"
+        )

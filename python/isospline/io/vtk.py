@@ -1,0 +1,122 @@
+"""VTK's image data, legacy .vtk and XML .vti: by VTK."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+
+import numpy as np
+
+from .checks import check_components, check_samples
+from .volume_data import VolumeData
+
+
+def read_legacy(path, name=None):
+    """Read a legacy file of structured points."""
+    from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
+
+    reader = vtkStructuredPointsReader()
+    reader.ReadAllScalarsOn()
+    return _read(reader, path, name)
+
+
+def read_xml(path, name=None):
+    """Read a .vti file."""
+    from vtkmodules.vtkIOXML import vtkXMLImageDataReader
+
+    # VTK does not notice where appended data ends too early.
+    with open(path, "rb") as file:
+        file.seek(-min(os.path.getsize(path), 256), os.SEEK_END)
+        if b"</VTKFile>" not in file.read():
+            raise ValueError("expected </VTKFile> at the end: the file is truncated, or no VTK file")
+    return _read(vtkXMLImageDataReader(), path, name)
+
+
+def _read(reader, path, name):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    with _messages() as messages:
+        reader.SetFileName(str(path))
+        reader.UpdateInformation()
+        _check(messages())
+        _check_memory(reader.GetOutputInformation(0))
+        reader.Update()
+        _check(messages())
+    image = reader.GetOutput()
+    array, of_cells = _choose(image, name)
+    check_components(array.GetNumberOfComponents())
+
+    extent = np.reshape(image.GetExtent(), (3, 2))
+    size = extent[:, 1] - extent[:, 0] + (0 if of_cells else 1)
+    check_samples(tuple(size[::-1].tolist()), "u1", mapped=True)
+    data = vtk_to_numpy(array)
+    if data.size != np.prod(size):
+        raise ValueError(f"expected {np.prod(size)} samples, got {data.size}")
+    spacing = np.array(image.GetSpacing())
+    matrix = image.GetDirectionMatrix()
+    direction = np.array([[matrix.GetElement(row, column) for column in range(3)] for row in range(3)])
+    # A cell's sample is in its middle.
+    first = extent[:, 0] + (0.5 if of_cells else 0.0)
+    origin = np.array(image.GetOrigin()) + direction @ (spacing * first)
+    return VolumeData(
+        data.reshape(size[::-1]), tuple(np.abs(spacing).tolist()), tuple(origin.tolist()),
+        direction * np.where(spacing < 0, -1.0, 1.0),
+    )  # fmt: skip
+
+
+def _check_memory(information):
+    """Check what the header says of the samples before they are read."""
+    from vtkmodules.vtkCommonCore import vtkDataArray
+    from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+
+    extent = information.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
+    if extent is None:
+        return
+    scalars = vtkDataObject.GetActiveFieldInformation(information, 0, vtkDataSetAttributes.SCALARS)
+    item_size = vtkDataArray.GetDataTypeSize(scalars.Get(vtkDataObject.FIELD_ARRAY_TYPE())) if scalars else 1
+    size = [int(last) - int(first) + 1 for first, last in zip(extent[0::2], extent[1::2])]
+    check_samples(size[::-1], f"u{item_size}")
+
+
+def _choose(image, name):
+    """The array of that name; else the active scalars; else the only array there is. And whether it is of cells."""
+    found = {}
+    for attributes, of_cells in ((image.GetPointData(), False), (image.GetCellData(), True)):
+        arrays = [attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays())]
+        arrays = {array.GetName(): (array, of_cells) for array in arrays if array is not None}
+        if name in arrays:
+            return arrays[name]
+        if name is None and attributes.GetScalars() is not None:
+            return attributes.GetScalars(), of_cells
+        found.update(arrays)
+    if name is None and len(found) == 1:
+        return next(iter(found.values()))
+    names = ", ".join(map(str, found)) or "none"
+    expected = "expected one array of samples, or its name" if name is None else f"expected an array named {name}"
+    raise ValueError(f"{expected}, got {names}")
+
+
+@contextlib.contextmanager
+def _messages():
+    """Collect what VTK would print: for some errors, nothing else tells of them."""
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+
+    window, previous = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkOutputWindow.SetInstance(window)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield window.GetOutput
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+        vtkOutputWindow.SetInstance(previous)
+
+
+def _check(messages):
+    """Raise the first of VTK's errors and warnings."""
+    lines = [line for line in messages.splitlines() if line.strip()]
+    texts = [line for line in lines if not re.match(r"(ERROR|Generic Warning|Warning): In ", line)]
+    if lines:
+        raise ValueError(re.sub(r"^vtk\w+ \(\w+\): ", "", (texts or lines)[0].strip()))

@@ -1,0 +1,108 @@
+"""What a volume file holds, in numbers and as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .levels import histogram, levels_of_histogram
+
+#: Rows of the histogram.
+ROWS = 24
+
+
+def summarize(volume, path, levels=3):
+    """Numbers about a VolumeData, in types that JSON knows; vectors are (x, y, z), a matrix is a list of rows."""
+    data = volume.data
+    values, counts = histogram(data)
+    mean = np.average(values, weights=counts)
+    edges = np.linspace(values[0], values[-1], (ROWS if len(values) > 1 else 1) + 1)
+    rows = np.histogram(values, edges, weights=counts)[0] if len(values) > 1 else counts
+    corners = volume.position(np.stack(np.meshgrid(*((0, count - 1) for count in data.shape[::-1])), axis=-1))
+    return {
+        "path": str(path),
+        "format": volume.format,
+        "size": list(data.shape[::-1]),
+        "type": str(data.dtype.newbyteorder("=")),
+        "bytes": data.nbytes,
+        "spacing": list(volume.spacing),
+        "origin": list(volume.origin),
+        "direction": np.asarray(volume.direction).tolist(),
+        "bounds": [corners.min(axis=(0, 1, 2)).tolist(), corners.max(axis=(0, 1, 2)).tolist()],
+        "minimum": float(data.min()),
+        "maximum": float(data.max()),
+        "mean": float(mean),
+        "standard_deviation": float(math.sqrt(np.average((values - mean) ** 2, weights=counts))),
+        "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
+        "suggested_levels": levels_of_histogram(values, counts, levels),
+    }
+
+
+def describe(summary, width=80, unicode=True):
+    """The summary as text; `width` is that of the terminal."""
+    lower, upper = summary["bounds"]
+    lines = [
+        summary["path"],
+        f"  format     {summary['format']}",
+        f"  size       {' x '.join(map(str, summary['size']))}   {summary['type']}, {_bytes(summary['bytes'])}",
+        f"  spacing    {_numbers(summary['spacing'])}",
+        f"  origin     {_numbers(summary['origin'])}",
+        f"  direction  {_direction(np.array(summary['direction']))}",
+        f"  from       {_numbers(lower)}",
+        f"  to         {_numbers(upper)}",
+        f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "
+        f"standard deviation {summary['standard_deviation']:.6g}",
+        f"  levels     {_numbers(summary['suggested_levels']) or 'none: all samples are the same'}   (suggested)",
+        "",
+        *_histogram_lines(summary, width, unicode),
+    ]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _numbers(values):
+    return "  ".join(f"{value:.6g}" for value in values)
+
+
+def _histogram_lines(summary, width, unicode):
+    """A bar a row, as long as the logarithm of its count, and the suggested levels beside the rows that they are in."""
+    edges, counts = summary["histogram"]["edges"], summary["histogram"]["counts"]
+    labels = [f"{edge:.5g}" for edge in edges[:-1]]
+    label_width, count_width = max(map(len, labels)), len(str(max(counts)))
+    arrow = "←" if unicode else "<-"
+    bar_width = max(8, min(width, 120) - label_width - count_width - 24)
+    lines = [f"  {'value':>{label_width}}  {'count (bars: logarithm)':<{bar_width}}"]
+    for index, (label, count) in enumerate(zip(labels, counts)):
+        last = index == len(counts) - 1
+        levels = [level for level in summary["suggested_levels"]
+                  if edges[index] <= level and (level < edges[index + 1] or last)]
+        mark = f" {arrow} {', '.join(f'{level:.5g}' for level in levels)}" if levels else ""
+        length = bar_width * math.log1p(count) / math.log1p(max(counts))
+        lines.append(f"  {label:>{label_width}}  {_bar(length, unicode):<{bar_width}} {count:>{count_width}}{mark}")
+    return lines
+
+
+def _bar(length, unicode):
+    """A bar of so many characters; in Unicode to an eighth of one."""
+    if not unicode:
+        return "#" * round(length)
+    eighths = round(length * 8)
+    return "█" * (eighths // 8) + " ▏▎▍▌▋▊▉"[eighths % 8].strip()
+
+
+def _direction(matrix):
+    """`+x +y +z` where the axes are those of the world or opposite ones, else the columns."""
+    if np.allclose(np.abs(matrix), np.eye(3)[np.abs(matrix).argmax(axis=0)].T, atol=1e-6):
+        axes = [int(np.abs(column).argmax()) for column in matrix.T]
+        names = [f"{'+' if matrix[axis, index] > 0 else '-'}{'xyz'[axis]}" for index, axis in enumerate(axes)]
+        text = " ".join(names)
+    else:
+        text = "   ".join("(" + ", ".join(f"{value:.4f}" for value in column) + ")" for column in matrix.T)
+    return text + ("   (mirrored)" if np.linalg.det(matrix) < 0 else "")
+
+
+def _bytes(count):
+    for unit in ("bytes", "KiB", "MiB", "GiB"):
+        if count < 1024 or unit == "GiB":
+            return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.1f} {unit}"
+        count /= 1024

@@ -1,0 +1,233 @@
+"""Volumes made from formulas, to try, test and measure with.
+
+Each function here returns a `Field`: a scalar field on the cube [-1, 1]^3 with its gradient in closed form and a level
+at which its isosurface is worth seeing. Sampled on a grid of any size, it becomes the data of an `isospline.Volume`
+whose world coordinates are the field's.
+
+Examples
+--------
+>>> from isospline import volumes
+>>> field = volumes.torus()
+>>> data = field.samples((40, 48, 56))
+>>> data.shape, data.dtype
+((40, 48, 56), dtype('float32'))
+>>> field.grid((40, 48, 56))["spacing"]
+(0.03571428571428571, 0.041666666666666664, 0.05)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """A scalar field on [-1, 1]^3.
+
+    Attributes
+    ----------
+    value : callable
+        Maps (..., 3) points to (...) values.
+    gradient : callable
+        Maps (..., 3) points to (..., 3) gradients, in closed form; complex points too, for `hessian`.
+    level : float
+        A level worth seeing.
+    """
+
+    value: Callable[[np.ndarray], np.ndarray]
+    gradient: Callable[[np.ndarray], np.ndarray]
+    level: float
+
+    def hessian(self, points):
+        """Second derivatives at (..., 3) real points, (..., 3, 3): complex steps of the gradient, exact to rounding."""
+        step = 1e-30
+        columns = [self.gradient(points + 1j * step * axis).imag / step for axis in np.eye(3)]
+        return np.stack(columns, axis=-1)
+
+    def samples(self, shape, dtype=np.float32):
+        """The field at the centres of equal voxels that fill the cube, as data[z, y, x].
+
+        Parameters
+        ----------
+        shape : int or (int, int, int)
+            Samples along z, y and x.
+        dtype : dtype
+            Of the result; the field is evaluated in float64.
+
+        Returns
+        -------
+        ndarray
+            Array of the given shape.
+        """
+        z, y, x = (-1 + (np.arange(count) + 0.5) * (2 / count) for count in _shape(shape))
+        data = np.empty((len(z), len(y), len(x)), dtype)
+        points = np.empty((len(y), len(x), 3))
+        points[..., 0] = x
+        points[..., 1] = y[:, None]
+        for slice_, height in zip(data, z):
+            points[..., 2] = height
+            slice_[...] = self.value(points)
+        return data
+
+    def grid(self, shape):
+        """Spacing and origin, (x, y, z), that go with `samples(shape)`: keyword arguments for `isospline.Volume`."""
+        spacing = tuple(2 / count for count in reversed(_shape(shape)))
+        return {"spacing": spacing, "origin": tuple(-1 + width / 2 for width in spacing)}
+
+
+def _shape(shape):
+    return (shape,) * 3 if np.ndim(shape) == 0 else tuple(shape)
+
+
+def sphere(radius=0.7):
+    r"""Ball: :math:`f = r^2 - |x|^2`, above 0 inside."""
+
+    def value(points):
+        return radius**2 - (points**2).sum(-1)
+
+    def gradient(points):
+        return -2 * points
+
+    return Field(value, gradient, level=0.0)
+
+
+def torus(major=0.6, minor=0.25):
+    r"""Torus around z: :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`, above 0 inside."""
+
+    def value(points):
+        x, y, z = np.moveaxis(points, -1, 0)
+        return minor**2 - (np.sqrt(x * x + y * y) - major) ** 2 - z * z
+
+    def gradient(points):
+        x, y, z = np.moveaxis(points, -1, 0)
+        radial = -2 * (1 - major / np.sqrt(x * x + y * y))
+        return np.stack([radial * x, radial * y, -2 * z], axis=-1)
+
+    return Field(value, gradient, level=0.0)
+
+
+def gyroid(periods=2.0):
+    r"""Gyroid: :math:`f = \sin X \cos Y + \sin Y \cos Z + \sin Z \cos X`, :math:`(X, Y, Z) = \pi p (x, y, z)`.
+
+    The surface f = 0 approximates the triply periodic minimal surface of A. Schoen, with `periods` periods p along each
+    edge of the cube.
+    """
+    frequency = np.pi * periods
+
+    def value(points):
+        angle = frequency * points
+        return (np.sin(angle) * np.cos(np.roll(angle, -1, axis=-1))).sum(-1)
+
+    def gradient(points):
+        sine, cosine = np.sin(frequency * points), np.cos(frequency * points)
+        return frequency * (cosine * np.roll(cosine, -1, axis=-1) - sine * np.roll(sine, 1, axis=-1))
+
+    return Field(value, gradient, level=0.0)
+
+
+def marschner_lobb(frequency=6.0, alpha=0.25):
+    r"""The test signal of Marschner and Lobb (Visualization '94), hard on reconstruction filters.
+
+    .. math:: f = \frac{1 - \sin(\pi z / 2) + \alpha (1 + \rho(\sqrt{x^2 + y^2}))}{2 (1 + \alpha)}, \quad
+              \rho(r) = \cos(2 \pi f_M \cos(\pi r / 2))
+
+    Its published form: :math:`f_M = 6`, :math:`\alpha = 1/4`, 40 samples an axis, level 1/2.
+    """
+
+    def value(points):
+        x, y, z = np.moveaxis(points, -1, 0)
+        rho = np.cos(2 * np.pi * frequency * np.cos(np.pi / 2 * np.sqrt(x * x + y * y)))
+        return (1 - np.sin(np.pi / 2 * z) + alpha * (1 + rho)) / (2 * (1 + alpha))
+
+    def gradient(points):
+        x, y, z = np.moveaxis(points, -1, 0)
+        r = np.sqrt(x * x + y * y)
+        phase = 2 * np.pi * frequency * np.cos(np.pi / 2 * r)
+        slope = alpha * np.sin(phase) * np.pi**2 * frequency * np.sin(np.pi / 2 * r) / r
+        return np.stack([slope * x, slope * y, -np.pi / 2 * np.cos(np.pi / 2 * z)], axis=-1) / (2 * (1 + alpha))
+
+    return Field(value, gradient, level=0.5)
+
+
+def blobs(count=24, seed=0, width=0.12):
+    r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, centres within [-0.7, 0.7]^3."""
+    centers = np.random.default_rng(seed).uniform(-0.7, 0.7, (count, 3))
+
+    def value(points):
+        return sum(np.exp(((points - center) ** 2).sum(-1) / (-2 * width**2)) for center in centers)
+
+    def gradient(points):
+        total = np.zeros_like(points)
+        for center in centers:
+            offset = points - center
+            total += offset * (np.exp((offset**2).sum(-1) / (-2 * width**2)) / -(width**2))[..., None]
+        return total
+
+    return Field(value, gradient, level=0.5)
+
+
+def waves(count=32, seed=0, frequency=20.0):
+    r"""Random waves, a noise of limited band: :math:`f = \sqrt{2 / m} \sum_i \cos(\langle k_i, x \rangle + \phi_i)`.
+
+    The m = `count` wave vectors are uniform in the ball of radius `frequency`; mean 0 and variance 1.
+    """
+    generator = np.random.default_rng(seed)
+    vectors = generator.normal(size=(count, 3))
+    vectors *= frequency * (generator.uniform(size=count) ** (1 / 3) / np.linalg.norm(vectors, axis=-1))[:, None]
+    phases = generator.uniform(0, 2 * np.pi, count)
+    amplitude = np.sqrt(2 / count)
+
+    def value(points):
+        return amplitude * sum(np.cos(points @ vector + phase) for vector, phase in zip(vectors, phases))
+
+    def gradient(points):
+        return -amplitude * sum(
+            np.sin(points @ vector + phase)[..., None] * vector for vector, phase in zip(vectors, phases)
+        )
+
+    return Field(value, gradient, level=0.0)
+
+
+def heart(periods=7.0, thickness=0.55, sharpness=25.0):
+    r"""A heart, massive on its left and dissolving into a gyroid on its right; above 0 inside.
+
+    .. math:: f = -\frac{1}{k} \log(e^{-k h} + e^{-k w}), \quad
+              h = 1 - |u|^2 + u_z \sqrt[3]{u_x^2 + u_y^2 / 20 + \epsilon}, \quad
+              w = \frac{1}{4} ((\tau (1 + e^{-6 (x + 0.15)}))^2 - g^2)
+
+    with the heart h after Taubin's sextic, :math:`u = (1.18 x, 1.6 y, 1.18 (z + 0.1))`, the gyroid g of `periods`
+    periods, its `thickness` :math:`\tau`, and a soft minimum of `sharpness` k.
+    """
+    scale, shift, epsilon = np.array([1.18, 1.6, 1.18]), np.array([0.0, 0.0, 0.1]), 1e-4
+    lattice = gyroid(periods)
+
+    def parts(points):
+        x, y, z = np.moveaxis((points + shift) * scale, -1, 0)
+        crease = (x * x + y * y / 20 + epsilon) ** (1 / 3)
+        body = 1 - x * x - y * y - z * z + z * crease
+        body_gradient = scale * np.stack(
+            [-2 * x + z * (2 / 3) * x / crease**2, -2 * y + z * (1 / 30) * y / crease**2, -2 * z + crease], axis=-1
+        )
+        growth = np.exp(-6 * (points[..., 0] + 0.15))
+        return body, body_gradient, growth
+
+    def web(points, growth):
+        return ((thickness * (1 + growth)) ** 2 - lattice.value(points) ** 2) / 4
+
+    def value(points):
+        body, _, growth = parts(points)
+        return -np.logaddexp(-sharpness * body, -sharpness * web(points, growth)) / sharpness
+
+    def gradient(points):
+        body, body_gradient, growth = parts(points)
+        web_gradient = -lattice.value(points)[..., None] * lattice.gradient(points) / 2
+        web_gradient[..., 0] -= 3 * thickness**2 * (1 + growth) * growth
+        share = 1 / (1 + np.exp(sharpness * (body - web(points, growth))))[..., None]
+        return share * body_gradient + (1 - share) * web_gradient
+
+    return Field(value, gradient, level=0.0)

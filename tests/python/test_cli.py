@@ -1,0 +1,300 @@
+"""The command line: what it prints and writes, and how it fails."""
+
+import json
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+from isospline.cli import main
+from isospline.levels import histogram
+
+PNG, EXR = b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
+
+
+def run(*arguments, **options):
+    command = [sys.executable, "-m", "isospline", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, **options)
+
+
+@pytest.fixture
+def ball(tmp_path):
+    """A ball of radius 0.7 in [-1, 1]^3, in whole samples: 700 r^2 below 490 inside."""
+    path = tmp_path / "ball.npy"
+    np.save(path, (1000 * volumes.sphere(0.7).samples((20, 22, 24))).astype(np.int16))
+    return path
+
+
+@pytest.fixture
+def picture(tmp_path):
+    return tmp_path / "picture.png"
+
+
+def leftovers(folder):
+    return sorted(path.name for path in folder.iterdir() if path.name != "ball.npy")
+
+
+# info
+
+
+def test_info_tells_what_is_in_a_file(ball, capsys):
+    assert main(["info", str(ball), "--spacing", "0.5,1,2"]) == 0
+    text = capsys.readouterr().out
+    data = np.load(ball)
+    assert "24 x 22 x 20   int16, 20.6 KiB" in text
+    assert re.search(r"spacing +0\.5  1  2\n", text)
+    assert re.search(r"direction +\+x \+y \+z\n", text)
+    assert f"range      {data.min()} to {data.max()}" in text
+    assert f"levels     {isospline.suggest_levels(data)[0]:.6g}" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_info_as_json_agrees_with_numpy(ball, capsys):
+    assert main(["info", str(ball), "--json", "--spacing", "0.5,1,2"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    data = np.load(ball).astype(float)
+    assert summary["size"] == [24, 22, 20] and summary["type"] == "int16" and summary["spacing"] == [0.5, 1, 2]
+    assert summary["bounds"] == [[0, 0, 0], [11.5, 21, 38]]
+    assert (summary["minimum"], summary["maximum"]) == (data.min(), data.max())
+    assert summary["mean"] == pytest.approx(data.mean()) and summary["standard_deviation"] == pytest.approx(data.std())
+    assert summary["histogram"]["counts"] == np.histogram(data, summary["histogram"]["edges"])[0].tolist()
+    assert summary["suggested_levels"] == isospline.suggest_levels(data.astype(np.int16))
+
+
+def test_info_of_constant_samples(tmp_path, capsys):
+    np.save(tmp_path / "a.npy", np.full((3, 4, 5), 7, np.uint8))
+    assert main(["info", str(tmp_path / "a.npy")]) == 0
+    assert "none: all samples are the same" in capsys.readouterr().out
+
+
+def test_info_without_unicode(ball):
+    result = run("info", ball, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert result.returncode == 0 and "####" in result.stdout and "<- " in result.stdout
+
+
+def test_info_into_a_pipe_that_closes(ball):
+    command = f"{sys.executable} -m isospline info {ball} | true"
+    assert subprocess.run(command, shell=True, capture_output=True, text=True, check=False).stderr == ""
+
+
+def test_info_of_raw_samples(tmp_path, capsys):
+    data = np.arange(60).reshape(3, 4, 5)
+    data.astype(">u2").tofile(tmp_path / "a.raw")
+    for shape in ("5,4,3", "5x4x3"):
+        assert main(["info", str(tmp_path / "a.raw"), "--shape", shape, "--dtype", "uint16", "--big-endian"]) == 0
+        text = capsys.readouterr().out
+        assert "5 x 4 x 3   uint16" in text and "range      0 to 59" in text
+
+
+# render
+
+
+@pytest.mark.parametrize("options", [
+    [],
+    ["--shading", "outline", "--exponent", "3", "--background", "1,1,1"],
+    ["--view", "-x", "--projection", "orthographic", "--background", "none"],
+    ["--view", "-1,2,0.5", "--up", "0,1,0", "--degree", "3", "--prune-depth", "0"],
+    ["--method", "bracket", "--filter", "smoothing", "--smoothing", "0.1", "--boundary", "periodic"],
+    ["--degree", "1", "--filter", "none", "--inside", "below", "--color", "1,0.5,0.2", "--background", "white"],
+], ids=" ".join)  # fmt: skip
+def test_render_writes_a_picture(ball, picture, capsys, options):
+    assert main(["render", str(ball), "--level", "0", "--size", "48x32", "-o", str(picture), *options]) == 0
+    printed = capsys.readouterr()
+    assert picture.read_bytes().startswith(PNG)
+    assert printed.out.startswith(f"{picture}: Image(48 x 32, ") and printed.err == ""
+    assert leftovers(picture.parent) == ["picture.png"]
+
+
+def test_render_shows_what_the_library_shows(ball, picture):
+    image = pytest.importorskip("PIL.Image")
+    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--samples", "1", "-o", str(picture)]) == 0
+    volume = isospline.Volume(np.load(ball))
+    scene = isospline.Scene([isospline.Isosurface(volume, 0)])
+    expected = isospline.render(scene, isospline.camera_for(scene, size=(48, 32)), size=(48, 32), background=0)
+    np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
+
+
+def test_render_writes_exr(ball, tmp_path):
+    assert main(["render", str(ball), "--level", "0", "--size", "16x9", "-o", str(tmp_path / "picture.EXR")]) == 0
+    assert (tmp_path / "picture.EXR").read_bytes().startswith(EXR)
+
+
+def test_render_without_a_level_takes_the_first_suggestion(ball, picture, capsys):
+    assert main(["render", str(ball), "--size", "16x9", "-o", str(picture)]) == 0
+    first = isospline.suggest_levels(np.load(ball))[0]
+    expected = f"isospline: level {first:g}, the first one of those suggested: {first:g}, "
+    assert capsys.readouterr().err.startswith(expected)
+
+
+@pytest.mark.parametrize("level", ["1e4", "-12345.5"])
+def test_render_of_a_level_out_of_range_warns_and_writes(ball, picture, capsys, level):
+    assert main(["render", str(ball), "--level", level, "--size", "16x9", "-o", str(picture)]) == 0
+    printed = capsys.readouterr()
+    assert re.fullmatch(r"isospline: warning: level \S+ is out of the data's range.*\n", printed.err)
+    assert "0% covered), 0 cells" in printed.out
+    assert picture.exists()
+
+
+def test_progress_is_shown_on_a_terminal_only(ball, picture):
+    pty, fcntl, termios = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios"))
+    try:
+        ours, terminal = pty.openpty()
+    except OSError as error:
+        pytest.skip(f"no pseudo-terminals here: {error}")
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    command = [sys.executable, "-m", "isospline", "render", ball, "--level", "0", "--size", "64x64", "-o", picture]
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=terminal, check=False)
+    shown = os.read(ours, 100_000)
+    os.close(terminal)
+    os.close(ours)
+    assert result.returncode == 0
+    for stage in (b"filtering", b"finding cells", b"rendering"):
+        assert stage in shown
+
+
+# Errors: one line, an exit code, no file
+
+
+def fails(capsys, code, pattern, *arguments):
+    try:
+        got = main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        got = stop.code
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"isospline: error: [^\n]*\n", error), error
+    assert re.search(pattern, error), error
+    assert got == code
+
+
+def test_bad_arguments_are_told(ball, picture, capsys):
+    render = ("render", ball, "-o", picture)
+    fails(capsys, 2, "required: COMMAND")
+    fails(capsys, 2, "invalid choice: 'paint'", "paint")
+    fails(capsys, 2, "required: -o/--output", "render", ball)
+    fails(capsys, 2, "--level: invalid float value: 'high'", *render, "--level", "high")
+    fails(capsys, 2, "--size: expected a width and a height such as 640x480, got '640'", *render, "--size", "640")
+    fails(capsys, 2, "--spacing: expected 3 numbers with commas, got '1,2'", *render, "--spacing", "1,2")
+    fails(capsys, 2, "--shape: expected three counts", *render, "--shape", "1,2")
+    fails(capsys, 2, "--dtype: expected a type such as uint8", *render, "--dtype", "integer")
+    fails(capsys, 2, "--background: expected 3 or 4 numbers", *render, "--background", "mauve")
+    fails(capsys, 2, "unrecognized arguments: --colour", *render, "--colour", "1,1,1")
+    fails(capsys, 2, "view: expected one of", *render, "--level", "0", "--view", "within")
+    fails(capsys, 2, "spacing: expected positive numbers", *render, "--spacing", "1,-1,1")
+    fails(capsys, 2, "prune_depth: expected", *render, "--level", "0", "--prune-depth", "9")
+    fails(capsys, 2, "level: expected", *render, "--level", "nan")
+    fails(capsys, 2, "--dtype, beside it", *render, "--big-endian")
+    assert not leftovers(picture.parent)
+
+
+def test_bad_files_are_told(tmp_path, picture, capsys):
+    fails(capsys, 2, r"missing\.nrrd: No such file", "info", tmp_path / "missing.nrrd")
+    fails(capsys, 2, "a folder that holds a DICOM series", "info", tmp_path)
+    (tmp_path / "a.npy").write_bytes(b"nonsense")
+    fails(capsys, 2, r"a\.npy: cannot be read as NPY", "render", tmp_path / "a.npy", "-o", picture)
+    (tmp_path / "a.raw").write_bytes(b"12345678")
+    fails(capsys, 2, "expected 27 bytes, 3 x 3 x 3 samples of uint8, got 8", "info", tmp_path / "a.raw",
+          "--shape", "3,3,3", "--dtype", "uint8")
+    np.save(tmp_path / "nan.npy", np.full((3, 3, 3), np.nan))
+    fails(capsys, 2, "finite", "render", tmp_path / "nan.npy", "--level", "0", "-o", picture)
+    np.save(tmp_path / "flat.npy", np.ones((3, 3, 3)))
+    fails(capsys, 2, r"flat\.npy: expected samples that differ", "render", tmp_path / "flat.npy", "-o", picture)
+    assert not picture.exists()
+
+
+def test_bad_output_is_told_before_anything_is_read(tmp_path, capsys):
+    missing = tmp_path / "missing.npy"
+    fails(capsys, 2, r"a\.jpg: expected the name of a picture", "render", missing, "-o", tmp_path / "a.jpg")
+    fails(capsys, 2, "expected a folder that exists", "render", missing, "-o", tmp_path / "no" / "a.png")
+    (tmp_path / "b.png").mkdir()
+    fails(capsys, 2, "got that of a folder", "render", missing, "-o", tmp_path / "b.png")
+    if os.geteuid() != 0:
+        (tmp_path / "locked").mkdir(mode=0o500)
+        fails(capsys, 2, "can be written to", "render", missing, "-o", tmp_path / "locked" / "a.png")
+
+
+def test_a_full_disk_is_told(ball, capsys):
+    if not os.access("/dev/full", os.W_OK):
+        pytest.skip("no /dev/full")
+    with pytest.MonkeyPatch.context() as patch:
+        def full(*_, **__):
+            raise OSError(28, "No space left on device", "a.png")
+
+        patch.setattr(isospline.Image, "write", full)
+        fails(capsys, 1, r"a\.png: No space left on device",
+              "render", ball, "--level", "0", "--size", "8x8", "-o", ball.parent / "a.png")
+
+
+def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SimpleITK", None)
+    (tmp_path / "a.nrrd").write_bytes(b"NRRD0004\n")
+    fails(capsys, 1, r"reading NRRD needs the package SimpleITK: pip install isospline\[io\]",
+          "info", tmp_path / "a.nrrd")
+
+
+def test_the_process_ends_as_main_says(ball, tmp_path):
+    result = run("info", tmp_path / "missing.nrrd")
+    assert (result.returncode, result.stdout) == (2, "") and "Traceback" not in result.stderr
+    result = run("--version")
+    assert (result.returncode, result.stdout) == (0, f"isospline {isospline.__version__}\n")
+    for arguments in (["--help"], ["info", "--help"], ["render", "--help"]):
+        result = run(*arguments)
+        assert result.returncode == 0 and result.stdout.startswith("usage: isospline")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_interrupting_leaves_no_file(tmp_path, ball):
+    picture = tmp_path / "picture.png"
+    command = [sys.executable, "-m", "isospline", "render", str(ball), "--size", "4096x4096", "--samples", "4096",
+               "-o", str(picture)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    assert process.stderr.readline().startswith("isospline: level")
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error == "isospline: interrupted\n"
+    assert leftovers(tmp_path) == []
+
+
+# Real volumes
+
+
+REAL = {
+    "engine.nii.gz": (80, []),
+    "bonsai.nii.gz": (40, []),
+    "fuel.nii.gz": (40, []),
+    "vismale_128x256x256_uint8.raw": (
+        60, ["--shape", "128,256,256", "--dtype", "uint8", "--spacing", "1.57774,0.995861,1.00797"]),
+    "tooth_103x94x161_uint16.raw": (600, ["--shape", "103,94,161", "--dtype", "uint16"]),
+    "headsq.mha": (500, []),
+    "ironprot.vtk": (128, []),
+    "mouse_skull.nrrd": (40, []),
+    "weave.tif": (140, []),
+    "abdomen_512x512x275_int16.nii.gz": (250, []),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_volumes_render(volumes_folder, picture, capsys, name):
+    level, options = REAL[name]
+    assert main(["render", str(volumes_folder / name), "--level", str(level), "--size", "64x48", "--samples", "1",
+                 "-o", str(picture), *options]) == 0
+    covered = int(re.search(r"(\d+)% covered", capsys.readouterr().out).group(1))
+    assert 2 < covered < 98
+
+
+def test_first_suggestions_of_real_volumes_are_worth_seeing(volumes_folder):
+    """Levels within a third of the histogram's distance to those that the volumes' own description names."""
+    for name, levels in {"bonsai.nii.gz": (40, 80), "headsq.mha": (500, 1150), "weave.tif": (140,),
+                         "mouse_skull.nrrd": (40,), "engine.nii.gz": (80, 180)}.items():
+        values, _ = histogram(isospline.read_volume(volumes_folder / name).data)
+        first = isospline.suggest_levels(isospline.read_volume(volumes_folder / name).data)[0]
+        assert min(abs(first - level) for level in levels) < (values[-1] - values[0]) / 12

@@ -1,0 +1,241 @@
+"""The codebase itself: its dependencies point one way, its files are short, its stubs and docs say what is there."""
+
+import ast
+import doctest
+import importlib
+import importlib.metadata
+import inspect
+import pkgutil
+import re
+import statistics
+from pathlib import Path
+
+import pytest
+
+import isospline
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+
+# What each folder of core/isospline may include, besides itself.
+MAY_INCLUDE = {
+    "util": set(),
+    "math": {"util"},
+    "spline": {"util", "math"},
+    "shell": {"util", "math", "spline"},
+    "trace": {"util", "math", "spline", "shell"},
+    "scene": {"util", "math", "spline", "shell", "trace"},
+    "shade": {"util", "math", "spline", "shell", "trace"},
+    "render": {"util", "math", "spline", "shell", "trace", "scene", "shade"},
+    "io": {"util", "math"},
+}
+# Headers that hold data and nothing else: io may see them.
+DATA_TYPES = {"isospline/render/image.h"}
+
+
+def sources(folder, *suffixes):
+    return sorted(path for path in folder.rglob("*") if path.suffix in suffixes)
+
+
+def includes(path):
+    return INCLUDE.findall(path.read_text())
+
+
+def test_includes_point_one_way(repository):
+    core = repository / "core" / "isospline"
+    wrong = []
+    for path in sources(core, ".h", ".cpp"):
+        if path.parent == core:
+            continue
+        folder = path.relative_to(core).parts[0]
+        for include in includes(path):
+            parts = include.split("/")
+            if parts[0] != "isospline" or (folder == "io" and include in DATA_TYPES):
+                continue
+            if parts[1] != folder and parts[1] not in MAY_INCLUDE[folder]:
+                wrong.append(f"{path.relative_to(repository)} includes {include}")
+    assert not wrong
+
+
+def test_includes_have_no_cycle(repository):
+    core = repository / "core"
+    graph = {
+        str(path.relative_to(core)): [include for include in includes(path) if include.startswith("isospline/")]
+        for path in sources(core, ".h")
+    }
+    done = set()
+
+    def visit(header, trail):
+        assert header not in trail, " -> ".join([*trail, header])
+        if header in done:
+            return
+        for include in graph.get(header, []):
+            visit(include, [*trail, header])
+        done.add(header)
+
+    for header in graph:
+        visit(header, [])
+
+
+def test_only_the_scene_includes_embree(repository):
+    for path in sources(repository / "core", ".h", ".cpp"):
+        if "scene" not in path.parts:
+            assert not [include for include in includes(path) if re.match(r"embree|rtcore", include)], path
+
+
+def test_core_knows_neither_python_nor_numpy(repository):
+    for path in sources(repository / "core", ".h", ".cpp"):
+        assert not [include for include in includes(path) if re.match(r"pybind11|Python\.h|numpy", include)], path
+
+
+def test_headers_are_guarded(repository):
+    for folder in ("core", "bindings", "tests"):
+        for path in sources(repository / folder, ".h"):
+            assert "#pragma once" in path.read_text() or "HWY_TARGET_TOGGLE" in path.read_text(), path
+
+
+def test_files_are_short(repository):
+    lengths = {
+        path: len(path.read_text().splitlines())
+        for folder in ("core", "bindings", "python")
+        for path in sources(repository / folder, ".h", ".cpp", ".py")
+    }
+    too_long = {str(path.relative_to(repository)): count for path, count in lengths.items() if count > 400}
+    assert not too_long
+    assert statistics.median(lengths.values()) <= 150
+
+
+def test_lines_are_short(repository):
+    wrong = [
+        f"{path.relative_to(repository)}:{number}"
+        for folder in ("core", "bindings", "python", "tests", "examples", "bench")
+        for path in sources(repository / folder, ".h", ".cpp", ".py", ".cmake")
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if len(line) > 120 or line != line.rstrip()
+    ]
+    assert not wrong
+
+
+def test_every_source_is_built(repository):
+    listed = (repository / "CMakeLists.txt").read_text()
+    for path in sources(repository / "core", ".cpp"):
+        assert str(path.relative_to(repository)) in listed, path
+    listed = (repository / "tests" / "CMakeLists.txt").read_text()
+    for path in sources(repository / "tests" / "core", ".cpp"):
+        assert str(path.relative_to(repository / "tests")) in listed, path
+    listed = (repository / "bindings" / "CMakeLists.txt").read_text()
+    for path in sources(repository / "bindings", ".cpp"):
+        assert path.name in listed, path
+
+
+def test_no_target_needs_the_build_machine(repository):
+    for path in [*sources(repository / "cmake", ".cmake"), *repository.glob("**/CMakeLists.txt")]:
+        assert not re.search(r"-march|-mtune|-mcpu", path.read_text()), path
+
+
+def test_version_is_the_same_everywhere(repository):
+    version = re.search(r"project\(isospline VERSION ([0-9.]+)", (repository / "CMakeLists.txt").read_text()).group(1)
+    assert isospline.__version__ == version
+    assert importlib.metadata.version("isospline") == version
+    assert re.search(rf"^## \[?{re.escape(version)}", (repository / "CHANGELOG.md").read_text(), re.MULTILINE)
+
+
+def test_readme_is_short(repository):
+    assert len((repository / "README.md").read_text().splitlines()) < 150
+
+
+def test_docs_mention_every_public_name(repository):
+    text = "\n".join(path.read_text() for path in sources(repository / "docs", ".md"))
+    missing = [name for name in isospline.__all__ if not re.search(rf"\b{re.escape(name)}\b", text)]
+    assert not missing
+
+
+def test_public_names_have_docstrings():
+    names = [name for name in isospline.__all__ if not inspect.ismodule(getattr(isospline, name))]
+    assert not [name for name in names if not name.startswith("__") and not inspect.getdoc(getattr(isospline, name))]
+
+
+def modules():
+    return ["isospline", *(f"isospline.{module.name}" for module in pkgutil.iter_modules(isospline.__path__))]
+
+
+@pytest.mark.parametrize("name", modules())
+def test_examples_in_docstrings_run(name):
+    module = importlib.import_module(name)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    for example in find_doctests(module):
+        runner.run(example)
+    assert runner.summarize(verbose=False).failed == 0
+
+
+def find_doctests(module):
+    """The doctests of a module; of the compiled one, those of its functions, classes and members as well."""
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    if module.__name__ != "isospline._core":
+        return finder.find(module)
+    found = []
+    for name, documented in documented_members(module).items():
+        text = inspect.getdoc(documented) or ""
+        if ">>>" in text:
+            found.append(doctest.DocTestParser().get_doctest(text, {}, f"_core.{name}", None, 0))
+    return found
+
+
+def documented_members(module):
+    members = {}
+    for name, member in vars(module).items():
+        members[name] = member
+        if inspect.isclass(member):
+            members.update({f"{name}.{inner}": value for inner, value in vars(member).items()})
+    return members
+
+
+def test_the_package_is_typed():
+    package = Path(isospline.__file__).parent
+    assert (package / "py.typed").exists()
+    assert (package / "_core.pyi").exists()
+
+
+def stub_members(path):
+    """Public names of a stub, to the names of the arguments of what is a function."""
+    members = {}
+
+    def visit(body, prefix):
+        for node in body:
+            name = getattr(node, "name", None) or getattr(getattr(node, "target", None), "id", "_")
+            if name.startswith("_") and name != "__init__":
+                continue
+            members[prefix + name] = None
+            if isinstance(node, ast.ClassDef):
+                visit(node.body, f"{prefix}{name}.")
+            elif isinstance(node, ast.FunctionDef) and not node.decorator_list:
+                arguments = node.args
+                members[prefix + name] = [
+                    argument.arg for argument in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
+                ]
+
+    visit(ast.parse(path.read_text()).body, "")
+    return members
+
+
+def module_members(module):
+    """The same of the module; arguments are read from the signatures that pybind11 puts into docstrings."""
+    members = {}
+
+    def visit(owner, prefix):
+        for name, member in vars(owner).items():
+            signature = re.match(rf"{re.escape(name)}(\(.*\)) -> ", inspect.getdoc(member) or "")
+            if name.startswith("_") and not (name == "__init__" and signature):
+                continue
+            members[prefix + name] = None
+            if inspect.isclass(member):
+                visit(member, f"{prefix}{name}.")
+            elif signature:
+                members[prefix + name] = re.findall(r"(?:\(|, )(\w+): ", signature.group(1))
+
+    visit(module, "")
+    return members
+
+
+def test_stub_says_what_the_module_has(repository):
+    module = importlib.import_module("isospline._core")
+    assert stub_members(repository / "python" / "isospline" / "_core.pyi") == module_members(module)

@@ -1,0 +1,46 @@
+"""The examples run, on small sizes."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_runs(path, tmp_path):
+    assert len(path.read_text().splitlines()) < 60
+    source = path.read_text()
+    runpy.run_path(str(path))["main"](samples=24, size=(24, 18), folder=tmp_path)
+    written = sorted(tmp_path.iterdir())
+    assert bool(written) == ("image.write" in source)
+    assert all(picture.name.startswith(path.stem[:3]) and picture.stat().st_size > 100 for picture in written)
+
+
+def example(stem, **arguments):
+    (path,) = (path for path in EXAMPLES if path.stem == stem)
+    return runpy.run_path(str(path))["main"](**arguments)
+
+
+def test_ray_queries_find_the_sphere():
+    points, normals = example("030-ray-queries")
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.7, atol=1e-4)
+    np.testing.assert_allclose(normals, points / 0.7, atol=1e-3)
+
+
+def test_world_space_places_the_sphere():
+    assert example("090-world-space") == pytest.approx(30 - 0.7, abs=1e-3)
+
+
+def test_higher_degrees_come_closer_to_the_formula():
+    errors = example("040-sample-the-model")
+    assert errors[5, 0] < errors[3, 0] < errors[2, 0] < errors[1, 0]
+    assert errors[5, 2] < errors[3, 2] < 0.1
+
+
+def test_voxel_hopping_finds_what_the_scene_finds():
+    scene_hits, hopper_hits = example("110-voxel-hopping")
+    np.testing.assert_allclose(scene_hits["t_hit"], hopper_hits["t_hit"], rtol=1e-6)
+    np.testing.assert_array_equal(scene_hits["primitive_ids"], hopper_hits["primitive_ids"])

@@ -1,0 +1,184 @@
+"""Arrays of an image, and the files it is written to."""
+
+import errno
+import io
+import os
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import PIL.Image
+import pytest
+
+import isospline
+
+OpenEXR = pytest.importorskip("OpenEXR")
+
+SIZE = (60, 45)
+IDS = ("id.geometry", "id.primitive")
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return isospline.PerspectiveCamera((4, -25, 3), (0, 0, 0), field_of_view=40)
+
+
+@pytest.fixture(scope="module")
+def image(camera):
+    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
+    volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
+    scene = isospline.Scene([isospline.Isosurface(volume, 40, inside="below")])
+    return isospline.render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4)
+
+
+def test_arrays_share_the_images_memory(image):
+    width, height = SIZE
+    for name, shape, dtype in (
+        ("color", (height, width, 4), np.float32),
+        ("depth", (height, width), np.float32),
+        ("position", (height, width, 3), np.float32),
+        ("normal", (height, width, 3), np.float32),
+        ("geometry_ids", (height, width), np.uint32),
+        ("primitive_ids", (height, width), np.uint32),
+    ):
+        array = getattr(image, name)
+        assert array.shape == shape and array.dtype == dtype and array.flags.c_contiguous
+        assert not array.flags.owndata and np.shares_memory(array, getattr(image, name))
+
+
+def test_arrays_outlive_the_image(camera):
+    volume = isospline.Volume(np.random.default_rng(1).random((9, 9, 9)), origin=(-4, -4, -4))
+    color = isospline.render(isospline.Scene([isospline.Isosurface(volume, 0.5)]), camera, size=(50, 50)).color
+    before = color.copy()
+    np.full((50, 50, 4), 7, np.float32)
+    np.testing.assert_array_equal(color, before)
+
+
+def test_repr(image):
+    assert repr(image).startswith("Image(60 x 45, ")
+
+
+def test_srgb_is_the_standards_curve(image):
+    srgb = image.to_srgb()
+    assert srgb.shape == (45, 60, 4) and srgb.dtype == np.uint8
+    alpha = image.color[..., 3].astype(float)
+    np.testing.assert_array_equal(srgb[..., 3], np.rint(255 * alpha))
+    shown = alpha > 0
+    # Back through the inverse curve: within half a step of what was stored.
+    encoded = srgb[shown][:, :3] / 255
+    decoded = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    linear = np.clip(image.color[shown][:, :3] / alpha[shown, None], 0, 1)
+    slope = np.where(encoded <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((encoded + 0.055) / 1.055) ** 1.4)
+    assert (np.abs(decoded - linear) <= 0.51 / 255 * np.maximum(slope, 1 / 12.92) + 2e-5).all()
+    assert not srgb[~shown].any()
+
+
+def test_exr_holds_everything(image, camera, tmp_path):
+    path = tmp_path / "image.exr"
+    image.write(path)
+    assert os.listdir(tmp_path) == ["image.exr"]
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+        header = dict(file.header())
+    assert set(channels) == {"R", "G", "B", "A", "Z", *("P." + c for c in "XYZ"), *("N." + c for c in "XYZ"), *IDS}
+    for part, name in enumerate("RGBA"):
+        np.testing.assert_array_equal(channels[name], image.color[..., part])
+    for axis, name in enumerate("XYZ"):
+        np.testing.assert_array_equal(channels["P." + name], image.position[..., axis])
+        np.testing.assert_array_equal(channels["N." + name], image.normal[..., axis])
+    np.testing.assert_array_equal(channels["Z"], image.depth)
+    for name in IDS:
+        assert channels[name].dtype == np.uint32
+    np.testing.assert_array_equal(channels["id.geometry"], image.geometry_ids)
+    np.testing.assert_array_equal(channels["id.primitive"], image.primitive_ids)
+
+    # The header's matrices map row vectors.
+    assert header["compression"] == OpenEXR.ZIP_COMPRESSION
+    np.testing.assert_allclose(header["worldToCamera"], camera.world_to_camera.T, rtol=1e-6)
+    np.testing.assert_allclose(header["worldToNDC"], camera.world_to_ndc(SIZE).T, rtol=1e-6)
+    hit = np.isfinite(image.depth)
+    ndc = np.concatenate([image.position[hit], np.ones((hit.sum(), 1))], axis=1) @ header["worldToNDC"]
+    y, x = np.nonzero(hit)
+    np.testing.assert_allclose(ndc[:, :2] / ndc[:, 3:] * SIZE, np.stack([x, y], -1) + 0.5, atol=1e-3)
+
+
+def test_half_exr(image, tmp_path):
+    image.write(tmp_path / "image.exr", half=True)
+    with OpenEXR.File(str(tmp_path / "image.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+    assert channels["R"].dtype == np.float16 and channels["Z"].dtype == np.float32
+    np.testing.assert_array_equal(channels["G"], image.color[..., 1].astype(np.float16))
+
+
+def test_png(image, tmp_path):
+    path = tmp_path / "image.PNG"
+    image.write(str(path))
+    assert os.listdir(tmp_path) == ["image.PNG"]
+    with PIL.Image.open(path) as file:
+        assert file.mode == "RGBA"
+        np.testing.assert_array_equal(np.asarray(file), image.to_srgb())
+    with PIL.Image.open(io.BytesIO(image._repr_png_())) as file:
+        assert file.size == SIZE
+
+
+@pytest.mark.parametrize("name", ["image.jpg", "image", "exr", ".png.txt"])
+def test_unknown_suffix(image, tmp_path, name):
+    with pytest.raises(ValueError, match=r"\.exr or \.png, got"):
+        image.write(tmp_path / name)
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png"])
+def test_unwritable_paths_leave_nothing_behind(image, tmp_path, suffix):
+    missing = tmp_path / "missing" / f"image{suffix}"
+    with pytest.raises(FileNotFoundError) as raised:
+        image.write(missing)
+    assert raised.value.filename == str(missing)
+
+    folder = tmp_path / f"folder{suffix}"
+    folder.mkdir()
+    with pytest.raises(OSError) as raised:
+        image.write(folder)
+    assert raised.value.filename == str(folder)
+    assert os.listdir(tmp_path) == [folder.name] and os.listdir(folder) == []
+
+    with pytest.raises(OSError):
+        image.write(f"/proc/image{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png"])
+def test_a_full_disk_leaves_the_old_file(tmp_path, suffix):
+    pytest.importorskip("resource")
+    path = tmp_path / f"image{suffix}"
+    path.write_bytes(b"old")
+    program = textwrap.dedent(
+        """
+        import resource, sys
+        import numpy as np
+        import isospline
+
+        volume = isospline.Volume(np.random.default_rng(1).random((9, 9, 9)), origin=(-4, -4, -4))
+        scene = isospline.Scene([isospline.Isosurface(volume, 0.5)])
+        image = isospline.render(scene, isospline.camera_for(scene), size=(200, 200))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        try:
+            image.write(sys.argv[1])
+        except OSError as error:
+            print(error.errno, error.filename)
+        """
+    )
+    done = subprocess.run([sys.executable, "-c", program, path], stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout.split() == [str(errno.EFBIG), str(path)]
+    assert os.listdir(tmp_path) == [path.name] and path.read_bytes() == b"old"
+
+
+def test_files_replace_older_ones_and_obey_the_umask(image, tmp_path):
+    for suffix in (".exr", ".png"):
+        path = tmp_path / f"image{suffix}"
+        path.write_bytes(b"old")
+        image.write(path)
+        assert path.stat().st_size > 1000
+        fresh = tmp_path / f"fresh{suffix}"
+        fresh.touch()
+        assert path.stat().st_mode == fresh.stat().st_mode

@@ -1,0 +1,610 @@
+"""Reading volumes: files of independent writers, whose own word for the place of a sample is the oracle."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from isospline import read_volume
+
+nibabel = pytest.importorskip("nibabel")
+nrrd = pytest.importorskip("nrrd")
+pydicom = pytest.importorskip("pydicom")
+SimpleITK = pytest.importorskip("SimpleITK")
+tifffile = pytest.importorskip("tifffile")
+pytest.importorskip("vtkmodules")
+
+SHAPE = (5, 6, 7)  # z, y, x
+INDICES = np.array([(0, 0, 0), (6, 0, 0), (0, 5, 0), (0, 0, 4), (3, 2, 1)])  # x, y, z
+LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
+
+
+def rotation(x, y, z):
+    matrix = np.eye(3)
+    for axis, angle in enumerate((x, y, z)):
+        turn = np.eye(3)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        turn[[i, j, i, j], [i, j, j, i]] = np.cos(angle), np.cos(angle), -np.sin(angle), np.sin(angle)
+        matrix = turn @ matrix
+    return matrix
+
+
+STRAIGHT = np.eye(3)
+DIRECTIONS = {
+    "straight": STRAIGHT,
+    "oblique": rotation(0.3, -0.5, 1.1),
+    "mirrored": np.diag([-1.0, 1.0, -1.0]) @ np.diag([1.0, 1.0, -1.0]),
+    "oblique and mirrored": rotation(-0.2, 0.4, 0.9) @ np.diag([1.0, -1.0, 1.0]),
+    "permuted": np.eye(3)[[1, 2, 0]],
+}
+SPACING, ORIGIN = (0.5, 0.75, 2.5), (-10.0, 20.5, 3.25)
+
+directions = pytest.mark.parametrize("direction", list(DIRECTIONS.values()), ids=list(DIRECTIONS))
+dtypes = pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
+
+
+@pytest.fixture
+def data(rng):
+    return rng.integers(0, 200, SHAPE).astype(np.int16)
+
+
+def itk_image(data, direction=STRAIGHT):
+    image = SimpleITK.GetImageFromArray(data)
+    image.SetSpacing(SPACING)
+    image.SetOrigin(ORIGIN)
+    image.SetDirection(direction.ravel().tolist())
+    return image
+
+
+def itk_positions(image):
+    return [image.TransformContinuousIndexToPhysicalPoint(index.astype(float).tolist()) for index in INDICES]
+
+
+# NIfTI
+
+@directions
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_nifti_is_where_nibabel_says(tmp_path, data, direction, suffix):
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = direction * SPACING, ORIGIN
+    image = nibabel.Nifti1Image(data.T, affine)
+    nibabel.save(image, tmp_path / f"a{suffix}")
+
+    volume = read_volume(tmp_path / f"a{suffix}")
+    np.testing.assert_array_equal(volume.data, data)
+    assert (volume.data.dtype, volume.format) == (data.dtype, "NIfTI")
+    np.testing.assert_allclose(volume.spacing, SPACING, rtol=1e-6)
+    ras = nibabel.affines.apply_affine(image.affine, INDICES)
+    np.testing.assert_allclose(volume.position(INDICES), ras @ LPS_FROM_RAS, rtol=1e-6, atol=1e-5)
+
+
+@directions
+def test_nifti_is_where_itk_says(tmp_path, data, direction):
+    image = itk_image(data, direction)
+    SimpleITK.WriteImage(image, tmp_path / "a.nii.gz")
+    np.testing.assert_allclose(read_volume(tmp_path / "a.nii.gz").position(INDICES), itk_positions(image), atol=1e-4)
+
+
+def test_nifti_keeps_sheared_axes(tmp_path, data):
+    affine = np.array([[1, 0.2, 0, 1], [0, 2, 0.1, 2], [0, 0, 3, 3], [0, 0, 0, 1.0]])
+    nibabel.save(nibabel.Nifti1Image(data.T, affine), tmp_path / "a.nii")
+    np.testing.assert_allclose(read_volume(tmp_path / "a.nii").affine, np.diag([-1, -1, 1, 1]) @ affine, atol=1e-6)
+
+
+def test_nifti_scales_its_samples(tmp_path, data):
+    image = nibabel.Nifti1Image(data.T.astype(np.int16), np.eye(4))
+    image.header.set_slope_inter(0.5, -10)
+    nibabel.save(image, tmp_path / "a.nii")
+    np.testing.assert_allclose(read_volume(tmp_path / "a.nii").data, nibabel.load(tmp_path / "a.nii").get_fdata().T)
+
+
+def test_nifti_is_not_confused_by_its_neighbour(tmp_path, data):
+    nibabel.save(nibabel.Nifti1Image(data.T, np.eye(4)), tmp_path / "a.nii.gz")
+    nibabel.save(nibabel.Nifti1Image(data.T * 0, np.eye(4)), tmp_path / "a.nii")
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.nii.gz").data, data)
+
+
+# NRRD and MetaImage
+
+@directions
+@pytest.mark.parametrize("name", ["a.nrrd", "a.nhdr", "a.mha", "a.mhd"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_itk_formats_are_where_itk_says(tmp_path, data, direction, name, compressed):
+    image = itk_image(data, direction)
+    SimpleITK.WriteImage(image, tmp_path / name, compressed)
+
+    volume = read_volume(tmp_path / name)
+    np.testing.assert_array_equal(volume.data, data)
+    np.testing.assert_allclose(volume.spacing, SPACING)
+    np.testing.assert_allclose(volume.position(INDICES), itk_positions(image), atol=1e-6)
+
+
+@dtypes
+@pytest.mark.parametrize("name", ["a.nii", "a.nrrd", "a.mha"])
+def test_types_are_kept(tmp_path, data, dtype, name):
+    SimpleITK.WriteImage(itk_image(data.astype(dtype)), tmp_path / name)
+    volume = read_volume(tmp_path / name)
+    assert volume.data.dtype == dtype
+    np.testing.assert_array_equal(volume.data, data.astype(dtype))
+
+
+@directions
+@pytest.mark.parametrize("space", ["left-posterior-superior", "right-anterior-superior"])
+def test_nrrd_of_pynrrd_comes_in_the_patient_s_world(tmp_path, data, direction, space):
+    header = {"space": space, "space directions": (direction * SPACING).T, "space origin": ORIGIN, "encoding": "gzip"}
+    nrrd.write(str(tmp_path / "a.nrrd"), data.T, header)
+
+    samples, header = nrrd.read(str(tmp_path / "a.nrrd"))
+    volume = read_volume(tmp_path / "a.nrrd")
+    np.testing.assert_array_equal(volume.data, samples.T)
+    positions = INDICES @ header["space directions"] + header["space origin"]
+    if space.startswith("right"):
+        positions = positions @ LPS_FROM_RAS
+    np.testing.assert_allclose(volume.position(INDICES), positions, atol=1e-6)
+
+
+def test_a_series_of_one_volume_is_a_volume(tmp_path, data):
+    nibabel.save(nibabel.Nifti1Image(data.T[..., None], np.eye(4)), tmp_path / "a.nii")
+    SimpleITK.WriteImage(SimpleITK.JoinSeries(itk_image(data, DIRECTIONS["oblique"])), tmp_path / "a.mha")
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.nii").data, data)
+    volume = read_volume(tmp_path / "a.mha")
+    np.testing.assert_array_equal(volume.data, data)
+    np.testing.assert_allclose(volume.direction, DIRECTIONS["oblique"], atol=1e-12)
+
+
+# DICOM
+
+def write_slices(folder, data, direction=STRAIGHT, uid="1.2.3.4", step=None, order=None, skip=()):
+    """A CT series of data[z, y, x] by pydicom, HU = 2 stored - 1000; returns the position of each slice."""
+    folder.mkdir(exist_ok=True)
+    step = direction[:, 2] * SPACING[2] if step is None else np.asarray(step)
+    positions = np.array(ORIGIN) + np.arange(len(data))[:, None] * step
+    for index in range(len(data)) if order is None else order:
+        if index in skip:
+            continue
+        meta = pydicom.dataset.FileMetaDataset()
+        meta.MediaStorageSOPClassUID = pydicom.uid.CTImageStorage
+        meta.MediaStorageSOPInstanceUID = f"{uid}.{index + 1}"
+        meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+        dataset = pydicom.dataset.FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        dataset.SOPClassUID, dataset.SOPInstanceUID = meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID
+        dataset.Modality, dataset.SeriesInstanceUID, dataset.StudyInstanceUID = "CT", uid, "1.2.3"
+        dataset.InstanceNumber = 100 - index
+        dataset.Rows, dataset.Columns = data.shape[1:]
+        dataset.SamplesPerPixel, dataset.PhotometricInterpretation = 1, "MONOCHROME2"
+        dataset.BitsAllocated, dataset.BitsStored, dataset.HighBit, dataset.PixelRepresentation = 16, 16, 15, 0
+        dataset.RescaleSlope, dataset.RescaleIntercept = "2", "-1000"
+        dataset.PixelSpacing = [str(SPACING[1]), str(SPACING[0])]
+        dataset.SliceThickness = "9"  # not the distance of slices
+        dataset.ImagePositionPatient = [f"{value:.8f}" for value in positions[index]]
+        dataset.ImageOrientationPatient = [f"{value:.10f}" for value in direction[:, :2].T.ravel()]
+        dataset.PixelData = data[index].astype("<u2").tobytes()
+        # Names in an order that is not that of the positions.
+        dataset.save_as(folder / f"{(index * 7) % 11:02}-{uid}", enforce_file_format=True)
+    return positions
+
+
+# Slices are sorted along their normal, so that the axes of a series are right-handed.
+@pytest.mark.parametrize("direction", [matrix for matrix in DIRECTIONS.values() if np.linalg.det(matrix) > 0])
+def test_dicom_series_is_where_its_slices_are(tmp_path, data, direction):
+    write_slices(tmp_path / "series", data, direction)
+    volume = read_volume(tmp_path / "series")
+    np.testing.assert_array_equal(volume.data, data * 2 - 1000)
+    expected = np.array(ORIGIN) + (INDICES * SPACING) @ direction.T
+    np.testing.assert_allclose(volume.position(INDICES), expected, atol=1e-6)
+
+    itk = SimpleITK.ImageSeriesReader()
+    itk.SetFileNames(SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(str(tmp_path / "series")))
+    np.testing.assert_allclose(volume.position(INDICES), itk_positions(itk.Execute()), atol=1e-6)
+
+
+def test_dicom_of_a_tilted_gantry_is_sheared(tmp_path, data):
+    step = (0.0, 0.6, 2.0)
+    write_slices(tmp_path / "series", data, step=step)
+    volume = read_volume(tmp_path / "series")
+    np.testing.assert_allclose(volume.position((0, 0, 3)), np.array(ORIGIN) + 3 * np.array(step), atol=1e-6)
+    np.testing.assert_allclose(volume.position((2, 0, 0)), np.array(ORIGIN) + (2 * SPACING[0], 0, 0), atol=1e-6)
+
+
+def test_dicom_with_a_slice_missing_is_refused(tmp_path, data):
+    write_slices(tmp_path / "series", data, skip=[2])
+    with pytest.raises(ValueError, match="evenly spaced slices, got distances from 2.5 to 5"):
+        read_volume(tmp_path / "series")
+
+
+def test_dicom_series_is_chosen_by_name(tmp_path, data):
+    write_slices(tmp_path / "series", data)
+    write_slices(tmp_path / "series", data[::-1], uid="1.2.9")
+    with pytest.raises(ValueError, match=r"expected one series, or its UID as name, got 2: 1\.2\.[39]"):
+        read_volume(tmp_path / "series")
+    np.testing.assert_array_equal(read_volume(tmp_path / "series", name="1.2.9").data, data[::-1] * 2 - 1000)
+    with pytest.raises(ValueError, match="UID of a series"):
+        read_volume(tmp_path / "series", name="7")
+
+
+def test_a_dicom_file_needs_no_suffix(tmp_path, data):
+    write_slices(tmp_path / "series", data[:1])
+    for path in (tmp_path / "series", next((tmp_path / "series").iterdir())):
+        np.testing.assert_array_equal(read_volume(path).data, data[:1] * 2 - 1000)
+
+
+# TIFF
+
+@dtypes
+@pytest.mark.parametrize("options", [
+    {}, {"compression": "zlib"}, {"compression": "lzw"}, {"bigtiff": True}, {"byteorder": ">"},
+], ids=str)
+def test_tiff_pages_are_slices(tmp_path, data, dtype, options):
+    tifffile.imwrite(tmp_path / "a.tif", data.astype(dtype), photometric="minisblack", **options)
+    volume = read_volume(tmp_path / "a.tif")
+    np.testing.assert_array_equal(volume.data, data.astype(dtype))
+    assert volume.data.dtype.newbyteorder("=") == dtype
+    assert volume.spacing == (1, 1, 1)
+
+
+def test_tiff_resolution_alone_is_no_spacing(tmp_path, data):
+    tifffile.imwrite(tmp_path / "a.tif", data, resolution=(72, 72), resolutionunit="INCH", photometric="minisblack")
+    assert read_volume(tmp_path / "a.tif").spacing == (1, 1, 1)
+
+
+def test_tiff_of_imagej_has_a_spacing(tmp_path, data):
+    metadata = {"spacing": 2.5, "unit": "um", "axes": "ZYX"}
+    tifffile.imwrite(tmp_path / "a.tif", data, imagej=True, resolution=(1 / 0.5, 1 / 0.75), metadata=metadata)
+    assert read_volume(tmp_path / "a.tif").spacing == pytest.approx((0.5, 0.75, 2.5))
+
+
+def test_tiff_of_ome_has_a_spacing(tmp_path, data):
+    sizes = {f"PhysicalSize{axis}": size for axis, size in zip("XYZ", (0.5, 0.75, 2.5))}
+    tifffile.imwrite(tmp_path / "a.ome.tif", data, ome=True, metadata={"axes": "ZYX", **sizes})
+    assert read_volume(tmp_path / "a.ome.tif").spacing == (0.5, 0.75, 2.5)
+
+
+def test_tiff_folder_is_sorted_by_number(tmp_path, rng):
+    data = rng.integers(0, 1000, (12, 4, 3)).astype(np.uint16)
+    for index, slice_ in enumerate(data):
+        tifffile.imwrite(tmp_path / f"slice{index}.TIF", slice_)
+    (tmp_path / "notes.txt").write_text("not a slice")
+    volume = read_volume(tmp_path)
+    np.testing.assert_array_equal(volume.data, data)
+    assert volume.format == "TIFF slices"
+
+    tifffile.imwrite(tmp_path / "slice12.tif", data[0, 1:])
+    with pytest.raises(ValueError, match=r"expected slices like the first one, \(4, 3\) uint16, got \(3, 3\)"):
+        read_volume(tmp_path)
+
+
+# VTK
+
+def vtk_image(data, direction=STRAIGHT, extent=None, cells=False):
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    size = np.array(data.shape[::-1]) + (1 if cells else 0)
+    image.SetExtent(*(np.stack([np.zeros(3, int), size - 1], axis=1).ravel() if extent is None else extent))
+    image.SetSpacing(SPACING)
+    image.SetOrigin(ORIGIN)
+    image.SetDirectionMatrix(*direction.ravel())
+    array = numpy_to_vtk(data.ravel(), deep=True)
+    array.SetName("density")
+    (image.GetCellData() if cells else image.GetPointData()).SetScalars(array)
+    return image
+
+
+def write_vtk(image, path, ascii=False, **settings):
+    from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
+    from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
+
+    writer = vtkStructuredPointsWriter() if path.suffix == ".vtk" else vtkXMLImageDataWriter()
+    if path.suffix == ".vtk":
+        writer.SetFileTypeToASCII() if ascii else writer.SetFileTypeToBinary()
+    for setting in settings:
+        getattr(writer, setting)()
+    writer.SetFileName(str(path))
+    writer.SetInputData(image)
+    writer.Write()
+
+
+@dtypes
+@pytest.mark.parametrize("ascii", [False, True])
+def test_legacy_vtk_is_where_vtk_says(tmp_path, data, dtype, ascii):
+    image = vtk_image(data.astype(dtype))
+    write_vtk(image, tmp_path / "a.vtk", ascii)
+    volume = read_volume(tmp_path / "a.vtk")
+    np.testing.assert_array_equal(volume.data, data.astype(dtype))
+    assert volume.data.dtype == dtype
+    assert (volume.spacing, volume.origin) == (SPACING, ORIGIN)
+
+
+@directions
+@pytest.mark.parametrize("setting", ["SetDataModeToAscii", "SetDataModeToBinary", "SetDataModeToAppended",
+                                     "EncodeAppendedDataOff", "SetCompressorTypeToNone"])
+def test_vti_is_where_vtk_says(tmp_path, data, direction, setting):
+    image = vtk_image(data, direction, extent=(2, 8, -3, 2, 10, 14))
+    write_vtk(image, tmp_path / "a.vti", **{setting: True})
+    volume = read_volume(tmp_path / "a.vti")
+    np.testing.assert_array_equal(volume.data, data)
+    expected = [image.GetPoint(image.ComputePointId((index + (2, -3, 10)).tolist())) for index in INDICES]
+    np.testing.assert_allclose(volume.position(INDICES), expected, atol=1e-9)
+
+
+def test_samples_of_vtk_cells_are_in_their_middle(tmp_path, data):
+    image = vtk_image(data, DIRECTIONS["oblique"], cells=True)
+    write_vtk(image, tmp_path / "a.vti")
+    volume = read_volume(tmp_path / "a.vti")
+    np.testing.assert_array_equal(volume.data, data)
+    for index in INDICES:
+        bounds = np.reshape(image.GetCell(image.ComputeCellId(index.tolist())).GetBounds(), (3, 2))
+        np.testing.assert_allclose(volume.position(index), bounds.mean(axis=1), atol=1e-9)
+
+
+def test_vtk_arrays_are_chosen_by_name(tmp_path, data):
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    image = vtk_image(data)
+    other = numpy_to_vtk((data + 1).ravel(), deep=True)
+    other.SetName("other")
+    image.GetPointData().AddArray(other)
+    write_vtk(image, tmp_path / "a.vti")
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.vti").data, data)
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.vti", name="other").data, data + 1)
+    with pytest.raises(ValueError, match="expected an array named third, got density, other"):
+        read_volume(tmp_path / "a.vti", name="third")
+
+
+# Arrays and raw files
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_npy_is_mapped(tmp_path, data, order):
+    np.save(tmp_path / "a.npy", np.asarray(data, order=order))
+    volume = read_volume(tmp_path / "a.npy", spacing=SPACING, origin=ORIGIN, direction=DIRECTIONS["oblique"])
+    assert isinstance(volume.data, np.memmap)
+    np.testing.assert_array_equal(volume.data, data)
+    np.testing.assert_allclose(volume.affine[:3, :3], DIRECTIONS["oblique"] * SPACING)
+    assert (volume.spacing, volume.origin) == (SPACING, ORIGIN)
+
+
+@pytest.mark.parametrize("dtype", ["<u2", ">u2", "<f4", ">f8", "i1"])
+def test_raw_of_either_byte_order(tmp_path, data, dtype):
+    (tmp_path / "a.bin").write_bytes(b"header" + data.astype(dtype).tobytes())
+    volume = read_volume(tmp_path / "a.bin", shape=SHAPE, dtype=dtype, offset=6)
+    np.testing.assert_array_equal(volume.data, data.astype(dtype))
+
+
+def test_raw_of_another_size_is_refused(tmp_path, data):
+    path = tmp_path / "a.raw"
+    path.write_bytes(data.tobytes())
+    for shape in ((5, 6, 8), (5, 6, 6)):
+        with pytest.raises(ValueError, match=rf"a\.raw: .*expected \d+ bytes, {shape[2]} x 6 x 5 samples of int16"):
+            read_volume(path, shape=shape, dtype="int16")
+    with pytest.raises(ValueError, match="shape and the type"):
+        read_volume(path)
+    with pytest.raises(ValueError, match="dtype="):
+        read_volume(path, shape=SHAPE)
+    with pytest.raises(ValueError, match="at least one sample"):
+        read_volume(path, shape=(0, 6, 7), dtype="int16")
+
+
+# What was read becomes a model
+
+def test_volume_data_becomes_a_volume(tmp_path, data):
+    SimpleITK.WriteImage(itk_image(data, DIRECTIONS["oblique and mirrored"]), tmp_path / "a.nrrd")
+    read = read_volume(tmp_path / "a.nrrd")
+    volume = read.to_volume(degree=3)
+    assert volume.degree == 3
+    np.testing.assert_allclose(volume.affine, read.affine)
+    np.testing.assert_allclose(volume.sample(read.position(INDICES)), data[tuple(INDICES.T[::-1])], atol=1e-3)
+
+
+# Bad input
+
+def write_any(path, data):
+    """Any format, by its suffix."""
+    if path.suffix in (".vtk", ".vti"):
+        write_vtk(vtk_image(data), path)
+    elif path.suffix == ".tif":
+        with tifffile.TiffWriter(path) as writer:
+            for slice_ in data:
+                writer.write(slice_, metadata=None)
+    elif path.suffix == ".npy":
+        np.save(path, data)
+    elif path.suffix == ".dcm":
+        write_slices(path.parent / "series", data[:1])
+        next((path.parent / "series").iterdir()).rename(path)
+    else:
+        SimpleITK.WriteImage(itk_image(data), path, path.name.startswith("packed"))
+
+
+@pytest.mark.parametrize("part", [0.0, 0.001, 0.1, 0.5, 0.9, 0.99])
+@pytest.mark.parametrize("name", ["a.nii", "a.nii.gz", "a.nrrd", "packed.nrrd", "a.mha", "packed.mha", "a.tif", "a.vtk",
+                                  "a.vti", "a.npy", "a.dcm"])
+def test_truncated_files_are_refused(tmp_path, rng, name, part, capfd):
+    path = tmp_path / name
+    write_any(path, rng.integers(0, 1000, (9, 10, 11)).astype(np.int16))
+    content = path.read_bytes()
+    path.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(ValueError, match=f"{name}: cannot be read as "):
+        read_volume(path)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("setting", ["SetDataModeToAscii", "SetDataModeToBinary", "EncodeAppendedDataOff",
+                                     "SetCompressorTypeToNone"])
+@pytest.mark.parametrize("part", [0.3, 0.99])
+def test_truncated_vti_of_any_mode_is_refused(tmp_path, data, setting, part):
+    path = tmp_path / "a.vti"
+    write_vtk(vtk_image(data), path, **{setting: True})
+    content = path.read_bytes()
+    path.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(ValueError, match="truncated"):
+        read_volume(path)
+
+
+@pytest.mark.parametrize("options", [{}, {"compression": "zlib"}, {"imagej": True}, {"ome": True}], ids=str)
+@pytest.mark.parametrize("part", [0.1, 0.3, 0.9, 0.99])
+def test_truncated_tiff_of_any_kind_is_refused(tmp_path, rng, options, part):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, rng.integers(0, 1000, (20, 24, 28)).astype(np.int16), photometric="minisblack", **options)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(part * len(content))])
+    with pytest.raises(ValueError, match=r"a\.tif: cannot be read as TIFF"):
+        read_volume(path)
+
+
+@pytest.mark.parametrize("suffix", ["nii", "nii.gz", "nrrd", "nhdr", "mha", "mhd", "dcm", "tif", "vtk", "vti", "npy"])
+def test_other_content_is_refused(tmp_path, rng, suffix, capfd):
+    for content in (b"", b"hello\nworld\n", rng.bytes(5000)):
+        (tmp_path / f"a.{suffix}").write_bytes(content)
+        with pytest.raises(ValueError, match=rf"a\.{suffix}: cannot be read as"):
+            read_volume(tmp_path / f"a.{suffix}")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_files_and_unknown_names_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"missing\.nrrd"):
+        read_volume(tmp_path / "missing.nrrd")
+    (tmp_path / "a.xyz").write_bytes(b"12345678")
+    with pytest.raises(ValueError, match=r"a\.xyz: expected a name that ends in \.nii"):
+        read_volume(tmp_path / "a.xyz")
+    with pytest.raises(ValueError, match="shape: expected"):
+        read_volume(tmp_path / "a.xyz", dtype="u1")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(ValueError, match="a folder that holds a DICOM series or TIFF slices"):
+        read_volume(tmp_path / "folder")
+
+
+def test_detached_samples_must_be_there(tmp_path, data):
+    for name, samples in (("a.nhdr", "a.raw"), ("b.mhd", "b.raw")):
+        SimpleITK.WriteImage(itk_image(data), tmp_path / name)
+        content = (tmp_path / samples).read_bytes()
+        (tmp_path / samples).write_bytes(content[:-1])
+        with pytest.raises(ValueError, match=f"{name}: "):
+            read_volume(tmp_path / name)
+        (tmp_path / samples).unlink()
+        with pytest.raises((ValueError, FileNotFoundError), match=f"{name}|{samples}"):
+            read_volume(tmp_path / name)
+
+
+def test_colours_are_refused(tmp_path, rng):
+    colours = rng.integers(0, 255, (*SHAPE, 3)).astype(np.uint8)
+    for name in ("a.mha", "a.nrrd"):
+        SimpleITK.WriteImage(SimpleITK.GetImageFromArray(colours, isVector=True), tmp_path / name)
+    tifffile.imwrite(tmp_path / "a.tif", colours, photometric="rgb")
+    rgb = np.zeros(SHAPE[::-1], [("R", "u1"), ("G", "u1"), ("B", "u1")])
+    nibabel.save(nibabel.Nifti1Image(rgb, np.eye(4)), tmp_path / "a.nii")
+    image = vtk_image(np.zeros(SHAPE, np.uint8))
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    image.GetPointData().SetScalars(numpy_to_vtk(colours.reshape(-1, 3), deep=True))
+    write_vtk(image, tmp_path / "a.vti")
+    for name in ("a.mha", "a.nrrd", "a.tif", "a.nii", "a.vti"):
+        with pytest.raises(ValueError, match="expected one number a sample, got 3"):
+            read_volume(tmp_path / name)
+
+
+def test_time_series_and_flat_pictures_are_refused(tmp_path, rng):
+    series = rng.integers(0, 255, (3, *SHAPE)).astype(np.uint8)
+    nibabel.save(nibabel.Nifti1Image(series.T, np.eye(4)), tmp_path / "a.nii")
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series, isVector=False), tmp_path / "a.mha")
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series, isVector=False), tmp_path / "a.nrrd")
+    tifffile.imwrite(tmp_path / "a.tif", series, imagej=True, metadata={"axes": "TZYX"})
+    np.save(tmp_path / "a.npy", series)
+    for name in ("a.nii", "a.mha", "a.nrrd", "a.tif", "a.npy"):
+        with pytest.raises(ValueError, match="expected three dimensions, got 4: 7 x 6 x 5 x 3"):
+            read_volume(tmp_path / name)
+
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(series[0, 0]), tmp_path / "flat.mha")
+    tifffile.imwrite(tmp_path / "flat.tif", series[0, 0])
+    np.save(tmp_path / "flat.npy", series[0, 0])
+    for name in ("flat.mha", "flat.tif", "flat.npy"):
+        with pytest.raises(ValueError, match="expected three dimensions, got 2: 7 x 6"):
+            read_volume(tmp_path / name)
+
+
+def test_other_types_are_refused(tmp_path, data):
+    np.save(tmp_path / "a.npy", data.astype(complex))
+    with pytest.raises(ValueError, match="expected real numbers, got complex128"):
+        read_volume(tmp_path / "a.npy")
+    np.save(tmp_path / "b.npy", data.astype(object))
+    with pytest.raises(ValueError, match=r"b\.npy: cannot be read as NPY"):
+        read_volume(tmp_path / "b.npy")
+
+
+HUGE = {
+    "a.mha": b"ObjectType = Image\nNDims = 3\nDimSize = 100000 100000 100000\nElementType = MET_SHORT\n"
+             b"CompressedData = True\nElementDataFile = LOCAL\n",
+    "a.nrrd": b"NRRD0004\ntype: short\ndimension: 3\nsizes: 100000 100000 100000\nendian: little\nencoding: gzip\n\n",
+    "a.vtk": b"# vtk DataFile Version 3.0\nhuge\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 100000 100000 100000\n"
+             b"SPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 1000000000000000\nSCALARS density short\n"
+             b"LOOKUP_TABLE default\n",
+    "a.vti": b'<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64"><ImageData '
+             b'WholeExtent="0 99999 0 99999 0 99999" Origin="0 0 0" Spacing="1 1 1"><Piece '
+             b'Extent="0 99999 0 99999 0 99999"><PointData Scalars="density"><DataArray type="Int16" Name="density" '
+             b'format="ascii">1 2 3</DataArray></PointData></Piece></ImageData></VTKFile>',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_volumes_beyond_the_memory_are_refused_at_once(tmp_path, name):
+    (tmp_path / name).write_bytes(HUGE[name] + (b"" if name == "a.vti" else b"\0" * 100))
+    with pytest.raises(MemoryError, match=rf"{name}: 100000 x 100000 x 100000 samples of u?int16 need 1862645\.1 GiB"):
+        read_volume(tmp_path / name)
+
+
+def test_places_that_make_no_sense_are_refused(tmp_path, data):
+    np.save(tmp_path / "a.npy", data)
+    for options in ({"spacing": (1, 0, 1)}, {"spacing": (1, 1)}, {"origin": (0, np.nan, 0)},
+                    {"direction": np.ones((3, 3))}):
+        with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected"):
+            read_volume(tmp_path / "a.npy", **options)
+
+
+def test_reading_does_not_import_the_libraries_of_other_formats(tmp_path, data):
+    np.save(tmp_path / "a.npy", data)
+    script = (
+        "import sys, isospline\n"
+        f"isospline.read_volume({str(tmp_path / 'a.npy')!r})\n"
+        "print(*{'SimpleITK', 'vtkmodules', 'tifffile', 'nibabel'} & set(sys.modules))"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == ""
+
+
+# Real volumes
+
+REAL = {  # name: size, type, spacing, options
+    "engine.nii.gz": ((256, 256, 128), "uint8", 1, {}),
+    "bonsai.nii.gz": ((256, 256, 256), "uint8", 1, {}),
+    "fuel.nii.gz": ((64, 33, 32), "uint8", 1, {}),
+    "vismale_128x256x256_uint8.raw": (
+        (128, 256, 256), "uint8", (1.57774, 0.995861, 1.00797),
+        {"shape": (256, 256, 128), "dtype": "u1", "spacing": (1.57774, 0.995861, 1.00797)},
+    ),
+    "tooth_103x94x161_uint16.raw": ((103, 94, 161), "uint16", 1, {"shape": (161, 94, 103), "dtype": "<u2"}),
+    "headsq.mha": ((64, 64, 93), "uint16", (3.2, 3.2, 1.5), {}),
+    "ironprot.vtk": ((68, 68, 68), "uint8", 1, {}),
+    "mouse_skull.nrrd": ((176, 320, 128), "uint8", 0.0706, {}),
+    "weave.tif": ((150, 150, 150), "uint8", 1, {}),
+    "abdomen_512x512x275_int16.nii.gz": ((512, 512, 275), "int16", (0.78125, 0.78125, 1), {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_volumes_are_what_is_said_of_them(volumes_folder, name):
+    size, dtype, spacing, options = REAL[name]
+    volume = read_volume(volumes_folder / name, **options)
+    assert volume.data.shape == size[::-1]
+    assert volume.data.dtype == dtype
+    np.testing.assert_allclose(volume.spacing, np.broadcast_to(spacing, 3), rtol=1e-3)
+    assert volume.data.min() < volume.data.max()
+
+
+def test_the_mouse_looks_the_other_way(volumes_folder):
+    volume = read_volume(volumes_folder / "mouse_skull.nrrd")
+    np.testing.assert_array_equal(volume.direction, np.diag([-1, -1, 1]))
+    samples, header = nrrd.read(str(Path(volumes_folder) / "mouse_skull.nrrd"))
+    np.testing.assert_array_equal(volume.data, samples.T)
+    np.testing.assert_allclose(
+        volume.position(INDICES), INDICES @ header["space directions"] + header["space origin"], atol=1e-9
+    )

@@ -1,0 +1,100 @@
+"""Suggested levels: against closed forms and against trying every partition."""
+
+import numpy as np
+import pytest
+
+from isospline import suggest_levels
+from isospline.levels import histogram
+
+
+def best_level(data):
+    """The level of the two classes of least variance: every split of the sorted samples is tried."""
+    values = np.unique(data).astype(float)
+    levels = (values[1:] + values[:-1]) / 2
+
+    def within(level):
+        below, above = data[data < level].astype(float), data[data > level].astype(float)
+        return below.var() * below.size + above.var() * above.size
+
+    return min(levels, key=within)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "float32", "float64"])
+def test_first_level_is_the_optimal_partition(rng, dtype):
+    modes = [rng.normal(mean, 6, size) for mean, size in ((20, 500), (90, 200), (120, 100))]
+    data = np.clip(np.concatenate(modes), 0, 255).astype(dtype)
+    assert suggest_levels(data, 1)[0] == pytest.approx(best_level(data), abs=0.2)
+
+
+def test_levels_of_separate_values_are_halfway():
+    data = np.repeat([0, 100, 140], [5000, 300, 200])
+    assert suggest_levels(data) == [50, 120]
+
+
+def test_first_level_of_two_normal_modes_is_halfway(rng):
+    data = np.concatenate([rng.normal(100, 10, 200_000), rng.normal(300, 10, 200_000)])
+    assert suggest_levels(data, 1)[0] == pytest.approx(200, abs=20)
+
+
+def test_three_modes_give_both_valleys(rng):
+    data = np.concatenate([rng.normal(mean, 8, size) for mean, size in ((0, 90_000), (150, 9_000), (300, 9_000))])
+    levels = sorted(suggest_levels(data, 2))
+    assert 40 < levels[0] < 110 and 190 < levels[1] < 260
+
+
+@pytest.mark.parametrize("part", [0.5, 0.9, 0.99])
+def test_air_does_not_draw_the_levels_to_it(rng, part):
+    size = 400_000
+    solid = rng.normal(1000, 60, round(size * (1 - part)))
+    data = np.concatenate([rng.normal(-1000, 20, size - solid.size), solid]).astype(np.int16)
+    assert -800 < suggest_levels(data, 1)[0] < 750
+
+
+def test_further_levels_leave_the_first_ones(rng):
+    data = rng.gamma(2, 30, 5000)
+    levels = suggest_levels(data, 6)
+    assert len(set(levels)) == 6
+    for count in range(1, 6):
+        assert suggest_levels(data, count) == levels[:count]
+
+
+def test_levels_follow_the_scale_of_the_data(rng):
+    data = rng.integers(0, 200, 3000)
+    levels = np.array(suggest_levels(data))
+    np.testing.assert_allclose(suggest_levels(data * 3 - 100), levels * 3 - 100)
+    np.testing.assert_allclose(suggest_levels(data * 1e-30), levels * 1e-30, rtol=1e-3)
+
+
+def test_few_values_give_few_levels():
+    assert suggest_levels([7, 7, 7]) == []
+    assert suggest_levels([True, False]) == [0.5]
+    assert sorted(suggest_levels([1, 2, 3], 10)) == [1.5, 2.5]
+
+
+@pytest.mark.parametrize("dtype", ["int8", "uint16", "int64", "float32"])
+def test_histogram_counts_every_sample(rng, dtype):
+    data = rng.integers(-100 if dtype != "uint16" else 0, 100, (5, 6, 7)).astype(dtype)
+    values, counts = histogram(data)
+    expected_values, expected_counts = np.unique(data, return_counts=True)
+    np.testing.assert_allclose(values, expected_values, atol=1e-9)
+    np.testing.assert_array_equal(counts, expected_counts)
+
+
+def test_histogram_of_a_wide_range_keeps_the_mean(rng):
+    for data in (rng.normal(size=(4, 50, 50)), rng.integers(-(2**62), 2**62, (4, 50, 50))):
+        values, counts = histogram(data)
+        assert counts.sum() == data.size and len(values) <= 4096
+        assert np.average(values, weights=counts) == pytest.approx(data.mean(), rel=1e-6)
+
+
+def test_bad_input_is_refused():
+    with pytest.raises(ValueError, match="data: expected samples, got none"):
+        suggest_levels([])
+    with pytest.raises(ValueError, match="finite"):
+        suggest_levels([0.0, np.nan])
+    with pytest.raises(ValueError, match="finite"):
+        suggest_levels([0.0, np.inf])
+    with pytest.raises(TypeError, match="complex"):
+        suggest_levels([1j])
+    with pytest.raises(ValueError, match="count: expected at least 1, got 0"):
+        suggest_levels([1, 2], 0)

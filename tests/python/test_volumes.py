@@ -1,0 +1,65 @@
+"""The volumes made from formulas: gradients against complex steps of the values, known values, sampling."""
+
+import numpy as np
+import pytest
+
+from isospline import volumes
+
+FIELDS = {
+    "sphere": volumes.sphere(),
+    "torus": volumes.torus(),
+    "gyroid": volumes.gyroid(),
+    "marschner_lobb": volumes.marschner_lobb(),
+    "blobs": volumes.blobs(),
+    "waves": volumes.waves(),
+    "heart": volumes.heart(),
+}
+
+
+def test_every_field_is_tested():
+    assert sorted(["Field", *FIELDS]) == volumes.__all__
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_gradient_is_the_derivative_of_the_value(name, rng):
+    field = FIELDS[name]
+    points = rng.uniform(-1, 1, (200, 3))
+    step = 1e-5
+    value = field.value
+    differences = [
+        (value(points - 2 * h) - 8 * value(points - h) + 8 * value(points + h) - value(points + 2 * h)) / (12 * step)
+        for h in step * np.eye(3)
+    ]
+    gradient = field.gradient(points)
+    np.testing.assert_allclose(gradient, np.stack(differences, axis=-1), atol=1e-7 * np.abs(gradient).max())
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_hessian_is_symmetric_and_the_derivative_of_the_gradient(name, rng):
+    field = FIELDS[name]
+    points = rng.uniform(-1, 1, (50, 3))
+    hessian = field.hessian(points)
+    scale = np.abs(hessian).max()
+    np.testing.assert_allclose(hessian, np.swapaxes(hessian, -1, -2), atol=1e-12 * scale)
+    step = 1e-5
+    differences = [(field.gradient(points + h) - field.gradient(points - h)) / (2 * step) for h in step * np.eye(3)]
+    np.testing.assert_allclose(hessian, np.stack(differences, axis=-1), atol=1e-4 * scale)
+
+
+def test_known_values():
+    assert volumes.sphere(0.5).value(np.array([0.5, 0, 0])) == 0
+    assert volumes.torus(0.6, 0.25).value(np.array([0.6, 0, 0.25])) == pytest.approx(0)
+    assert volumes.gyroid(2).value(np.array([0.25, 0, 0])) == pytest.approx(1)
+    # Marschner and Lobb, at the axis: rho(0) = cos(12 pi) = 1
+    assert volumes.marschner_lobb().value(np.zeros(3)) == pytest.approx((1 + 0.25 * 2) / 2.5)
+
+
+def test_samples_are_the_values_at_voxel_centres():
+    field, shape = volumes.waves(), (3, 4, 5)
+    data = field.samples(shape, np.float64)
+    grid = field.grid(shape)
+    z, y, x = np.indices(shape)
+    points = np.stack([x, y, z], axis=-1) * grid["spacing"] + grid["origin"]
+    np.testing.assert_allclose(data, field.value(points), atol=1e-12)
+    np.testing.assert_allclose(points.min((0, 1, 2)) - np.array(grid["spacing"]) / 2, -1)
+    assert field.samples(2).shape == (2, 2, 2)
