@@ -1,0 +1,62 @@
+"""What is traced: procedural volumes of several sizes and, where ISOSPLINE_VOLUMES names their folder, real ones."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import isospline
+from isospline import volumes
+
+#: Files of the folder of real volumes: levels worth seeing and, for raw files, what their name does not say.
+REAL = {
+    "fuel.nii.gz": (40, {}),
+    "headsq.mha": (500, {}),
+    "ironprot.vtk": (128, {}),
+    "tooth_103x94x161_uint16.raw": (600, {"shape": (161, 94, 103), "dtype": "<u2"}),
+    "weave.tif": (140, {}),
+    "engine.nii.gz": (80, {}),
+    "mouse_skull.nrrd": (40, {}),
+    "vismale_128x256x256_uint8.raw": (
+        60, {"shape": (256, 256, 128), "dtype": "u1", "spacing": (1.57774, 0.995861, 1.00797)}
+    ),
+    "bonsai.nii.gz": (40, {}),
+    "abdomen_512x512x275_int16.nii.gz": (-300, {}),
+}
+
+
+@dataclass
+class Subject:
+    """Samples [z, y, x], where they are in the world, and a level."""
+
+    name: str
+    data: np.ndarray
+    grid: dict  # spacing, origin and direction, as of isospline.Volume
+    level: float
+
+
+def procedural(names, sizes):
+    """Subjects of the fields named, of these sizes along each axis; made one at a time."""
+    for size in sizes:
+        for name in names:
+            field = getattr(volumes, name)()
+            yield Subject(f"{name} {size}", field.samples(size), field.grid(size), field.level)
+
+
+def real(pattern=""):
+    """Subjects of the files in the folder that ISOSPLINE_VOLUMES names whose name holds the pattern."""
+    folder = os.environ.get("ISOSPLINE_VOLUMES")
+    if not folder:
+        print("ISOSPLINE_VOLUMES is not set: no real volumes")
+        return
+    for name, (level, options) in REAL.items():
+        path = Path(folder) / name
+        if pattern not in name:
+            continue
+        if not path.exists():
+            print(f"{path} is not there: left out")
+            continue
+        volume = isospline.read_volume(path, **options)
+        grid = {"spacing": volume.spacing, "origin": volume.origin, "direction": volume.direction}
+        yield Subject(name.split(".")[0].split("_")[0], np.ascontiguousarray(volume.data), grid, level)
