@@ -48,14 +48,7 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
     rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
     rtcSetGeometryOccludedFunction(geometry.get(), occluded_function);
-    rtcCommitGeometry(geometry.get());
-
-    embree::SceneHandle scene(rtcNewScene(device.get()));
-    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
-    device.check();
-    device.commit(scene.get(), progress);
-    scene_ = std::move(scene);
+    build_scene(device, geometry.get(), progress);
     built_version_ = surface_->version();
 }
 

@@ -45,14 +45,7 @@ void MeshObject::build(Device& device, double, const Progress& progress)
             for (int corner = 0; corner < 3; ++corner)
                 faces[3 * i + static_cast<std::size_t>(corner)] = mesh_->faces()[i][corner];
     }
-    rtcCommitGeometry(geometry.get());
-
-    embree::SceneHandle scene(rtcNewScene(device.get()));
-    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
-    device.check();
-    device.commit(scene.get(), progress);
-    scene_ = std::move(scene);
+    build_scene(device, geometry.get(), progress);
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world) const

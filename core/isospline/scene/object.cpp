@@ -25,4 +25,15 @@ void Object::place(Device& device, RTCScene top, std::uint32_t id, const glm::dv
     device.check();
 }
 
+void Object::build_scene(Device& device, RTCGeometry geometry, const Progress& progress)
+{
+    rtcCommitGeometry(geometry);
+    embree::SceneHandle scene(rtcNewScene(device.get()));
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcAttachGeometryByID(scene.get(), geometry, 0);
+    device.check();
+    device.commit(scene.get(), progress);
+    scene_ = std::move(scene);
+}
+
 } // namespace isospline

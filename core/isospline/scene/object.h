@@ -42,6 +42,9 @@ public:
     RTCScene embree_scene() const { return scene_.get(); }
 
 protected:
+    /// Puts the geometry into a new Embree scene and builds that; the one before is kept where this fails.
+    void build_scene(Device& device, RTCGeometry geometry, const Progress& progress);
+
     embree::SceneHandle scene_;
 
 private:
