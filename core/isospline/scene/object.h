@@ -39,7 +39,6 @@ public:
 
     const glm::dmat4& transform() const { return transform_; }
     const glm::dmat4& world_to_local() const { return world_to_local_; }
-    RTCScene embree_scene() const { return scene_.get(); }
 
 protected:
     /// Puts the geometry into a new Embree scene and builds that; the one before is kept where this fails.
