@@ -107,14 +107,15 @@ py::dict cast_rays(CountingHopper& counting, const py::object& rays, double t_ne
     const RowArray rows(rays, "rays", 6);
     check_limits(t_near, t_far);
     HitArrays arrays(rows.leading_shape());
+    const RayOrder order(rows.leading_shape(), false);
     HopStatistics statistics;
     std::mutex adding;
     long_call(py::none(), [&](const Progress& progress) {
         counting.hopper.commit();
-        for_each_chunk(rows, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
+        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
             const HopStatistics of_chunk = counting.hopper.cast_rays(chunk, hits);
-            arrays.set(hits, first);
+            arrays.set(hits, order, first);
             const std::lock_guard lock(adding);
             statistics += of_chunk;
         });

@@ -4,12 +4,16 @@
 #include "arrays.h"
 
 #include "isospline/math/ray.h"
+#include "isospline/trace/check_ray.h"
 #include "isospline/trace/hit.h"
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace isospline {
 
@@ -21,29 +25,76 @@ inline void check_limits(double t_near, double t_far)
         throw_invalid("t_far", "a number", t_far);
 }
 
-/// Calls `body(rays, first)` in parallel for chunks of the rays in an array of shape (..., 6), without the GIL.
+/// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of 4 x
+/// 4, as those of a picture are close together so; others one after the other.
+class RayOrder {
+public:
+    static constexpr std::size_t tile = 4;
+
+    RayOrder(const Shape& shape, bool tiled) : tiled_(tiled && shape.size() >= 2)
+    {
+        if (!tiled_)
+            return;
+        width_ = static_cast<std::size_t>(shape.back());
+        height_ = static_cast<std::size_t>(shape[shape.size() - 2]);
+        tiled_ = width_ % tile == 0 && height_ % tile == 0 && width_ > 0 && height_ > 0;
+    }
+
+    /// The place in the array of the ray that is i-th in the order.
+    std::size_t operator()(std::size_t i) const
+    {
+        if (!tiled_)
+            return i;
+        const std::size_t row_of_tiles = i / (width_ * tile), within_row = i % (width_ * tile);
+        const std::size_t tile_in_row = within_row / (tile * tile), within_tile = within_row % (tile * tile);
+        return (row_of_tiles * tile + within_tile / tile) * width_ + tile_in_row * tile + within_tile % tile;
+    }
+
+private:
+    bool tiled_;
+    std::size_t width_ = 0, height_ = 0;
+};
+
+/// Calls `body(rays, first)` in parallel for chunks of the rays in an array of shape (..., 6), without the GIL; rays
+/// are in the order given, and `first` counts in it.
 template <typename Body>
-void for_each_chunk(const RowArray& rows, double t_near, double t_far, const Progress& progress, const Body& body)
+void for_each_chunk(const RowArray& rows, const RayOrder& order, double t_near, double t_far, const Progress& progress,
+                    const Body& body)
 {
     constexpr std::size_t chunk_size = 1024;
-    for (std::size_t i = 0; i < rows.count(); ++i)
-        for (std::size_t column = 0; column < 6; ++column)
-            if (!std::isfinite(rows(i, column)))
-                throw_invalid("rays", "finite origins and directions",
-                              std::to_string(rows(i, column)) + " in ray " + std::to_string(i));
-    for (std::size_t i = 0; i < rows.count(); ++i)
-        if (rows.vector(i, 3) == glm::dvec3(0.0))
-            throw_invalid("rays", "directions that are not zero", "(0, 0, 0) in ray " + std::to_string(i));
-
-    parallel_for(
-        rows.count(), chunk_size,
-        [&](std::size_t begin, std::size_t end) {
-            std::vector<Ray> rays(end - begin);
-            for (std::size_t i = begin; i < end; ++i)
-                rays[i - begin] = {rows.vector(i, 0), rows.vector(i, 3), t_near, t_far};
-            body(std::span<const Ray>(rays), begin);
-        },
-        progress);
+    const auto check = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t column = 0; column < 6; ++column)
+                if (!std::isfinite(rows(i, column)))
+                    throw_invalid("rays", "finite origins and directions",
+                                  std::to_string(rows(i, column)) + " in ray " + std::to_string(i));
+            if (rows.vector(i, 3) == glm::dvec3(0.0))
+                throw_invalid("rays", "directions that are not zero", "(0, 0, 0) in ray " + std::to_string(i));
+            check_ray({rows.vector(i, 0), rows.vector(i, 3)}, i);
+        }
+    };
+    try {
+        parallel_for(
+            rows.count(), chunk_size,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<Ray> rays(end - begin);
+                for (std::size_t i = begin; i < end; ++i) {
+                    Ray& ray = rays[i - begin];
+                    const std::size_t row = order(i);
+                    for (int axis = 0; axis < 3; ++axis) {
+                        ray.origin[axis] = rows(row, static_cast<std::size_t>(axis));
+                        ray.direction[axis] = rows(row, static_cast<std::size_t>(axis) + 3);
+                    }
+                    ray.t_near = t_near;
+                    ray.t_far = t_far;
+                }
+                body(std::span<const Ray>(rays), begin);
+            },
+            progress);
+    } catch (const std::invalid_argument&) {
+        check(0, rows.count()); // names the first of the bad rays, whichever thread came upon one
+        throw;
+    }
 }
 
 /// The arrays that cast_rays returns.
@@ -57,16 +108,17 @@ public:
     {
     }
 
-    /// Sets the items from `first` on; may be called without the GIL.
-    void set(std::span<const Hit> hits, std::size_t first)
+    /// Sets the items from the `first` of the order on; may be called without the GIL.
+    void set(std::span<const Hit> hits, const RayOrder& order, std::size_t first)
     {
         for (std::size_t i = 0; i < hits.size(); ++i) {
             const Hit& hit = hits[i];
-            t_hit_data_[first + i] = hit.t;
-            geometry_ids_data_[first + i] = hit.geometry_id;
-            primitive_ids_data_[first + i] = hit.primitive_id;
+            const std::size_t at = order(first + i);
+            t_hit_data_[at] = hit.t;
+            geometry_ids_data_[at] = hit.geometry_id;
+            primitive_ids_data_[at] = hit.primitive_id;
             for (int axis = 0; axis < 3; ++axis)
-                normals_data_[3 * (first + i) + static_cast<std::size_t>(axis)] = hit.normal[axis];
+                normals_data_[3 * at + static_cast<std::size_t>(axis)] = hit.normal[axis];
         }
     }
 

@@ -3,9 +3,8 @@
 
 #include "isospline/math/box.h"
 
-#include <glm/mat3x3.hpp>
+#include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
-#include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
 
 namespace isospline {
@@ -23,7 +22,8 @@ inline glm::dvec3 transform_vector(const glm::dmat4& map, const glm::dvec3& vect
 /// A gradient (a covector) in the target space of a map, given the map's inverse: inverse transpose times gradient.
 inline glm::dvec3 transform_gradient(const glm::dmat4& inverse, const glm::dvec3& gradient)
 {
-    return glm::transpose(glm::dmat3(inverse)) * gradient;
+    return {glm::dot(glm::dvec3(inverse[0]), gradient), glm::dot(glm::dvec3(inverse[1]), gradient),
+            glm::dot(glm::dvec3(inverse[2]), gradient)};
 }
 
 /// The box of the eight mapped corners of a box.

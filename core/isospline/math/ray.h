@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -27,19 +28,23 @@ struct Interval {
     double t_far;
 };
 
+/// Components of a direction below this count as zero where a ray is clipped.
+inline constexpr double smallest_with_inverse = 1e-300;
+
 /// The part of a ray inside a box, or nothing. A direction component of zero is fine: the slab then holds all of the
 /// ray or none.
 inline std::optional<Interval> clip(const Ray& ray, const Box& box)
 {
     Interval inside{ray.t_near, ray.t_far};
     for (int axis = 0; axis < 3; ++axis) {
-        if (ray.direction[axis] == 0.0) {
+        if (std::abs(ray.direction[axis]) < smallest_with_inverse) {
             if (ray.origin[axis] < box.lower[axis] || ray.origin[axis] > box.upper[axis])
                 return std::nullopt;
             continue;
         }
-        const double t_lower = (box.lower[axis] - ray.origin[axis]) / ray.direction[axis];
-        const double t_upper = (box.upper[axis] - ray.origin[axis]) / ray.direction[axis];
+        const double inverse = 1.0 / ray.direction[axis];
+        const double t_lower = (box.lower[axis] - ray.origin[axis]) * inverse;
+        const double t_upper = (box.upper[axis] - ray.origin[axis]) * inverse;
         inside.t_near = std::max(inside.t_near, std::min(t_lower, t_upper));
         inside.t_far = std::min(inside.t_far, std::max(t_lower, t_upper));
     }

@@ -163,7 +163,7 @@ Image render(const CastRays& cast_rays, const Camera& camera, const RenderOption
 Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
 {
     const CastRays cast_rays = [&scene](std::span<const Ray> rays, std::span<Hit> hits) {
-        scene.cast_rays(rays, hits);
+        scene.cast_rays(rays, hits, true);
     };
     return render(cast_rays, camera, options, progress);
 }

@@ -10,6 +10,7 @@ Device::Device() : device_(rtcNewDevice(nullptr))
 {
     if (!device_)
         throw std::runtime_error("Embree cannot create a device: error " + std::to_string(rtcGetDeviceError(nullptr)));
+    packet_size_ = embree::native_packet_size(device_.get());
     rtcSetDeviceErrorFunction(
         device_.get(),
         [](void* self, RTCError code, const char* message) {

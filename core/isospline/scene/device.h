@@ -19,6 +19,8 @@ public:
     Device& operator=(const Device&) = delete;
 
     RTCDevice get() const { return device_.get(); }
+    /// Rays of a packet: 16, 8 or 4.
+    int packet_size() const { return packet_size_; }
 
     /// Builds a scene's acceleration structure. Throws Cancelled where the progress callback returns false.
     void commit(RTCScene scene, const Progress& progress = {});
@@ -35,6 +37,7 @@ private:
     RTCError error_ = RTC_ERROR_NONE;
     std::string error_message_;
     std::atomic<std::ptrdiff_t> memory_ = 0;
+    int packet_size_ = 4;
     embree::DeviceHandle device_; // last: released first, while the members that it reports to still live
 };
 

@@ -49,6 +49,22 @@ inline void occluded(RTCScene scene, QueryContext& context, RTCRay& ray)
     rtcOccluded1(scene, &ray, &arguments);
 }
 
+/// Rays that begin and run close together, in a packet of 4, 8 or 16.
+template <int Size>
+inline void intersect_coherent(RTCScene scene, QueryContext& context, const int* valid, RTCRayHitNt<Size>& packet)
+{
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    if constexpr (Size == 16)
+        rtcIntersect16(valid, scene, reinterpret_cast<RTCRayHit16*>(&packet), &arguments);
+    else if constexpr (Size == 8)
+        rtcIntersect8(valid, scene, reinterpret_cast<RTCRayHit8*>(&packet), &arguments);
+    else
+        rtcIntersect4(valid, scene, reinterpret_cast<RTCRayHit4*>(&packet), &arguments);
+}
+
 #else
 
 using QueryContext = RTCIntersectContext;
@@ -68,6 +84,26 @@ inline void occluded(RTCScene scene, QueryContext& context, RTCRay& ray)
     rtcOccluded1(scene, &context, &ray);
 }
 
+template <int Size>
+inline void intersect_coherent(RTCScene scene, QueryContext& context, const int* valid, RTCRayHitNt<Size>& packet)
+{
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    if constexpr (Size == 16)
+        rtcIntersect16(valid, scene, &context, reinterpret_cast<RTCRayHit16*>(&packet));
+    else if constexpr (Size == 8)
+        rtcIntersect8(valid, scene, &context, reinterpret_cast<RTCRayHit8*>(&packet));
+    else
+        rtcIntersect4(valid, scene, &context, reinterpret_cast<RTCRayHit4*>(&packet));
+}
+
 #endif
+
+/// The widest packet that the device traverses as it is: 16, 8 or 4 rays.
+inline int native_packet_size(RTCDevice device)
+{
+    if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED))
+        return 16;
+    return rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8 : 4;
+}
 
 } // namespace isospline::embree

@@ -3,20 +3,34 @@
 #include "isospline/math/affine.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/trace/surface_hit.h"
-#include "isospline/trace/tight_box.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
 namespace isospline {
 
+namespace {
+
+/// Of the cells that a ray meets, the one that it meets first.
+int nearest_cell(const GroupEntries& entries)
+{
+    int nearest = std::countr_zero(entries.cells);
+    for (unsigned rest = entries.cells & (entries.cells - 1u); rest != 0; rest &= rest - 1u)
+        if (const int cell = std::countr_zero(rest); entries.t_near[cell] < entries.t_near[nearest])
+            nearest = cell;
+    return nearest;
+}
+
+} // namespace
+
 IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform)
     : Object(transform), surface_(std::move(surface)),
-      intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method))
+      intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), culler_(group_culler())
 {
 }
 
@@ -42,8 +56,9 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
 {
     box_margin_ = 2.0 * rounding_error_local;
     built_version_ = 0;
+    groups_ = cell_groups(*surface_);
     embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(surface_->shell().count()));
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(groups_.size()));
     rtcSetGeometryUserData(geometry.get(), this);
     rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
@@ -52,51 +67,16 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
     built_version_ = surface_->version();
 }
 
-void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world) const
+void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const
 {
-    const Cell& cell = surface_->shell().cells()[hit.primitive_id];
     hit.position = ray_world.at(hit.t);
-    const glm::dvec3 position_lattice = transform_point(world_to_local(), hit.position);
-    set_surface_normal(hit, *surface_, cell, position_lattice, world_to_local());
-}
-
-std::optional<double> IsosurfaceObject::intersect(embree::QueryContext& context, unsigned int primitive,
-                                                  float t_far) const
-{
-    auto& query = static_cast<RayQuery&>(context);
-    std::optional<LatticeRay>& in_lattice =
-        query.in_lattice(context.instID[0], centred_to_local(), surface_->clip_lattice());
-    if (!in_lattice)
-        return std::nullopt;
-
-    // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
-    LatticeRay& ray = *in_lattice;
-    ray.t_far = std::min({ray.t_far, query.t_hit, static_cast<double>(t_far)});
-    const CellBlock cell(surface_->volume(), surface_->threshold(), surface_->shell().cells()[primitive]);
-    const std::optional<double> t = intersector_(cell, ray);
-    if (t)
-        query.t_hit = *t;
-    return t;
+    set_surface_normal(hit, gradient_local, surface_->options().inside, world_to_local());
 }
 
 void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    const Isosurface& surface = *self.surface_;
-    const CellBlock cell(surface.volume(), surface.threshold(), surface.shell().cells()[arguments->primID]);
-    Box box;
-    switch (surface.volume().degree()) {
-    case 1:
-        box = tight_box<1>(cell);
-        break;
-    case 2:
-        box = tight_box<2>(cell);
-        break;
-    case 3:
-        box = tight_box<3>(cell);
-        break;
-    }
-
+    const Box box = isospline::bounds(self.groups_[arguments->primID]);
     const auto margin = static_cast<float>(self.box_margin_);
     RTCBounds& bounds = *arguments->bounds_o;
     bounds.lower_x = static_cast<float>(box.lower.x) - margin;
@@ -109,21 +89,91 @@ void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* argumen
 
 void IsosurfaceObject::intersect_function(const RTCIntersectFunctionNArguments* arguments)
 {
-    ISOSPLINE_ASSERT(arguments->N, ==, 1u);
-    if (arguments->valid[0] != -1)
-        return;
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    auto& [ray, hit] = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
-    const std::optional<double> t = self.intersect(*arguments->context, arguments->primID, ray.tfar);
-    if (!t)
+    if (arguments->N == 1)
+        self.intersect_one(*arguments);
+    else
+        self.intersect_packet(*arguments);
+}
+
+void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
+{
+    if (arguments.valid[0] != -1)
         return;
-    // Rounded up: the root itself stays within the ray.
-    ray.tfar = std::nextafter(static_cast<float>(*t), std::numeric_limits<float>::infinity());
-    hit.Ng_x = hit.Ng_y = hit.Ng_z = 0.0f;
-    hit.u = hit.v = 0.0f;
-    hit.geomID = 0;
-    hit.primID = arguments->primID;
-    hit.instID[0] = arguments->context->instID[0];
+    auto& query = static_cast<RayQuery&>(*arguments.context);
+    auto& [ray, hit] = *reinterpret_cast<RTCRayHit*>(arguments.rayhit);
+    const unsigned int instance = query.instID[0];
+    LatticeRay* const in_lattice = query.in_lattice(instance, centred_to_local(), surface_->clip_lattice());
+    if (in_lattice == nullptr)
+        return;
+
+    // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
+    LatticeRay& lattice_ray = *in_lattice;
+    lattice_ray.t_far = std::min({lattice_ray.t_far, query.nearest.t, static_cast<double>(ray.tfar)});
+    const CellGroup& group = groups_[arguments.primID];
+    GroupEntries entries = culler_.entries(group, lattice_ray, static_cast<float>(box_margin_));
+    while (entries.cells != 0) {
+        const int cell = nearest_cell(entries);
+        if (static_cast<double>(entries.t_near[cell]) > lattice_ray.t_far)
+            return;
+        entries.cells &= ~(1u << cell);
+        const std::uint32_t row = group.row(cell);
+        const std::optional<RootInCell> root = intersector_.first_root(cell_block(row), lattice_ray);
+        if (!root)
+            continue;
+        query.nearest = *root;
+        lattice_ray.t_far = root->t;
+        ray.tfar = rounded_up(root->t);
+        hit.Ng_x = hit.Ng_y = hit.Ng_z = 0.0f;
+        hit.u = hit.v = 0.0f;
+        hit.geomID = 0;
+        hit.primID = row;
+        hit.instID[0] = instance;
+    }
+}
+
+void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
+{
+    auto& query = static_cast<PacketQuery&>(*arguments.context);
+    const unsigned int instance = query.instID[0];
+    query.enter(instance, centred_to_local(), surface_->clip_lattice());
+    const unsigned int size = arguments.N;
+    LaneMask active = 0;
+    for (unsigned int lane = 0; lane < size; ++lane)
+        active |= static_cast<LaneMask>(arguments.valid[lane] == -1) << lane;
+    active &= query.clip_leaves;
+    if (active == 0)
+        return;
+
+    RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
+    float* const t_far = &RTCRayN_tfar(rays, size, 0);
+    for (unsigned int lane = 0; lane < size; ++lane)
+        query.in_lattice.t_far[lane] =
+            std::min({query.in_lattice.t_far[lane], query.nearest.t[lane], static_cast<double>(t_far[lane])});
+    const CellGroup& group = groups_[arguments.primID];
+    const auto lanes = culler_.lanes(group, query.in_lattice, active, static_cast<float>(box_margin_));
+
+    // Nearest cells first, as the first ray has them.
+    RTCHitN* const hits = RTCRayHitN_HitN(arguments.rayhit, size);
+    const int any_lane = std::countr_zero(active);
+    std::size_t flip = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        flip |= static_cast<std::size_t>(query.in_lattice.direction[axis][any_lane] < 0.0) << axis;
+    for (std::size_t i = 0; i < CellGroup::capacity; ++i) {
+        const std::size_t cell = i ^ flip;
+        if (lanes[cell] == 0)
+            continue;
+        const std::uint32_t row = group.row(static_cast<int>(cell));
+        const LaneMask found = intersector_.first_roots(cell_block(row), query.in_lattice, lanes[cell], query.nearest);
+        for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
+            const auto lane = static_cast<unsigned int>(std::countr_zero(rest));
+            query.in_lattice.t_far[lane] = query.nearest.t[lane];
+            t_far[lane] = rounded_up(query.nearest.t[lane]);
+            RTCHitN_geomID(hits, size, lane) = 0;
+            RTCHitN_primID(hits, size, lane) = row;
+            RTCHitN_instID(hits, size, lane, 0) = instance;
+        }
+    }
 }
 
 void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* arguments)
@@ -132,9 +182,19 @@ void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* ar
     if (arguments->valid[0] != -1)
         return;
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
+    auto& query = static_cast<RayQuery&>(*arguments->context);
     auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    if (self.intersect(*arguments->context, arguments->primID, ray.tfar))
-        ray.tfar = -std::numeric_limits<float>::infinity();
+    const LatticeRay* const in_lattice =
+        query.in_lattice(query.instID[0], self.centred_to_local(), self.surface_->clip_lattice());
+    if (in_lattice == nullptr)
+        return;
+    const CellGroup& group = self.groups_[arguments->primID];
+    const GroupEntries entries = self.culler_.entries(group, *in_lattice, static_cast<float>(self.box_margin_));
+    for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u)
+        if (self.intersector_.any_root(self.cell_block(group.row(std::countr_zero(rest))), *in_lattice)) {
+            ray.tfar = -std::numeric_limits<float>::infinity();
+            return;
+        }
 }
 
 } // namespace isospline

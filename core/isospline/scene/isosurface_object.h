@@ -1,11 +1,14 @@
-// An isosurface as Embree user geometry: one box a cell of the shell, in lattice space.
+// An isosurface as Embree user geometry: one box a block of 2 x 2 x 2 cells of the shell, in lattice space.
 #pragma once
 
 #include "isospline/scene/object.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/cell_group.h"
 #include "isospline/trace/cell_intersector.h"
 
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace isospline {
 
@@ -17,11 +20,16 @@ public:
     Box local_bounds() const override;
     bool is_stale(double rounding_error_local) const override;
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
-    void complete(Hit& hit, const Ray& ray_world) const override;
+    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
 
 private:
-    /// The first root of a ray in one cell, for both kinds of query.
-    std::optional<double> intersect(embree::QueryContext& context, unsigned int primitive, float t_far) const;
+    CellBlock cell_block(std::uint32_t row) const
+    {
+        return {surface_->volume(), surface_->threshold(), surface_->shell().cells()[row]};
+    }
+
+    void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
+    void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
 
     static void bounds_function(const RTCBoundsFunctionArguments* arguments);
     static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
@@ -29,6 +37,8 @@ private:
 
     std::shared_ptr<const Isosurface> surface_;
     CellIntersector intersector_;
+    GroupCuller culler_;
+    std::vector<CellGroup> groups_;
     std::uint64_t built_version_ = 0;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };

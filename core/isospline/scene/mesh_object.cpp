@@ -48,7 +48,7 @@ void MeshObject::build(Device& device, double, const Progress& progress)
     build_scene(device, geometry.get(), progress);
 }
 
-void MeshObject::complete(Hit& hit, const Ray& ray_world) const
+void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&) const
 {
     const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
     const glm::dvec3 a = transform_point(transform(), mesh_->vertices()[face.x]);

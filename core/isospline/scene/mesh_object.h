@@ -18,7 +18,7 @@ public:
     Box local_bounds() const override;
     bool is_stale(double) const override { return scene_ == nullptr; }
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
-    void complete(Hit& hit, const Ray& ray_world) const override;
+    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
 
 private:
     std::shared_ptr<const Mesh> mesh_;

@@ -28,8 +28,9 @@ public:
     virtual bool is_stale(double rounding_error_local) const = 0;
     /// Builds the object's own Embree scene, its boxes wide enough for that rounding error.
     virtual void build(Device& device, double rounding_error_local, const Progress& progress) = 0;
-    /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space.
-    virtual void complete(Hit& hit, const Ray& ray_world) const = 0;
+    /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
+    /// is that of the field at an isosurface's root, in local space.
+    virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const = 0;
 
     /// The map from the scene's world space, moved to its centre, to local space, in double precision.
     const glm::dmat4& centred_to_local() const { return centred_to_local_; }

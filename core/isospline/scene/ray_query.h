@@ -1,33 +1,67 @@
-// What one ray carries through Embree: itself in double precision, and the nearest root found so far.
+// What rays carry through Embree: themselves in double precision, and the nearest roots found so far.
+//
+// Embree traverses boxes in single precision; cells are solved in double precision on the rays kept here. The context
+// that Embree hands to the callbacks is the base of these objects.
 #pragma once
 
-#include "isospline/math/ray.h"
 #include "isospline/scene/embree_api.h"
+#include "isospline/scene/prepared_ray.h"
 #include "isospline/shell/cutout.h"
 #include "isospline/trace/lattice_ray.h"
+#include "isospline/trace/lattice_ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 
+#include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 namespace isospline {
 
-/// Embree traverses boxes in single precision; cells are solved in double precision on the ray kept here. The context
-/// that Embree hands to the callbacks is the base of this object.
+/// The query of one ray.
 struct RayQuery : embree::QueryContext {
-    explicit RayQuery(const Ray& ray) : world_ray(ray), t_hit(ray.t_far) { embree::initialize(*this); }
+    RayQuery() { embree::initialize(*this); }
+
+    /// To be called when `prepared` is set.
+    void begin()
+    {
+        nearest.t = prepared.ray.t_far;
+        cached_instance = RTC_INVALID_GEOMETRY_ID;
+    }
 
     /// The ray in an instance's lattice space, limited to what its cutouts leave; nothing where they leave nothing. The
     /// ray stays in one instance for many cells, so the last one is remembered.
-    std::optional<LatticeRay>& in_lattice(std::uint32_t instance, const glm::dmat4& world_to_lattice,
-                                          const std::vector<HalfSpace>& clip_lattice);
+    LatticeRay* in_lattice(std::uint32_t instance, const glm::dmat4& world_to_lattice,
+                           const std::vector<HalfSpace>& clip_lattice);
 
-    Ray world_ray; ///< relative to the scene's centre, of unit direction
-    double t_hit;  ///< nearest root of an isosurface so far, or the ray's t_far
+    PreparedRay prepared;
+    RootInCell nearest; ///< root of an isosurface so far; t is the ray's t_far where there is none
     std::uint32_t cached_instance = RTC_INVALID_GEOMETRY_ID;
-    std::optional<LatticeRay> cached_ray;
+    LatticeRay cached_ray;
+    bool clip_leaves_any = false;
+};
+
+/// The query of a packet of rays.
+struct PacketQuery : embree::QueryContext {
+    PacketQuery() { embree::initialize(*this); }
+
+    /// To be called when `prepared` is set.
+    void begin(LaneMask used_lanes)
+    {
+        used = used_lanes;
+        std::copy_n(prepared.t_far, PreparedPacket::capacity, nearest.t);
+        cached_instance = RTC_INVALID_GEOMETRY_ID;
+    }
+
+    /// Makes `in_lattice` and `clip_leaves` those of an instance.
+    void enter(std::uint32_t instance, const glm::dmat4& world_to_lattice, const std::vector<HalfSpace>& clip_lattice);
+
+    PreparedPacket prepared;
+    RootPacket nearest; ///< as in RayQuery
+    LaneMask used = 0;  ///< lanes that hold a ray
+    std::uint32_t cached_instance = RTC_INVALID_GEOMETRY_ID;
+    LatticeRayPacket in_lattice;
+    LaneMask clip_leaves = 0; ///< lanes of which the cutouts leave anything
 };
 
 } // namespace isospline

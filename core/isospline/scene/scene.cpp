@@ -3,8 +3,7 @@
 #include "isospline/math/affine.h"
 #include "isospline/scene/isosurface_object.h"
 #include "isospline/scene/mesh_object.h"
-#include "isospline/scene/ray_query.h"
-#include "isospline/trace/check_ray.h"
+#include "isospline/scene/scene_impl.h"
 #include "isospline/util/error.h"
 
 #include <glm/ext/matrix_transform.hpp>
@@ -12,10 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <mutex>
 #include <string>
-#include <vector>
 
 namespace isospline {
 
@@ -62,124 +58,68 @@ void check_transform(const glm::dmat4& transform)
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
 }
 
-/// A ray made ready for single precision: relative to the scene's centre, of unit direction, begun where it enters the
-/// scene's box; so that rounding depends on the size of the scene and not on the distance of the eye.
-struct PreparedRay {
-    Ray ray;
-    double shift;  ///< length that was skipped
-    double length; ///< of the original direction
-};
-
 } // namespace
 
-struct Scene::Impl {
-    std::mutex commit_mutex;
-    Device device;
-    embree::SceneHandle top;
-    std::vector<std::unique_ptr<Object>> objects;
-    std::size_t committed_count = 0;
-    Box bounds;
-    glm::dvec3 centre{0.0};
-    double radius = 0.0;
-
-    Impl() : top(rtcNewScene(device.get()))
-    {
-        rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC);
-        device.check();
-    }
-
-    std::uint32_t add(std::unique_ptr<Object> object)
-    {
-        check_transform(object->transform());
-        objects.push_back(std::move(object));
-        return static_cast<std::uint32_t>(objects.size() - 1);
-    }
-
-    double rounding_error(const Object& object) const
-    {
-        const glm::dmat4 centred_to_local =
-            glm::inverse(object.local_to_world()) * glm::translate(glm::dmat4(1.0), centre);
-        return traversal_rounding_error(radius, centred_to_local);
-    }
-
-    bool commit_is_due() const
-    {
-        return committed_count != objects.size() ||
-               std::any_of(objects.begin(), objects.end(),
-                           [&](const auto& object) { return object->is_stale(rounding_error(*object)); });
-    }
-
-    void require_commit() const
-    {
-        if (commit_is_due())
-            throw std::logic_error("the scene has changed: commit() it before casting rays");
-    }
-
-    void commit(const Progress& progress)
-    {
-        const std::lock_guard lock(commit_mutex);
-        if (!commit_is_due())
-            return;
-        bounds = Box();
-        for (const auto& object : objects) {
-            const Box box = transform_box(object->local_to_world(), object->local_bounds());
-            if (!box.empty()) {
-                bounds.extend(box.lower);
-                bounds.extend(box.upper);
-            }
-        }
-        centre = bounds.empty() ? glm::dvec3(0.0) : bounds.center();
-        radius = bounds.empty() ? 0.0 : 0.5 * glm::length(bounds.size());
-
-        for (std::size_t id = 0; id < objects.size(); ++id) {
-            Object& object = *objects[id];
-            const double error = rounding_error(object);
-            if (object.is_stale(error))
-                object.build(device, error, progress);
-            object.place(device, top.get(), static_cast<std::uint32_t>(id), centre);
-        }
-        device.commit(top.get());
-        committed_count = objects.size();
-    }
-
-    /// Nothing where the ray misses the scene's box. `index` names the ray in an error.
-    std::optional<PreparedRay> prepare(const Ray& ray, std::size_t index) const
-    {
-        check_ray(ray, index);
-        const double length = glm::length(ray.direction);
-        Ray unit{ray.origin - centre, ray.direction / length, ray.t_near * length, ray.t_far * length};
-        const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
-        const std::optional<Interval> inside = clip(unit, Box{-half_size, half_size});
-        if (bounds.empty() || !inside)
-            return std::nullopt;
-        unit.origin = unit.at(inside->t_near);
-        unit.t_near = 0.0;
-        unit.t_far = inside->t_far - inside->t_near;
-        return PreparedRay{unit, inside->t_near, length};
-    }
-};
-
-namespace {
-
-RTCRay to_embree(const Ray& ray)
+Scene::Impl::Impl() : top(rtcNewScene(device.get()))
 {
-    RTCRay result;
-    result.org_x = static_cast<float>(ray.origin.x);
-    result.org_y = static_cast<float>(ray.origin.y);
-    result.org_z = static_cast<float>(ray.origin.z);
-    result.tnear = 0.0f;
-    result.dir_x = static_cast<float>(ray.direction.x);
-    result.dir_y = static_cast<float>(ray.direction.y);
-    result.dir_z = static_cast<float>(ray.direction.z);
-    result.time = 0.0f;
-    result.tfar = std::nextafter(static_cast<float>(ray.t_far), std::numeric_limits<float>::infinity());
-    result.mask = 0xffffffffu;
-    result.id = 0;
-    result.flags = 0;
-    return result;
+    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC);
+    device.check();
 }
 
-} // namespace
+std::uint32_t Scene::Impl::add(std::unique_ptr<Object> object)
+{
+    check_transform(object->transform());
+    objects.push_back(std::move(object));
+    return static_cast<std::uint32_t>(objects.size() - 1);
+}
+
+double Scene::Impl::rounding_error(const Object& object) const
+{
+    const glm::dmat4 centred_to_local = glm::inverse(object.local_to_world()) * glm::translate(glm::dmat4(1.0), centre);
+    return traversal_rounding_error(radius, centred_to_local);
+}
+
+bool Scene::Impl::commit_is_due() const
+{
+    return committed_count != objects.size() || std::any_of(objects.begin(), objects.end(), [&](const auto& object) {
+               return object->is_stale(rounding_error(*object));
+           });
+}
+
+void Scene::Impl::require_commit() const
+{
+    if (commit_is_due())
+        throw std::logic_error("the scene has changed: commit() it before casting rays");
+}
+
+void Scene::Impl::commit(const Progress& progress)
+{
+    const std::lock_guard lock(commit_mutex);
+    if (!commit_is_due())
+        return;
+    bounds = Box();
+    for (const auto& object : objects) {
+        const Box box = transform_box(object->local_to_world(), object->local_bounds());
+        if (!box.empty()) {
+            bounds.extend(box.lower);
+            bounds.extend(box.upper);
+        }
+    }
+    centre = bounds.empty() ? glm::dvec3(0.0) : bounds.center();
+    radius = bounds.empty() ? 0.0 : 0.5 * glm::length(bounds.size());
+    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
+    centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
+
+    for (std::size_t id = 0; id < objects.size(); ++id) {
+        Object& object = *objects[id];
+        const double error = rounding_error(object);
+        if (object.is_stale(error))
+            object.build(device, error, progress);
+        object.place(device, top.get(), static_cast<std::uint32_t>(id), centre);
+    }
+    device.commit(top.get());
+    committed_count = objects.size();
+}
 
 Scene::Scene() : impl_(std::make_unique<Impl>())
 {
@@ -201,50 +141,6 @@ std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& tra
 void Scene::commit(const Progress& progress)
 {
     impl_->commit(progress);
-}
-
-void Scene::cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const
-{
-    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
-    impl_->require_commit();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        Hit& hit = hits[i] = Hit();
-        const std::optional<PreparedRay> prepared = impl_->prepare(rays[i], i);
-        if (!prepared)
-            continue;
-
-        RayQuery query(prepared->ray);
-        RTCRayHit ray_hit;
-        ray_hit.ray = to_embree(prepared->ray);
-        ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(impl_->top.get(), query, ray_hit);
-        if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
-            continue;
-
-        // The nearest root is kept in double precision; only a triangle can be nearer than that.
-        const double t_unit = std::min(query.t_hit, static_cast<double>(ray_hit.ray.tfar));
-        hit.t = (prepared->shift + t_unit) / prepared->length;
-        hit.geometry_id = ray_hit.hit.instID[0];
-        hit.primitive_id = ray_hit.hit.primID;
-        impl_->objects[hit.geometry_id]->complete(hit, rays[i]);
-    }
-}
-
-void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
-{
-    ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
-    impl_->require_commit();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        occluded[i] = 0;
-        const std::optional<PreparedRay> prepared = impl_->prepare(rays[i], i);
-        if (!prepared)
-            continue;
-        RayQuery query(prepared->ray);
-        RTCRay ray = to_embree(prepared->ray);
-        embree::occluded(impl_->top.get(), query, ray);
-        occluded[i] = ray.tfar < 0.0f;
-    }
 }
 
 Box Scene::bounds() const

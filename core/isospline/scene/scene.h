@@ -37,10 +37,11 @@ public:
     /// returns false; another commit then starts that object again.
     void commit(const Progress& progress = {});
 
-    /// First crossing of each ray within its [t_near, t_far], on the calling thread. Throws std::invalid_argument for a
-    /// ray whose origin or direction is not finite or whose direction is zero, and std::logic_error where a commit is
-    /// due.
-    void cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const;
+    /// First crossing of each ray within its [t_near, t_far], on the calling thread. `coherent` traces rays that follow
+    /// each other in packets, which is faster where they begin and run close together, as those of a small tile of a
+    /// picture do; the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not
+    /// finite or whose direction is zero, and std::logic_error where a commit is due.
+    void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false) const;
 
     /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. Throws
     /// as cast_rays() does.

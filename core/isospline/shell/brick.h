@@ -52,6 +52,24 @@ void for_each_cell(const BrickCells& cells, Visit visit)
         }
 }
 
+/// The same in the order of blocks of 2 x 2 x 2 cells, then z, y, x.
+template <typename Visit>
+void for_each_cell_by_blocks(const BrickCells& cells, Visit visit)
+{
+    constexpr std::uint64_t square = 0b11 | 0b11 << brick_size; // 2 x 2 cells
+    for (int z = 0; z < brick_size; z += 2)
+        for (int y = 0; y < brick_size; y += 2)
+            for (int x = 0; x < brick_size; x += 2)
+                for (int layer = z; layer < z + 2; ++layer) {
+                    const int corner = x + brick_size * y;
+                    for (std::uint64_t left = cells[static_cast<std::size_t>(layer)] & square << corner; left != 0;
+                         left &= left - 1) {
+                        const int bit = std::countr_zero(left);
+                        visit(bit % brick_size, bit / brick_size, layer);
+                    }
+                }
+}
+
 /// Takes the cells out of a set for which `is_out(x, y, z)`.
 template <typename IsOut>
 void remove_cells(BrickCells& cells, IsOut is_out)

@@ -95,7 +95,7 @@ Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, 
     parallel_for(bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Cell* next = cells_.data() + begin_of_brick[i];
-            for_each_cell(cells[i], [&](int x, int y, int z) {
+            for_each_cell_by_blocks(cells[i], [&](int x, int y, int z) {
                 const glm::ivec3 cell = bricks[i].first + glm::ivec3(x, y, z);
                 *next++ = {static_cast<std::uint16_t>(cell.x), static_cast<std::uint16_t>(cell.y),
                            static_cast<std::uint16_t>(cell.z)};

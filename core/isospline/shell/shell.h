@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 namespace isospline {
@@ -20,6 +21,12 @@ struct Cell {
     bool operator==(const Cell&) const = default;
 };
 
+/// The order of cells within a brick of the shell.
+inline bool is_before_in_brick(const Cell& a, const Cell& b)
+{
+    return std::tuple(a.z / 2, a.y / 2, a.x / 2, a.z, a.y, a.x) < std::tuple(b.z / 2, b.y / 2, b.x / 2, b.z, b.y, b.x);
+}
+
 struct ShellOptions {
     int prune_depth = 2;      ///< levels of two-scale subdivision (paper §5), 0 to 6; 0 does not prune
     bool prune_border = true; ///< the paper leaves the cells on the volume's border unpruned: false
@@ -29,7 +36,8 @@ struct ShellOptions {
 /// The cells of a volume whose coefficients, less the threshold, do not all have one sign (paper §3), less those that
 /// pruning (§5) or a cutout removes. A coefficient that equals the threshold counts as above it, as in the paper.
 ///
-/// Cells are ordered by brick of cells, then z, y, x: neighbours in memory are neighbours in space.
+/// Cells are ordered by brick of 8 x 8 x 8 cells, then by block of 2 x 2 x 2, then z, y, x: neighbours in memory are
+/// neighbours in space.
 class Shell {
 public:
     Shell() = default;

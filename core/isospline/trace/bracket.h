@@ -4,6 +4,7 @@
 #include "isospline/math/brent.h"
 #include "isospline/trace/cell_block.h"
 #include "isospline/trace/lattice_ray.h"
+#include "isospline/trace/root_in_cell.h"
 
 #include <optional>
 
@@ -16,7 +17,7 @@ inline constexpr double bracket_tolerance = 1e-12;
 /// nothing. An even number of roots in one cell is missed, and of an odd number any may be found: this is the paper's
 /// method as it stands, kept for comparison.
 template <int Degree>
-std::optional<double> intersect_bracket(const CellBlock& cell, const LatticeRay& ray)
+std::optional<RootInCell> intersect_bracket(const CellBlock& cell, const LatticeRay& ray)
 {
     const Interval inside = ray.inside_cell(cell.lower);
     if (inside.t_near > inside.t_far)
@@ -30,7 +31,8 @@ std::optional<double> intersect_bracket(const CellBlock& cell, const LatticeRay&
     if ((first.value > 0.0 && last.value > 0.0) || (first.value < 0.0 && last.value < 0.0))
         return std::nullopt;
     const double s = first.value == 0.0 ? 0.0 : brent_root(value, first, last, bracket_tolerance);
-    return inside.t_near + s * (inside.t_far - inside.t_near);
+    const double t = inside.t_near + s * (inside.t_far - inside.t_near);
+    return RootInCell{t, gradient_in_cell<Degree>(cell, ray.at(t) - cell.lower)};
 }
 
 } // namespace isospline

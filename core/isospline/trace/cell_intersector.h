@@ -1,25 +1,37 @@
-// The first point of the surface along a ray inside one cell.
+// The first point of the surface along rays inside one cell.
 #pragma once
 
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cell_block.h"
 #include "isospline/trace/lattice_ray.h"
+#include "isospline/trace/lattice_ray_packet.h"
+#include "isospline/trace/root_in_cell.h"
 
 #include <optional>
 
 namespace isospline {
 
-/// Returns the least t in [ray.t_near, ray.t_far] where f crosses the level inside the cell, or nothing.
-using CellIntersector = std::optional<double> (*)(const CellBlock& cell, const LatticeRay& ray);
+/// The ways to ask for roots in a cell, for one degree and method.
+///
+/// In a cell, g(s) = f(p0 + s (p1 - p0)) is one polynomial of degree 3n, p0 and p1 being where the ray enters and
+/// leaves. Method::exact computes its Bernstein coefficients in single precision, with a bound on their rounding; where
+/// they prove that there is no root, the cell is done, and where they prove that there is exactly one, Newton's method
+/// takes it to double precision. All other rays are decided, and solved, in double precision. Method::reference does
+/// all of it so, scalar. Method::bracket is the paper's §4.
+///
+/// With Method::exact, a ray alone and a ray in a packet find the same root, bit for bit.
+struct CellIntersector {
+    /// The least t in [ray.t_near, ray.t_far] where f crosses the level inside the cell, or nothing.
+    std::optional<RootInCell> (*first_root)(const CellBlock& cell, const LatticeRay& ray);
+    /// Whether there is one.
+    bool (*any_root)(const CellBlock& cell, const LatticeRay& ray);
+    /// The same for the active lanes of a packet: returns those that have a root, and sets these lanes of `roots`.
+    LaneMask (*first_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots);
+    LaneMask (*any_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active);
+};
 
 /// The intersector of a method for a degree of 1, 2 or 3; for Method::exact the one of the widest SIMD target that the
 /// machine has.
-///
-/// In a cell, g(s) = f(p0 + s (p1 - p0)) is one polynomial of degree 3n, p0 and p1 being where the ray enters and
-/// leaves. Method::exact evaluates it at 3n+1 Chebyshev-Lobatto nodes in single precision, SIMD lanes being the nodes,
-/// and turns the values into Bernstein coefficients; where all of those have one sign by more than a bound on their
-/// rounding, the cell holds no root. All other cells are decided, and solved, in double precision. Method::reference is
-/// the same without the filter, scalar, in double precision. Method::bracket is the paper's §4.
 CellIntersector cell_intersector(int degree, Method method);
 
 } // namespace isospline

@@ -12,16 +12,18 @@
 
 namespace isospline {
 
-/// Throws std::invalid_argument where the ray's origin or direction is not finite or the direction is zero; `index`
-/// names the ray in the error.
-inline void check_ray(const Ray& ray, std::size_t index)
+/// Returns the length of the ray's direction. Throws std::invalid_argument where the ray's origin or direction is not
+/// finite or the direction is zero; `index` names the ray in the error.
+inline double check_ray(const Ray& ray, std::size_t index)
 {
     const double length = glm::length(ray.direction);
     if (!(length > 0.0 && std::isfinite(length)))
         throw_invalid("rays", "finite directions that are not zero",
                       "one of length " + std::to_string(length) + " in ray " + std::to_string(index));
-    if (!std::isfinite(glm::length(ray.origin)))
+    // A product with zero is not zero for what is not finite.
+    if (!(glm::dot(ray.origin, glm::dvec3(0.0)) == 0.0))
         throw_invalid("rays", "finite origins", "one that is not, in ray " + std::to_string(index));
+    return length;
 }
 
 } // namespace isospline

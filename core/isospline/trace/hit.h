@@ -19,6 +19,15 @@ struct Hit {
     std::uint32_t geometry_id = invalid_id;
     std::uint32_t primitive_id = invalid_id; ///< position in Shell::cells() of an isosurface, triangle of a mesh
 
+    /// Makes it a miss.
+    void clear()
+    {
+        t = std::numeric_limits<double>::infinity();
+        position = normal = glm::dvec3(0.0);
+        gradient_magnitude = 0.0;
+        geometry_id = primitive_id = invalid_id;
+    }
+
     explicit operator bool() const { return geometry_id != invalid_id; }
 };
 

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <tuple>
 
 namespace isospline {
 
@@ -48,7 +47,7 @@ HopStatistics& HopStatistics::operator+=(const HopStatistics& other)
 
 VoxelHopper::VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelHopperOptions& options)
     : surface_(std::move(surface)), options_(options),
-      intersect_(cell_intersector(surface_->volume().degree(), surface_->options().method)),
+      intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)),
       shape_(surface_->volume().cell_shape())
 {
     build();
@@ -104,10 +103,8 @@ std::uint32_t VoxelHopper::position_in_shell(const Cell& cell) const
 {
     const std::size_t brick = brick_index({cell.x, cell.y, cell.z});
     const auto begin = surface_->shell().cells().begin();
-    const auto found = std::lower_bound(begin + brick_begin_[brick], begin + brick_begin_[brick + 1], cell,
-                                        [](const Cell& a, const Cell& b) {
-                                            return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
-                                        });
+    const auto found =
+        std::lower_bound(begin + brick_begin_[brick], begin + brick_begin_[brick + 1], cell, is_before_in_brick);
     return static_cast<std::uint32_t>(found - begin);
 }
 
@@ -124,11 +121,11 @@ std::optional<VoxelHopper::CellHit> VoxelHopper::hop(LatticeRay ray, HopStatisti
             ++statistics.evaluated_cells;
             const Cell cell{static_cast<std::uint16_t>(walk.cell().x), static_cast<std::uint16_t>(walk.cell().y),
                             static_cast<std::uint16_t>(walk.cell().z)};
-            if (const std::optional<double> t = intersect_(CellBlock(volume, threshold, cell), ray)) {
-                hit = {*t, cell};
+            if (const auto root = intersector_.first_root(CellBlock(volume, threshold, cell), ray)) {
+                hit = {*root, cell};
                 // The root may lie in the margin that this cell shares with the next, and that one hold a nearer root:
                 // the walk goes on as far as the ray does now.
-                ray.t_far = *t;
+                ray.t_far = root->t;
             }
         }
 
@@ -170,17 +167,15 @@ HopStatistics VoxelHopper::cast_rays(std::span<const Ray> rays, std::span<Hit> h
         if (!inside)
             continue;
         const double skipped = inside->t_near;
-        const auto found =
-            hop(LatticeRay({ray.at(skipped), ray.direction, 0.0, inside->t_far - skipped}), statistics);
+        const auto found = hop(LatticeRay({ray.at(skipped), ray.direction, 0.0, inside->t_far - skipped}), statistics);
         if (!found)
             continue;
 
-        hit.t = skipped + found->t;
+        hit.t = skipped + found->root.t;
         hit.position = ray_world.at(hit.t);
         hit.geometry_id = 0;
         hit.primitive_id = position_in_shell(found->cell);
-        set_surface_normal(hit, *surface_, found->cell, transform_point(world_to_lattice, hit.position),
-                           world_to_lattice);
+        set_surface_normal(hit, found->root.gradient, surface_->options().inside, world_to_lattice);
     }
     return statistics;
 }

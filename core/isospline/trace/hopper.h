@@ -62,7 +62,7 @@ public:
 
 private:
     struct CellHit {
-        double t;
+        RootInCell root;
         Cell cell;
     };
 
@@ -75,7 +75,7 @@ private:
 
     std::shared_ptr<const Isosurface> surface_;
     VoxelHopperOptions options_;
-    CellIntersector intersect_;
+    CellIntersector intersector_;
     glm::ivec3 shape_{0};                    ///< cells along x, y, z
     std::vector<std::uint8_t> states_;       ///< one byte a cell, x fastest: in the shell or not
     std::vector<std::uint32_t> brick_begin_; ///< position in Shell::cells() of each brick's first cell, and the end

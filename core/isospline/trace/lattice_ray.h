@@ -3,6 +3,7 @@
 
 #include "isospline/math/ray.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace isospline {
@@ -12,18 +13,31 @@ namespace isospline {
 /// Double precision rounds coordinates of up to 65536 cells to 1.5e-11.
 inline constexpr double cell_margin = 1e-9;
 
+/// A direction component of zero gets a huge, finite inverse, so that no infinity meets a zero in a slab test.
+inline constexpr double huge_inverse = 1e150;
+/// The same in single precision.
+inline constexpr double huge_inverse_single = 1e30;
+
 /// A ray in lattice space that is about to meet many cells.
 struct LatticeRay {
-    explicit LatticeRay(const Ray& ray)
-        : origin(ray.origin), direction(ray.direction), t_near(ray.t_near), t_far(ray.t_far)
+    LatticeRay() = default;
+    explicit LatticeRay(const Ray& ray) { set(ray.origin, ray.direction, ray.t_near, ray.t_far); }
+
+    void set(const glm::dvec3& ray_origin, const glm::dvec3& ray_direction, double near_limit, double far_limit)
     {
-        // A direction component of zero gets a huge, finite inverse, so that no infinity meets a zero in a slab test.
         for (int axis = 0; axis < 3; ++axis) {
-            constexpr double huge = 1e150;
-            const double component = direction[axis];
-            inverse_direction[axis] =
-                std::abs(component) > 1.0 / huge ? 1.0 / component : std::copysign(huge, component);
+            const double component = ray_direction[axis];
+            const double inverse =
+                std::abs(component) > 1.0 / huge_inverse ? 1.0 / component : std::copysign(huge_inverse, component);
+            origin[axis] = ray_origin[axis];
+            direction[axis] = component;
+            inverse_direction[axis] = inverse;
+            direction_single[axis] = static_cast<float>(component);
+            inverse_direction_single[axis] =
+                static_cast<float>(std::clamp(inverse, -huge_inverse_single, huge_inverse_single));
         }
+        t_near = near_limit;
+        t_far = far_limit;
     }
 
     /// Where the ray is inside the cell whose lower corner is given, within [t_near, t_far]; empty if t_near > t_far.
@@ -42,6 +56,7 @@ struct LatticeRay {
     glm::dvec3 at(double t) const { return origin + t * direction; }
 
     glm::dvec3 origin, direction, inverse_direction;
+    glm::vec3 direction_single, inverse_direction_single;
     double t_near, t_far;
 };
 

@@ -8,10 +8,9 @@
 
 namespace isospline {
 
-/// Fills in a hit's normal and gradient magnitude from the exact gradient of f at a lattice position of a cell.
-/// `world_to_lattice` leads from the space of the hit's normal to lattice space. Where the gradient vanishes the normal
-/// is zero.
-void set_surface_normal(Hit& hit, const Isosurface& surface, const Cell& cell, const glm::dvec3& position_lattice,
+/// Fills in a hit's normal and gradient magnitude from the gradient of f by lattice coordinates. `world_to_lattice`
+/// leads from the space of the hit's normal to lattice space. Where the gradient vanishes the normal is zero.
+void set_surface_normal(Hit& hit, const glm::dvec3& gradient_lattice, Inside inside,
                         const glm::dmat4& world_to_lattice);
 
 } // namespace isospline

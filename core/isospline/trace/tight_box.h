@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 namespace isospline {
@@ -31,17 +32,18 @@ inline std::array<double, 2 * Cells + Degree> subdivide(const std::array<double,
 
 } // namespace detail
 
-/// The box, in lattice space, of the part of a cell that can hold the surface. Along each axis in turn the coefficients
-/// are subdivided to quarters of the cell; quarters at either end whose coefficients have one sign are left out.
+/// The part of a cell that can hold the surface, in quarters of the cell's edge: for each axis, from x in the lowest
+/// bits on, two bits for the first and two for the last quarter. Along each axis in turn the coefficients are
+/// subdivided to quarters; quarters at either end whose coefficients have one sign are left out.
 template <int Degree>
-inline Box tight_box(const CellBlock& cell)
+inline std::uint16_t tight_quarters(const CellBlock& cell)
 {
     constexpr int slabs = 4;
     constexpr int fine_count = slabs + Degree;
     constexpr double infinity = std::numeric_limits<double>::infinity();
     const std::array<std::ptrdiff_t, 3> strides{1, cell.row_stride, cell.slice_stride};
 
-    Box box{cell.lower, cell.lower + 1.0};
+    unsigned quarters = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::ptrdiff_t along = strides[axis];
         const std::ptrdiff_t across = strides[(axis + 1) % 3], upwards = strides[(axis + 2) % 3];
@@ -72,9 +74,19 @@ inline Box tight_box(const CellBlock& cell)
             ++first;
         while (last > first && is_empty(last))
             --last;
-        const auto component = static_cast<glm::length_t>(axis);
-        box.lower[component] += static_cast<double>(first) / slabs;
-        box.upper[component] -= static_cast<double>(slabs - 1 - last) / slabs;
+        quarters |= static_cast<unsigned>(first | last << 2) << (4 * axis);
+    }
+    return static_cast<std::uint16_t>(quarters);
+}
+
+/// The box of these quarters of a cell, in lattice space.
+inline Box tight_box(std::uint16_t quarters, const glm::dvec3& cell_lower)
+{
+    Box box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int bits = quarters >> (4 * axis);
+        box.lower[axis] = cell_lower[axis] + 0.25 * (bits & 3);
+        box.upper[axis] = cell_lower[axis] + 0.25 * ((bits >> 2 & 3) + 1);
     }
     return box;
 }

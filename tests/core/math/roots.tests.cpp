@@ -70,20 +70,6 @@ void check_random_roots(unsigned seed)
 
 } // namespace
 
-TEST_CASE("Chebyshev-Lobatto interpolation gives Bernstein coefficients", "[math]")
-{
-    const Bernstein<6> expected{3.0, -1.0, 4.0, -1.0, 5.0, -9.0, 2.0};
-    const auto& interpolation = isospline::chebyshev_lobatto<6>;
-    for (int i = 0; i <= 6; ++i) {
-        double b = 0.0;
-        for (int j = 0; j <= 6; ++j)
-            b += interpolation.to_bernstein[i][j] * evaluate<6>(expected, interpolation.nodes[j]);
-        REQUIRE(b == Approx(expected[i]).margin(1e-12));
-    }
-    REQUIRE(interpolation.nodes.front() == 0.0);
-    REQUIRE(interpolation.nodes.back() == 1.0);
-}
-
 TEST_CASE("to_monomial and split_in_half describe the same polynomial", "[math]")
 {
     const Bernstein<3> b{1.0, -2.0, 5.0, 0.5};

@@ -45,6 +45,12 @@ TEST_CASE("sets of cells are visited in the order of z, y, x, and cells are remo
     for_each_cell(cells, visit);
     REQUIRE(visited == std::vector<glm::ivec3>{{0, 0, 0}, {7, 7, 0}, {1, 0, 7}, {0, 1, 7}});
 
+    visited.clear();
+    cells[1] = 0x0000000000000001u;
+    for_each_cell_by_blocks(cells, visit);
+    REQUIRE(visited == std::vector<glm::ivec3>{{0, 0, 0}, {0, 0, 1}, {7, 7, 0}, {1, 0, 7}, {0, 1, 7}});
+    cells[1] = 0;
+
     remove_cells(cells, [](int x, int, int z) { return x == 7 || z == 7; });
     visited.clear();
     for_each_cell(cells, visit);

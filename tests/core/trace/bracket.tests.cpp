@@ -36,23 +36,24 @@ TEST_CASE("bracket finds a plane where it is", "[trace]")
     const Volume volume = volume_of_coefficients(degree, [](int x, int, int) { return x; });
     const CellBlock cell(volume, 1.3 - volume.offset(), Cell{1, 1, 1});
     const double plane = 1.3 + volume.lattice_shift();
-    const CellIntersector intersect = cell_intersector(degree, Method::bracket);
+    const auto intersect = cell_intersector(degree, Method::bracket).first_root;
 
     Ray ray{{-5.0, 1.25, 1.75}, {2.0, 0.0, 0.0}};
-    std::optional<double> t = intersect(cell, LatticeRay(ray));
-    REQUIRE(t);
-    REQUIRE(ray.at(*t).x == Approx(plane).margin(1e-11));
+    std::optional<RootInCell> root = intersect(cell, LatticeRay(ray));
+    REQUIRE(root);
+    REQUIRE(ray.at(root->t).x == Approx(plane).margin(1e-11));
 
     ray = {{4.0, 1.25, 1.75}, {-1.0, 0.05, -0.05}};
-    t = intersect(cell, LatticeRay(ray));
-    REQUIRE(t);
-    REQUIRE(ray.at(*t).x == Approx(plane).margin(1e-11));
+    root = intersect(cell, LatticeRay(ray));
+    REQUIRE(root);
+    REQUIRE(root->gradient.x == Approx(1.0));
+    REQUIRE(ray.at(root->t).x == Approx(plane).margin(1e-11));
 
     // Limits on both sides of the plane, a ray beside the cell, and one parallel to the plane.
-    ray.t_far = *t - 1e-6;
+    ray.t_far = root->t - 1e-6;
     REQUIRE_FALSE(intersect(cell, LatticeRay(ray)));
     ray.t_far = 100.0;
-    ray.t_near = *t + 1e-6;
+    ray.t_near = root->t + 1e-6;
     REQUIRE_FALSE(intersect(cell, LatticeRay(ray)));
     REQUIRE_FALSE(intersect(cell, LatticeRay({{-5.0, 2.5, 1.5}, {1.0, 0.0, 0.0}})));
     REQUIRE_FALSE(intersect(cell, LatticeRay({{plane + 0.1, -5.0, 1.5}, {0.0, 1.0, 0.0}})));
@@ -64,9 +65,9 @@ TEST_CASE("bracket accepts a root at the very end of a ray", "[trace]")
     const Volume volume = volume_of_coefficients(1, [](int x, int, int) { return x; });
     const CellBlock cell(volume, 1.5 - volume.offset(), Cell{1, 1, 1});
     Ray ray{{1.5, 1.5, 1.5}, {1.0, 0.0, 0.0}};
-    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray)) == 0.0);
+    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray))->t == 0.0);
     ray = {{1.0, 1.5, 1.5}, {1.0, 0.0, 0.0}, 0.0, 0.5};
-    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray)) == 0.5);
+    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray))->t == 0.5);
 }
 
 TEST_CASE("bracket finds a root if and only if their number is odd, the first one if there is one", "[trace]")
@@ -75,8 +76,8 @@ TEST_CASE("bracket finds a root if and only if their number is odd, the first on
     std::mt19937 random(11);
     std::normal_distribution<double> coefficient;
     std::uniform_real_distribution<double> within(0.0, 1.0);
-    const CellIntersector bracket = cell_intersector(degree, Method::bracket);
-    const CellIntersector reference = cell_intersector(degree, Method::reference);
+    const auto bracket = cell_intersector(degree, Method::bracket).first_root;
+    const auto reference = cell_intersector(degree, Method::reference).first_root;
 
     int odd = 0, missed = 0;
     for (int repetition = 0; repetition < 2000; ++repetition) {
@@ -87,23 +88,23 @@ TEST_CASE("bracket finds a root if and only if their number is odd, the first on
 
         // All roots, by the reference, beginning again behind each.
         std::vector<double> roots;
-        while (const auto t = reference(cell, LatticeRay(ray))) {
-            roots.push_back(*t);
-            ray.t_near = *t + 1e-9;
+        while (const auto root = reference(cell, LatticeRay(ray))) {
+            roots.push_back(root->t);
+            ray.t_near = root->t + 1e-9;
         }
         ray.t_near = 0.0;
-        const std::optional<double> t = bracket(cell, LatticeRay(ray));
-        REQUIRE(t.has_value() == (roots.size() % 2 == 1));
-        odd += t.has_value();
-        missed += !t && !roots.empty();
-        if (!t)
+        const auto found = bracket(cell, LatticeRay(ray));
+        REQUIRE(found.has_value() == (roots.size() % 2 == 1));
+        odd += found.has_value();
+        missed += !found && !roots.empty();
+        if (!found)
             continue;
         double nearest = 1.0;
         for (const double root : roots)
-            nearest = std::min(nearest, std::abs(*t - root));
+            nearest = std::min(nearest, std::abs(found->t - root));
         REQUIRE(nearest < 1e-8);
         if (roots.size() == 1)
-            REQUIRE(*t == Approx(roots[0]).margin(1e-8));
+            REQUIRE(found->t == Approx(roots[0]).margin(1e-8));
     }
     REQUIRE(odd > 500);
     REQUIRE(missed > 3);

@@ -1,9 +1,13 @@
 #include "catch.h"
 
 #include "isospline/trace/cell_intersector.h"
+#include "isospline/trace/ray_polynomial.h"
+#include "isospline/trace/surface_slab.h"
 #include "isospline/trace/tight_box.h"
 
 #include <glm/geometric.hpp>
+
+#include <hwy/highway.h>
 
 #include <cmath>
 #include <random>
@@ -48,6 +52,32 @@ double value(const Volume& volume, const CellBlock& cell, const LatticeRay& ray,
     }
 }
 
+glm::dvec3 gradient(const Volume& volume, const CellBlock& cell, const LatticeRay& ray, double t)
+{
+    const glm::dvec3 local = ray.at(t) - cell.lower;
+    switch (volume.degree()) {
+    case 1:
+        return gradient_in_cell<1>(cell, local);
+    case 2:
+        return gradient_in_cell<2>(cell, local);
+    default:
+        return gradient_in_cell<3>(cell, local);
+    }
+}
+
+Box tight_box_of(int degree, const CellBlock& cell)
+{
+    const std::uint16_t quarters = degree == 1   ? tight_quarters<1>(cell)
+                                   : degree == 2 ? tight_quarters<2>(cell)
+                                                 : tight_quarters<3>(cell);
+    return tight_box(quarters, cell.lower);
+}
+
+SurfaceSlab slab_of(int degree, const CellBlock& cell)
+{
+    return degree == 1 ? surface_slab<1>(cell) : degree == 2 ? surface_slab<2>(cell) : surface_slab<3>(cell);
+}
+
 /// Rays of many kinds at the unit cube at `lower`: through two random points near it, along axes, from inside.
 Ray random_ray(std::mt19937& random, const glm::dvec3& lower)
 {
@@ -82,8 +112,8 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[trace
     const int degree = GENERATE(1, 2, 3);
     const glm::ivec3 shape(6, 5, 7);
     const Volume volume = volume_of_coefficients(random_samples(210, static_cast<unsigned>(degree)), shape, degree);
-    const CellIntersector exact = cell_intersector(degree, Method::exact);
-    const CellIntersector reference = cell_intersector(degree, Method::reference);
+    const auto exact = cell_intersector(degree, Method::exact).first_root;
+    const auto reference = cell_intersector(degree, Method::reference).first_root;
 
     std::mt19937 random(17);
     std::uniform_real_distribution<double> threshold(-0.4, 0.4);
@@ -95,17 +125,20 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[trace
                          static_cast<std::uint16_t>(random() % static_cast<unsigned>(cells.z))};
         const CellBlock cell(volume, threshold(random), index);
         const LatticeRay ray(random_ray(random, cell.lower));
-        const std::optional<double> t = exact(cell, ray);
-        const std::optional<double> t_reference = reference(cell, ray);
-        REQUIRE(t.has_value() == t_reference.has_value());
-        if (t)
-            REQUIRE(*t == Approx(*t_reference).margin(1e-9));
+        const std::optional<RootInCell> root = exact(cell, ray);
+        const std::optional<RootInCell> root_reference = reference(cell, ray);
+        REQUIRE(root.has_value() == root_reference.has_value());
+        if (root) {
+            REQUIRE(root->t == Approx(root_reference->t).margin(1e-9));
+            const glm::dvec3 exact_gradient = gradient(volume, cell, ray, root->t);
+            REQUIRE(glm::length(root->gradient - exact_gradient) <= 1e-7);
+        }
 
         // No change of sign before the root, by dense sampling; and a residual of nothing at the root.
         const Interval inside = ray.inside_cell(cell.lower);
         if (inside.t_near > inside.t_far)
             continue;
-        const double end = t ? *t : inside.t_far;
+        const double end = root ? root->t : inside.t_far;
         const bool negative = value(volume, cell, ray, inside.t_near) < 0.0;
         constexpr int samples = 200;
         for (int i = 1; i < samples; ++i) {
@@ -114,16 +147,21 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[trace
             if (std::abs(f) > 1e-9)
                 REQUIRE((f < 0.0) == negative);
         }
-        if (t) {
+        if (root) {
             ++found;
-            // The hit is in the tight box, up to the margin that cells have.
-            const Box box = degree == 1 ? tight_box<1>(cell) : degree == 2 ? tight_box<2>(cell) : tight_box<3>(cell);
-            const glm::dvec3 position = ray.at(*t);
+            // The hit is in the tight box, up to the margin that cells have, and in the slab.
+            const glm::dvec3 position = ray.at(root->t);
+            const Box box = tight_box_of(degree, cell);
             for (int axis = 0; axis < 3; ++axis) {
                 REQUIRE(position[axis] >= box.lower[axis] - 1e-8);
                 REQUIRE(position[axis] <= box.upper[axis] + 1e-8);
             }
-            REQUIRE(value(volume, cell, ray, *t) == Approx(0.0).margin(1e-10));
+            const SurfaceSlab slab = slab_of(degree, cell);
+            const glm::dvec3 normal(slab.normal[0], slab.normal[1], slab.normal[2]);
+            const double along = glm::dot(normal, position - cell.lower);
+            REQUIRE(along >= slab.lower - 1e-6);
+            REQUIRE(along <= slab.upper + 1e-6);
+            REQUIRE(value(volume, cell, ray, root->t) == Approx(0.0).margin(1e-10));
         }
     }
     REQUIRE(found > 2000);
@@ -140,18 +178,137 @@ TEST_CASE("the single precision filter is as sure for values far from zero and f
         sample = static_cast<float>(base + contrast * static_cast<double>(sample));
     samples[0] = 0.0f; // keeps the volume's offset away from the base
     const Volume volume = volume_of_coefficients(samples, shape, degree);
-    const CellIntersector exact = cell_intersector(degree, Method::exact);
-    const CellIntersector reference = cell_intersector(degree, Method::reference);
+    const auto exact = cell_intersector(degree, Method::exact).first_root;
+    const auto reference = cell_intersector(degree, Method::reference).first_root;
 
     std::mt19937 random(3);
     std::uniform_real_distribution<double> level(-0.3, 0.3);
     for (int repetition = 0; repetition < 20000; ++repetition) {
         const CellBlock cell(volume, base + contrast * level(random) - volume.offset(), Cell{2, 2, 2});
         const LatticeRay ray(random_ray(random, cell.lower));
-        const std::optional<double> t = exact(cell, ray), t_reference = reference(cell, ray);
-        REQUIRE(t.has_value() == t_reference.has_value());
-        if (t)
-            REQUIRE(*t == Approx(*t_reference).margin(1e-7));
+        const auto root = exact(cell, ray), root_reference = reference(cell, ray);
+        REQUIRE(root.has_value() == root_reference.has_value());
+        if (root)
+            REQUIRE(root->t == Approx(root_reference->t).margin(1e-7));
+    }
+}
+
+namespace {
+
+/// Packets against rays alone, in the lanes given: the same roots and gradients, bit for bit, and no other lane
+/// touched.
+int check_packet(const CellIntersector& intersector, const CellBlock& cell, std::mt19937& random, LaneMask active)
+{
+    LatticeRayPacket packet;
+    std::vector<LatticeRay> rays;
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+        rays.emplace_back(random_ray(random, cell.lower));
+        packet.set(lane, rays.back());
+    }
+    RootPacket roots;
+    constexpr double untouched = -7.0;
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane)
+        roots.set(lane, {untouched, glm::dvec3(untouched)});
+    const LaneMask found = intersector.first_roots(cell, packet, active, roots);
+    const LaneMask any = intersector.any_roots(cell, packet, active);
+    REQUIRE(found == any);
+    REQUIRE((found & ~active) == 0);
+    int count = 0;
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+        const bool is_active = (active >> lane & 1u) != 0, is_found = (found >> lane & 1u) != 0;
+        const auto alone = intersector.first_root(cell, rays[static_cast<std::size_t>(lane)]);
+        if (is_active) {
+            REQUIRE(is_found == alone.has_value());
+            REQUIRE(is_found == intersector.any_root(cell, rays[static_cast<std::size_t>(lane)]));
+        }
+        const RootInCell root = roots.root(lane);
+        REQUIRE(root.t == (is_found ? alone->t : untouched));
+        REQUIRE(root.gradient == (is_found ? alone->gradient : glm::dvec3(untouched)));
+        count += is_found;
+    }
+    return count;
+}
+
+/// The SIMD targets that the machine has, and nothing else for the time of a test.
+class EachTarget {
+public:
+    template <typename Check>
+    static void run(const Check& check)
+    {
+        const std::int64_t all = hwy::SupportedTargets() & HWY_TARGETS;
+        for (std::int64_t rest = all; rest != 0; rest &= rest - 1) {
+            const std::int64_t target = rest & -rest;
+            // Whatever is above a target is switched off; the baseline cannot be.
+            hwy::SetSupportedTargetsForTest(target | HWY_STATIC_TARGET);
+            hwy::GetChosenTarget().DeInit();
+            INFO(hwy::TargetName(target));
+            check();
+        }
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().DeInit();
+    }
+};
+
+} // namespace
+
+TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD target", "[trace]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const Method method = GENERATE(Method::exact, Method::reference, Method::bracket);
+    const glm::ivec3 shape(6, 5, 7);
+    const Volume volume = volume_of_coefficients(random_samples(210, static_cast<unsigned>(degree)), shape, degree);
+    EachTarget::run([&] {
+        const CellIntersector intersector = cell_intersector(degree, method);
+        std::mt19937 random(29);
+        std::uniform_real_distribution<double> threshold(-0.4, 0.4);
+        int found = 0;
+        for (int repetition = 0; repetition < 300; ++repetition) {
+            const auto index = [&] { return static_cast<std::uint16_t>(random() % 4); };
+            const CellBlock cell(volume, threshold(random), Cell{index(), index(), index()});
+            const LaneMask active = repetition % 3 == 0 ? 0xffffu : static_cast<LaneMask>(random()) & 0xffffu;
+            found += check_packet(intersector, cell, random, active);
+        }
+        REQUIRE(found > 300);
+    });
+}
+
+TEST_CASE("every SIMD target finds the roots of the reference", "[trace]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const Volume volume = volume_of_coefficients(random_samples(125, 8), {5, 5, 5}, degree);
+    const auto reference = cell_intersector(degree, Method::reference).first_root;
+    EachTarget::run([&] {
+        const auto exact = cell_intersector(degree, Method::exact).first_root;
+        std::mt19937 random(31);
+        for (int repetition = 0; repetition < 3000; ++repetition) {
+            const CellBlock cell(volume, 0.1, Cell{1, 2, 1});
+            const LatticeRay ray(random_ray(random, cell.lower));
+            const auto root = exact(cell, ray), root_reference = reference(cell, ray);
+            REQUIRE(root.has_value() == root_reference.has_value());
+            if (root)
+                REQUIRE(root->t == Approx(root_reference->t).margin(1e-9));
+        }
+    });
+}
+
+TEST_CASE("the Bernstein coefficients of a segment are those of f along it", "[trace]")
+{
+    // Interpolated by exact arithmetic on the polynomial's own values: de Casteljau at many s.
+    const Volume volume = volume_of_coefficients(random_samples(125, 4), {5, 5, 5}, 2);
+    const CellBlock cell(volume, 0.2, Cell{2, 1, 2});
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> within(0.0, 1.0);
+    for (int repetition = 0; repetition < 200; ++repetition) {
+        const glm::dvec3 entry(within(random), within(random), within(random));
+        const glm::dvec3 exit(within(random), within(random), within(random));
+        const isospline::Bernstein<6> b = bernstein_along_segment<2>(cell, entry, exit);
+        for (double s = 0.0; s <= 1.0; s += 0.125) {
+            isospline::Bernstein<6> level = b;
+            for (int i = 6; i > 0; --i)
+                for (int j = 0; j < i; ++j)
+                    level[j] = (1.0 - s) * level[j] + s * level[j + 1];
+            REQUIRE(level[0] == Approx(value_in_cell<2>(cell, entry + s * (exit - entry))).margin(1e-12));
+        }
     }
 }
 
@@ -167,24 +324,26 @@ TEST_CASE("two roots in one cell: exact finds the first, bracket finds none", "[
 
     // In the middle cell beta^2 = 3/4 - x^2, from 1/2 at its ends: never as low as 0.4.
     const CellBlock above(volume, 0.4 * 0.5625 - volume.offset(), Cell{1, 1, 1});
-    REQUIRE_FALSE(cell_intersector(2, Method::exact)(above, LatticeRay(ray)));
-    REQUIRE_FALSE(cell_intersector(2, Method::bracket)(above, LatticeRay(ray)));
+    const auto exact = cell_intersector(2, Method::exact).first_root;
+    const auto bracket = cell_intersector(2, Method::bracket).first_root;
+    REQUIRE_FALSE(exact(above, LatticeRay(ray)));
+    REQUIRE_FALSE(bracket(above, LatticeRay(ray)));
 
     // It is 0.6 at |x| = sqrt(0.15), twice in the cell.
     const CellBlock pair(volume, 0.6 * 0.5625 - volume.offset(), Cell{1, 1, 1});
-    const std::optional<double> first = cell_intersector(2, Method::exact)(pair, LatticeRay(ray));
+    const auto first = exact(pair, LatticeRay(ray));
     REQUIRE(first);
-    REQUIRE(ray.at(*first).x == Approx(1.5 - std::sqrt(0.15)).margin(1e-7));
-    REQUIRE_FALSE(cell_intersector(2, Method::bracket)(pair, LatticeRay(ray)));
+    REQUIRE(ray.at(first->t).x == Approx(1.5 - std::sqrt(0.15)).margin(1e-7));
+    REQUIRE_FALSE(bracket(pair, LatticeRay(ray)));
 
     // Limits: beginning between the roots leaves the second; ending before the first leaves none.
-    ray.t_near = *first + 1e-6;
-    const std::optional<double> second = cell_intersector(2, Method::exact)(pair, LatticeRay(ray));
+    ray.t_near = first->t + 1e-6;
+    const auto second = exact(pair, LatticeRay(ray));
     REQUIRE(second);
-    REQUIRE(ray.at(*second).x == Approx(1.5 + std::sqrt(0.15)).margin(1e-7));
+    REQUIRE(ray.at(second->t).x == Approx(1.5 + std::sqrt(0.15)).margin(1e-7));
     ray.t_near = 0.0;
-    ray.t_far = *first - 1e-6;
-    REQUIRE_FALSE(cell_intersector(2, Method::exact)(pair, LatticeRay(ray)));
+    ray.t_far = first->t - 1e-6;
+    REQUIRE_FALSE(exact(pair, LatticeRay(ray)));
 }
 
 TEST_CASE("a degree that has no surface is refused", "[trace]")

@@ -64,13 +64,26 @@ Ray random_lattice_ray(std::mt19937& random, const glm::dvec3& shape)
     glm::dvec3 along(0.0);
     along[axis(random)] = unit(random) < 0.5 ? 1.0 : -1.0;
     switch (kind(random)) {
-    case 0: break;
-    case 1: origin = point(); break;
-    case 2: origin = target - 70.0 * along; break; // along an axis
-    case 3: target = corner(), origin = target - 70.0 * along; break; // along an edge
-    case 4: target = corner(), origin = corner() + 2.0 * (corner() - target); break; // through corners
-    case 5: origin[axis(random)] = target[axis(random)]; break;
-    case 6: origin = corner(), target = point(); break; // begins on a corner
+    case 0:
+        break;
+    case 1:
+        origin = point();
+        break;
+    case 2:
+        origin = target - 70.0 * along;
+        break; // along an axis
+    case 3:
+        target = corner(), origin = target - 70.0 * along;
+        break; // along an edge
+    case 4:
+        target = corner(), origin = corner() + 2.0 * (corner() - target);
+        break; // through corners
+    case 5:
+        origin[axis(random)] = target[axis(random)];
+        break;
+    case 6:
+        origin = corner(), target = point();
+        break; // begins on a corner
     }
     if (origin == target)
         origin.x -= 50.0;
@@ -90,11 +103,11 @@ struct BruteForce {
         ray_lattice.t_near = inside->t_near;
         ray_lattice.t_far = inside->t_far;
         const LatticeRay ray(ray_lattice);
-        const auto intersect = cell_intersector(surface.volume().degree(), surface.options().method);
+        const auto first_root = cell_intersector(surface.volume().degree(), surface.options().method).first_root;
         std::vector<double> all;
         for (const Cell& cell : surface.shell().cells()) {
-            all.push_back(intersect(CellBlock(surface.volume(), surface.threshold(), cell), ray)
-                              .value_or(std::numeric_limits<double>::infinity()));
+            const auto root = first_root(CellBlock(surface.volume(), surface.threshold(), cell), ray);
+            all.push_back(root ? root->t : std::numeric_limits<double>::infinity());
             t = std::min(t, all.back());
         }
         for (std::uint32_t i = 0; i < all.size(); ++i)

@@ -1,0 +1,121 @@
+#include "isospline/scene/ray_query.h"
+#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_impl.h"
+#include "isospline/util/error.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace isospline {
+
+namespace {
+
+void set_ray(const Ray& from, RTCRay& to)
+{
+    to.org_x = static_cast<float>(from.origin.x);
+    to.org_y = static_cast<float>(from.origin.y);
+    to.org_z = static_cast<float>(from.origin.z);
+    to.tnear = 0.0f;
+    to.dir_x = static_cast<float>(from.direction.x);
+    to.dir_y = static_cast<float>(from.direction.y);
+    to.dir_z = static_cast<float>(from.direction.z);
+    to.time = 0.0f;
+    to.tfar = rounded_up(from.t_far);
+    to.mask = 0xffffffffu;
+    to.id = 0;
+    to.flags = 0;
+}
+
+} // namespace
+
+void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
+{
+    RayQuery query;
+    RTCRayHit ray_hit;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        hits[i].clear();
+        if (!prepare(rays[i], i, centre, centred_bounds, query.prepared))
+            continue;
+        query.begin();
+        set_ray(query.prepared.ray, ray_hit.ray);
+        ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        embree::intersect(top.get(), query, ray_hit);
+        if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+            continue;
+        // The nearest root is kept in double precision; only a triangle can be nearer than that.
+        const double t = std::min(query.nearest.t, static_cast<double>(ray_hit.ray.tfar));
+        hits[i].t = (query.prepared.shift + t) / query.prepared.length;
+        hits[i].geometry_id = ray_hit.hit.instID[0];
+        hits[i].primitive_id = ray_hit.hit.primID;
+        objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.gradient);
+    }
+}
+
+template <int Size>
+void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const
+{
+    PacketQuery query;
+    alignas(64) RTCRayHitNt<Size> packet;
+    for (std::size_t first = 0; first < rays.size(); first += Size) {
+        const std::size_t count = std::min<std::size_t>(Size, rays.size() - first);
+        for (std::size_t i = first; i < first + count; ++i)
+            hits[i].clear();
+        const LaneMask used = prepare_packet(rays.subspan(first, count), first, centre, centred_bounds, query.prepared);
+        if (used == 0)
+            continue;
+        query.begin(used);
+        set_rays(query.prepared, packet);
+        alignas(64) int valid[Size];
+        for (int lane = 0; lane < Size; ++lane)
+            valid[lane] = -static_cast<int>(used >> lane & 1u);
+        embree::intersect_coherent(top.get(), query, valid, packet);
+
+        for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
+            const int lane = std::countr_zero(rest);
+            if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID)
+                continue;
+            const std::size_t i = first + static_cast<std::size_t>(lane);
+            const double t = std::min(query.nearest.t[lane], static_cast<double>(packet.ray.tfar[lane]));
+            hits[i].t = (query.prepared.shift[lane] + t) / query.prepared.length[lane];
+            hits[i].geometry_id = packet.hit.instID[0][lane];
+            hits[i].primitive_id = packet.hit.primID[lane];
+            objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.root(lane).gradient);
+        }
+    }
+}
+
+void Scene::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
+    impl_->require_commit();
+    if (!coherent)
+        return impl_->cast_singles(rays, hits);
+    switch (impl_->device.packet_size()) {
+    case 16:
+        return impl_->cast_packets<16>(rays, hits);
+    case 8:
+        return impl_->cast_packets<8>(rays, hits);
+    default:
+        return impl_->cast_packets<4>(rays, hits);
+    }
+}
+
+void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
+    impl_->require_commit();
+    RayQuery query;
+    RTCRay ray;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        occluded[i] = 0;
+        if (!prepare(rays[i], i, impl_->centre, impl_->centred_bounds, query.prepared))
+            continue;
+        query.begin();
+        set_ray(query.prepared.ray, ray);
+        embree::occluded(impl_->top.get(), query, ray);
+        occluded[i] = ray.tfar < 0.0f;
+    }
+}
+
+} // namespace isospline

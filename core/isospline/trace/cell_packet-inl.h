@@ -1,0 +1,217 @@
+// The first roots of a packet of rays in one cell; SIMD lanes are the rays. Included once for each target.
+#if defined(ISOSPLINE_TRACE_CELL_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef ISOSPLINE_TRACE_CELL_PACKET_INL_H
+#undef ISOSPLINE_TRACE_CELL_PACKET_INL_H
+#else
+#define ISOSPLINE_TRACE_CELL_PACKET_INL_H
+#endif
+
+#include "isospline/trace/cell_single-inl.h"
+#include "isospline/trace/lane_mask-inl.h"
+#include "isospline/trace/lattice_ray_packet.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+using Singles = hn::CappedTag<float, LatticeRayPacket::capacity>;
+using Doubles = hn::CappedTag<double, LatticeRayPacket::capacity>;
+
+// With so few rays in a cell, one after the other is faster.
+constexpr int few_lanes = 2;
+
+// Where the rays of a packet are inside a cell.
+struct PacketSegments {
+    alignas(64) double t_near[LatticeRayPacket::capacity];
+    alignas(64) double t_far[LatticeRayPacket::capacity];
+    alignas(64) float entry[3][LatticeRayPacket::capacity]; ///< local coordinates
+    alignas(64) float exit[3][LatticeRayPacket::capacity];
+};
+
+// Clips rays against a cell; returns those that are inside anywhere.
+HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active,
+                               PacketSegments& segments)
+{
+    const Doubles d;
+    using V = hn::Vec<Doubles>;
+    const hn::Rebind<float, Doubles> to_float;
+    LaneMask inside = 0;
+    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+        if ((active >> first & all_lanes(d)) == 0)
+            continue;
+        V origin[3], direction[3];
+        V t_near = hn::Load(d, rays.t_near + first), t_far = hn::Load(d, rays.t_far + first);
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = hn::Load(d, rays.origin[axis] + first);
+            direction[axis] = hn::Load(d, rays.direction[axis] + first);
+            const V inverse = hn::Load(d, rays.inverse_direction[axis] + first);
+            const V lower = hn::Set(d, cell.lower[axis] - cell_margin);
+            const V upper = hn::Set(d, cell.lower[axis] + 1.0 + cell_margin);
+            const V to_lower = hn::Mul(hn::Sub(lower, origin[axis]), inverse);
+            const V to_upper = hn::Mul(hn::Sub(upper, origin[axis]), inverse);
+            t_near = hn::Max(t_near, hn::Min(to_lower, to_upper));
+            t_far = hn::Min(t_far, hn::Max(to_lower, to_upper));
+        }
+        inside |= ToLaneMask(d, hn::Le(t_near, t_far), first);
+        hn::Store(t_near, d, segments.t_near + first);
+        hn::Store(t_far, d, segments.t_far + first);
+        for (int axis = 0; axis < 3; ++axis) {
+            const V corner = hn::Set(d, cell.lower[axis]);
+            const auto local = [&](V t) HWY_ATTR {
+                return hn::DemoteTo(to_float, hn::Sub(hn::Add(origin[axis], hn::Mul(t, direction[axis])), corner));
+            };
+            hn::Store(local(t_near), to_float, segments.entry[axis] + first);
+            hn::Store(local(t_far), to_float, segments.exit[axis] + first);
+        }
+    }
+    return inside & active;
+}
+
+// What single precision proves of the segments.
+struct PacketVerdict {
+    LaneMask one_root, undecided;
+    alignas(64) float s[LatticeRayPacket::capacity]; ///< with one root, about where it is
+};
+
+template <int Degree>
+HWY_INLINE PacketVerdict JudgePacket(const CellBlock& cell, const PacketSegments& segments, LaneMask inside)
+{
+    alignas(64) float coefficients[local_count<Degree>];
+    const float error = LoadReduced<Degree>(cell, coefficients);
+    const Singles d;
+    using V = hn::Vec<Singles>;
+    constexpr int order = 3 * Degree;
+    PacketVerdict verdict;
+    verdict.one_root = verdict.undecided = 0;
+    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+        const LaneMask wanted = inside & all_lanes(d) << first;
+        if (wanted == 0)
+            continue;
+
+        V wx[Degree + 1][Degree + 1], wy[Degree + 1][Degree + 1], wz[Degree + 1][Degree + 1];
+        const auto load = [&](const float* values) HWY_ATTR { return hn::Load(d, values + first); };
+        SegmentWeights<Degree>(d, load(segments.entry[0]), load(segments.exit[0]), wx);
+        SegmentWeights<Degree>(d, load(segments.entry[1]), load(segments.exit[1]), wy);
+        SegmentWeights<Degree>(d, load(segments.entry[2]), load(segments.exit[2]), wz);
+        V scaled[order + 1];
+        for (V& sum : scaled)
+            sum = hn::Zero(d);
+        for (int i = 0; i <= Degree; ++i) {
+            V y[2 * Degree + 1];
+            const auto coefficient = [&](int j, int k) HWY_ATTR {
+                return hn::Set(d, coefficients[(k * (Degree + 1) + j) * local_row + i]);
+            };
+            ContractYZ<Degree>(d, wy, wz, coefficient, y);
+            ContractX<Degree>(wx[i], y, scaled);
+        }
+
+        // The coefficients begin with the first one's sign, may then have one that is in doubt, and end with the other
+        // sign: exactly one change. With the first one's sign all along there is no root.
+        const auto flip = hn::Lt(scaled[0], hn::Zero(d));
+        const auto is_first = [&](int r, V bound) HWY_ATTR {
+            return hn::Gt(hn::IfThenElse(flip, hn::Neg(scaled[r]), scaled[r]), bound);
+        };
+        const auto is_other = [&](int r, V bound) HWY_ATTR {
+            return hn::Lt(hn::IfThenElse(flip, hn::Neg(scaled[r]), scaled[r]), hn::Neg(bound));
+        };
+        auto in_first = is_first(0, hn::Set(d, error));
+        auto in_doubt = hn::And(in_first, hn::Not(in_first)), in_other = in_doubt; // nowhere yet
+        for (int r = 1; r <= order; ++r) {
+            const V bound = hn::Set(d, error * static_cast<float>(binomials<order>[r]));
+            const auto same = is_first(r, bound), other = is_other(r, bound);
+            in_other = hn::And(hn::Or(in_first, hn::Or(in_doubt, in_other)), other);
+            in_doubt = hn::AndNot(hn::Or(same, other), in_first);
+            in_first = hn::And(in_first, same);
+        }
+        const LaneMask no_root = ToLaneMask(d, in_first, first), one_root = ToLaneMask(d, in_other, first) & wanted;
+        verdict.one_root |= one_root;
+        verdict.undecided |= wanted & ~no_root & ~one_root;
+        if (one_root != 0)
+            hn::Store(ApproximateRoot<order>(d, scaled), d, verdict.s + first);
+    }
+    return verdict;
+}
+
+template <int Degree>
+LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots)
+{
+    PacketSegments segments;
+    const LaneMask inside = ClipPacket(cell, rays, active, segments);
+    if (inside == 0)
+        return 0;
+
+    PacketVerdict verdict;
+    if (std::popcount(inside) <= few_lanes) {
+        verdict.one_root = 0;
+        verdict.undecided = inside;
+    } else {
+        verdict = JudgePacket<Degree>(cell, segments, inside);
+    }
+
+    // One root each: double precision takes it from where single precision has it.
+    LaneMask found = 0;
+    if (verdict.one_root != 0) {
+        alignas(64) double coefficients[local_count<Degree>];
+        LoadReduced<Degree>(cell, coefficients);
+        const Doubles d;
+        const hn::Rebind<float, Doubles> to_float;
+        for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+            const LaneMask wanted = verdict.one_root & all_lanes(d) << first;
+            if (wanted == 0)
+                continue;
+            RootSearch<hn::Vec<Doubles>> search;
+            for (int axis = 0; axis < 3; ++axis) {
+                search.origin[axis] = hn::Load(d, rays.origin[axis] + first);
+                search.direction[axis] = hn::Load(d, rays.direction[axis] + first);
+            }
+            search.t_near = hn::Load(d, segments.t_near + first);
+            search.t_far = hn::Load(d, segments.t_far + first);
+            search.t = hn::MulAdd(hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
+                                  hn::Sub(search.t_far, search.t_near), search.t_near);
+            const auto arrived =
+                hn::And(RefineRoot<Degree>(d, coefficients, cell.lower, search), ToMask(d, wanted, first));
+            hn::BlendedStore(search.t, arrived, d, roots.t + first);
+            for (int axis = 0; axis < 3; ++axis)
+                hn::BlendedStore(search.gradient[axis], arrived, d, roots.gradient[axis] + first);
+            const LaneMask refined = ToLaneMask(d, arrived, first);
+            found |= refined;
+            verdict.undecided |= wanted & ~refined;
+        }
+    }
+
+    // The others one by one.
+    for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const auto root = FirstRoot<Degree>(cell, rays.origin_of(lane), rays.direction_of(lane),
+                                            {segments.t_near[lane], segments.t_far[lane]});
+        if (!root)
+            continue;
+        found |= LaneMask{1} << lane;
+        roots.set(lane, *root);
+    }
+    return found;
+}
+
+template <int Degree>
+LaneMask PacketAnyRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active)
+{
+    PacketSegments segments;
+    const LaneMask inside = ClipPacket(cell, rays, active, segments);
+    if (inside == 0)
+        return 0;
+    const PacketVerdict verdict = JudgePacket<Degree>(cell, segments, inside);
+    LaneMask found = verdict.one_root;
+    for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        if (reference_first_root<Degree>(cell, rays.origin_of(lane), rays.direction_of(lane),
+                                         {segments.t_near[lane], segments.t_far[lane]}))
+            found |= LaneMask{1} << lane;
+    }
+    return found;
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#endif

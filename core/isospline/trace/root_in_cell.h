@@ -1,0 +1,13 @@
+// Where a ray meets the surface in a cell.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace isospline {
+
+struct RootInCell {
+    double t;
+    glm::dvec3 gradient; ///< of f at the root, by lattice coordinates
+};
+
+} // namespace isospline
