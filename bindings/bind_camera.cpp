@@ -1,14 +1,17 @@
 #include "arrays.h"
 #include "bind.h"
+#include "camera_exchange.h"
 
 #include "isospline/render/camera.h"
 #include "isospline/render/projection.h"
 #include "isospline/util/check.h"
 
+#include <glm/geometric.hpp>
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <array>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -66,20 +69,26 @@ Returns
 (height, width, 6) float64 array
     Origins and directions, world units, of the pixels from the top left one. A perspective camera's directions
     are as long as a step of one along the viewing direction takes, so that t is the depth; those of a projection
-    plane end on the plane; those of an orthographic camera are of unit length.
+    plane end on the plane; all others are of unit length. Through a lens, it is the rays through its centre.
 )")
         .def_property_readonly(
             "world_to_camera",
             [](const GivenCamera& camera) { return to_array(Projection(camera, glm::ivec2(1)).world_to_camera()); },
             R"((4, 4) float64 array: maps column vectors of world space to camera space.
 
-Camera space is that of OpenEXR and RenderMan: x to the right, y up, z forward from the eye; it is left-handed.)")
-        .def(
-            "world_to_ndc",
-            [](const GivenCamera& camera, std::array<int, 2> size) {
-                return to_array(Projection(camera, {size[0], size[1]}).world_to_ndc());
-            },
-            py::arg("size"), R"(Maps column vectors of world space to the image; divide by the fourth part.
+Camera space is that of OpenEXR and RenderMan: x to the right, y up, z forward from the eye; it is left-handed.)");
+}
+
+/// For the cameras that a matrix describes.
+template <typename GivenCamera>
+void bind_world_to_ndc(py::class_<GivenCamera>& camera_class)
+{
+    camera_class.def(
+        "world_to_ndc",
+        [](const GivenCamera& camera, std::array<int, 2> size) {
+            return to_array(Projection(camera, {size[0], size[1]}).world_to_ndc().value());
+        },
+        py::arg("size"), R"(Maps column vectors of world space to the image; divide by the fourth part.
 
 (0, 0) is the top left corner of the image and (1, 1) the bottom right one, as in OpenEXR and RenderMan.
 
@@ -94,9 +103,47 @@ Returns
 )");
 }
 
+std::string representation(const PerspectiveCamera& camera)
+{
+    std::ostringstream text;
+    text << "PerspectiveCamera(eye=" << to_text(camera.eye) << ", target=" << to_text(camera.target)
+         << ", up=" << to_text(camera.up) << ", field_of_view=" << camera.field_of_view << ", field_of_view_axis=\""
+         << to_word(axis_words, camera.field_of_view_axis) << "\"";
+    if (camera.aperture_radius > 0.0)
+        text << ", aperture_radius=" << camera.aperture_radius;
+    if (camera.focus_distance)
+        text << ", focus_distance=" << *camera.focus_distance;
+    return text.str() + ")";
+}
+
+PerspectiveCamera with_lens(const PerspectiveCamera& camera, std::optional<double> aperture_radius,
+                            std::optional<double> f_number, std::optional<double> focal_length,
+                            std::optional<double> focus_distance)
+{
+    PerspectiveCamera changed = camera;
+    changed.focus_distance = focus_distance;
+    if (aperture_radius.has_value() == f_number.has_value())
+        throw_invalid("aperture_radius, f_number", "one of them", f_number ? "both" : "none");
+    if (f_number.has_value() != focal_length.has_value())
+        throw_invalid("f_number, focal_length", "both of them or none", f_number ? "f_number" : "focal_length");
+    if (f_number) {
+        check_positive("f_number", *f_number);
+        check_positive("focal_length", *focal_length);
+        changed.aperture_radius = *focal_length / (2.0 * *f_number);
+    } else {
+        changed.aperture_radius = *aperture_radius;
+    }
+    return checked(changed);
+}
+
 void bind_perspective(py::module_& module)
 {
-    bind_camera_class<PerspectiveCamera>(module, "PerspectiveCamera", R"(A pinhole at an eye that looks at a target.
+    auto camera_class = bind_camera_class<PerspectiveCamera>(
+        module, "PerspectiveCamera", R"(An eye that looks at a target: a pinhole, or a thin lens.
+
+Through a lens, only what lies in the plane in focus is sharp. Every sample of a pixel goes through another point of
+the lens, so pictures need many of them: `render(..., samples=64)`. Depth, position and all else that is not colour
+come from the ray through the centre.
 
 Parameters
 ----------
@@ -108,12 +155,16 @@ field_of_view : float
     Whole angle in degrees, above 0 and below 180.
 field_of_view_axis : {"vertical", "horizontal", "diagonal"}
     The side, or diagonal, of the image that the angle is measured along.
+aperture_radius : float
+    Of the lens, world units; 0 is a pinhole. See `with_lens` for f-numbers.
+focus_distance : float, optional
+    From the eye to the plane in focus, along the viewing direction, world units; by default to the target.
 
 Raises
 ------
 ValueError
-    For an eye on its target, an up vector along the viewing direction, an angle out of range, numbers that are
-    not finite.
+    For an eye on its target, an up vector along the viewing direction, an angle out of range, a negative aperture, a
+    focus distance that is not positive, numbers that are not finite.
 
 Examples
 --------
@@ -121,15 +172,51 @@ Examples
 >>> camera = isospline.PerspectiveCamera(eye=(0, -10, 0), target=(0, 0, 0), field_of_view=30)
 >>> camera.rays((640, 360)).shape
 (360, 640, 6)
-)")
+)");
+    bind_world_to_ndc(camera_class);
+    bind_exchange(camera_class);
+    camera_class
         .def(py::init([](const py::object& eye, const py::object& target, const py::object& up, double field_of_view,
-                         const std::string& field_of_view_axis) {
+                         const std::string& field_of_view_axis, double aperture_radius,
+                         std::optional<double> focus_distance) {
                  const FieldOfViewAxis axis = as_enum(axis_words, field_of_view_axis, "field_of_view_axis");
                  return checked(PerspectiveCamera{as_vector(eye, "eye"), as_vector(target, "target"),
-                                                  as_vector(up, "up"), field_of_view, axis});
+                                                  as_vector(up, "up"), field_of_view, axis, aperture_radius,
+                                                  focus_distance});
              }),
              py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0.0, 0.0, 1.0),
-             py::arg("field_of_view") = 30.0, py::kw_only(), py::arg("field_of_view_axis") = "vertical")
+             py::arg("field_of_view") = 30.0, py::kw_only(), py::arg("field_of_view_axis") = "vertical",
+             py::arg("aperture_radius") = 0.0, py::arg("focus_distance") = py::none())
+        .def("with_lens", &with_lens, py::arg("aperture_radius") = py::none(), py::kw_only(),
+             py::arg("f_number") = py::none(), py::arg("focal_length") = py::none(),
+             py::arg("focus_distance") = py::none(), R"(The same camera with another lens.
+
+Parameters
+----------
+aperture_radius : float, optional
+    Of the lens, world units.
+f_number, focal_length : float, optional
+    Instead of it, N and f of a lens whose aperture has the diameter f / N; f in world units.
+focus_distance : float, optional
+    From the eye to the plane in focus, along the viewing direction; by default to the target.
+
+Returns
+-------
+PerspectiveCamera
+
+Raises
+------
+ValueError
+    Unless either the radius or both of the f-number and the focal length are given, and for numbers that the camera
+    refuses.
+
+Examples
+--------
+>>> import isospline
+>>> camera = isospline.PerspectiveCamera(eye=(0, -10, 0), target=(0, 0, 0))
+>>> camera.with_lens(f_number=2, focal_length=0.5, focus_distance=9).aperture_radius
+0.125
+)")
         .def_property_readonly("eye", [](const PerspectiveCamera& camera) { return to_array(camera.eye); })
         .def_property_readonly("target", [](const PerspectiveCamera& camera) { return to_array(camera.target); })
         .def_property_readonly("up", [](const PerspectiveCamera& camera) { return to_array(camera.up); })
@@ -137,13 +224,14 @@ Examples
         .def_property_readonly(
             "field_of_view_axis",
             [](const PerspectiveCamera& camera) { return to_word(axis_words, camera.field_of_view_axis); })
-        .def("__repr__", [](const PerspectiveCamera& camera) {
-            std::ostringstream representation;
-            representation << "PerspectiveCamera(eye=" << to_text(camera.eye) << ", target=" << to_text(camera.target)
-                           << ", up=" << to_text(camera.up) << ", field_of_view=" << camera.field_of_view
-                           << ", field_of_view_axis=\"" << to_word(axis_words, camera.field_of_view_axis) << "\")";
-            return representation.str();
-        });
+        .def_readonly("aperture_radius", &PerspectiveCamera::aperture_radius, "World units.")
+        .def_property_readonly(
+            "focus_distance",
+            [](const PerspectiveCamera& camera) {
+                return camera.focus_distance.value_or(glm::distance(camera.eye, camera.target));
+            },
+            "World units.")
+        .def("__repr__", [](const PerspectiveCamera& camera) { return representation(camera); });
 }
 
 void bind_projection_plane(py::module_& module)
@@ -153,12 +241,12 @@ void bind_projection_plane(py::module_& module)
         if (corner.is_none() == center.is_none())
             throw_invalid("corner, center", "one of them", corner.is_none() ? "none" : "both");
         const glm::dvec3 e = as_vector(eye, "eye"), r = as_vector(right, "right"), d = as_vector(down, "down");
-        return checked(corner.is_none()
-                           ? ProjectionPlaneCamera::from_center(e, as_vector(center, "center"), r, d)
-                           : ProjectionPlaneCamera{e, as_vector(corner, "corner"), r, d});
+        return checked(corner.is_none() ? ProjectionPlaneCamera::from_center(e, as_vector(center, "center"), r, d)
+                                        : ProjectionPlaneCamera{e, as_vector(corner, "corner"), r, d});
     };
-    bind_camera_class<ProjectionPlaneCamera>(module, "ProjectionPlaneCamera",
-                                             R"(A pinhole given by its eye and its projection plane, as in the paper.
+    auto camera_class = bind_camera_class<ProjectionPlaneCamera>(
+        module, "ProjectionPlaneCamera",
+        R"(A pinhole given by its eye and its projection plane, as in the paper.
 
 The ray of the point P of the plane is x = E + t (P - E): t is 0 in the eye E and 1 on the plane. The edges need not
 be perpendicular, and the pixels not be square.
@@ -187,7 +275,10 @@ Examples
 >>> camera = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))
 >>> camera.corner
 array([-0.8 ,  0.  ,  0.45])
-)")
+)");
+    bind_world_to_ndc(camera_class);
+    bind_exchange(camera_class);
+    camera_class
         .def(py::init(make), py::arg("eye"), py::kw_only(), py::arg("right"), py::arg("down"),
              py::arg("corner") = py::none(), py::arg("center") = py::none())
         .def_property_readonly("eye", [](const ProjectionPlaneCamera& camera) { return to_array(camera.eye); })
@@ -202,8 +293,9 @@ array([-0.8 ,  0.  ,  0.45])
 
 void bind_orthographic(py::module_& module)
 {
-    bind_camera_class<OrthographicCamera>(module, "OrthographicCamera",
-                                          R"(Parallel rays from the plane through an eye, along target - eye.
+    auto camera_class =
+        bind_camera_class<OrthographicCamera>(module, "OrthographicCamera",
+                                              R"(Parallel rays from the plane through an eye, along target - eye.
 
 Parameters
 ----------
@@ -226,7 +318,10 @@ Examples
 >>> camera = isospline.OrthographicCamera(eye=(0, -10, 0), target=(0, 0, 0), height=4)
 >>> camera.rays((640, 360))[0, 0, 3:]
 array([0., 1., 0.])
-)")
+)");
+    bind_world_to_ndc(camera_class);
+    bind_exchange(camera_class);
+    camera_class
         .def(py::init([](const py::object& eye, const py::object& target, const py::object& up, double height) {
                  return checked(OrthographicCamera{as_vector(eye, "eye"), as_vector(target, "target"),
                                                    as_vector(up, "up"), height});
@@ -245,6 +340,49 @@ array([0., 1., 0.])
         });
 }
 
+void bind_panoramic(py::module_& module)
+{
+    bind_camera_class<PanoramicCamera>(module, "PanoramicCamera", R"(All around an eye, in equirectangular projection.
+
+Columns are longitudes, from -180 to 180 degrees, rows are latitudes, from 90 down to -90 degrees, and the middle of
+the image shows the target. Pixels are square on the horizon where the image is twice as wide as high. The depth of a
+panorama is the distance from the eye. It is no linear map, so there is no `world_to_ndc`.
+
+Parameters
+----------
+eye, target : (3,) float
+    Points, world units.
+up : (3,) float
+    Any vector that the middle of the image shows pointing upwards; not parallel to the viewing direction.
+
+Raises
+------
+ValueError
+    For an eye on its target, an up vector along the viewing direction, numbers that are not finite.
+
+Examples
+--------
+>>> import isospline
+>>> camera = isospline.PanoramicCamera(eye=(0, 0, 0), target=(0, 1, 0))
+>>> camera.rays((3, 1))[0, :, 3:].round(3) + 0.0
+array([[-0.866, -0.5  ,  0.   ],
+       [ 0.   ,  1.   ,  0.   ],
+       [ 0.866, -0.5  ,  0.   ]])
+)")
+        .def(py::init([](const py::object& eye, const py::object& target, const py::object& up) {
+                 return checked(
+                     PanoramicCamera{as_vector(eye, "eye"), as_vector(target, "target"), as_vector(up, "up")});
+             }),
+             py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0.0, 0.0, 1.0))
+        .def_property_readonly("eye", [](const PanoramicCamera& camera) { return to_array(camera.eye); })
+        .def_property_readonly("target", [](const PanoramicCamera& camera) { return to_array(camera.target); })
+        .def_property_readonly("up", [](const PanoramicCamera& camera) { return to_array(camera.up); })
+        .def("__repr__", [](const PanoramicCamera& camera) {
+            return "PanoramicCamera(eye=" + to_text(camera.eye) + ", target=" + to_text(camera.target) +
+                   ", up=" + to_text(camera.up) + ")";
+        });
+}
+
 } // namespace
 
 void bind_camera(py::module_& module)
@@ -252,6 +390,7 @@ void bind_camera(py::module_& module)
     bind_perspective(module);
     bind_projection_plane(module);
     bind_orthographic(module);
+    bind_panoramic(module);
 }
 
 } // namespace isospline

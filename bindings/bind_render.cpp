@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <variant>
 
 namespace py = pybind11;
@@ -71,7 +72,12 @@ void bind_image(py::module_& module)
         .def_property_readonly("primitive_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::primitive_ids); })
         .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })
-        .def_property_readonly("world_to_ndc", [](const Image& image) { return to_array(image.world_to_ndc); })
+        .def_property_readonly("world_to_ndc",
+                               [](const Image& image) -> std::optional<py::array_t<double>> {
+                                   if (!image.world_to_ndc)
+                                       return std::nullopt;
+                                   return to_array(*image.world_to_ndc);
+                               })
         .def(
             "write_exr",
             [](const Image& image, const std::filesystem::path& path, bool half) {

@@ -4,6 +4,7 @@
 #include "isospline/io/exr.h"
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
+#include "isospline/render/opencv_camera.h"
 #include "isospline/render/renderer.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene.h"

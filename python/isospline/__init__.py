@@ -13,6 +13,7 @@ from ._core import (
     Mesh,
     OrthographicCamera,
     Outline,
+    PanoramicCamera,
     PerspectiveCamera,
     Phong,
     PositionalLight,
@@ -23,10 +24,11 @@ from ._core import (
     set_thread_count,
     thread_count,
 )
-from .cameras import camera_for
+from .cameras import camera_for, turntable
 from .image import Image, render
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
+from .video import write_video
 
 __version__ = _version("isospline")
 
@@ -41,6 +43,7 @@ __all__ = [
     "Mesh",
     "OrthographicCamera",
     "Outline",
+    "PanoramicCamera",
     "PerspectiveCamera",
     "Phong",
     "PositionalLight",
@@ -55,5 +58,7 @@ __all__ = [
     "set_thread_count",
     "suggest_levels",
     "thread_count",
+    "turntable",
     "volumes",
+    "write_video",
 ]

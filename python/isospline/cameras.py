@@ -1,4 +1,4 @@
-"""Cameras that have all of a scene in view."""
+"""Cameras that have all of a scene in view, from one side or from all around."""
 
 from __future__ import annotations
 
@@ -95,6 +95,73 @@ def camera_for(
     half_width = half_height * width / height
     distance = max((y / half_height - z).max(), (x / half_width - z).max(), radius * 1e-3 - z.min())
     return _core.PerspectiveCamera(center + direction * distance, center, up, field_of_view)
+
+
+def turntable(
+    scene, count, *, view="iso", up=None, projection="perspective", field_of_view=30.0, size=(640, 360), margin=0.05
+):
+    """Make the cameras of one turn around a scene, or a box, at a constant distance.
+
+    The eye goes counter-clockwise as seen from above, so that the scene seems to turn clockwise. The first camera looks
+    from `view`, and one more would be the first again.
+
+    Parameters
+    ----------
+    scene : Scene, or anything else that has bounds, or (2, 3) float
+        What to look at.
+    count : int
+        Cameras of the whole turn, at least 1.
+    view, up, projection, field_of_view, size, margin
+        As for `camera_for`; the eye turns about `up`. All of the scene is in view from every side.
+
+    Returns
+    -------
+    list of PerspectiveCamera or OrthographicCamera
+
+    Raises
+    ------
+    ValueError
+        For a count below 1, and as `camera_for` does.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> cameras = isospline.turntable([(-1, -1, -1), (1, 1, 1)], 4, view="front")
+    >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
+    [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
+    """
+    if count != int(count) or count < 1:
+        raise ValueError(f"count: expected a whole number of at least 1, got {count!r}")
+    bounds = _bounds(scene)
+    direction, natural_up = _direction(view)
+    up = np.asarray(natural_up if up is None else up, dtype=float)
+    cameras = [
+        camera_for(
+            bounds, view=_turned(direction, up, 2 * math.pi * step / count), up=up, projection=projection,
+            field_of_view=field_of_view, size=size, margin=margin,
+        )
+        for step in range(int(count))
+    ]  # fmt: skip
+
+    # The farthest of them has all in view from everywhere.
+    if projection == "orthographic":
+        height = max(camera.height for camera in cameras)
+        return [_core.OrthographicCamera(each.eye, each.target, up, height=height) for each in cameras]
+    distance = max(np.linalg.norm(camera.eye - camera.target) for camera in cameras)
+    return [
+        _core.PerspectiveCamera(
+            each.target + (each.eye - each.target) * (distance / np.linalg.norm(each.eye - each.target)),
+            each.target, up, field_of_view,
+        )
+        for each in cameras
+    ]  # fmt: skip
+
+
+def _turned(vector, axis, angle):
+    """A vector turned counter-clockwise about an axis of any length, by Rodrigues' formula."""
+    axis = axis / (np.linalg.norm(axis) or 1.0)
+    along = axis * (axis @ vector)
+    return along + math.cos(angle) * (vector - along) + math.sin(angle) * np.cross(axis, vector)
 
 
 def _bounds(scene):

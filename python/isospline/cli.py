@@ -14,8 +14,8 @@ import warnings
 
 import isospline
 
-#: Suffixes of the pictures that can be written.
-PICTURES = (".exr", ".png")
+#: Suffixes of the pictures and the videos that can be written.
+PICTURES, VIDEOS = (".exr", ".png"), (".mp4",)
 
 # Exit codes, besides 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -60,9 +60,9 @@ def info(arguments):
 
 
 def render(arguments):
-    """Read a volume, and write a picture of one of its isosurfaces."""
+    """Read a volume, and write a picture, or pictures from all around, of one of its isosurfaces."""
     begin = time.perf_counter()
-    _check_output(arguments.output)
+    _check_output(arguments)
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     data = _read(arguments)
@@ -85,20 +85,49 @@ def render(arguments):
             progress=progress,
         )  # fmt: skip
     scene = isospline.Scene([surface])
-    camera = isospline.camera_for(
-        scene if surface.shell.count else volume, view=arguments.view, up=arguments.up, projection=arguments.projection,
-        field_of_view=arguments.field_of_view, size=arguments.size,
+    seen = scene if surface.shell.count else volume
+    framing = dict(
+        view=arguments.view, up=arguments.up, projection=arguments.projection, field_of_view=arguments.field_of_view,
+        size=arguments.size,
     )  # fmt: skip
+    if arguments.turntable:
+        cameras = isospline.turntable(seen, arguments.turntable, **framing)
+    else:
+        cameras = [isospline.camera_for(seen, **framing)]
     with _progress("rendering", arguments) as progress:
-        image = isospline.render(
-            scene, camera, size=arguments.size, shading=_shading(arguments),
-            background=arguments.background, samples=arguments.samples, progress=progress,
+        written = _write(arguments, _images(scene, cameras, arguments, progress))
+    print(f"{arguments.output}: {written}, {surface.shell.count} cells, {time.perf_counter() - begin:.1f} s")
+
+
+def _images(scene, cameras, arguments, progress):
+    """Render from one camera after the other."""
+    for number, camera in enumerate(cameras):
+
+        def report(fraction, done=number):
+            return progress((done + fraction) / len(cameras))
+
+        yield isospline.render(
+            scene, camera, size=arguments.size, shading=_shading(arguments), background=arguments.background,
+            samples=arguments.samples, progress=progress and report,
         )  # fmt: skip
+
+
+def _write(arguments, images):
+    """Write the picture, the pictures or the video that the output's name asks for; tells what it was."""
+    output = arguments.output
     try:
-        image.write(arguments.output)
+        if not arguments.turntable:
+            (image,) = images
+            image.write(output)
+            return repr(image)
+        if output.lower().endswith(VIDEOS):
+            isospline.write_video(output, images, fps=arguments.fps)
+        else:
+            for number, image in enumerate(images):
+                image.write(re.sub("#+", lambda hashes: f"{number:0{len(hashes[0])}d}", output))
     except OSError as error:
         raise RuntimeError(_text(error)) from error
-    print(f"{arguments.output}: {image!r}, {surface.shell.count} cells, {time.perf_counter() - begin:.1f} s")
+    return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
 
 
 def _read(arguments):
@@ -121,10 +150,21 @@ def _shading(arguments):
     return isospline.Phong(color=arguments.color)
 
 
-def _check_output(path):
-    """Find out before the work begins whether the picture can be written."""
-    if not path.lower().endswith(PICTURES):
-        raise ValueError(f"{path}: expected the name of a picture, which ends in {' or '.join(PICTURES)}")
+def _check_output(arguments):
+    """Find out before the work begins whether the output can be written."""
+    path = arguments.output
+    if arguments.turntable is not None:
+        if arguments.turntable < 1:
+            raise ValueError(f"--turntable: expected at least 1 picture, got {arguments.turntable}")
+        numbered = len(re.findall("#+", os.path.basename(path))) == 1 and "#" not in os.path.dirname(path)
+        if path.lower().endswith(VIDEOS):
+            isospline.video.check(arguments.size, arguments.fps)
+        elif not (numbered and path.lower().endswith(PICTURES)):
+            expected = "that of a video, which ends in .mp4, or of pictures, with #### in place of their number"
+            raise ValueError(f"{path}: expected {expected}, such as turn-####.png")
+    elif not path.lower().endswith(PICTURES):
+        videos = " (for a video, say --turntable)" if path.lower().endswith(VIDEOS) else ""
+        raise ValueError(f"{path}: expected the name of a picture, which ends in {' or '.join(PICTURES)}{videos}")
     folder = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"{path}: expected a folder that exists, got {folder}")
@@ -183,7 +223,8 @@ def _parser():
 
     command = commands.add_parser("render", help="make a picture of an isosurface")
     _add_input(command)
-    command.add_argument("-o", "--output", required=True, metavar="OUT", help="picture to write: .png or .exr")
+    command.add_argument("-o", "--output", required=True, metavar="OUT",
+                         help="picture to write: .png or .exr; of a turntable .mp4 or, with numbers, turn-####.png")
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=render)
 
@@ -205,6 +246,8 @@ def _parser():
     group.add_argument("--up", type=_numbers(3), metavar="X,Y,Z", help="what is upwards in the picture")
     group.add_argument("--projection", choices=("perspective", "orthographic"), default="perspective")
     group.add_argument("--field-of-view", type=float, default=30.0, metavar="DEGREES", help="vertical (default 30)")
+    group.add_argument("--turntable", type=int, metavar="N", help="N pictures, or a video of them, from all around")
+    group.add_argument("--fps", type=float, default=30.0, metavar="N", help="pictures of a video a second (default 30)")
     group.add_argument("--samples", type=int, default=4, metavar="N", help="rays of a pixel (default 4)")
     group.add_argument("--shading", choices=("phong", "outline"), default="phong")
     group.add_argument("--color", type=_numbers(3), default=(1.0, 1.0, 1.0), metavar="R,G,B", help="of Phong, linear")

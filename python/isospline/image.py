@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import secrets
@@ -21,7 +22,7 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
     ----------
     scene : Scene
         Isosurfaces and meshes.
-    camera : PerspectiveCamera, ProjectionPlaneCamera or OrthographicCamera
+    camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera
         Where from; `camera_for` makes one that has all of the scene in view.
     size : (int, int)
         Width and height of the image in pixels.
@@ -31,8 +32,9 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
     background : float, (3,) float, (4,) float, optional
         Linear colour that shows where no surface is, with an opacity if there are four numbers; transparent by default.
     samples : int
-        Rays of a pixel that its colour is the mean of, from 1 to 65536. They are spread evenly over the pixel; with an
-        even number, one more ray goes through the centre for all that is not colour.
+        Rays of a pixel that its colour is the mean of, from 1 to 65536. They are spread evenly over the pixel, and over
+        the camera's lens if it has one; with an even number or a lens, one more ray goes through the centre for all
+        that is not colour.
     progress : callable, optional
         Called with the finished fraction a few times a second; cancels the rendering by returning False.
 
@@ -80,13 +82,14 @@ class Image:
         opaque background, cover.
     depth : (height, width) float32 array, world units
         Distance from the eye along the viewing direction (not along the ray), as in the Z channel of OpenEXR files: z
-        of camera space. Infinite where the ray met nothing.
+        of camera space. In a panorama it is the distance. Infinite where the ray met nothing.
     position, normal : (height, width, 3) float32 array, world space
         The point that was hit, and the unit outward normal there; zero where the ray met nothing.
     geometry_ids, primitive_ids : (height, width) uint32 array
         As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
     world_to_camera, world_to_ndc : (4, 4) float64 array
-        The camera's matrices, for column vectors; see `PerspectiveCamera.world_to_ndc`.
+        The camera's matrices, for column vectors; see `PerspectiveCamera.world_to_ndc`. A panorama's `world_to_ndc` is
+        None.
     """
 
     __slots__ = ("_arrays",)
@@ -114,9 +117,7 @@ class Image:
         """
         alpha = self.color[..., 3:]
         linear = np.divide(self.color[..., :3], alpha, out=np.zeros_like(self.color[..., :3]), where=alpha > 0)
-        linear = np.clip(linear, 0.0, 1.0)
-        srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-        return np.rint(255 * np.concatenate([srgb, alpha], axis=-1)).astype(np.uint8)
+        return np.rint(255 * np.concatenate([linear_to_srgb(linear), alpha], axis=-1)).astype(np.uint8)
 
     def write(self, path, *, half=False):
         """Write the image to a file, which appears whole or not at all.
@@ -140,7 +141,9 @@ class Image:
         if suffix == ".exr":
             self._arrays.write_exr(path, half=half)
         elif suffix == ".png":
-            _write_whole(path, self._repr_png_())
+            png = self._repr_png_()
+            with whole_file(path) as temporary, open(temporary, "xb") as file:
+                file.write(png)
         else:
             raise ValueError(f"path: expected a name that ends in .exr or .png, got {os.fspath(path)!r}")
 
@@ -158,16 +161,22 @@ class Image:
         return f"Image({width} x {height}, {covered:.0%} covered)"
 
 
-def _write_whole(path, content):
-    """Write bytes to a file beside `path` and give it that name once it is complete."""
+def linear_to_srgb(linear):
+    """The transfer curve of sRGB (IEC 61966-2-1), for values that are clipped to [0, 1]."""
+    linear = np.clip(linear, 0.0, 1.0)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+@contextlib.contextmanager
+def whole_file(path):
+    """The name of a file beside `path` to write to, which gets the name `path` at the end, or goes away on an error."""
     folder, name = os.path.split(os.path.abspath(path))
-    temporary = os.path.join(folder, f".{name}.{secrets.token_hex(8)}.part")
+    temporary = os.path.join(folder, f".{secrets.token_hex(8)}.part.{name}")
     try:
-        with open(temporary, "xb") as file:
-            file.write(content)
+        yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+        raise OSError(error.errno or errno.EIO, error.strerror or str(error), os.fspath(path)) from None
     finally:
         with contextlib.suppress(OSError):
             os.remove(temporary)

@@ -72,7 +72,8 @@ Imf::Header header_of(const Image& image)
     Imf::Header header(image.size.x, image.size.y, static_cast<float>(image.pixel_aspect_ratio));
     header.compression() = Imf::ZIP_COMPRESSION;
     Imf::addWorldToCamera(header, to_imath(image.world_to_camera));
-    Imf::addWorldToNDC(header, to_imath(image.world_to_ndc));
+    if (image.world_to_ndc)
+        Imf::addWorldToNDC(header, to_imath(*image.world_to_ndc));
     return header;
 }
 

@@ -12,8 +12,8 @@ struct ExrOptions {
 };
 
 /// Writes an image with the channels R G B A, Z (along the viewing direction, world units), P.X P.Y P.Z, N.X N.Y N.Z,
-/// id.geometry and id.primitive (unsigned integers), compressed by ZIP, and with worldToCamera and worldToNDC in the
-/// header as OpenEXR defines them.
+/// id.geometry and id.primitive (unsigned integers), compressed by ZIP, and with worldToCamera and, but for
+/// panoramas, worldToNDC in the header as OpenEXR defines them.
 ///
 /// The file appears whole or not at all: it is written under another name in the same folder and then renamed.
 /// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written.

@@ -3,6 +3,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <optional>
 #include <variant>
 
 namespace isospline {
@@ -10,13 +11,16 @@ namespace isospline {
 /// The side, or diagonal, of the image that a field of view is measured along.
 enum class FieldOfViewAxis { vertical, horizontal, diagonal };
 
-/// A pinhole at the eye that looks at a target. Pixels are square.
+/// An eye that looks at a target: a pinhole, or a thin lens where the aperture is open. Pixels are square.
 struct PerspectiveCamera {
     glm::dvec3 eye{0.0, -1.0, 0.0};
     glm::dvec3 target{0.0};
     glm::dvec3 up{0.0, 0.0, 1.0};   ///< any vector that the image shows pointing upwards
     double field_of_view = 30.0;    ///< whole angle in degrees, above 0 and below 180
     FieldOfViewAxis field_of_view_axis = FieldOfViewAxis::vertical;
+    double aperture_radius = 0.0; ///< of the lens about the eye, world units; 0 is a pinhole, all in focus
+    /// Of the plane in focus, along the viewing direction; by default the target's.
+    std::optional<double> focus_distance = std::nullopt;
 };
 
 /// The paper's camera (§3): an eye E and a projection plane that the image lies on. The ray of the point P of the
@@ -42,6 +46,14 @@ struct OrthographicCamera {
     double height = 1.0;          ///< of the image, world units
 };
 
-using Camera = std::variant<PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera>;
+/// All around the eye, in equirectangular projection: columns are longitudes, from -180 to 180 degrees, and rows are
+/// latitudes, from 90 down to -90 degrees. The middle of the image shows the target.
+struct PanoramicCamera {
+    glm::dvec3 eye{0.0, -1.0, 0.0};
+    glm::dvec3 target{0.0};
+    glm::dvec3 up{0.0, 0.0, 1.0}; ///< with the viewing direction it spans the meridian in the middle of the image
+};
+
+using Camera = std::variant<PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera, PanoramicCamera>;
 
 } // namespace isospline

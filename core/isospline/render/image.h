@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace isospline {
@@ -34,14 +35,14 @@ struct Image {
 
     glm::ivec2 size{0};
     std::vector<glm::vec4> color;             ///< linear, premultiplied by the last part, coverage
-    std::vector<float> depth;                 ///< along the viewing direction, world units; infinite on a miss
+    std::vector<float> depth;                 ///< as Projection::depth(), world units; infinite on a miss
     std::vector<glm::vec3> position;          ///< world space; zero on a miss
     std::vector<glm::vec3> normal;            ///< unit, outward, world space; zero on a miss
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
 
-    glm::dmat4 world_to_camera{1.0}; ///< as Projection::world_to_camera()
-    glm::dmat4 world_to_ndc{1.0};    ///< as Projection::world_to_ndc()
+    glm::dmat4 world_to_camera{1.0};        ///< as Projection::world_to_camera()
+    std::optional<glm::dmat4> world_to_ndc; ///< as Projection::world_to_ndc()
     double pixel_aspect_ratio = 1.0;
 };
 

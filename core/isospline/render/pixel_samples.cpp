@@ -2,7 +2,12 @@
 
 #include "isospline/util/error.h"
 
+#include <glm/common.hpp>
+#include <glm/gtc/constants.hpp>
+#include <glm/vec2.hpp>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 
@@ -40,9 +45,39 @@ std::int64_t lattice_generator(std::int64_t n)
     return best;
 }
 
+/// A point of the unit square from a pixel: pcg2d of M. Jarzynski, M. Olano, "Hash Functions for GPU Rendering",
+/// Journal of Computer Graphics Techniques 9(3), 2020.
+glm::dvec2 hash(glm::ivec2 pixel)
+{
+    constexpr std::uint32_t multiplier = 1664525u;
+    std::uint32_t x = static_cast<std::uint32_t>(pixel.x) * multiplier + 1013904223u;
+    std::uint32_t y = static_cast<std::uint32_t>(pixel.y) * multiplier + 1013904223u;
+    for (int round = 0; round < 2; ++round) {
+        x += y * multiplier;
+        y += x * multiplier;
+        x ^= x >> 16;
+        y ^= y >> 16;
+    }
+    return glm::dvec2(x, y) * 0x1p-32;
+}
+
+/// Maps the unit square to the unit disc, areas to equal areas: P. Shirley, K. Chiu, "A Low Distortion Map Between Disk
+/// and Square", Journal of Graphics Tools 2(3), 1997.
+glm::dvec2 to_disc(glm::dvec2 square)
+{
+    const glm::dvec2 p = 2.0 * square - 1.0;
+    if (p == glm::dvec2(0.0))
+        return p;
+    const bool sideways = std::abs(p.x) > std::abs(p.y);
+    const double radius = sideways ? p.x : p.y;
+    const double angle = sideways ? glm::quarter_pi<double>() * (p.y / p.x)
+                                  : glm::half_pi<double>() - glm::quarter_pi<double>() * (p.x / p.y);
+    return radius * glm::dvec2(std::cos(angle), std::sin(angle));
+}
+
 } // namespace
 
-std::vector<PixelSample> pixel_samples(int count)
+std::vector<PixelSample> pixel_samples(int count, bool with_lens)
 {
     if (count < 1 || count > 65536)
         throw_invalid("samples", "rays a pixel, from 1 to 65536", count);
@@ -53,13 +88,24 @@ std::vector<PixelSample> pixel_samples(int count)
     const auto coordinate = [&](std::int64_t halves) {
         return static_cast<double>(halves % (2 * count)) / (2.0 * count);
     };
-    std::vector<PixelSample> samples{{glm::dvec2(0.5), count % 2 == 0 ? 0.0 : 1.0 / count}};
+    const bool has_centre = count % 2 == 1 && !with_lens;
+    std::vector<PixelSample> samples{{glm::dvec2(0.5), has_centre ? 1.0 / count : 0.0, std::nullopt}};
+    // Places on the lens: the additive recurrence of the plastic number, whose terms stay apart from each other.
+    const glm::dvec2 lens_step(0.7548776662466927, 0.5698402909980532);
     for (std::int64_t i = 0; i < count; ++i) {
-        const glm::dvec2 position(coordinate(2 * i + 1), coordinate((2 * i + 1) * generator));
-        if (position != glm::dvec2(0.5))
-            samples.push_back({position, 1.0 / count});
+        PixelSample sample{{coordinate(2 * i + 1), coordinate((2 * i + 1) * generator)}, 1.0 / count, std::nullopt};
+        if (has_centre && sample.position == glm::dvec2(0.5))
+            continue;
+        if (with_lens)
+            sample.lens = glm::fract((static_cast<double>(i) + 0.5) * lens_step);
+        samples.push_back(sample);
     }
     return samples;
+}
+
+glm::dvec2 lens_position(const PixelSample& sample, glm::ivec2 pixel)
+{
+    return sample.lens ? to_disc(glm::fract(*sample.lens + hash(pixel))) : glm::dvec2(0.0);
 }
 
 } // namespace isospline

@@ -3,6 +3,7 @@
 #include "isospline/util/check.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
@@ -42,15 +43,28 @@ void Projection::set_up(const PerspectiveCamera& camera)
                           : camera.field_of_view_axis == FieldOfViewAxis::horizontal ? pixels.x
                                                                                      : glm::length(pixels);
     place_image(forward_, 2.0 * std::tan(glm::radians(camera.field_of_view) / 2.0) / extent);
+
+    check_not_negative("aperture_radius", camera.aperture_radius);
+    if (camera.focus_distance)
+        check_positive("focus_distance", *camera.focus_distance);
+    aperture_radius_ = camera.aperture_radius;
+    focus_distance_ = camera.focus_distance.value_or(glm::distance(camera.eye, camera.target));
 }
 
 void Projection::set_up(const OrthographicCamera& camera)
 {
-    parallel_ = true;
+    kind_ = Kind::parallel;
     eye_ = camera.eye;
     look_at(camera.target, camera.up);
     check_positive("height", camera.height);
     place_image(glm::dvec3(0.0), camera.height / size_.y);
+}
+
+void Projection::set_up(const PanoramicCamera& camera)
+{
+    kind_ = Kind::panoramic;
+    eye_ = camera.eye;
+    look_at(camera.target, camera.up);
 }
 
 void Projection::set_up(const ProjectionPlaneCamera& camera)
@@ -98,8 +112,18 @@ void Projection::place_image(const glm::dvec3& center, double pixel_size)
     corner_ = center - half_size.x * pixel_right_ - half_size.y * pixel_down_;
 }
 
+glm::dvec3 Projection::panoramic_direction(glm::dvec2 raster) const
+{
+    const double longitude = (raster.x / size_.x - 0.5) * glm::two_pi<double>();
+    const double latitude = (0.5 - raster.y / size_.y) * glm::pi<double>();
+    const glm::dvec3 horizontal = std::sin(longitude) * right_ + std::cos(longitude) * forward_;
+    return std::cos(latitude) * horizontal + std::sin(latitude) * up_;
+}
+
 double Projection::depth(const glm::dvec3& position) const
 {
+    if (kind_ == Kind::panoramic)
+        return glm::distance(position, eye_);
     return glm::dot(forward_, position - eye_);
 }
 
@@ -111,16 +135,19 @@ glm::dmat4 Projection::world_to_camera() const
     return map;
 }
 
-glm::dmat4 Projection::world_to_ndc() const
+std::optional<glm::dmat4> Projection::world_to_ndc() const
 {
+    if (kind_ == Kind::panoramic)
+        return std::nullopt;
     // A point is E + a right + b down + c corner in a perspective, which lies at (a/c, b/c) of the image and c times as
     // deep as the plane; with parallel rays it is E + corner + a right + b down + c forward, which lies at (a, b).
+    const bool parallel = kind_ == Kind::parallel;
     const double width = size_.x, height = size_.y;
-    const glm::dvec3 last = parallel_ ? forward_ : corner_;
+    const glm::dvec3 last = parallel ? forward_ : corner_;
     const glm::dmat3 to_plane = glm::inverse(glm::dmat3(width * pixel_right_, height * pixel_down_, last));
     glm::dmat4 plane(to_plane);
-    plane[3] = glm::dvec4(-(to_plane * (parallel_ ? eye_ + corner_ : eye_)), 1.0);
-    if (parallel_)
+    plane[3] = glm::dvec4(-(to_plane * (parallel ? eye_ + corner_ : eye_)), 1.0);
+    if (parallel)
         return plane;
     const glm::dmat4 divide(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, -1, 0); // (a, b, c - 1) over c
     return divide * plane;
@@ -128,6 +155,8 @@ glm::dmat4 Projection::world_to_ndc() const
 
 double Projection::pixel_aspect_ratio() const
 {
+    if (kind_ == Kind::panoramic)
+        return 2.0 * size_.y / size_.x;
     return glm::length(pixel_right_) / glm::length(pixel_down_);
 }
 

@@ -8,9 +8,11 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <optional>
+
 namespace isospline {
 
-/// What every camera comes down to: an image plane, and either an eye or a common direction.
+/// What every camera comes down to: an image plane, and either an eye or a common direction; or a sphere about the eye.
 ///
 /// *Raster* coordinates are in pixels: (0, 0) is the top left corner of the image, and the centre of pixel (i, j) is
 /// (i + 1/2, j + 1/2). *Camera space* is OpenEXR's and RenderMan's: x to the right, y up and z forward, away from the
@@ -19,19 +21,30 @@ class Projection {
 public:
     /// Throws std::invalid_argument for a size that is not positive, a number that is not finite, an eye on its target,
     /// an up vector along the viewing direction, a field of view outside of (0, 180), a height that is not positive,
-    /// and edges that span no plane or a plane through the eye.
+    /// a negative aperture, a focus distance that is not positive, and edges that span no plane or a plane through the
+    /// eye.
     Projection(const Camera& camera, glm::ivec2 size);
 
     /// The ray through a raster position. In a perspective its direction is P - E, with the plane at the distance 1
-    /// for a PerspectiveCamera; parallel rays have unit directions.
-    Ray ray(glm::dvec2 raster) const
+    /// for a PerspectiveCamera; parallel rays and those of a panorama have unit directions.
+    ///
+    /// `lens` is where on the lens it begins, a point of the unit disc: rays through one raster position meet in the
+    /// plane in focus. Without a lens it does not matter.
+    Ray ray(glm::dvec2 raster, glm::dvec2 lens = glm::dvec2(0.0)) const
     {
+        if (kind_ == Kind::panoramic)
+            return {eye_, panoramic_direction(raster)};
         const glm::dvec3 offset = corner_ + raster.x * pixel_right_ + raster.y * pixel_down_;
-        return parallel_ ? Ray{eye_ + offset, forward_} : Ray{eye_, offset};
+        if (kind_ == Kind::parallel)
+            return {eye_ + offset, forward_};
+        const glm::dvec3 shift = aperture_radius_ * (lens.x * right_ + lens.y * up_);
+        return {eye_ + shift, offset - shift / focus_distance_};
     }
 
     glm::ivec2 size() const { return size_; }
-    /// Camera-space z of a point: its distance from the eye along the viewing direction.
+    /// Whether rays begin at different points of a lens.
+    bool has_lens() const { return aperture_radius_ > 0.0; }
+    /// Camera-space z of a point: its distance from the eye along the viewing direction; in a panorama its distance.
     double depth(const glm::dvec3& position) const;
 
     /// Unit axes of camera space, in world space. They are orthogonal also where the edges of the image are not:
@@ -43,24 +56,29 @@ public:
     /// Maps column vectors. Rigid, and a reflection unless the image is mirrored: camera space is left-handed.
     glm::dmat4 world_to_camera() const;
     /// Maps column vectors; divide by w. z is 0 on the image plane and grows with depth, to 1 at infinity where there
-    /// is an eye.
-    glm::dmat4 world_to_ndc() const;
-    /// Width of a pixel over its height.
+    /// is an eye. Nothing for a panorama, which no matrix projects.
+    std::optional<glm::dmat4> world_to_ndc() const;
+    /// Width of a pixel over its height; on the horizon of a panorama.
     double pixel_aspect_ratio() const;
 
 private:
+    enum class Kind { perspective, parallel, panoramic };
+
+    glm::dvec3 panoramic_direction(glm::dvec2 raster) const;
     void look_at(const glm::dvec3& target, const glm::dvec3& up);
     void place_image(const glm::dvec3& center, double pixel_size);
     void set_up(const PerspectiveCamera& camera);
     void set_up(const ProjectionPlaneCamera& camera);
     void set_up(const OrthographicCamera& camera);
+    void set_up(const PanoramicCamera& camera);
 
     glm::ivec2 size_{0};
-    bool parallel_ = false;
+    Kind kind_ = Kind::perspective;
     glm::dvec3 eye_{0.0};
     glm::dvec3 corner_{0.0}; ///< from the eye to the top left corner of the image
     glm::dvec3 pixel_right_{0.0}, pixel_down_{0.0};
     glm::dvec3 right_{0.0}, up_{0.0}, forward_{0.0};
+    double aperture_radius_ = 0.0, focus_distance_ = 1.0;
 };
 
 } // namespace isospline

@@ -32,7 +32,7 @@ public:
     Renderer(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options)
         : cast_rays_(cast_rays),
           projection_(camera, options.size),
-          samples_(pixel_samples(options.samples)),
+          samples_(pixel_samples(options.samples, projection_.has_lens())),
           shading_(prepared(options.shading)),
           background_(options.background),
           tiles_((options.size + tile_side - 1) / tile_side),
@@ -112,7 +112,7 @@ void Renderer::render_tile(std::size_t tile)
     std::vector<glm::dvec4> colors(pixels.size(), glm::dvec4(0.0));
     for (const PixelSample& sample : samples_) {
         for (std::size_t i = 0; i < pixels.size(); ++i)
-            rays[i] = projection_.ray(glm::dvec2(pixels[i]) + sample.position);
+            rays[i] = projection_.ray(glm::dvec2(pixels[i]) + sample.position, lens_position(sample, pixels[i]));
         cast_rays_(rays, hits);
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             if (!hits[i])

@@ -50,3 +50,32 @@ TEST_CASE("pixel samples refuse a count that makes no sense", "[render]")
     REQUIRE_THROWS_AS(pixel_samples(65537), std::invalid_argument);
     REQUIRE(pixel_samples(65536).size() == 65537);
 }
+
+TEST_CASE("through a lens, all samples but the one of the centres are spread over the unit disc", "[render]")
+{
+    for (const int count : {1, 4, 9, 64}) {
+        const std::vector<PixelSample> samples = pixel_samples(count, true);
+        REQUIRE(samples.size() == static_cast<std::size_t>(count) + 1);
+        REQUIRE(samples.front().position == glm::dvec2(0.5));
+        REQUIRE(samples.front().weight == 0.0);
+        REQUIRE(lens_position(samples.front(), {3, 5}) == glm::dvec2(0.0));
+    }
+
+    // Moments of the uniform disc: mean 0, mean square 1/4 in each direction, in every pixel.
+    for (const glm::ivec2 pixel : {glm::ivec2(0, 0), glm::ivec2(17, 4), glm::ivec2(1919, 1079)}) {
+        glm::dvec2 mean(0.0), mean_square(0.0);
+        double mixed = 0.0;
+        for (const PixelSample& sample : pixel_samples(1024, true)) {
+            const glm::dvec2 lens = lens_position(sample, pixel);
+            REQUIRE(lens.x * lens.x + lens.y * lens.y <= 1.0);
+            mean += sample.weight * lens;
+            mean_square += sample.weight * lens * lens;
+            mixed += sample.weight * lens.x * sample.position.x;
+        }
+        for (int axis = 0; axis < 2; ++axis) {
+            REQUIRE(mean[axis] == Approx(0.0).margin(5e-3));
+            REQUIRE(mean_square[axis] == Approx(0.25).margin(5e-3));
+        }
+        REQUIRE(mixed == Approx(0.0).margin(1e-2)); // places on the lens do not go with places in the pixel
+    }
+}

@@ -113,7 +113,7 @@ TEST_CASE("matrices take the points of a pixel's ray back to the pixel", "[rende
     const glm::ivec2 size(123, 77);
     for (const Camera& camera : some_cameras()) {
         const Projection projection(camera, size);
-        const glm::dmat4 to_ndc = projection.world_to_ndc();
+        const glm::dmat4 to_ndc = projection.world_to_ndc().value();
         const glm::dmat4 to_camera = projection.world_to_camera();
         double last_z = -std::numeric_limits<double>::infinity();
         for (int trial = 0; trial < 50; ++trial) {
@@ -162,4 +162,46 @@ TEST_CASE("cameras refuse what has no image", "[render]")
                         message("down"));
     REQUIRE_THROWS_WITH(Projection(ProjectionPlaneCamera{{5, 0, 5}, {0, 0, 0}, {1, 0, 0}, {0, 0, -1}}, size),
                         message("eye"));
+}
+
+TEST_CASE("rays through a lens meet in the plane in focus", "[render]")
+{
+    PerspectiveCamera camera{{3, -5, 2}, {0.5, 0.2, 0.1}, {0, 0, 1}, 35.0};
+    const glm::ivec2 size(64, 48);
+    const Projection pinhole(camera, size);
+    camera.aperture_radius = 0.3;
+    for (const double focus_distance : {2.0, 7.5}) {
+        camera.focus_distance = focus_distance;
+        const Projection lens(camera, size);
+        REQUIRE(lens.has_lens());
+        for (const glm::dvec2 place : {glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(-0.3, 0.8)}) {
+            const Ray ray = lens.ray({5.5, 40.5}, place);
+            require_close(ray.at(focus_distance), pinhole.ray({5.5, 40.5}).at(focus_distance));
+            REQUIRE(glm::distance(ray.origin, camera.eye) == Approx(0.3 * glm::length(place)).margin(1e-12));
+            REQUIRE(lens.depth(ray.at(1.7)) == Approx(1.7));
+        }
+    }
+    camera.focus_distance.reset(); // the target's
+    REQUIRE(glm::distance(Projection(camera, size).ray({32, 24}, {1, 0}).at(glm::distance(camera.eye, camera.target)),
+                          camera.target) < 1e-12);
+    camera.focus_distance = 0.0;
+    REQUIRE_THROWS_WITH(Projection(camera, size), ContainsSubstring("focus_distance"));
+    camera.focus_distance = 1.0;
+    camera.aperture_radius = -0.1;
+    REQUIRE_THROWS_WITH(Projection(camera, size), ContainsSubstring("aperture_radius"));
+}
+
+TEST_CASE("a panorama shows longitudes and latitudes", "[render]")
+{
+    const Projection projection(PanoramicCamera{{1, 2, 3}, {1, 7, 3}, {0, 0, 1}}, {360, 180});
+    const auto direction = [&](double x, double y) { return projection.ray({x, y}).direction; };
+    require_close(direction(180, 90), {0, 1, 0});
+    require_close(direction(270, 90), {1, 0, 0});
+    require_close(direction(90, 90), {-1, 0, 0});
+    require_close(direction(0, 90), {0, -1, 0});
+    require_close(direction(123, 0), {0, 0, 1});
+    require_close(direction(180, 135), {0, std::sqrt(0.5), -std::sqrt(0.5)});
+    REQUIRE_FALSE(projection.world_to_ndc());
+    REQUIRE(projection.pixel_aspect_ratio() == 1.0);
+    REQUIRE(projection.depth({1, -1, -1}) == Approx(5.0));
 }

@@ -1,0 +1,265 @@
+#include "arrays.h"
+#include "camera_exchange.h"
+
+#include "isospline/render/opencv_camera.h"
+#include "isospline/render/projection.h"
+
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+// PyVista and VTK.
+
+struct CameraPosition {
+    glm::dvec3 position, focal_point, view_up;
+};
+
+CameraPosition as_camera_position(const py::object& value)
+{
+    const char* const expected = "three points: position, focal point and view up";
+    if (!py::isinstance<py::sequence>(value) && !py::hasattr(value, "__getitem__"))
+        throw_type_error("camera_position", expected, type_name(value));
+    if (py::isinstance<py::str>(value))
+        throw_invalid("camera_position", expected, "\"" + value.cast<std::string>() + "\"");
+    const py::list points(value);
+    if (points.size() != 3)
+        throw_invalid("camera_position", expected, std::to_string(points.size()) + " of them");
+    return {as_vector(points[0], "camera_position"), as_vector(points[1], "camera_position"),
+            as_vector(points[2], "camera_position")};
+}
+
+py::tuple to_camera_position(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up)
+{
+    const auto point = [](const glm::dvec3& v) { return py::make_tuple(v.x, v.y, v.z); };
+    return py::make_tuple(point(eye), point(target), point(up));
+}
+
+py::tuple perspective_to_pyvista(const PerspectiveCamera& camera, std::optional<std::array<int, 2>> size)
+{
+    double view_angle = camera.field_of_view;
+    if (camera.field_of_view_axis != FieldOfViewAxis::vertical) {
+        if (!size)
+            throw_invalid("size", "width and height of the image, since the field of view is not vertical", "None");
+        const Projection projection(camera, {(*size)[0], (*size)[1]});
+        const glm::dvec3 height = projection.ray({0.0, (*size)[1]}).direction - projection.ray({0.0, 0.0}).direction;
+        view_angle = 2.0 * glm::degrees(std::atan(0.5 * glm::length(height)));
+    }
+    return py::make_tuple(to_camera_position(camera.eye, camera.target, camera.up), view_angle);
+}
+
+constexpr const char* perspective_from_pyvista_doc = R"(The camera of a PyVista plotter, or of VTK.
+
+Parameters
+----------
+camera_position : three of (3,) float
+    Position, focal point and view up, as `Plotter.camera_position` has them.
+view_angle : float
+    Vertical, degrees, as `Plotter.camera.view_angle`.
+
+Returns
+-------
+PerspectiveCamera
+
+Examples
+--------
+>>> import isospline
+>>> camera = isospline.PerspectiveCamera.from_pyvista([(0, -9, 3), (0, 0, 0), (0, 0, 1)], 25)
+>>> camera.to_pyvista()
+(((0.0, -9.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 25.0)
+)";
+
+constexpr const char* perspective_to_pyvista_doc = R"(The camera for a PyVista plotter.
+
+Parameters
+----------
+size : (int, int), optional
+    Width and height of the image; needed where the field of view is not the vertical one.
+
+Returns
+-------
+camera_position : three tuples
+    For `Plotter.camera_position`.
+view_angle : float
+    For `Plotter.camera.view_angle`.
+)";
+
+constexpr const char* orthographic_from_pyvista_doc = R"(The camera of a PyVista plotter in parallel projection.
+
+Parameters
+----------
+camera_position : three of (3,) float
+    Position, focal point and view up, as `Plotter.camera_position` has them.
+parallel_scale : float
+    Half of the height of the image, world units, as `Plotter.camera.parallel_scale`.
+
+Returns
+-------
+OrthographicCamera
+)";
+
+constexpr const char* orthographic_to_pyvista_doc = R"(The camera for a PyVista plotter in parallel projection.
+
+Returns
+-------
+camera_position : three tuples
+    For `Plotter.camera_position`.
+parallel_scale : float
+    For `Plotter.camera.parallel_scale`.
+)";
+
+// OpenCV.
+
+/// A rotation matrix, or OpenCV's rotation vector: axis times angle.
+glm::dmat3 as_rotation(const py::object& value)
+{
+    const py::array numbers = as_array(value, "rotation", "iuf", "a (3, 3) matrix or a (3,) rotation vector");
+    if (numbers.size() != 3)
+        return as_matrix3(value, "rotation");
+    const glm::dvec3 vector = as_vector(numbers.attr("reshape")(3), "rotation");
+    const double angle = glm::length(vector);
+    if (!(angle > 0.0))
+        return glm::dmat3(1.0);
+    // Rodrigues' formula.
+    const glm::dvec3 axis = vector / angle;
+    const glm::dmat3 cross(0, axis.z, -axis.y, -axis.z, 0, axis.x, axis.y, -axis.x, 0);
+    return glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * (cross * cross);
+}
+
+ProjectionPlaneCamera camera_from_opencv(const py::object& intrinsics, const py::object& rotation,
+                                         const py::object& translation, std::array<int, 2> size, double pixel_center)
+{
+    py::array t = as_array(translation, "translation", "iuf");
+    if (t.size() == 3) // also a column, as of cv2.solvePnP
+        t = t.attr("reshape")(3);
+    const OpenCvCamera camera{as_matrix3(intrinsics, "intrinsics"), as_rotation(rotation),
+                              as_vector(t.size() == 3 ? py::object(t.attr("reshape")(3)) : t, "translation"),
+                              pixel_center};
+    return from_opencv(camera, {size[0], size[1]});
+}
+
+template <typename GivenCamera>
+py::tuple camera_to_opencv(const GivenCamera& camera, std::array<int, 2> size, double pixel_center)
+{
+    const OpenCvCamera converted = to_opencv(camera, {size[0], size[1]}, pixel_center);
+    return py::make_tuple(to_array(converted.intrinsics), to_array(converted.rotation),
+                          to_array(converted.translation));
+}
+
+constexpr const char* from_opencv_doc = R"(The camera of a calibration by OpenCV.
+
+.. math:: w (u, v, 1)^T = K (R X + t), \quad w > 0
+
+Parameters
+----------
+intrinsics : (3, 3) float
+    K: rows (fx, skew, cx), (0, fy, cy) and (0, 0, 1), pixels.
+rotation : (3, 3) or (3,) float
+    R, world to camera; or the rotation vector of `cv2.solvePnP`, axis times angle.
+translation : (3,) or (3, 1) float
+    t.
+size : (int, int)
+    Width and height of the calibrated image in pixels. Pictures of another size show the same scene, in more or fewer
+    pixels.
+pixel_center : float
+    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in COLMAP and others.
+
+Returns
+-------
+ProjectionPlaneCamera
+    Images have no lens distortion: undistort photographs that they are compared with.
+
+Raises
+------
+ValueError
+    For a K of another form, an R that is no rotation, numbers that are not finite.
+
+Examples
+--------
+>>> import isospline
+>>> K = [(800, 0, 319.5), (0, 800, 239.5), (0, 0, 1)]
+>>> camera = isospline.ProjectionPlaneCamera.from_opencv(K, (0, 0, 0), (0, 0, 10), size=(640, 480))
+>>> camera.eye + 0.0
+array([  0.,   0., -10.])
+)";
+
+constexpr const char* to_opencv_doc = R"(The camera as OpenCV writes it; see `ProjectionPlaneCamera.from_opencv`.
+
+Parameters
+----------
+size : (int, int)
+    Width and height of the image in pixels.
+pixel_center : float
+    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in COLMAP and others.
+
+Returns
+-------
+intrinsics, rotation, translation : (3, 3), (3, 3) and (3,) float64 array
+    K, R and t.
+
+Raises
+------
+ValueError
+    Where the image is mirrored.
+)";
+
+template <typename GivenCamera>
+void bind_to_opencv(py::class_<GivenCamera>& camera_class)
+{
+    camera_class.def("to_opencv", &camera_to_opencv<GivenCamera>, py::arg("size"), py::kw_only(),
+                     py::arg("pixel_center") = 0.0, to_opencv_doc);
+}
+
+} // namespace
+
+void bind_exchange(py::class_<PerspectiveCamera>& camera_class)
+{
+    const auto from_pyvista = [](const py::object& camera_position, double view_angle) {
+        const auto [position, focal_point, view_up] = as_camera_position(camera_position);
+        const PerspectiveCamera camera{position, focal_point, view_up, view_angle};
+        Projection(camera, glm::ivec2(1)); // which checks it
+        return camera;
+    };
+    camera_class
+        .def_static("from_pyvista", from_pyvista, py::arg("camera_position"), py::arg("view_angle") = 30.0,
+                    perspective_from_pyvista_doc)
+        .def("to_pyvista", &perspective_to_pyvista, py::arg("size") = py::none(), perspective_to_pyvista_doc);
+    bind_to_opencv(camera_class);
+}
+
+void bind_exchange(py::class_<ProjectionPlaneCamera>& camera_class)
+{
+    camera_class.def_static("from_opencv", &camera_from_opencv, py::arg("intrinsics"), py::arg("rotation"),
+                            py::arg("translation"), py::arg("size"), py::kw_only(), py::arg("pixel_center") = 0.0,
+                            from_opencv_doc);
+    bind_to_opencv(camera_class);
+}
+
+void bind_exchange(py::class_<OrthographicCamera>& camera_class)
+{
+    const auto from_pyvista = [](const py::object& camera_position, double parallel_scale) {
+        const auto [position, focal_point, view_up] = as_camera_position(camera_position);
+        const OrthographicCamera camera{position, focal_point, view_up, 2.0 * parallel_scale};
+        Projection(camera, glm::ivec2(1)); // which checks it
+        return camera;
+    };
+    const auto to_pyvista = [](const OrthographicCamera& camera) {
+        return py::make_tuple(to_camera_position(camera.eye, camera.target, camera.up), 0.5 * camera.height);
+    };
+    camera_class
+        .def_static("from_pyvista", from_pyvista, py::arg("camera_position"), py::arg("parallel_scale"),
+                    orthographic_from_pyvista_doc)
+        .def("to_pyvista", to_pyvista, orthographic_to_pyvista_doc);
+}
+
+} // namespace isospline

@@ -1,0 +1,14 @@
+// Cameras from and to the forms of other libraries: PyVista's camera position, OpenCV's matrices.
+#pragma once
+
+#include "isospline/render/camera.h"
+
+#include <pybind11/pybind11.h>
+
+namespace isospline {
+
+void bind_exchange(pybind11::class_<PerspectiveCamera>& camera_class);
+void bind_exchange(pybind11::class_<ProjectionPlaneCamera>& camera_class);
+void bind_exchange(pybind11::class_<OrthographicCamera>& camera_class);
+
+} // namespace isospline

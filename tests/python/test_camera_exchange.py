@@ -1,0 +1,138 @@
+"""Cameras from and to other libraries: VTK's own matrices, and K [R | t] in NumPy."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import isospline
+from test_cameras import project
+
+SIZE = (320, 200)
+POSITION = [(3, -5, 2), (0.5, 0.2, 0.1), (0.1, 0.2, 1)]
+
+
+def vtk_pixels(camera, points):
+    """Pixel coordinates, y down, of points by the matrix of a vtkCamera."""
+    matrix = camera.GetCompositeProjectionTransformMatrix(SIZE[0] / SIZE[1], -1, 1)
+    matrix = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
+    clip = np.c_[points, np.ones(len(points))] @ matrix.T
+    x, y = clip[:, :2].T / clip[:, 3]
+    return np.stack([(1 + x) / 2, (1 - y) / 2], axis=-1) * SIZE
+
+
+@pytest.fixture
+def vtk_camera():
+    vtk = pytest.importorskip("vtk")
+    camera = vtk.vtkCamera()
+    camera.SetPosition(POSITION[0])
+    camera.SetFocalPoint(POSITION[1])
+    camera.SetViewUp(POSITION[2])
+    camera.SetClippingRange(0.1, 100)
+    return camera
+
+
+def test_perspective_projects_as_vtk_does(vtk_camera, rng):
+    vtk_camera.SetViewAngle(37)
+    points = rng.uniform(-1, 1, (50, 3))
+    camera = isospline.PerspectiveCamera.from_pyvista(POSITION, 37)
+    np.testing.assert_allclose(project(camera.world_to_ndc(SIZE), points, SIZE), vtk_pixels(vtk_camera, points))
+    assert camera.to_pyvista() == (tuple(tuple(map(float, point)) for point in POSITION), 37)
+
+
+def test_orthographic_projects_as_vtk_does(vtk_camera, rng):
+    vtk_camera.ParallelProjectionOn()
+    vtk_camera.SetParallelScale(1.75)
+    points = rng.uniform(-1, 1, (50, 3))
+    camera = isospline.OrthographicCamera.from_pyvista(POSITION, 1.75)
+    np.testing.assert_allclose(project(camera.world_to_ndc(SIZE), points, SIZE), vtk_pixels(vtk_camera, points))
+    assert camera.height == 3.5
+    assert camera.to_pyvista() == (tuple(tuple(map(float, point)) for point in POSITION), 1.75)
+
+
+@pytest.mark.parametrize("axis", ["horizontal", "diagonal"])
+def test_other_fields_of_view_become_vertical(axis, rng):
+    camera = isospline.PerspectiveCamera(*POSITION, 50, field_of_view_axis=axis)
+    position, view_angle = camera.to_pyvista(SIZE)
+    again = isospline.PerspectiveCamera.from_pyvista(position, view_angle)
+    np.testing.assert_allclose(again.rays(SIZE), camera.rays(SIZE))
+    with pytest.raises(ValueError, match="size: expected"):
+        camera.to_pyvista()
+
+
+def test_from_pyvista_takes_what_has_three_items():
+    class Position:  # as pyvista.CameraPosition
+        def __getitem__(self, index):
+            return POSITION[index]
+
+    assert repr(isospline.PerspectiveCamera.from_pyvista(Position())) == repr(isospline.PerspectiveCamera(*POSITION))
+    for wrong, error in (("iso", ValueError), (POSITION[:2], ValueError), ([1, 2, 3], ValueError), (7, TypeError)):
+        with pytest.raises(error, match="camera_position: expected"):
+            isospline.PerspectiveCamera.from_pyvista(wrong)
+    with pytest.raises(ValueError, match="field_of_view: expected"):
+        isospline.PerspectiveCamera.from_pyvista(POSITION, 190)
+
+
+INTRINSICS = np.array([(410, 3.5, 150.25), (0, 395, 110.75), (0, 0, 1)])
+ROTATION = Rotation.from_rotvec([0.4, -1.1, 2.0])
+TRANSLATION = np.array([0.3, -0.2, 7.5])
+
+
+def opencv_pixels(points, intrinsics=INTRINSICS, rotation=ROTATION.as_matrix(), translation=TRANSLATION):
+    """cv2.projectPoints without distortion."""
+    image = (points @ rotation.T + translation) @ intrinsics.T
+    return image[:, :2] / image[:, 2:]
+
+
+@pytest.mark.parametrize("rotation", [ROTATION.as_matrix(), ROTATION.as_rotvec(), ROTATION.as_rotvec()[:, None]])
+def test_from_opencv_projects_as_opencv_does(rotation, rng):
+    points = rng.uniform(-1, 1, (50, 3))
+    for translation in (TRANSLATION, TRANSLATION[:, None]):
+        camera = isospline.ProjectionPlaneCamera.from_opencv(INTRINSICS, rotation, translation, SIZE)
+        # Whole numbers are centres of pixels there, and edges here.
+        pixels = project(camera.world_to_ndc(SIZE), points, SIZE) - 0.5
+        np.testing.assert_allclose(pixels, opencv_pixels(points), atol=1e-9)
+        in_camera = points @ camera.world_to_camera[:3, :3].T + camera.world_to_camera[:3, 3]
+        expected = (points @ ROTATION.as_matrix().T + TRANSLATION)[:, 2]
+        np.testing.assert_allclose(in_camera[:, 2], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("pixel_center", [0, 0.5])
+def test_to_opencv_projects_as_the_camera_does(pixel_center, rng):
+    cameras = [
+        isospline.PerspectiveCamera(*POSITION, 40),
+        isospline.PerspectiveCamera(*POSITION, 70, field_of_view_axis="diagonal"),
+        isospline.ProjectionPlaneCamera((0.3, -4, 0.2), corner=(-1, -2, 1), right=(2.5, 0.1, 0), down=(0.1, 0.3, -1.5)),
+        isospline.ProjectionPlaneCamera.from_opencv(INTRINSICS, ROTATION.as_matrix(), TRANSLATION, SIZE),
+    ]
+    points = rng.uniform(-1, 1, (50, 3))
+    for camera in cameras:
+        intrinsics, rotation, translation = camera.to_opencv(SIZE, pixel_center=pixel_center)
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(rotation) == pytest.approx(1)
+        assert (np.tril(intrinsics, -1) == 0).all() and intrinsics[2, 2] == 1 and (np.diag(intrinsics) > 0).all()
+        expected = project(camera.world_to_ndc(SIZE), points, SIZE) - 0.5 + pixel_center
+        np.testing.assert_allclose(opencv_pixels(points, intrinsics, rotation, translation), expected, atol=1e-9)
+    principal_point = np.array([(0, 0, 1), (0, 0, 1), (0, 0, 0)])
+    np.testing.assert_allclose(intrinsics, INTRINSICS + pixel_center * principal_point, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "arguments, parameter",
+    [
+        (dict(intrinsics=np.eye(4)), "intrinsics"),
+        (dict(intrinsics=INTRINSICS.T), "intrinsics"),
+        (dict(intrinsics=np.diag([400, 400, 2])), "intrinsics"),
+        (dict(intrinsics=np.diag([400, np.nan, 1])), "intrinsics"),
+        (dict(rotation=2 * np.eye(3)), "rotation"),
+        (dict(rotation=np.diag([1, 1, -1])), "rotation"),
+        (dict(rotation=(1, 2, 3, 4)), "rotation"),
+        (dict(translation=(1, 2)), "translation"),
+        (dict(translation=(1, 2, np.inf)), "translation"),
+        (dict(size=(0, 200)), "size"),
+        (dict(pixel_center=np.nan), "pixel_center"),
+    ],
+)
+def test_bad_calibrations(arguments, parameter):
+    good = {"intrinsics": INTRINSICS, "rotation": np.eye(3), "translation": TRANSLATION, "size": SIZE}
+    with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
+        isospline.ProjectionPlaneCamera.from_opencv(**{**good, **arguments})

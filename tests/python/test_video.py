@@ -1,0 +1,140 @@
+"""Turntables: cameras around a scene, and videos read back by FFmpeg."""
+
+import os
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+from isospline.cli import main
+from test_cameras import corners_of, project
+
+ffmpeg = pytest.importorskip("imageio_ffmpeg")
+
+SIZE = (64, 48)
+BOUNDS = np.array([(-3, 10, 2), (5, 11, 8)])
+
+
+@pytest.fixture(scope="module")
+def images():
+    field = volumes.torus()
+    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(field.samples(24), **field.grid(24)), field.level)])
+    cameras = isospline.turntable(scene, 5, size=SIZE)
+    shading = isospline.Phong(color=(1, 0.4, 0.1))
+    return [isospline.render(scene, camera, size=SIZE, shading=shading, samples=4) for camera in cameras]
+
+
+def read(path):
+    """Frames of a video, (count, height, width, 3), and what FFmpeg says of it."""
+    command = [ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    result = subprocess.run(command, capture_output=True, check=True)
+    about = re.search("Video: .*", result.stderr.decode()).group()
+    width, height = map(int, re.search(r", (\d+)x(\d+)", about).groups())
+    return np.frombuffer(result.stdout, np.uint8).reshape(-1, height, width, 3), about
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize("view", ["front", "iso", "top", (1, 2, -3)])
+def test_a_turntable_keeps_its_distance_and_has_all_in_view(view, projection):
+    cameras = isospline.turntable(BOUNDS, 7, view=view, projection=projection, size=SIZE, margin=0.1)
+    first = isospline.camera_for(BOUNDS, view=view, projection=projection, size=SIZE, margin=0.1)
+    np.testing.assert_allclose(cameras[0].world_to_camera[2, :3], first.world_to_camera[2, :3], atol=1e-12)
+    pixels = np.stack([project(camera.world_to_ndc(SIZE), corners_of(BOUNDS), SIZE) / SIZE for camera in cameras])
+    assert pixels.min() >= 0.05 - 1e-9 and pixels.max() <= 0.95 + 1e-9
+    assert np.abs(pixels - 0.5).max() == pytest.approx(0.45)
+
+    arms = np.stack([camera.eye - camera.target for camera in cameras])
+    np.testing.assert_allclose(np.linalg.norm(arms, axis=1), np.linalg.norm(arms[0]))
+    up = first.up / np.linalg.norm(first.up)
+    np.testing.assert_allclose(arms @ up, arms[0] @ up, atol=1e-9)
+    # Counter-clockwise about up, by the same angle from each to the next, the first after the last.
+    level = arms - np.outer(arms @ up, up)
+    following = np.roll(level, -1, axis=0)
+    angle = np.degrees(np.arctan2(np.cross(level, following) @ up, (level * following).sum(1)))
+    np.testing.assert_allclose(angle, 360 / 7)
+
+
+def test_bad_turntables():
+    for count in (0, -1, 2.5):
+        with pytest.raises(ValueError, match="^count: expected .* got "):
+            isospline.turntable(BOUNDS, count)
+    with pytest.raises(ValueError, match="^up: expected"):
+        isospline.turntable(BOUNDS, 4, view="front", up=(0, 1, 0))
+
+
+def test_a_video_shows_the_images(images, tmp_path):
+    path = tmp_path / "turn.mp4"
+    isospline.write_video(path, iter(images), fps=12.5, quality=10)
+    assert os.listdir(tmp_path) == ["turn.mp4"]
+    frames, about = read(path)
+    assert "h264" in about and "yuv420p(tv, bt709" in about and " 12.50 fps" in about
+    assert frames.shape == (5, 48, 64, 3)
+    expected = np.stack([image.to_srgb()[..., :3] * (image.color[..., 3:] > 0) for image in images]).astype(float)
+    inside = np.stack([image.color[..., 3] == 1 for image in images])
+    # 4:2:0 halves the resolution of colour: pixels at silhouettes differ more.
+    assert np.abs(frames - expected)[inside].mean() < 4
+    assert np.abs(frames.mean((0, 1, 2)) - expected.mean((0, 1, 2))).max() < 2
+
+
+def test_bad_videos(images, tmp_path, monkeypatch):
+    def refused(error, message, images=images, name="a.mp4", **options):
+        with pytest.raises(error, match=message):
+            isospline.write_video(tmp_path / name, images, **options)
+        assert not os.listdir(tmp_path)
+
+    refused(ValueError, "path: expected", name="a.avi")
+    refused(ValueError, "images: expected at least one", images=[])
+    refused(ValueError, "fps: expected", fps=0)
+    refused(ValueError, "fps: expected", fps=np.nan)
+    refused(ValueError, "quality: expected", quality=11)
+    scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
+    refused(ValueError, "size: expected an even", images=[isospline.render(scene, camera, size=(9, 8))])
+    other = isospline.render(scene, camera, size=(8, 8))
+    refused(ValueError, "images: expected all of one size", images=[images[0], other])
+    refused(OSError, "No such file", name="missing/a.mp4")
+
+    def broken():
+        yield images[0]
+        raise KeyError("mine")
+
+    refused(KeyError, "mine", images=broken())
+    monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
+    refused(ImportError, r"pip install isospline\[video\]")
+
+
+@pytest.fixture
+def ball(tmp_path):
+    np.save(tmp_path / "ball.npy", volumes.sphere(0.7).samples(20))
+    return tmp_path / "ball.npy"
+
+
+def render(*arguments):
+    return main(["render", *map(str, arguments)])
+
+
+def test_turntable_on_the_command_line(ball, tmp_path, capsys):
+    common = (ball, "--level", "0", "--size", "48x32", "--samples", "1", "--turntable", "3")
+    assert render(*common, "--fps", "10", "-o", tmp_path / "turn.mp4") == 0
+    frames, about = read(tmp_path / "turn.mp4")
+    assert len(frames) == 3 and " 10 fps" in about and frames.max() > 100
+    assert "turn.mp4: 3 pictures of 48 x 32, " in capsys.readouterr().out
+
+    assert render(*common, "-o", tmp_path / "turn-###.png") == 0
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["turn-000.png", "turn-001.png", "turn-002.png"]
+
+
+def test_bad_turntables_on_the_command_line(ball, tmp_path, capsys):
+    def fails(message, *arguments):
+        assert render(ball, "--level", "0", *arguments) == 2
+        assert message in capsys.readouterr().err
+        assert [path.name for path in tmp_path.iterdir()] == ["ball.npy"]
+
+    fails("for a video, say --turntable", "-o", tmp_path / "a.mp4")
+    fails("such as turn-####.png", "--turntable", "3", "-o", tmp_path / "a.png")
+    fails("such as turn-####.png", "--turntable", "3", "-o", tmp_path / "#-#.png")
+    fails("at least 1 picture", "--turntable", "0", "-o", tmp_path / "a.mp4")
+    fails("fps: expected", "--turntable", "3", "--fps", "-1", "-o", tmp_path / "a.mp4")
+    fails("size: expected an even", "--turntable", "3", "--size", "31x20", "-o", tmp_path / "a.mp4")

@@ -1,0 +1,24 @@
+"""Renders the pictures of docs/python.md from the examples that make their parts: docs/images/NAME.png."""
+
+import runpy
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).parents[1]
+
+#: Each picture is a row of the pictures of an example.
+ROWS = {"cameras": ("120-cameras", ["120-lens", "120-panorama"])}
+
+for name, (example, parts) in ROWS.items():
+    with tempfile.TemporaryDirectory() as folder:
+        runpy.run_path(str(ROOT / "examples" / f"{example}.py"))["main"](size=(440, 248), folder=folder)
+        tiles = [Image.open(Path(folder) / f"{part}.png").convert("RGB") for part in parts]
+    height = max(tile.height for tile in tiles)
+    row = Image.new("RGB", (sum(tile.width for tile in tiles), height), "white")
+    left = 0
+    for tile in tiles:
+        row.paste(tile, (left, (height - tile.height) // 2))
+        left += tile.width
+    row.save(ROOT / "docs" / "images" / f"{name}.png", optimize=True)
