@@ -20,28 +20,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* mesh_doc = R"(A triangle mesh.
-
-Parameters
-----------
-vertices : (V, 3) array_like of numbers, world units
-    Positions; single precision is enough, double precision is kept.
-faces : (F, 3) array_like of integers
-    Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
-
-Raises
-------
-ValueError
-    Where a vertex is not finite or a face names a vertex that is not there.
-
-Examples
---------
->>> import isospline
->>> mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
->>> mesh.faces.shape
-(1, 3)
-)";
-
 constexpr const char* scene_doc = R"(Isosurfaces and triangle meshes that rays can be cast at, in Embree.
 
 Ray queries have the names and the meaning of Open3D's RaycastingScene. A change of an object, such as another level of
@@ -114,31 +92,6 @@ Returns
 (...) bool array
 )";
 
-std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces)
-{
-    const RowArray positions(vertices, "vertices", 3);
-    if (positions.leading_shape().size() != 1)
-        throw_invalid("vertices", "shape (V, 3)", std::to_string(positions.leading_shape().size() + 1) + " dimensions");
-    std::vector<glm::dvec3> vertex_list(positions.count());
-    for (std::size_t i = 0; i < vertex_list.size(); ++i)
-        vertex_list[i] = positions.vector(i);
-
-    const py::array indices = as_array(faces, "faces", "iu", "an array of integers");
-    if (indices.ndim() != 2 || indices.shape(1) != 3)
-        throw_invalid("faces", "shape (F, 3)", to_text(shape_of(indices)));
-    const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> rows(indices);
-    std::vector<glm::uvec3> face_list(static_cast<std::size_t>(rows.shape(0)));
-    for (std::size_t i = 0; i < face_list.size(); ++i)
-        for (int corner = 0; corner < 3; ++corner) {
-            const std::int64_t index = rows.at(static_cast<py::ssize_t>(i), corner);
-            if (index < 0 || index >= static_cast<std::int64_t>(vertex_list.size()))
-                throw_invalid("faces", "vertex indices from 0 to " + std::to_string(vertex_list.size()) + " - 1",
-                              std::to_string(index) + " in face " + std::to_string(i));
-            face_list[i][corner] = static_cast<unsigned int>(index);
-        }
-    return std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list));
-}
-
 std::uint32_t add_object(Scene& scene, const py::object& object, const py::object& transform)
 {
     const glm::dmat4 placed = transform.is_none() ? glm::dmat4(1.0) : as_matrix4(transform, "transform");
@@ -203,33 +156,6 @@ void commit(Scene& scene)
 void bind_scene(py::module_& module)
 {
     module.attr("INVALID_ID") = invalid_id;
-
-    py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh", mesh_doc)
-        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"))
-        .def_property_readonly(
-            "vertices",
-            [](const py::object& self) {
-                const auto& vertices = self.cast<const Mesh&>().vertices();
-                return read_only(py::array_t<double>({static_cast<py::ssize_t>(vertices.size()), py::ssize_t{3}},
-                                                     reinterpret_cast<const double*>(vertices.data()), self));
-            },
-            "(V, 3) float64 array, world units; read-only.")
-        .def_property_readonly(
-            "faces",
-            [](const py::object& self) {
-                const auto& faces = self.cast<const Mesh&>().faces();
-                return read_only(py::array_t<std::uint32_t>({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}},
-                                                            reinterpret_cast<const std::uint32_t*>(faces.data()),
-                                                            self));
-            },
-            "(F, 3) uint32 array of rows of `vertices`; read-only.")
-        .def_property_readonly(
-            "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
-            "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")
-        .def("__repr__", [](const Mesh& mesh) {
-            return "Mesh(" + std::to_string(mesh.vertices().size()) + " vertices, " +
-                   std::to_string(mesh.faces().size()) + " faces)";
-        });
 
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple())

@@ -84,8 +84,8 @@ highlights have the colour of the light.
 
 Parameters
 ----------
-color : float or (3,) float
-    Linear colour of the surface.
+color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Linear colour of the surface, or what it follows from. The colours of a mesh's vertices are multiplied by it.
 ambient, diffuse, specular : float
     The coefficients k_a, k_d and k_s, at least 0.
 specular_exponent : float
@@ -117,14 +117,14 @@ Examples
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
                          std::optional<std::vector<Light>> lights, bool two_sided) {
-                 return checked(Phong{as_color(color, "color"), ambient, diffuse, specular, specular_exponent,
+                 return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
                                       as_color(ambient_light, "ambient_light"), std::move(lights), two_sided});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
              py::arg("lights") = py::none(), py::arg("two_sided") = true)
-        .def_property_readonly("color", [](const Phong& phong) { return to_array(phong.color); })
+        .def_property_readonly("color", [](const Phong& phong) { return to_object(phong.color); })
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
         .def_readonly("specular", &Phong::specular)
@@ -157,10 +157,10 @@ Parameters
 ----------
 exponent : float
     n_o, at least 0; the larger, the thinner the lines.
-color : float or (3,) float
-    Linear colour of the lines.
-surface_color : float or (3,) float
-    Linear colour of what lies between them.
+color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Linear colour of the lines, or what it follows from.
+surface_color : the same
+    Of what lies between them. The colours of a mesh's vertices are multiplied by it.
 
 Raises
 ------
@@ -177,15 +177,14 @@ Examples
 >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
 )")
         .def(py::init([](double exponent, const py::object& color, const py::object& surface_color) {
-                 return checked(
-                     Outline{exponent, as_color(color, "color"), as_color(surface_color, "surface_color")});
+                 return checked(Outline{exponent, as_surface_color(color, "color"),
+                                        as_surface_color(surface_color, "surface_color")});
              }),
              py::arg("exponent") = Outline().exponent, py::kw_only(), py::arg("color") = 1.0,
              py::arg("surface_color") = 0.0)
         .def_readonly("exponent", &Outline::exponent)
-        .def_property_readonly("color", [](const Outline& outline) { return to_array(outline.color); })
-        .def_property_readonly("surface_color",
-                               [](const Outline& outline) { return to_array(outline.surface_color); })
+        .def_property_readonly("color", [](const Outline& outline) { return to_object(outline.color); })
+        .def_property_readonly("surface_color", [](const Outline& outline) { return to_object(outline.surface_color); })
         .def("__repr__", [](const Outline& outline) {
             std::ostringstream representation;
             representation << "Outline(exponent=" << outline.exponent << ", color=" << to_text(outline.color)

@@ -3,12 +3,18 @@
 
 #include "arrays.h"
 
+#include "isospline/shade/color.h"
+#include "isospline/util/check.h"
+
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <pybind11/numpy.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <initializer_list>
+#include <string>
+#include <variant>
 #include <vector>
 
 namespace isospline {
@@ -30,6 +36,35 @@ inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
 {
     const auto parts = as_color_parts(value, parameter, {1, 3}, "one number or three (red, green, blue)");
     return parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
+}
+
+/// The colour of a surface: a colour, or one of the classes ColorBy... .
+inline Color as_surface_color(const pybind11::handle& value, const char* parameter)
+{
+    if (pybind11::isinstance<ColorByVolume>(value))
+        return value.cast<ColorByVolume>();
+    if (pybind11::isinstance<ColorByCurvature>(value))
+        return value.cast<ColorByCurvature>();
+    if (pybind11::isinstance<ColorByNormal>(value))
+        return value.cast<ColorByNormal>();
+    if (pybind11::isinstance<ColorByDepth>(value))
+        return value.cast<ColorByDepth>();
+    return as_color(value, parameter);
+}
+
+inline pybind11::object to_object(const Color& color)
+{
+    if (const auto* constant = std::get_if<glm::dvec3>(&color))
+        return to_array(*constant);
+    return pybind11::cast(color);
+}
+
+/// As in the constructor of a shading.
+inline std::string to_text(const Color& color)
+{
+    if (const auto* constant = std::get_if<glm::dvec3>(&color))
+        return to_text(*constant);
+    return pybind11::repr(pybind11::cast(color)).cast<std::string>();
 }
 
 /// A colour and an opacity, which is 1 where it is not given; None is transparent.

@@ -10,9 +10,11 @@ PYBIND11_MODULE(_core, module)
         "Raised by an operation whose progress callable returned False.";
     isospline::bind_volume(module);
     isospline::bind_isosurface(module);
+    isospline::bind_mesh(module);
     isospline::bind_scene(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
+    isospline::bind_color(module);
     isospline::bind_shading(module);
     isospline::bind_render(module);
 }

@@ -8,12 +8,15 @@ from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 
-#: Each picture is a row of the pictures of an example.
-ROWS = {"cameras": ("120-cameras", ["120-lens", "120-panorama"])}
+#: Each picture is a row of the pictures of an example, of the given size.
+ROWS = {
+    "cameras": ("120-cameras", (440, 248), ["120-lens", "120-panorama"]),
+    "colors": ("130-colors", (300, 280), ["130-volume", "130-curvature", "130-ridges", "130-normal"]),
+}
 
-for name, (example, parts) in ROWS.items():
+for name, (example, size, parts) in ROWS.items():
     with tempfile.TemporaryDirectory() as folder:
-        runpy.run_path(str(ROOT / "examples" / f"{example}.py"))["main"](size=(440, 248), folder=folder)
+        runpy.run_path(str(ROOT / "examples" / f"{example}.py"))["main"](size=size, folder=folder)
         tiles = [Image.open(Path(folder) / f"{part}.png").convert("RGB") for part in parts]
     height = max(tile.height for tile in tiles)
     row = Image.new("RGB", (sum(tile.width for tile in tiles), height), "white")

@@ -8,6 +8,8 @@
 #include "isospline/render/renderer.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene.h"
+#include "isospline/shade/color.h"
+#include "isospline/shade/color_map.h"
 #include "isospline/shade/light.h"
 #include "isospline/shade/outline.h"
 #include "isospline/shade/phong.h"

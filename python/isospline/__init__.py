@@ -7,6 +7,10 @@ from ._core import (
     INVALID_ID,
     Box,
     Cancelled,
+    ColorByCurvature,
+    ColorByDepth,
+    ColorByNormal,
+    ColorByVolume,
     DirectionalLight,
     HalfSpace,
     Isosurface,
@@ -25,6 +29,7 @@ from ._core import (
     thread_count,
 )
 from .cameras import camera_for, turntable
+from .colors import ridges_and_valleys
 from .image import Image, render
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
@@ -36,6 +41,10 @@ __all__ = [
     "INVALID_ID",
     "Box",
     "Cancelled",
+    "ColorByCurvature",
+    "ColorByDepth",
+    "ColorByNormal",
+    "ColorByVolume",
     "DirectionalLight",
     "HalfSpace",
     "Image",
@@ -55,6 +64,7 @@ __all__ = [
     "camera_for",
     "read_volume",
     "render",
+    "ridges_and_valleys",
     "set_thread_count",
     "suggest_levels",
     "thread_count",

@@ -11,6 +11,7 @@ import secrets
 import numpy as np
 
 from . import _core
+from .colors import linear_to_srgb
 
 
 def render(scene, camera, *, size=(640, 360), shading=None, background=None, samples=1, progress=None):
@@ -84,7 +85,8 @@ class Image:
         Distance from the eye along the viewing direction (not along the ray), as in the Z channel of OpenEXR files: z
         of camera space. In a panorama it is the distance. Infinite where the ray met nothing.
     position, normal : (height, width, 3) float32 array, world space
-        The point that was hit, and the unit outward normal there; zero where the ray met nothing.
+        The point that was hit, and the unit outward normal there, of a mesh with normals the one that lies between
+        them; zero where the ray met nothing.
     geometry_ids, primitive_ids : (height, width) uint32 array
         As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
     world_to_camera, world_to_ndc : (4, 4) float64 array
@@ -159,12 +161,6 @@ class Image:
         height, width = self.depth.shape
         covered = np.count_nonzero(np.isfinite(self.depth)) / self.depth.size
         return f"Image({width} x {height}, {covered:.0%} covered)"
-
-
-def linear_to_srgb(linear):
-    """The transfer curve of sRGB (IEC 61966-2-1), for values that are clipped to [0, 1]."""
-    linear = np.clip(linear, 0.0, 1.0)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 @contextlib.contextmanager

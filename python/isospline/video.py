@@ -7,7 +7,8 @@ import os
 
 import numpy as np
 
-from .image import linear_to_srgb, whole_file
+from .colors import linear_to_srgb
+from .image import whole_file
 
 
 def write_video(path, images, *, fps=30.0, quality=8.0):

@@ -2,14 +2,17 @@
 
 #include "isospline/render/pixel_samples.h"
 #include "isospline/render/projection.h"
+#include "isospline/render/surface_lookup.h"
 #include "isospline/scene/scene.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace isospline {
 
@@ -29,8 +32,10 @@ glm::ivec2 z_order(int i)
 /// One picture in the making; its tiles may be rendered in any order and by any thread.
 class Renderer {
 public:
-    Renderer(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options)
+    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Camera& camera,
+             const RenderOptions& options)
         : cast_rays_(cast_rays),
+          complete_point_(complete_point),
           projection_(camera, options.size),
           samples_(pixel_samples(options.samples, projection_.has_lens())),
           shading_(prepared(options.shading)),
@@ -72,15 +77,19 @@ private:
         return found == shading_of_geometry_.end() ? shading_ : found->second;
     }
 
-    glm::dvec3 color_of(const Hit& hit, const Ray& ray) const
+    SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
     {
-        return shade(shading_of(hit), {hit.position, hit.normal, -glm::normalize(ray.direction)});
+        SurfacePoint point{hit.position, hit.normal, -glm::normalize(ray.direction), projection_.depth(hit.position)};
+        if (complete_point_)
+            complete_point_(point, hit, with_curvature);
+        return point;
     }
 
-    void store_center(std::size_t pixel, const Hit& hit);
+    void store_center(std::size_t pixel, const Hit& hit, const SurfacePoint& point);
     void store_color(std::size_t pixel, const glm::dvec4& color);
 
     const CastRays& cast_rays_;
+    const CompletePoint& complete_point_;
     Projection projection_;
     std::vector<PixelSample> samples_;
     Shading shading_;
@@ -117,10 +126,12 @@ void Renderer::render_tile(std::size_t tile)
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             if (!hits[i])
                 continue;
+            const Shading& shading = shading_of(hits[i]);
+            const SurfacePoint point = point_of(hits[i], rays[i], needs_curvature(shading));
             if (&sample == &samples_.front())
-                store_center(index(pixels[i]), hits[i]);
+                store_center(index(pixels[i]), hits[i], point);
             if (sample.weight > 0.0)
-                colors[i] += sample.weight * glm::dvec4(color_of(hits[i], rays[i]), 1.0);
+                colors[i] += sample.weight * glm::dvec4(shade(shading, point), 1.0);
         }
     }
 
@@ -128,11 +139,11 @@ void Renderer::render_tile(std::size_t tile)
         store_color(index(pixels[i]), colors[i]);
 }
 
-void Renderer::store_center(std::size_t pixel, const Hit& hit)
+void Renderer::store_center(std::size_t pixel, const Hit& hit, const SurfacePoint& point)
 {
-    image_.depth[pixel] = static_cast<float>(projection_.depth(hit.position));
-    image_.position[pixel] = glm::vec3(hit.position);
-    image_.normal[pixel] = glm::vec3(hit.normal);
+    image_.depth[pixel] = static_cast<float>(point.depth);
+    image_.position[pixel] = glm::vec3(point.position);
+    image_.normal[pixel] = glm::vec3(point.normal);
     image_.geometry_ids[pixel] = hit.geometry_id;
     image_.primitive_ids[pixel] = hit.primitive_id;
 }
@@ -145,11 +156,25 @@ void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
     image_.color[pixel] = glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind);
 }
 
+/// The depths that a camera sees of a box, from the nearest corner in front of it to the farthest.
+glm::dvec2 depth_range(const Projection& projection, const Box& box)
+{
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+        const glm::bvec3 upper(corner & 1, corner & 2, corner & 4);
+        const double depth = projection.depth(glm::mix(box.lower, box.upper, upper));
+        nearest = std::min(nearest, std::max(depth, 0.0));
+        farthest = std::max(farthest, depth);
+    }
+    return nearest < farthest ? glm::dvec2(nearest, farthest) : glm::dvec2(0.0, 1.0);
+}
+
 } // namespace
 
-Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress)
+Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress,
+             const CompletePoint& complete_point)
 {
-    Renderer renderer(cast_rays, camera, options);
+    Renderer renderer(cast_rays, complete_point, camera, options);
     parallel_for(
         renderer.tile_count(), 1,
         [&](std::size_t begin, std::size_t end) {
@@ -165,7 +190,16 @@ Image render(const Scene& scene, const Camera& camera, const RenderOptions& opti
     const CastRays cast_rays = [&scene](std::span<const Ray> rays, std::span<Hit> hits) {
         scene.cast_rays(rays, hits, true);
     };
-    return render(cast_rays, camera, options, progress);
+    const SurfaceLookup lookup(scene);
+    const CompletePoint complete_point = [&lookup](SurfacePoint& point, const Hit& hit, bool with_curvature) {
+        lookup.complete(point, hit, with_curvature);
+    };
+    RenderOptions fitted = options;
+    const glm::dvec2 depths = depth_range(Projection(camera, options.size), scene.bounds());
+    fit_depth_limits(fitted.shading, depths);
+    for (auto& [geometry_id, shading] : fitted.shading_of_geometry)
+        fit_depth_limits(shading, depths);
+    return render(cast_rays, camera, fitted, progress, complete_point);
 }
 
 } // namespace isospline

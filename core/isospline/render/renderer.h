@@ -31,13 +31,17 @@ struct RenderOptions {
 /// Finds the first hit of each ray; called from many threads at once.
 using CastRays = std::function<void(std::span<const Ray> rays, std::span<Hit> hits)>;
 
+/// Completes what is shaded at a hit, of which position, normal, depth and direction to the viewer are given; called
+/// from many threads at once.
+using CompletePoint = std::function<void(SurfacePoint& point, const Hit& hit, bool with_curvature)>;
+
 /// Renders what `cast_rays` finds, in parallel tiles; the image is the same for any number of threads, bit for bit.
 ///
 /// Colour is the mean over the samples of a pixel, over the background; its alpha is the part of the pixel that
 /// surfaces cover, raised by an opaque background to 1. All the rest comes from the ray through the pixel's centre.
 /// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false.
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options,
-             const Progress& progress = {});
+             const Progress& progress = {}, const CompletePoint& complete_point = {});
 
 /// Renders a scene, which must be committed.
 Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress = {});

@@ -1,15 +1,34 @@
 #include "isospline/scene/mesh.h"
 
-#include "isospline/util/error.h"
+#include "isospline/util/check.h"
 
 #include <cmath>
 #include <string>
 
 namespace isospline {
 
-Mesh::Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces)
-    : vertices_(std::move(vertices)), faces_(std::move(faces))
+namespace {
+
+/// Checks what there is one of for each vertex, if any.
+void check_attribute(const char* parameter, const std::vector<glm::dvec3>& values, std::size_t vertex_count)
 {
+    if (!values.empty() && values.size() != vertex_count)
+        throw_invalid(parameter, "one for each of the " + std::to_string(vertex_count) + " vertices", values.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!is_finite(values[i]))
+            throw_invalid(parameter, "finite numbers", to_text(values[i]) + " at vertex " + std::to_string(i));
+}
+
+} // namespace
+
+Mesh::Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals,
+           std::vector<glm::dvec3> colors)
+    : vertices_(std::move(vertices)), faces_(std::move(faces)), normals_(std::move(normals)), colors_(std::move(colors))
+{
+    check_attribute("normals", normals_, vertices_.size());
+    check_attribute("colors", colors_, vertices_.size());
+    for (const glm::dvec3& color : colors_)
+        check_not_negative("colors", color);
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis)
             if (!std::isfinite(vertices_[i][axis]))

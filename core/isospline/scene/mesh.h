@@ -13,17 +13,25 @@ namespace isospline {
 /// A triangle mesh. Immutable: any number of threads may read it.
 class Mesh {
 public:
-    /// Throws std::invalid_argument for a vertex that is not finite and for a face that names a missing vertex.
-    Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces);
+    /// `normals` and linear `colors` are one a vertex, or none; surfaces are shaded with what lies between them.
+    /// Throws std::invalid_argument for a vertex that is not finite, a face that names a missing vertex, normals and
+    /// colours that are not finite or not as many as vertices, and a negative colour.
+    Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals = {},
+         std::vector<glm::dvec3> colors = {});
 
     const std::vector<glm::dvec3>& vertices() const { return vertices_; }
     const std::vector<glm::uvec3>& faces() const { return faces_; }
+    /// Of the vertices, outward, of any length; empty where there are none.
+    const std::vector<glm::dvec3>& normals() const { return normals_; }
+    /// Of the vertices, linear; empty where there are none.
+    const std::vector<glm::dvec3>& colors() const { return colors_; }
     /// The box of all vertices; empty where there are none.
     const Box& bounds() const { return bounds_; }
 
 private:
     std::vector<glm::dvec3> vertices_;
     std::vector<glm::uvec3> faces_;
+    std::vector<glm::dvec3> normals_, colors_;
     Box bounds_;
 };
 

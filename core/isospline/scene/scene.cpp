@@ -66,10 +66,11 @@ Scene::Impl::Impl() : top(rtcNewScene(device.get()))
     device.check();
 }
 
-std::uint32_t Scene::Impl::add(std::unique_ptr<Object> object)
+std::uint32_t Scene::Impl::add(std::unique_ptr<Object> object, PlacedObject given)
 {
     check_transform(object->transform());
     objects.push_back(std::move(object));
+    placed.push_back(std::move(given));
     return static_cast<std::uint32_t>(objects.size() - 1);
 }
 
@@ -130,12 +131,12 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::uint32_t Scene::add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform)
 {
-    return impl_->add(std::make_unique<IsosurfaceObject>(std::move(surface), transform));
+    return impl_->add(std::make_unique<IsosurfaceObject>(surface, transform), {surface, transform});
 }
 
 std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform)
 {
-    return impl_->add(std::make_unique<MeshObject>(std::move(mesh), transform));
+    return impl_->add(std::make_unique<MeshObject>(mesh, transform), {mesh, transform});
 }
 
 void Scene::commit(const Progress& progress)
@@ -146,6 +147,11 @@ void Scene::commit(const Progress& progress)
 Box Scene::bounds() const
 {
     return impl_->bounds;
+}
+
+const PlacedObject& Scene::object(std::uint32_t geometry_id) const
+{
+    return impl_->placed.at(geometry_id);
 }
 
 std::size_t Scene::count() const

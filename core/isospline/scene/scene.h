@@ -14,8 +14,15 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <variant>
 
 namespace isospline {
+
+/// What a scene holds under a geometry id, and where it is.
+struct PlacedObject {
+    std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>> object;
+    glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
+};
 
 /// Isosurfaces and triangle meshes that rays can be cast at.
 ///
@@ -50,6 +57,8 @@ public:
     /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
     /// none.
     Box bounds() const;
+    /// The object of a geometry id, which must be one that add() has returned.
+    const PlacedObject& object(std::uint32_t geometry_id) const;
     /// Objects added.
     std::size_t count() const;
     /// Bytes that Embree holds for this scene's acceleration structures.

@@ -14,7 +14,7 @@ namespace isospline {
 struct Scene::Impl {
     Impl();
 
-    std::uint32_t add(std::unique_ptr<Object> object);
+    std::uint32_t add(std::unique_ptr<Object> object, PlacedObject given);
     /// Rounding error of a ray in an object's local space.
     double rounding_error(const Object& object) const;
     bool commit_is_due() const;
@@ -29,6 +29,7 @@ struct Scene::Impl {
     Device device;
     embree::SceneHandle top;
     std::vector<std::unique_ptr<Object>> objects;
+    std::vector<PlacedObject> placed; ///< the same as they were given
     std::size_t committed_count = 0;
     Box bounds;
     glm::dvec3 centre{0.0};

@@ -13,8 +13,13 @@ namespace isospline {
 void validate(const Outline& outline)
 {
     check_not_negative("exponent", outline.exponent);
-    check_not_negative("color", outline.color);
-    check_not_negative("surface_color", outline.surface_color);
+    validate("color", outline.color);
+    validate("surface_color", outline.surface_color);
+}
+
+glm::dvec3 albedo(const Outline& outline, const SurfacePoint& point)
+{
+    return color_at(outline.surface_color, point) * point.vertex_color;
 }
 
 glm::dvec3 shade(const Outline& outline, const SurfacePoint& point)
@@ -22,7 +27,7 @@ glm::dvec3 shade(const Outline& outline, const SurfacePoint& point)
     const double n_v = glm::dot(point.normal, point.to_viewer);
     // Rounding may take a product of unit vectors past 1.
     const double intensity = std::pow(std::max(1.0 - n_v * n_v, 0.0), outline.exponent);
-    return glm::mix(outline.surface_color, outline.color, intensity);
+    return glm::mix(albedo(outline, point), color_at(outline.color, point), intensity);
 }
 
 } // namespace isospline

@@ -1,6 +1,7 @@
 // The paper's outline illumination model (§6).
 #pragma once
 
+#include "isospline/shade/color.h"
 #include "isospline/shade/surface_point.h"
 
 #include <glm/vec3.hpp>
@@ -12,13 +13,16 @@ namespace isospline {
 ///
 /// I goes from the surface's colour (0) to the colour of the lines (1); with black and white it is the paper's form.
 struct Outline {
-    double exponent = 2.0;         ///< no
-    glm::dvec3 color{1.0};         ///< of the lines, linear
-    glm::dvec3 surface_color{0.0}; ///< of what lies between them, linear
+    double exponent = 2.0;                 ///< no
+    Color color = glm::dvec3(1.0);         ///< of the lines
+    Color surface_color = glm::dvec3(0.0); ///< of what lies between them
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative.
 void validate(const Outline& outline);
+
+/// The linear colour of the surface itself, without lines, at a point.
+glm::dvec3 albedo(const Outline& outline, const SurfacePoint& point);
 
 /// The linear colour of a point.
 glm::dvec3 shade(const Outline& outline, const SurfacePoint& point);

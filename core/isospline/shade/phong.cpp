@@ -9,7 +9,7 @@ namespace isospline {
 
 void validate(const Phong& phong)
 {
-    check_not_negative("color", phong.color);
+    validate("color", phong.color);
     check_not_negative("ambient", phong.ambient);
     check_not_negative("diffuse", phong.diffuse);
     check_not_negative("specular", phong.specular);
@@ -20,13 +20,19 @@ void validate(const Phong& phong)
             validate(light);
 }
 
+glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point)
+{
+    return color_at(phong.color, point) * point.vertex_color;
+}
+
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
 {
+    const glm::dvec3 surface_color = albedo(phong, point);
     const glm::dvec3& v = point.to_viewer;
     const bool away = glm::dot(point.normal, v) < 0.0;
     const glm::dvec3 n = phong.two_sided && away ? -point.normal : point.normal;
 
-    glm::dvec3 color = phong.ambient * phong.ambient_light * phong.color;
+    glm::dvec3 color = phong.ambient * phong.ambient_light * surface_color;
     if (!phong.lights)
         return color;
     for (const Light& light : *phong.lights) {
@@ -35,7 +41,7 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
             const double n_l = glm::dot(n, l);
             const glm::dvec3 r = 2.0 * n_l * n - l;
             const double v_r = glm::dot(v, r);
-            color += source.intensity * phong.diffuse * std::max(n_l, 0.0) * phong.color;
+            color += source.intensity * phong.diffuse * std::max(n_l, 0.0) * surface_color;
             // Zero stays dark also at an exponent of zero, where 0^0 would light it.
             if (v_r > 0.0)
                 color += source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);

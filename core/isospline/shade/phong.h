@@ -1,6 +1,7 @@
 // Phong's illumination model in the form of the paper's §6.
 #pragma once
 
+#include "isospline/shade/color.h"
 #include "isospline/shade/light.h"
 #include "isospline/shade/surface_point.h"
 
@@ -17,7 +18,7 @@ namespace isospline {
 /// Every I has a red, a green and a blue part; the surface's colour multiplies the ambient and the diffuse term, and
 /// not the specular one, so that highlights have the colour of the light. With the colour white it is the paper's form.
 struct Phong {
-    glm::dvec3 color{1.0};         ///< of the surface, linear
+    Color color = glm::dvec3(1.0); ///< of the surface
     double ambient = 0.05;         ///< ka
     double diffuse = 0.7;          ///< kd
     double specular = 0.2;         ///< ks
@@ -32,7 +33,10 @@ struct Phong {
 /// Throws std::invalid_argument for numbers that are not finite or negative.
 void validate(const Phong& phong);
 
-/// The linear colour of a point. Lights that are left open give none: the renderer fills them in.
+/// The linear colour of the surface itself at a point.
+glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point);
+
+/// The linear colour of a point in the light. Lights that are left open give none: the renderer fills them in.
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
 
 } // namespace isospline

@@ -20,4 +20,15 @@ inline glm::dvec3 shade(const Shading& shading, const SurfacePoint& point)
     return std::visit([&](const auto& model) { return shade(model, point); }, shading);
 }
 
+/// Whether the colour of a point follows from its curvature.
+bool needs_curvature(const Shading& shading);
+
+/// Puts limits into the colours by depth that are to fit to the scene.
+void fit_depth_limits(Shading& shading, const glm::dvec2& limits);
+
+inline glm::dvec3 albedo(const Shading& shading, const SurfacePoint& point)
+{
+    return std::visit([&](const auto& model) { return albedo(model, point); }, shading);
+}
+
 } // namespace isospline

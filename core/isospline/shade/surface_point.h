@@ -1,6 +1,8 @@
 // What an illumination model is told about the point that it shades.
 #pragma once
 
+#include "isospline/spline/curvature.h"
+
 #include <glm/vec3.hpp>
 
 namespace isospline {
@@ -9,6 +11,9 @@ struct SurfacePoint {
     glm::dvec3 position{0.0};            ///< x0, world space
     glm::dvec3 normal{0.0, 0.0, 1.0};    ///< N, unit, outward
     glm::dvec3 to_viewer{0.0, 0.0, 1.0}; ///< V, unit, against the ray
+    double depth = 0.0;                  ///< as Projection::depth()
+    glm::dvec3 vertex_color{1.0};        ///< of a mesh that has one, linear; the surface's colour is multiplied by it
+    Curvature curvature = {};            ///< of an isosurface, world space
 };
 
 } // namespace isospline

@@ -150,8 +150,8 @@ TEST_CASE("geometries may have shadings of their own", "[render]")
 {
     RenderOptions options;
     options.size = {90, 30};
-    options.shading = Outline{0.0, {1, 0, 0}};
-    options.shading_of_geometry.emplace(7u, Outline{0.0, {0, 1, 0}});
+    options.shading = Outline{0.0, glm::dvec3(1, 0, 0)};
+    options.shading_of_geometry.emplace(7u, Outline{0.0, glm::dvec3(0, 1, 0)});
     const Image image = render(cast_at_spheres, OrthographicCamera{{2, -10, 0}, {2, 0, 0}, {0, 0, 1}, 3.0}, options);
     const std::size_t middle_row = 15 * 90;
     REQUIRE(image.color[middle_row + 25] == glm::vec4(1, 0, 0, 1));

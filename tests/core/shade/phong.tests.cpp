@@ -42,7 +42,8 @@ TEST_CASE("Phong is the paper's sum over coloured lights of both kinds", "[shade
         const glm::dvec3 beam = 2.0 * random_direction(random);
 
         Phong phong;
-        phong.color = {0.9, 0.5, 0.2};
+        const glm::dvec3 color(0.9, 0.5, 0.2);
+        phong.color = color;
         phong.ambient = 0.1;
         phong.diffuse = 0.6;
         phong.specular = 0.3;
@@ -54,12 +55,12 @@ TEST_CASE("Phong is the paper's sum over coloured lights of both kinds", "[shade
         const glm::dvec3 to_light[] = {glm::normalize(lamp - at), -glm::normalize(beam)};
         const glm::dvec3 intensity[] = {{1.0, 0.5, 0.25}, {0.2, 0.4, 0.8}};
         for (int channel = 0; channel < 3; ++channel) {
-            double expected = phong.color[channel] * 0.1 * phong.ambient_light[channel];
+            double expected = color[channel] * 0.1 * phong.ambient_light[channel];
             for (int k = 0; k < 2; ++k) {
                 const double n_l = glm::dot(n, to_light[k]);
                 const double v_r = glm::dot(v, 2.0 * n * n_l - to_light[k]);
-                expected += intensity[k][channel] *
-                            (phong.color[channel] * 0.6 * clamped(n_l) + 0.3 * std::pow(clamped(v_r), 7.5));
+                expected +=
+                    intensity[k][channel] * (color[channel] * 0.6 * clamped(n_l) + 0.3 * std::pow(clamped(v_r), 7.5));
             }
             REQUIRE(shade(phong, {at, n, v})[channel] == Approx(expected).margin(1e-12));
         }
@@ -116,7 +117,7 @@ TEST_CASE("Outline is (1 - <N, V>^2)^no, whichever way the normal points", "[sha
 
 TEST_CASE("Outline goes from the surface's colour to the lines' colour", "[shade]")
 {
-    const Outline ink{1.0, {0.1, 0.2, 0.3}, {1.0, 0.9, 0.8}};
+    const Outline ink{1.0, glm::dvec3(0.1, 0.2, 0.3), glm::dvec3(1.0, 0.9, 0.8)};
     require_close(shade(ink, {{}, {0, 0, 1}, {0, 0, 1}}), {1.0, 0.9, 0.8});
     require_close(shade(ink, {{}, {0, 0, 1}, {0, 1, 0}}), {0.1, 0.2, 0.3});
 }
@@ -141,7 +142,7 @@ TEST_CASE("shadings refuse bad numbers by name", "[shade]")
     phong.diffuse = -0.1;
     REQUIRE_THROWS_WITH(validate(phong), ContainsSubstring("diffuse"));
     phong = {};
-    phong.color.y = nan;
+    phong.color = glm::dvec3(0.5, nan, 0.5);
     REQUIRE_THROWS_WITH(validate(phong), ContainsSubstring("color"));
     phong = {};
     phong.lights = {PositionalLight{{nan, 0, 0}}};

@@ -1,0 +1,221 @@
+#include "arrays.h"
+#include "bind.h"
+#include "colors.h"
+
+#include "isospline/scene/scene.h"
+#include "isospline/util/check.h"
+
+#include <glm/matrix.hpp>
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+using Limits = std::pair<double, double>;
+
+const EnumWords<CurvatureKind> kind_words{{"mean", CurvatureKind::mean},
+                                          {"gaussian", CurvatureKind::gaussian},
+                                          {"maximum", CurvatureKind::maximum},
+                                          {"minimum", CurvatureKind::minimum}};
+
+/// Names of colour maps are Python's matter.
+ColorMap as_color_map(const py::object& cmap, Limits limits)
+{
+    const py::object table = py::module_::import("isospline.colors").attr("color_map")(cmap);
+    const RowArray rows(table, "cmap", 3);
+    ColorMap map{{}, {limits.first, limits.second}};
+    for (std::size_t i = 0; i < rows.count(); ++i)
+        map.colors.push_back(rows.vector(i));
+    validate(map);
+    return map;
+}
+
+py::array_t<double> colors_of(const ColorMap& map)
+{
+    auto array = new_array<double>({static_cast<py::ssize_t>(map.colors.size())}, {3});
+    for (std::size_t i = 0; i < map.colors.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel)
+            array.mutable_at(static_cast<py::ssize_t>(i), channel) = map.colors[i][channel];
+    return array;
+}
+
+std::string limits_text(const ColorMap& map)
+{
+    return "limits=(" + to_text(map.limits.x) + ", " + to_text(map.limits.y) + ")";
+}
+
+/// What all colours by a number have.
+template <typename GivenColor>
+void bind_map(py::class_<GivenColor>& color_class)
+{
+    color_class
+        .def_property_readonly(
+            "cmap", [](const GivenColor& color) { return colors_of(color.map); },
+            "(N, 3) float64 array: linear colours at equal steps from the first limit to the second.")
+        .def_property_readonly("limits", [](const GivenColor& color) -> std::optional<Limits> {
+            if constexpr (std::is_same_v<GivenColor, ColorByDepth>)
+                if (color.fit_limits)
+                    return std::nullopt;
+            return Limits{color.map.limits.x, color.map.limits.y};
+        });
+}
+
+void bind_by_volume(py::module_& module)
+{
+    const auto make = [](std::shared_ptr<Volume> volume, const py::object& cmap, std::optional<Limits> limits,
+                         const py::object& transform) {
+        if (!limits && !(volume->minimum() < volume->maximum()))
+            throw_invalid("limits", "two numbers, since all samples of the volume are the same", "None");
+        ColorByVolume color;
+        color.map = as_color_map(cmap, limits.value_or(Limits{volume->minimum(), volume->maximum()}));
+        if (!transform.is_none()) {
+            color.scene_to_volume = glm::inverse(as_matrix4(transform, "transform"));
+            for (int column = 0; column < 4; ++column)
+                if (!is_finite(glm::dvec3(color.scene_to_volume[column])) ||
+                    color.scene_to_volume[column][3] != (column == 3))
+                    throw_invalid("transform", "an invertible affine map", "another matrix");
+        }
+        color.volume = std::move(volume);
+        return color;
+    };
+    py::class_<ColorByVolume> color_class(module, "ColorByVolume",
+                                          R"(The colour of a surface by the value of a volume's model there.
+
+Parameters
+----------
+volume : Volume
+    Any volume, of any degree; it need not be the one that the surface is of. Outside of its domain, it continues by its
+    boundary rule.
+cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+limits : (float, float), optional
+    Values of the first and of the last colour; by default the smallest and the largest sample.
+transform : (4, 4) array_like, optional
+    The volume's world space to the scene's, as of `Scene.add`; by default they are the same.
+
+Raises
+------
+ValueError
+    For limits that are equal or not finite, an unknown map, a transform that is singular or not affine.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> temperature = isospline.Volume(np.random.default_rng(1).random((8, 8, 8)))
+>>> by_temperature = isospline.Phong(color=isospline.ColorByVolume(temperature, limits=(0, 1)))
+)");
+    color_class.def(py::init(make), py::arg("volume"), py::arg("cmap") = "viridis", py::kw_only(),
+                    py::arg("limits") = py::none(), py::arg("transform") = py::none());
+    bind_map(color_class);
+    color_class
+        .def_property_readonly("volume",
+                               [](const ColorByVolume& color) { return std::const_pointer_cast<Volume>(color.volume); })
+        .def_property_readonly(
+            "transform", [](const ColorByVolume& color) { return to_array(glm::inverse(color.scene_to_volume)); },
+            "(4, 4) float64 array.")
+        .def("__repr__", [](const ColorByVolume& color) {
+            const py::object volume = py::cast(std::const_pointer_cast<Volume>(color.volume));
+            return "ColorByVolume(" + py::repr(volume).cast<std::string>() + ", " + limits_text(color.map) + ")";
+        });
+}
+
+void bind_by_curvature(py::module_& module)
+{
+    const auto make = [](const std::string& kind, const py::object& cmap, Limits limits) {
+        return ColorByCurvature{as_enum(kind_words, kind, "kind"), as_color_map(cmap, limits)};
+    };
+    py::class_<ColorByCurvature> color_class(module, "ColorByCurvature", R"(The colour of a surface by its curvature.
+
+The curvature is that of the model, from its exact gradient g and Hessian H in world space,
+
+.. math:: k_{mean} = \pm \frac{|g|^2 \mathrm{tr} H - g^T H g}{2 |g|^3}, \quad
+          k_{Gauss} = \frac{g^T \mathrm{adj}(H) g}{|g|^4}
+
+with the sign that makes a solid ball's mean curvature positive: ridges are positive, valleys negative. Models of degree
+3 have a continuous Hessian; in those of degree 2 it jumps from cell to cell. Meshes have none: zero.
+
+Parameters
+----------
+kind : {"mean", "gaussian", "maximum", "minimum"}
+    Mean or Gaussian curvature, or a principal one.
+cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+limits : (float, float)
+    Curvatures of the first and of the last colour, 1 / world unit, of Gaussian curvature 1 / world unit^2.
+
+Raises
+------
+ValueError
+    For limits that are equal or not finite, an unknown kind or map.
+
+References
+----------
+R. Goldman, "Curvature formulas for implicit curves and surfaces", Computer Aided Geometric Design 22, 2005.
+
+Examples
+--------
+>>> import isospline
+>>> bends = isospline.Phong(color=isospline.ColorByCurvature("mean", "coolwarm", limits=(-0.5, 0.5)))
+)");
+    color_class.def(py::init(make), py::arg("kind") = "mean", py::arg("cmap") = "coolwarm", py::kw_only(),
+                    py::arg("limits"));
+    bind_map(color_class);
+    color_class
+        .def_property_readonly("kind", [](const ColorByCurvature& color) { return to_word(kind_words, color.kind); })
+        .def("__repr__", [](const ColorByCurvature& color) {
+            return "ColorByCurvature(\"" + std::string(to_word(kind_words, color.kind)) + "\", " +
+                   limits_text(color.map) + ")";
+        });
+}
+
+void bind_by_depth(py::module_& module)
+{
+    const auto make = [](const py::object& cmap, std::optional<Limits> limits) {
+        return ColorByDepth{as_color_map(cmap, limits.value_or(Limits{0.0, 1.0})), !limits};
+    };
+    py::class_<ColorByDepth> color_class(module, "ColorByDepth", R"(The colour of a surface by its depth in the image.
+
+Parameters
+----------
+cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+limits : (float, float), optional
+    Depths of the first and of the last colour, as of `Image.depth`; by default those of the corners of the scene's box.
+
+Raises
+------
+ValueError
+    For limits that are equal or not finite, an unknown map.
+)");
+    color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none());
+    bind_map(color_class);
+    color_class.def("__repr__", [](const ColorByDepth& color) {
+        return "ColorByDepth(" + (color.fit_limits ? "" : limits_text(color.map)) + ")";
+    });
+}
+
+} // namespace
+
+void bind_color(py::module_& module)
+{
+    bind_by_volume(module);
+    bind_by_curvature(module);
+    py::class_<ColorByNormal>(module, "ColorByNormal", R"(The colour of a surface by its normal.
+
+Red, green and blue, linear, are (N + 1) / 2 of the unit outward normal N in world space.
+)")
+        .def(py::init<>())
+        .def("__repr__", [](const ColorByNormal&) { return "ColorByNormal()"; });
+    bind_by_depth(module);
+}
+
+} // namespace isospline

@@ -1,0 +1,159 @@
+#include "arrays.h"
+#include "bind.h"
+#include "hits.h"
+
+#include "isospline/scene/mesh.h"
+
+#include <pybind11/numpy.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* mesh_doc = R"(A triangle mesh.
+
+Parameters
+----------
+vertices : (V, 3) array_like of numbers, world units
+    Positions; single precision is enough, double precision is kept.
+faces : (F, 3) array_like of integers
+    Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
+normals : (V, 3) array_like of numbers, optional
+    Outward normals at the vertices, of any length: the surface is shaded with what lies between them. Ray queries
+    return those of the faces.
+colors : (V, 3) array_like of numbers, optional
+    Colours at the vertices, with what lies between them in between: linear, or sRGB from 0 to 255 where the type is
+    uint8. The colour of a `Phong`, white unless told otherwise, multiplies them.
+
+Raises
+------
+ValueError
+    Where a vertex is not finite, a face names a vertex that is not there, or normals and colours are not finite, not
+    one a vertex or, as colours, negative.
+
+Examples
+--------
+>>> import isospline
+>>> mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+>>> mesh.faces.shape
+(1, 3)
+)";
+
+std::vector<glm::dvec3> as_vectors(const py::object& value, const char* parameter)
+{
+    const RowArray rows(value, parameter, 3);
+    if (rows.leading_shape().size() != 1)
+        throw_invalid(parameter, "shape (V, 3)", std::to_string(rows.leading_shape().size() + 1) + " dimensions");
+    std::vector<glm::dvec3> vectors(rows.count());
+    for (std::size_t i = 0; i < vectors.size(); ++i)
+        vectors[i] = rows.vector(i);
+    return vectors;
+}
+
+/// One vector a vertex, or none for None.
+std::vector<glm::dvec3> as_vertex_vectors(const py::object& value, const char* parameter, std::size_t vertex_count)
+{
+    if (value.is_none())
+        return {};
+    std::vector<glm::dvec3> vectors = as_vectors(value, parameter);
+    if (vectors.size() != vertex_count)
+        throw_invalid(parameter, "shape (" + std::to_string(vertex_count) + ", 3), as of vertices",
+                      "(" + std::to_string(vectors.size()) + ", 3)");
+    return vectors;
+}
+
+std::vector<glm::dvec3> as_vertex_colors(const py::object& value, std::size_t vertex_count)
+{
+    const py::object colors = value.is_none() ? value : py::object(as_array(value, "colors", "iuf"));
+    std::vector<glm::dvec3> linear = as_vertex_vectors(colors, "colors", vertex_count);
+    if (!colors.is_none() && py::isinstance<py::array_t<std::uint8_t>>(colors))
+        for (glm::dvec3& color : linear)
+            for (int channel = 0; channel < 3; ++channel) {
+                const double srgb = color[channel] / 255.0; // IEC 61966-2-1
+                color[channel] = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+            }
+    return linear;
+}
+
+/// Rows of a mesh's list of vectors, or None where it is empty.
+py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& vectors)
+{
+    if (vectors.empty())
+        return py::none();
+    return read_only(py::array_t<double>({static_cast<py::ssize_t>(vectors.size()), py::ssize_t{3}},
+                                         reinterpret_cast<const double*>(vectors.data()), self));
+}
+
+std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces, const py::object& normals,
+                                const py::object& colors)
+{
+    std::vector<glm::dvec3> vertex_list = as_vectors(vertices, "vertices");
+    std::vector<glm::dvec3> normal_list = as_vertex_vectors(normals, "normals", vertex_list.size());
+    std::vector<glm::dvec3> color_list = as_vertex_colors(colors, vertex_list.size());
+
+    const py::array indices = as_array(faces, "faces", "iu", "an array of integers");
+    if (indices.ndim() != 2 || indices.shape(1) != 3)
+        throw_invalid("faces", "shape (F, 3)", to_text(shape_of(indices)));
+    const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> rows(indices);
+    std::vector<glm::uvec3> face_list(static_cast<std::size_t>(rows.shape(0)));
+    for (std::size_t i = 0; i < face_list.size(); ++i)
+        for (int corner = 0; corner < 3; ++corner) {
+            const std::int64_t index = rows.at(static_cast<py::ssize_t>(i), corner);
+            if (index < 0 || index >= static_cast<std::int64_t>(vertex_list.size()))
+                throw_invalid("faces", "vertex indices from 0 to " + std::to_string(vertex_list.size()) + " - 1",
+                              std::to_string(index) + " in face " + std::to_string(i));
+            face_list[i][corner] = static_cast<unsigned int>(index);
+        }
+    return std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list), std::move(normal_list),
+                                  std::move(color_list));
+}
+
+} // namespace
+
+void bind_mesh(py::module_& module)
+{
+    py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh", mesh_doc)
+        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"), py::arg("normals") = py::none(),
+             py::arg("colors") = py::none())
+        .def_property_readonly(
+            "vertices",
+            [](const py::object& self) {
+                const auto& vertices = self.cast<const Mesh&>().vertices();
+                return read_only(py::array_t<double>({static_cast<py::ssize_t>(vertices.size()), py::ssize_t{3}},
+                                                     reinterpret_cast<const double*>(vertices.data()), self));
+            },
+            "(V, 3) float64 array, world units; read-only.")
+        .def_property_readonly(
+            "faces",
+            [](const py::object& self) {
+                const auto& faces = self.cast<const Mesh&>().faces();
+                return read_only(py::array_t<std::uint32_t>({static_cast<py::ssize_t>(faces.size()), py::ssize_t{3}},
+                                                            reinterpret_cast<const std::uint32_t*>(faces.data()),
+                                                            self));
+            },
+            "(F, 3) uint32 array of rows of `vertices`; read-only.")
+        .def_property_readonly(
+            "normals", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().normals()); },
+            "(V, 3) float64 array, as given; read-only. None where there are none.")
+        .def_property_readonly(
+            "colors", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().colors()); },
+            "(V, 3) float64 array, linear; read-only. None where there are none.")
+        .def_property_readonly(
+            "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
+            "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")
+        .def("__repr__", [](const Mesh& mesh) {
+            return "Mesh(" + std::to_string(mesh.vertices().size()) + " vertices, " +
+                   std::to_string(mesh.faces().size()) + " faces)";
+        });
+}
+
+} // namespace isospline

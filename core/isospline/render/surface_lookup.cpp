@@ -1,0 +1,97 @@
+#include "isospline/render/surface_lookup.h"
+
+#include "isospline/math/affine.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <variant>
+
+namespace isospline {
+
+namespace {
+
+/// Weights of the corners of a triangle at a point of its plane, by areas; equal where the triangle has none.
+glm::dvec3 barycentric(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c)
+{
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    const double square = glm::dot(normal, normal);
+    if (!(square > 0.0))
+        return glm::dvec3(1.0 / 3.0);
+    const double weight_b = glm::dot(glm::cross(point - a, c - a), normal) / square;
+    const double weight_c = glm::dot(glm::cross(b - a, point - a), normal) / square;
+    return {1.0 - weight_b - weight_c, weight_b, weight_c};
+}
+
+glm::dvec3 unit(const glm::dvec3& vector)
+{
+    const double length = glm::length(vector);
+    return length > 0.0 ? vector / length : glm::dvec3(0.0);
+}
+
+/// A shading normal that is on the viewer's side of the surface where the face's normal is, and on the other where that
+/// is: one that has tipped over the horizon is taken back to it.
+glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal, const glm::dvec3& to_viewer)
+{
+    const double side = glm::dot(face_normal, to_viewer) < 0.0 ? -1.0 : 1.0;
+    const double cosine = glm::dot(normal, to_viewer);
+    if (side * cosine >= 0.0)
+        return normal;
+    constexpr double above_horizon = 1e-6;
+    return glm::normalize(normal + (side * above_horizon - cosine) * to_viewer);
+}
+
+} // namespace
+
+SurfaceLookup::SurfaceLookup(const Scene& scene) : entries_(scene.count())
+{
+    for (std::size_t id = 0; id < entries_.size(); ++id) {
+        const PlacedObject& placed = scene.object(static_cast<std::uint32_t>(id));
+        Entry& entry = entries_[id];
+        entry.scene_to_object = glm::inverse(placed.transform);
+        if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&placed.object)) {
+            entry.mesh = mesh->get();
+        } else {
+            entry.surface = std::get<std::shared_ptr<const Isosurface>>(placed.object).get();
+            entry.scene_to_object = entry.surface->volume().world_to_index() * entry.scene_to_object;
+        }
+    }
+}
+
+void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const
+{
+    const Entry& entry = entries_[hit.geometry_id];
+    if (entry.surface && with_curvature) {
+        // Index coordinates are a function x -> M x of world coordinates: M^T g and M^T H M are the derivatives there.
+        const Volume& volume = entry.surface->volume();
+        const glm::dvec3 position_index = transform_point(entry.scene_to_object, point.position);
+        const glm::dmat3 map(entry.scene_to_object);
+        const glm::dvec3 gradient = transform_gradient(entry.scene_to_object, volume.gradient(position_index));
+        const glm::dmat3 hessian = glm::transpose(map) * volume.hessian(position_index) * map;
+        point.curvature = curvature_of_level_surface(gradient, hessian);
+        if (entry.surface->options().inside == Inside::above)
+            point.curvature.mean = -point.curvature.mean;
+    }
+    if (entry.mesh && (!entry.mesh->normals().empty() || !entry.mesh->colors().empty())) {
+        const Mesh& mesh = *entry.mesh;
+        const glm::uvec3& face = mesh.faces()[hit.primitive_id];
+        const auto& vertices = mesh.vertices();
+        const glm::dvec3 weights = barycentric(transform_point(entry.scene_to_object, point.position), vertices[face.x],
+                                               vertices[face.y], vertices[face.z]);
+        if (const auto& colors = mesh.colors(); !colors.empty()) {
+            const glm::dvec3 between =
+                weights.x * colors[face.x] + weights.y * colors[face.y] + weights.z * colors[face.z];
+            point.vertex_color = glm::max(between, 0.0); // rounding may leave the triangle
+        }
+        if (const auto& normals = mesh.normals(); !normals.empty()) {
+            const glm::dvec3 between = weights.x * unit(normals[face.x]) + weights.y * unit(normals[face.y]) +
+                                       weights.z * unit(normals[face.z]);
+            const glm::dvec3 normal = transform_gradient(entry.scene_to_object, between);
+            if (normal != glm::dvec3(0.0))
+                point.normal = on_same_side(unit(normal), hit.normal, point.to_viewer);
+        }
+    }
+}
+
+} // namespace isospline

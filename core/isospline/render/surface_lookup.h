@@ -1,0 +1,33 @@
+// What a scene knows of a point of its surfaces beyond where a ray hit it.
+#pragma once
+
+#include "isospline/scene/scene.h"
+#include "isospline/shade/surface_point.h"
+#include "isospline/trace/hit.h"
+
+#include <glm/mat4x4.hpp>
+
+#include <vector>
+
+namespace isospline {
+
+/// Looks up, for hits of a scene, normals and colours that lie between the vertices of a mesh, and curvatures of
+/// isosurfaces. The scene must not change meanwhile.
+class SurfaceLookup {
+public:
+    explicit SurfaceLookup(const Scene& scene);
+
+    /// Completes a point, whose position, normal and direction to the viewer are given.
+    void complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const;
+
+private:
+    struct Entry {
+        const Isosurface* surface = nullptr;
+        const Mesh* mesh = nullptr;
+        glm::dmat4 scene_to_object{1.0}; ///< to the mesh's space, or to index space
+    };
+
+    std::vector<Entry> entries_; ///< by geometry id
+};
+
+} // namespace isospline

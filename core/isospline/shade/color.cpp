@@ -1,0 +1,70 @@
+#include "isospline/shade/color.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/util/check.h"
+
+namespace isospline {
+
+namespace {
+
+double curvature_of(CurvatureKind kind, const Curvature& curvature)
+{
+    switch (kind) {
+    case CurvatureKind::mean:
+        return curvature.mean;
+    case CurvatureKind::gaussian:
+        return curvature.gaussian;
+    case CurvatureKind::maximum:
+        return curvature.maximum();
+    case CurvatureKind::minimum:
+        return curvature.minimum();
+    }
+    return 0.0;
+}
+
+glm::dvec3 color_at(const glm::dvec3& color, const SurfacePoint&)
+{
+    return color;
+}
+
+glm::dvec3 color_at(const ColorByVolume& color, const SurfacePoint& point)
+{
+    const glm::dvec3 position_world = transform_point(color.scene_to_volume, point.position);
+    return color_of(color.map, color.volume->value(transform_point(color.volume->world_to_index(), position_world)));
+}
+
+glm::dvec3 color_at(const ColorByCurvature& color, const SurfacePoint& point)
+{
+    return color_of(color.map, curvature_of(color.kind, point.curvature));
+}
+
+glm::dvec3 color_at(const ColorByNormal&, const SurfacePoint& point)
+{
+    return 0.5 * (point.normal + 1.0);
+}
+
+glm::dvec3 color_at(const ColorByDepth& color, const SurfacePoint& point)
+{
+    return color_of(color.map, point.depth);
+}
+
+} // namespace
+
+void validate(const char* parameter, const Color& color)
+{
+    if (const auto* constant = std::get_if<glm::dvec3>(&color))
+        check_not_negative(parameter, *constant);
+    else if (const auto* by_volume = std::get_if<ColorByVolume>(&color))
+        validate(by_volume->map);
+    else if (const auto* by_curvature = std::get_if<ColorByCurvature>(&color))
+        validate(by_curvature->map);
+    else if (const auto* by_depth = std::get_if<ColorByDepth>(&color))
+        validate(by_depth->map);
+}
+
+glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
+{
+    return std::visit([&](const auto& given) { return color_at(given, point); }, color);
+}
+
+} // namespace isospline

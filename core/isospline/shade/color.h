@@ -1,0 +1,52 @@
+// The colour of a surface: one for all of it, or one that follows from the point.
+#pragma once
+
+#include "isospline/shade/color_map.h"
+#include "isospline/shade/surface_point.h"
+#include "isospline/spline/volume.h"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include <memory>
+#include <optional>
+#include <variant>
+
+namespace isospline {
+
+/// By the value of a volume's model at the point, which need not be the volume that the surface is of.
+struct ColorByVolume {
+    std::shared_ptr<const Volume> volume;
+    ColorMap map;
+    glm::dmat4 scene_to_volume{1.0}; ///< from the scene's world space to the volume's
+};
+
+enum class CurvatureKind { mean, gaussian, maximum, minimum };
+
+/// By a curvature of the surface; that of a mesh is zero.
+struct ColorByCurvature {
+    CurvatureKind kind = CurvatureKind::mean;
+    ColorMap map;
+};
+
+/// (N + 1) / 2 of the unit outward normal N, whose x, y and z become red, green and blue.
+struct ColorByNormal {};
+
+/// By the depth of the point, as images hold it.
+struct ColorByDepth {
+    ColorMap map;
+    /// Whether map.limits are to be those of the scene's box as the camera sees it; render() of a scene puts them in.
+    bool fit_limits = false;
+};
+
+/// Linear red, green and blue, or a rule that gives them.
+using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth>;
+
+/// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and as the colour map
+/// does.
+void validate(const char* parameter, const Color& color);
+
+/// The linear colour at a point.
+glm::dvec3 color_at(const Color& color, const SurfacePoint& point);
+
+} // namespace isospline

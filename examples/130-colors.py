@@ -1,0 +1,37 @@
+"""Colours that follow from the point: a second volume, curvature, ridges and valleys, normals."""
+
+from pathlib import Path
+
+import numpy as np
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=96, size=(480, 400), folder="out"):
+    # Curvature is a matter of second derivatives: those of degree 3 are continuous.
+    field = volumes.heart(periods=3.5, sharpness=8)
+    data = field.samples(samples)
+    volume = isospline.Volume(data, degree=3, **field.grid(samples))
+    scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+    camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=size)
+
+    waves = volumes.waves()
+    other = isospline.Volume(waves.samples(samples), **waves.grid(samples))
+    ramp = np.array([(0.02, 0.05, 0.3), (0.1, 0.6, 0.5), (1, 0.9, 0.2)])
+    cool_warm = np.array([(0.05, 0.1, 0.6), (0.8, 0.8, 0.8), (0.6, 0.02, 0.05)])
+    colors = {
+        "volume": isospline.ColorByVolume(other, ramp),
+        "curvature": isospline.ColorByCurvature("mean", cool_warm, limits=(-8, 8)),  # or a name, such as "coolwarm"
+        "ridges": isospline.ridges_and_valleys(8, color=(0.4, 0.3, 0.2), valley=(0.05, 0.02, 0.01)),
+        "normal": isospline.ColorByNormal(),
+    }
+    Path(folder).mkdir(exist_ok=True)
+    for name, color in colors.items():
+        shading = isospline.Phong(color=color)
+        image = isospline.render(scene, camera, size=size, shading=shading, background=1, samples=4)
+        image.write(Path(folder) / f"130-{name}.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,284 @@
+"""Colours of surfaces against closed forms: by volume, curvature, normal, depth, and between vertices."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+from analytic_volumes import Gyroid, Torus
+
+SIZE = (90, 70)
+RAMP = [(0, 0, 0), (1, 1, 1)]
+
+
+def shown(scene, camera, color):
+    """The image of a scene in this colour alone, without any light."""
+    return isospline.render(scene, camera, size=SIZE, shading=isospline.Outline(0, color=color))
+
+
+def value_of(image, limits):
+    """What a grey ramp between limits shows, and where there is a surface."""
+    gray, seen = image.color[..., 0].astype(float), np.isfinite(image.depth)
+    assert (gray[seen] > 0.001).all() and (gray[seen] < 0.999).all() and seen.sum() > 500
+    return limits[0] + (limits[1] - limits[0]) * gray[seen], image.position[seen].astype(float)
+
+
+def quadratic(squares, radius, inside="below", shape=(25, 25, 25), spacing=(1, 1, 1), direction=None):
+    """The surface sum of squares * x^2 = radius^2, which a model of degree 2 or 3 holds exactly but near the border."""
+    direction = np.eye(3) if direction is None else np.asarray(direction)
+    z, y, x = np.meshgrid(*(np.arange(n) - n // 2 for n in shape), indexing="ij")
+    points = np.stack([x, y, z], axis=-1) * spacing @ direction.T
+    origin = -direction @ (np.array(shape[::-1]) // 2 * spacing)
+    volume = isospline.Volume(
+        (points**2 * squares).sum(-1), degree=3, spacing=spacing, origin=origin, direction=direction
+    )
+    clip = isospline.Box((-6, -6, -6), (6, 6, 6))
+    return isospline.Isosurface(volume, radius**2, inside=inside, clip=clip)
+
+
+@pytest.fixture
+def camera():
+    return isospline.PerspectiveCamera((4, -25, 3), (0, 0, 0), field_of_view=30)
+
+
+TILT = [(0.6, -0.8, 0), (0.8, 0.6, 0), (0, 0, 1)]
+
+
+@pytest.mark.parametrize("inside, sign", [("below", 1), ("above", -1)])
+@pytest.mark.parametrize("placing", [dict(), dict(spacing=(1, 0.8, 1.25), direction=TILT, shape=(23, 33, 27))])
+def test_curvature_of_a_sphere(camera, inside, sign, placing):
+    scene = isospline.Scene([quadratic((1, 1, 1), 5, inside=inside, **placing)])
+    for kind, expected in (("mean", sign / 5), ("gaussian", 1 / 25), ("maximum", sign / 5), ("minimum", sign / 5)):
+        color = isospline.ColorByCurvature(kind, RAMP, limits=(-1, 1))
+        values, _ = value_of(shown(scene, camera, color), (-1, 1))
+        # Coefficients are float32: rounded by 1e-5 where the gradient is 10, 1e-4 is a bound for second differences.
+        # Principal curvatures come from the root of a difference, which vanishes here.
+        principal = kind in ("maximum", "minimum")
+        np.testing.assert_allclose(values, expected, atol=1e-2 if principal else 1e-4)
+
+
+def test_curvature_of_a_cylinder_through_a_transform(camera):
+    scene = isospline.Scene()
+    scene.add(quadratic((1, 1, 0), 4), np.diag([1.5, 1.5, -1.5, 1]))  # mirrored, of radius 6
+    for kind, expected in (("mean", 1 / 12), ("gaussian", 0), ("maximum", 1 / 6), ("minimum", 0)):
+        color = isospline.ColorByCurvature(kind, RAMP, limits=(-1, 1))
+        values, _ = value_of(shown(scene, camera, color), (-1, 1))
+        np.testing.assert_allclose(values, expected, atol=1e-4)
+
+
+def test_curvature_of_a_torus():
+    torus = Torus(center=(32, 32, 32), major_radius=16, minor_radius=7)
+    volume = isospline.Volume(torus.samples((65, 65, 65)), degree=3)
+    scene = isospline.Scene([isospline.Isosurface(volume, 0)])
+    camera = isospline.camera_for(scene, view=(1, -1, 1.2), size=SIZE)
+    for kind in ("mean", "gaussian", "maximum", "minimum"):
+        limits = (-0.3, 0.3)
+        values, position = value_of(shown(scene, camera, isospline.ColorByCurvature(kind, RAMP, limits=limits)), limits)
+        p = position - 32
+        cosine = (np.hypot(p[:, 0], p[:, 1]) - 16) / 7
+        k1, k2 = np.full(len(p), 1 / 7), cosine / (16 + 7 * cosine)
+        expected = {"mean": (k1 + k2) / 2, "gaussian": k1 * k2, "maximum": k1, "minimum": k2}[kind]
+        assert np.ptp(expected) > 0.01 or kind == "maximum"
+        np.testing.assert_allclose(values, expected, atol=1e-3)
+
+
+def test_curvature_is_that_of_the_shape_operator():
+    gyroid = Gyroid(period=24)
+    volume = isospline.Volume(gyroid.samples((48, 48, 48)), degree=3, boundary="periodic")
+    scene = isospline.Scene([isospline.Isosurface(volume, 0.3)])
+    camera = isospline.camera_for(scene, size=SIZE)
+    limits = (-0.5, 0.5)
+    for kind, column in (("minimum", 1), ("maximum", 2)):
+        values, position = value_of(shown(scene, camera, isospline.ColorByCurvature(kind, RAMP, limits=limits)), limits)
+        # The solid is above: the outward normal is against the gradient.
+        gradient, hessian = -gyroid.gradient(position), -gyroid.hessian(position)
+        length = np.linalg.norm(gradient, axis=1)[:, None, None]
+        normal = gradient[..., None] / length
+        tangential = np.eye(3) - normal @ normal.swapaxes(1, 2)
+        eigenvalues = np.linalg.eigvalsh(tangential @ hessian @ tangential / length)
+        eigenvalues = np.sort(np.take_along_axis(
+            eigenvalues, np.argsort(np.abs(eigenvalues), axis=1)[:, 1:], axis=1), axis=1)  # without that of the normal
+        np.testing.assert_allclose(values, eigenvalues[:, column - 1], atol=2e-3)
+
+
+def test_by_volume(camera, rng):
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    # A linear function, exact for a model of degree 1, on a grid of its own.
+    weights, offset = np.array([0.02, -0.03, 0.05]), 0.4
+    z, y, x = np.mgrid[0:9, 0:8, 0:10].astype(float)
+    points = np.stack([x, y, z], axis=-1) * (2, 3, 2.5) - 10
+    volume = isospline.Volume(points @ weights + offset, spacing=(2, 3, 2.5), origin=(-10, -10, -10), degree=1)
+    values, position = value_of(shown(scene, camera, isospline.ColorByVolume(volume, RAMP, limits=(-1, 2))), (-1, 2))
+    np.testing.assert_allclose(values, position @ weights + offset, atol=2e-6)
+
+    transform = np.array([(0, -1, 0, 1), (1, 0, 0, 2), (0, 0, 1, -0.5), (0, 0, 0, 1)])
+    color = isospline.ColorByVolume(volume, RAMP, transform=transform)
+    assert color.limits == (volume.minimum, volume.maximum)
+    np.testing.assert_allclose(color.transform, transform, atol=1e-12)
+    values, position = value_of(shown(scene, camera, color), color.limits)
+    in_volume = np.c_[position, np.ones(len(position))] @ np.linalg.inv(transform).T
+    np.testing.assert_allclose(values, in_volume[:, :3] @ weights + offset, atol=2e-6)
+
+
+def test_by_normal_and_by_depth(camera):
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    image = shown(scene, camera, isospline.ColorByNormal())
+    seen = np.isfinite(image.depth)
+    np.testing.assert_allclose(image.color[seen, :3], (image.normal[seen] + 1) / 2, atol=1e-6)
+
+    values, _ = value_of(shown(scene, camera, isospline.ColorByDepth(RAMP, limits=(19, 28))), (19, 28))
+    np.testing.assert_allclose(values, image.depth[seen], atol=2e-6)
+    # By default, from the nearest corner of the scene's box to the farthest.
+    color = isospline.ColorByDepth(RAMP)
+    assert color.limits is None and repr(color) == "ColorByDepth()"
+    lower, upper = scene.bounds
+    corners = np.stack(np.meshgrid(*zip(lower, upper)), axis=-1).reshape(-1, 3)
+    depths = corners @ camera.world_to_camera[2, :3] + camera.world_to_camera[2, 3]
+    limits = depths.min(), depths.max()
+    values, _ = value_of(shown(scene, camera, color), limits)
+    np.testing.assert_allclose(values, image.depth[seen], atol=2e-5)
+
+
+def barycentric(points, corners):
+    """Weights of the corners, by least squares; the corners span a plane."""
+    system = np.vstack([corners.T, np.ones(3)])
+    return np.linalg.lstsq(system, np.c_[points, np.ones(len(points))].T, rcond=None)[0].T
+
+
+CORNERS = np.array([(-4, 1, -3), (5, 0, -2), (0.5, 2, 4.0)])
+PLACED = np.array([(0, 0.5, -1.2, 0.3), (0.2, 1.1, 0.4, -1), (1.3, 0, 0.1, 0.2), (0, 0, 0, 1)])
+
+
+@pytest.mark.parametrize("transform", [np.eye(4), PLACED], ids=["in place", "transformed"])
+def test_vertex_colors_are_linear_between_the_corners(camera, transform):
+    colors = np.array([(1, 0, 0.2), (0.1, 1, 0), (0, 0.3, 0.9)])
+    scene = isospline.Scene()
+    scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors), transform)
+    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 2))
+    image = isospline.render(scene, camera, size=SIZE, shading=light)
+    seen = np.isfinite(image.depth)
+    assert seen.sum() > 300
+    placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
+    weights = barycentric(image.position[seen].astype(float), placed)
+    np.testing.assert_allclose(image.color[seen, :3], weights @ colors * (0.5, 1, 2), atol=5e-6)
+
+
+MIRRORED = np.diag([-1, 1, 1, 1])
+
+
+@pytest.mark.parametrize("transform", [np.eye(4), PLACED, MIRRORED], ids=["in place", "transformed", "mirrored"])
+def test_vertex_normals_are_interpolated(camera, transform):
+    normals = np.array([(-0.3, -1, -0.2), (0.4, -2, 0), (0, -0.7, 0.3)])
+    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], normals=normals)
+    np.testing.assert_array_equal(mesh.normals, normals)
+    scene = isospline.Scene()
+    scene.add(mesh, transform)
+    image = isospline.render(scene, camera, size=SIZE)
+    seen = np.isfinite(image.depth)
+    placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
+    units = normals / np.linalg.norm(normals, axis=1)[:, None]
+    expected = barycentric(image.position[seen].astype(float), placed) @ units @ np.linalg.inv(transform[:3, :3])
+    expected /= np.linalg.norm(expected, axis=1)[:, None]
+    # All of them are on the side of the triangle that is seen, or all are not.
+    to_eye = camera.eye - image.position[seen]
+    assert seen.sum() > 300 and len(np.unique(np.sign((expected * to_eye).sum(1)))) == 1
+    np.testing.assert_allclose(image.normal[seen], expected, atol=5e-6)
+    # Queries keep to the faces.
+    hits = scene.cast_rays(camera.rays(SIZE)[seen])
+    assert np.ptp(hits["primitive_normals"], axis=0).max() < 1e-12
+
+
+def test_a_normal_that_tips_over_the_horizon_stays_on_it():
+    mesh = isospline.Mesh([(-1, 0, -1), (1, 0, -1), (0, 0, 2)], [(0, 1, 2)], normals=[(0, 1, 0.5)] * 3)
+    camera = isospline.OrthographicCamera((0, -5, 0), (0, 0, 0), height=1)
+    normal = isospline.render(isospline.Scene([mesh]), camera, size=(4, 4)).normal
+    np.testing.assert_allclose(normal, np.broadcast_to((0, 0, 1), (4, 4, 3)), atol=1e-5)
+    assert (normal[..., 1] < 0).all()  # towards the viewer, as the face
+
+
+def test_colors_of_bytes_are_srgb():
+    colors = np.array([(0, 10, 255), (55, 128, 200), (1, 2, 3)], np.uint8)
+    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors)
+    value = colors / 255
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(mesh.colors, linear, rtol=1e-12)
+    np.testing.assert_array_equal(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=value).colors, value)
+    assert isospline.Mesh(CORNERS, [(0, 1, 2)]).colors is None and isospline.Mesh(CORNERS, [(0, 1, 2)]).normals is None
+
+
+def test_maps_of_matplotlib_look_as_they_do_there(camera):
+    matplotlib = pytest.importorskip("matplotlib")
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    limits = (19, 28)
+    for cmap in ("viridis", matplotlib.colormaps["coolwarm"]):
+        image = shown(scene, camera, isospline.ColorByDepth(cmap, limits=limits))
+        seen = np.isfinite(image.depth)
+        exact = matplotlib.colormaps[getattr(cmap, "name", cmap)](np.linspace(0, 1, 256))[:, :3] * 255
+        place = np.clip((image.depth[seen] - limits[0]) / (limits[1] - limits[0]), 0, 1) * 255
+        expected = np.stack([np.interp(place, np.arange(256), exact[:, channel]) for channel in range(3)], axis=-1)
+        assert np.abs(image.to_srgb()[seen][:, :3] - expected).max() <= 1
+
+
+def test_ridges_and_valleys():
+    color = isospline.ridges_and_valleys(0.25, color=(0.4, 0.5, 0.6), ridge=0.9)
+    assert (color.kind, color.limits) == ("mean", (-0.25, 0.25))
+    np.testing.assert_array_equal(color.cmap, [(0, 0, 0), (0.4, 0.5, 0.6), (0.9, 0.9, 0.9)])
+
+
+def test_shadings_keep_their_colors():
+    for color in (isospline.ColorByNormal(), isospline.ColorByDepth(RAMP, limits=(1, 3))):
+        phong = isospline.Phong(color=color)
+        assert type(phong.color) is type(color) and f"color={color!r}, ambient" in repr(phong)
+        outline = isospline.Outline(surface_color=color)
+        assert repr(outline.surface_color) == repr(color) and repr(color) in repr(outline)
+    assert repr(color) == "ColorByDepth(limits=(1, 3))"
+    np.testing.assert_array_equal(isospline.Phong(color=(1, 2, 3)).color, (1, 2, 3))
+
+
+def test_bad_colors(monkeypatch):
+    volume = isospline.Volume(np.arange(27.0).reshape(3, 3, 3))
+    flat = isospline.Volume(np.ones((3, 3, 3)))
+    mesh = (CORNERS, [(0, 1, 2)])
+    for make, parameter in (
+        (lambda: isospline.Phong(color=(1, -1, 1)), "color"),
+        (lambda: isospline.Phong(color=(1, 1)), "color"),
+        (lambda: isospline.Outline(surface_color=np.nan), "surface_color"),
+        (lambda: isospline.ColorByDepth("viridian"), "cmap"),
+        (lambda: isospline.ColorByDepth([(1, 1, 1)]), "cmap"),
+        (lambda: isospline.ColorByDepth([(1, 1), (0, 0)]), "cmap"),
+        (lambda: isospline.ColorByDepth([(1, 1, 1), (0, 0, -1)]), "cmap"),
+        (lambda: isospline.ColorByDepth(RAMP, limits=(1, 1)), "limits"),
+        (lambda: isospline.ColorByCurvature(limits=(0, np.inf)), "limits"),
+        (lambda: isospline.ColorByCurvature("average", limits=(0, 1)), "kind"),
+        (lambda: isospline.ColorByVolume(flat, RAMP), "limits"),
+        (lambda: isospline.ColorByVolume(volume, RAMP, transform=np.diag([1, 1, 0, 1])), "transform"),
+        (lambda: isospline.ColorByVolume(volume, RAMP, transform=np.diag([1, 1, 1, 2])), "transform"),
+        (lambda: isospline.Mesh(*mesh, normals=[(0, 0, 1)]), "normals"),
+        (lambda: isospline.Mesh(*mesh, normals=[(0, 0, np.nan)] * 3), "normals"),
+        (lambda: isospline.Mesh(*mesh, colors=[(0, 0, 1, 1)] * 3), "colors"),
+        (lambda: isospline.Mesh(*mesh, colors=[(0, 0, -1)] * 3), "colors"),
+    ):
+        with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
+            make()
+    with pytest.raises(TypeError, match="color: expected"):
+        isospline.Phong(color="red")
+    with pytest.raises(TypeError, match="cmap: expected"):
+        isospline.ColorByDepth({})
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ImportError, match=r"pip install isospline\[color\]"):
+        isospline.ColorByDepth("viridis")
+    isospline.ColorByDepth(RAMP)
+
+
+def test_threads_do_not_change_the_colors(camera):
+    scene = isospline.Scene([quadratic((1, 1, 1), 5)])
+    color = isospline.ColorByCurvature(cmap=RAMP, limits=(0, 1))
+    images = []
+    try:
+        for threads in (1, 2):
+            isospline.set_thread_count(threads)
+            images.append(shown(scene, camera, color).color.tobytes())
+    finally:
+        isospline.set_thread_count(0)
+    assert images[0] == images[1]
