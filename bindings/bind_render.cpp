@@ -28,12 +28,14 @@ using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
 using GivenShading = std::variant<Phong, Outline, ShadingOfGeometry>;
 
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
-                                    const py::object& background, int samples, const py::object& progress)
+                                    const py::object& background, int samples, bool curvature,
+                                    const py::object& progress)
 {
     RenderOptions options;
     options.size = {size[0], size[1]};
     options.background = as_background(background, "background");
     options.samples = samples;
+    options.curvature = curvature;
     if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
         options.shading_of_geometry = std::move(*by_geometry);
     else if (auto* phong = std::get_if<Phong>(&shading))
@@ -67,6 +69,15 @@ void bind_image(py::module_& module)
         .def_property_readonly("depth", [](const py::object& self) { return view<float>(self, &Image::depth); })
         .def_property_readonly("position", [](const py::object& self) { return view<float>(self, &Image::position); })
         .def_property_readonly("normal", [](const py::object& self) { return view<float>(self, &Image::normal); })
+        .def_property_readonly("albedo", [](const py::object& self) { return view<float>(self, &Image::albedo); })
+        .def_property_readonly("gradient_magnitude",
+                               [](const py::object& self) { return view<float>(self, &Image::gradient_magnitude); })
+        .def_property_readonly("curvature",
+                               [](const py::object& self) -> py::object {
+                                   if (self.cast<const Image&>().curvature.empty())
+                                       return py::none();
+                                   return view<float>(self, &Image::curvature);
+                               })
         .def_property_readonly("geometry_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
         .def_property_readonly("primitive_ids",
@@ -106,7 +117,7 @@ void bind_render(py::module_& module)
     py::register_local_exception_translator(translate_file_error);
     bind_image(module);
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
-               py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("progress"),
+               py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("curvature"), py::arg("progress"),
                "The arrays of isospline.render().");
 }
 

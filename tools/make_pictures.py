@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[1]
 ROWS = {
     "cameras": ("120-cameras", (440, 248), ["120-lens", "120-panorama"]),
     "colors": ("130-colors", (300, 280), ["130-volume", "130-curvature", "130-ridges", "130-normal"]),
+    "layers": ("140-layers", (240, 220), ["140-depth", "140-normal", "140-albedo", "140-gradient", "140-curvature"]),
 }
 
 for name, (example, size, parts) in ROWS.items():

@@ -14,7 +14,7 @@ from . import _core
 from .colors import linear_to_srgb
 
 
-def render(scene, camera, *, size=(640, 360), shading=None, background=None, samples=1, progress=None):
+def render(scene, camera, *, size=(640, 360), shading=None, background=None, samples=1, curvature=False, progress=None):
     """Render a scene.
 
     The image is the same, bit for bit, for any number of threads. Ctrl-C stops the work.
@@ -36,6 +36,8 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
         Rays of a pixel that its colour is the mean of, from 1 to 65536. They are spread evenly over the pixel, and over
         the camera's lens if it has one; with an even number or a lens, one more ray goes through the centre for all
         that is not colour.
+    curvature : bool
+        Whether `Image.curvature` is wanted, which takes the model's Hessian at every pixel.
     progress : callable, optional
         Called with the finished fraction a few times a second; cancels the rendering by returning False.
 
@@ -66,8 +68,9 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
         shading = _core.Phong()
     return Image(
         _core.render(
-            scene, camera, size=size, shading=shading, background=background, samples=samples, progress=progress
-        )
+            scene, camera, size=size, shading=shading, background=background, samples=samples, curvature=curvature,
+            progress=progress,
+        )  # fmt: skip
     )
 
 
@@ -87,6 +90,14 @@ class Image:
     position, normal : (height, width, 3) float32 array, world space
         The point that was hit, and the unit outward normal there, of a mesh with normals the one that lies between
         them; zero where the ray met nothing.
+    albedo : (height, width, 3) float32 array
+        Linear colour of the surface itself, without light: what `Phong(color=...)` or `Outline(surface_color=...)`
+        gives, times the colour of a mesh's vertices. Zero where the ray met nothing.
+    gradient_magnitude : (height, width) float32 array, value / world unit
+        Length of the gradient of an isosurface's model; zero for meshes and where the ray met nothing.
+    curvature : (height, width, 2) float32 array, 1 / world unit and 1 / world unit^2, or None
+        Mean and Gaussian curvature of isosurfaces, as `ColorByCurvature` has them; zero for meshes and where the ray
+        met nothing. None unless `render` was told to.
     geometry_ids, primitive_ids : (height, width) uint32 array
         As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
     world_to_camera, world_to_ndc : (4, 4) float64 array
@@ -103,6 +114,9 @@ class Image:
     depth = property(lambda self: self._arrays.depth)
     position = property(lambda self: self._arrays.position)
     normal = property(lambda self: self._arrays.normal)
+    albedo = property(lambda self: self._arrays.albedo)
+    gradient_magnitude = property(lambda self: self._arrays.gradient_magnitude)
+    curvature = property(lambda self: self._arrays.curvature)
     geometry_ids = property(lambda self: self._arrays.geometry_ids)
     primitive_ids = property(lambda self: self._arrays.primitive_ids)
     world_to_camera = property(lambda self: self._arrays.world_to_camera)
@@ -127,8 +141,9 @@ class Image:
         Parameters
         ----------
         path : str or path-like
-            Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, id.geometry
-            and id.primitive, and the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
+            Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, albedo.R
+            albedo.G albedo.B, gradient_magnitude, curvature.mean and curvature.gaussian if there are, id.geometry and
+            id.primitive, and the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
 

@@ -17,6 +17,7 @@ OpenEXR = pytest.importorskip("OpenEXR")
 
 SIZE = (60, 45)
 IDS = ("id.geometry", "id.primitive")
+CURVATURES = ("curvature.mean", "curvature.gaussian")
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,8 @@ def image(camera):
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
     scene = isospline.Scene([isospline.Isosurface(volume, 40, inside="below")])
-    return isospline.render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4)
+    return isospline.render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4,
+                            curvature=True)  # fmt: skip
 
 
 def test_arrays_share_the_images_memory(image):
@@ -39,6 +41,9 @@ def test_arrays_share_the_images_memory(image):
         ("depth", (height, width), np.float32),
         ("position", (height, width, 3), np.float32),
         ("normal", (height, width, 3), np.float32),
+        ("albedo", (height, width, 3), np.float32),
+        ("gradient_magnitude", (height, width), np.float32),
+        ("curvature", (height, width, 2), np.float32),
         ("geometry_ids", (height, width), np.uint32),
         ("primitive_ids", (height, width), np.uint32),
     ):
@@ -81,12 +86,17 @@ def test_exr_holds_everything(image, camera, tmp_path):
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
         header = dict(file.header())
-    assert set(channels) == {"R", "G", "B", "A", "Z", *("P." + c for c in "XYZ"), *("N." + c for c in "XYZ"), *IDS}
+    vectors = [layer + part for layer, parts in (("P.", "XYZ"), ("N.", "XYZ"), ("albedo.", "RGB")) for part in parts]
+    assert set(channels) == {"R", "G", "B", "A", "Z", "gradient_magnitude", *vectors, *CURVATURES, *IDS}
     for part, name in enumerate("RGBA"):
         np.testing.assert_array_equal(channels[name], image.color[..., part])
     for axis, name in enumerate("XYZ"):
         np.testing.assert_array_equal(channels["P." + name], image.position[..., axis])
         np.testing.assert_array_equal(channels["N." + name], image.normal[..., axis])
+        np.testing.assert_array_equal(channels["albedo." + "RGB"[axis]], image.albedo[..., axis])
+    for part, name in enumerate(CURVATURES):
+        np.testing.assert_array_equal(channels[name], image.curvature[..., part])
+    np.testing.assert_array_equal(channels["gradient_magnitude"], image.gradient_magnitude)
     np.testing.assert_array_equal(channels["Z"], image.depth)
     for name in IDS:
         assert channels[name].dtype == np.uint32

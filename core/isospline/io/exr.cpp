@@ -95,9 +95,16 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     channels.add("Z", Imf::FLOAT, image.depth);
     const char* const position_names[] = {"P.X", "P.Y", "P.Z"};
     const char* const normal_names[] = {"N.X", "N.Y", "N.Z"};
+    const char* const albedo_names[] = {"albedo.R", "albedo.G", "albedo.B"};
     for (std::size_t axis = 0; axis < 3; ++axis) {
         channels.add(position_names[axis], Imf::FLOAT, image.position, axis * sizeof(float));
         channels.add(normal_names[axis], Imf::FLOAT, image.normal, axis * sizeof(float));
+        channels.add(albedo_names[axis], Imf::FLOAT, image.albedo, axis * sizeof(float));
+    }
+    channels.add("gradient_magnitude", Imf::FLOAT, image.gradient_magnitude);
+    if (!image.curvature.empty()) {
+        channels.add("curvature.mean", Imf::FLOAT, image.curvature);
+        channels.add("curvature.gaussian", Imf::FLOAT, image.curvature, sizeof(float));
     }
     channels.add("id.geometry", Imf::UINT, image.geometry_ids);
     channels.add("id.primitive", Imf::UINT, image.primitive_ids);

@@ -12,6 +12,7 @@ struct ExrOptions {
 };
 
 /// Writes an image with the channels R G B A, Z (along the viewing direction, world units), P.X P.Y P.Z, N.X N.Y N.Z,
+/// albedo.R albedo.G albedo.B, gradient_magnitude, curvature.mean and curvature.gaussian where the image has them,
 /// id.geometry and id.primitive (unsigned integers), compressed by ZIP, and with worldToCamera and, but for
 /// panoramas, worldToNDC in the header as OpenEXR defines them.
 ///

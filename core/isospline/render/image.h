@@ -19,13 +19,16 @@ namespace isospline {
 /// Colour, and what the rays through the centres of the pixels found; rows from the top, pixels of a row from the left.
 struct Image {
     Image() = default;
-    /// An image of rays that all missed.
-    explicit Image(glm::ivec2 image_size)
+    /// An image of rays that all missed; curvature takes memory and time, and is there only where it is asked for.
+    explicit Image(glm::ivec2 image_size, bool with_curvature = false)
         : size(image_size),
           color(pixel_count(), glm::vec4(0.0f)),
           depth(pixel_count(), std::numeric_limits<float>::infinity()),
           position(pixel_count(), glm::vec3(0.0f)),
           normal(pixel_count(), glm::vec3(0.0f)),
+          albedo(pixel_count(), glm::vec3(0.0f)),
+          gradient_magnitude(pixel_count(), 0.0f),
+          curvature(with_curvature ? pixel_count() : 0, glm::vec2(0.0f)),
           geometry_ids(pixel_count(), invalid_id),
           primitive_ids(pixel_count(), invalid_id)
     {
@@ -38,6 +41,9 @@ struct Image {
     std::vector<float> depth;                 ///< as Projection::depth(), world units; infinite on a miss
     std::vector<glm::vec3> position;          ///< world space; zero on a miss
     std::vector<glm::vec3> normal;            ///< unit, outward, world space; zero on a miss
+    std::vector<glm::vec3> albedo;            ///< linear colour of the surface itself; zero on a miss
+    std::vector<float> gradient_magnitude;    ///< of an isosurface's f, per world unit; zero on a miss and for meshes
+    std::vector<glm::vec2> curvature;         ///< mean and Gaussian, or empty; zero on a miss and for meshes
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
 

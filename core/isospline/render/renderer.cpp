@@ -41,7 +41,7 @@ public:
           shading_(prepared(options.shading)),
           background_(options.background),
           tiles_((options.size + tile_side - 1) / tile_side),
-          image_(options.size)
+          image_(options.size, options.curvature)
     {
         for (const auto& [geometry_id, shading] : options.shading_of_geometry)
             shading_of_geometry_.emplace(geometry_id, prepared(shading));
@@ -127,8 +127,10 @@ void Renderer::render_tile(std::size_t tile)
             if (!hits[i])
                 continue;
             const Shading& shading = shading_of(hits[i]);
-            const SurfacePoint point = point_of(hits[i], rays[i], needs_curvature(shading));
-            if (&sample == &samples_.front())
+            const bool central = &sample == &samples_.front();
+            const bool with_curvature = (central && !image_.curvature.empty()) || needs_curvature(shading);
+            const SurfacePoint point = point_of(hits[i], rays[i], with_curvature);
+            if (central)
                 store_center(index(pixels[i]), hits[i], point);
             if (sample.weight > 0.0)
                 colors[i] += sample.weight * glm::dvec4(shade(shading, point), 1.0);
@@ -144,6 +146,10 @@ void Renderer::store_center(std::size_t pixel, const Hit& hit, const SurfacePoin
     image_.depth[pixel] = static_cast<float>(point.depth);
     image_.position[pixel] = glm::vec3(point.position);
     image_.normal[pixel] = glm::vec3(point.normal);
+    image_.albedo[pixel] = glm::vec3(albedo(shading_of(hit), point));
+    image_.gradient_magnitude[pixel] = static_cast<float>(hit.gradient_magnitude);
+    if (!image_.curvature.empty())
+        image_.curvature[pixel] = glm::vec2(point.curvature.mean, point.curvature.gaussian);
     image_.geometry_ids[pixel] = hit.geometry_id;
     image_.primitive_ids[pixel] = hit.primitive_id;
 }

@@ -26,6 +26,7 @@ struct RenderOptions {
     std::map<std::uint32_t, Shading> shading_of_geometry; ///< by geometry id, instead of `shading`
     glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of what shows where no surface is
     int samples = 1;            ///< rays of a pixel that make its colour
+    bool curvature = false;     ///< whether Image::curvature is wanted
 };
 
 /// Finds the first hit of each ray; called from many threads at once.

@@ -47,7 +47,7 @@ const PerspectiveCamera camera{{3, -5, 2}, {0.5, 0.2, 0.1}, {0, 0, 1}, 35.0};
 Image some_image()
 {
     const Projection projection(camera, {7, 5});
-    Image image({7, 5});
+    Image image({7, 5}, true);
     image.world_to_camera = projection.world_to_camera();
     image.world_to_ndc = projection.world_to_ndc();
     image.pixel_aspect_ratio = 1.5;
@@ -59,6 +59,9 @@ Image some_image()
         image.depth[i] = 10.0f * uniform(random);
         image.position[i] = 10.0f * vector();
         image.normal[i] = vector();
+        image.albedo[i] = vector();
+        image.gradient_magnitude[i] = uniform(random);
+        image.curvature[i] = {uniform(random) - 0.5f, uniform(random) - 0.5f};
         image.geometry_ids[i] = static_cast<std::uint32_t>(i % 3);
         image.primitive_ids[i] = 4000000000u + static_cast<std::uint32_t>(i);
     }
@@ -101,7 +104,11 @@ TEST_CASE("an EXR file holds every channel bit for bit", "[io]")
     for (int axis = 0; axis < 3; ++axis) {
         require_part((std::string("P.") + "XYZ"[axis]).c_str(), image.position, axis);
         require_part((std::string("N.") + "XYZ"[axis]).c_str(), image.normal, axis);
+        require_part((std::string("albedo.") + "RGB"[axis]).c_str(), image.albedo, axis);
     }
+    require_part("curvature.mean", image.curvature, 0);
+    require_part("curvature.gaussian", image.curvature, 1);
+    REQUIRE(channel("gradient_magnitude") == image.gradient_magnitude);
     REQUIRE(channel("Z") == image.depth);
     REQUIRE(read_channel<std::uint32_t>(file, "id.geometry", Imf::UINT) == image.geometry_ids);
     REQUIRE(read_channel<std::uint32_t>(file, "id.primitive", Imf::UINT) == image.primitive_ids);
@@ -125,6 +132,16 @@ TEST_CASE("an EXR header holds the camera's matrices in Imath's convention", "[i
     REQUIRE(in_camera.z == Approx(3.0).epsilon(1e-5));
     REQUIRE(in_camera.x < 0.0f); // left of and below the middle
     REQUIRE(in_camera.y < 0.0f);
+}
+
+TEST_CASE("an EXR file has no channels of curvatures that were not asked for", "[io]")
+{
+    const TemporaryFolder folder;
+    const fs::path path = folder.path() / "image.exr";
+    write_exr(Image({7, 5}), path);
+    Imf::InputFile file(path.string().c_str());
+    REQUIRE(file.header().channels().findChannel("curvature.mean") == nullptr);
+    REQUIRE(read_channel<float>(file, "gradient_magnitude", Imf::FLOAT) == std::vector<float>(35, 0.0f));
 }
 
 TEST_CASE("half colour changes R, G, B and A alone", "[io]")
