@@ -17,6 +17,9 @@ import isospline
 #: Suffixes of the pictures and the videos that can be written.
 PICTURES, VIDEOS = (".exr", ".png"), (".mp4",)
 
+#: What --color-by takes beside a file, and the kinds of curvature.
+CURVATURES = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+
 # Exit codes, besides 0.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -65,6 +68,7 @@ def render(arguments):
     _check_output(arguments)
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
+    shading = _shading(arguments)
     data = _read(arguments)
     level = arguments.level
     if level is None:
@@ -94,12 +98,16 @@ def render(arguments):
         cameras = isospline.turntable(seen, arguments.turntable, **framing)
     else:
         cameras = [isospline.camera_for(seen, **framing)]
+    if arguments.aperture:
+        if arguments.projection != "perspective":
+            raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
+        cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
     with _progress("rendering", arguments) as progress:
-        written = _write(arguments, _images(scene, cameras, arguments, progress))
+        written = _write(arguments, _images(scene, cameras, shading, arguments, progress))
     print(f"{arguments.output}: {written}, {surface.shell.count} cells, {time.perf_counter() - begin:.1f} s")
 
 
-def _images(scene, cameras, arguments, progress):
+def _images(scene, cameras, shading, arguments, progress):
     """Render from one camera after the other."""
     for number, camera in enumerate(cameras):
 
@@ -107,8 +115,8 @@ def _images(scene, cameras, arguments, progress):
             return progress((done + fraction) / len(cameras))
 
         yield isospline.render(
-            scene, camera, size=arguments.size, shading=_shading(arguments), background=arguments.background,
-            samples=arguments.samples, progress=progress and report,
+            scene, camera, size=arguments.size, shading=shading, background=arguments.background,
+            samples=arguments.samples, curvature=arguments.curvature, progress=progress and report,
         )  # fmt: skip
 
 
@@ -145,9 +153,27 @@ def _read(arguments):
 
 
 def _shading(arguments):
+    color = _color_by(arguments)
     if arguments.shading == "outline":
-        return isospline.Outline(arguments.exponent)
-    return isospline.Phong(color=arguments.color)
+        return isospline.Outline(arguments.exponent, surface_color=0 if color is None else color)
+    return isospline.Phong(color=arguments.color if color is None else color)
+
+
+def _color_by(arguments):
+    """The rule that a surface's colour follows from, or None."""
+    what = arguments.color_by
+    options = {name: getattr(arguments, name) for name in ("cmap", "limits") if getattr(arguments, name) is not None}
+    if what in (None, "normal"):
+        if options:
+            raise ValueError(f"--{min(options)}: expected --color-by with something that has a value, got {what}")
+        return what and isospline.ColorByNormal()
+    if what == "depth":
+        return isospline.ColorByDepth(**options)
+    if what in CURVATURES:
+        if arguments.limits is None:
+            raise ValueError("--limits: expected two curvatures for --color-by, such as -0.5,0.5, got none")
+        return isospline.ColorByCurvature(CURVATURES[what], **options)
+    return isospline.ColorByVolume(isospline.read_volume(what).to_volume(), **options)
 
 
 def _check_output(arguments):
@@ -248,9 +274,16 @@ def _parser():
     group.add_argument("--field-of-view", type=float, default=30.0, metavar="DEGREES", help="vertical (default 30)")
     group.add_argument("--turntable", type=int, metavar="N", help="N pictures, or a video of them, from all around")
     group.add_argument("--fps", type=float, default=30.0, metavar="N", help="pictures of a video a second (default 30)")
+    group.add_argument("--aperture", type=float, metavar="RADIUS", help="of a lens, for depth of field; world units")
+    group.add_argument("--focus", type=float, metavar="DISTANCE", help="of what is sharp; by default the middle")
+    group.add_argument("--curvature", action="store_true", help="store the curvature in .exr, too")
     group.add_argument("--samples", type=int, default=4, metavar="N", help="rays of a pixel (default 4)")
     group.add_argument("--shading", choices=("phong", "outline"), default="phong")
     group.add_argument("--color", type=_numbers(3), default=(1.0, 1.0, 1.0), metavar="R,G,B", help="of Phong, linear")
+    group.add_argument("--color-by", metavar="WHAT",
+                       help=f"normal, depth, {', '.join(CURVATURES)}, or a file with another volume")
+    group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib for --color-by")
+    group.add_argument("--limits", type=_numbers(2), metavar="A,B", help="values of its first and last colour")
     group.add_argument("--exponent", type=float, default=2.0, metavar="N", help="of the outline (default 2)")
     group.add_argument("--background", type=_background, default=0.0, metavar="COLOR",
                        help="black (default), white, none, or linear R,G,B or R,G,B,A")

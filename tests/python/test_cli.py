@@ -122,6 +122,41 @@ def test_render_shows_what_the_library_shows(ball, picture):
     np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
 
 
+@pytest.mark.parametrize("options, color", [
+    (["--color-by", "normal"], isospline.ColorByNormal()),
+    (["--color-by", "depth", "--cmap", "magma"], isospline.ColorByDepth("magma")),
+    (["--color-by", "mean-curvature", "--limits", "-0.1,0.2"], isospline.ColorByCurvature(limits=(-0.1, 0.2))),
+    (["--color-by", "gaussian-curvature", "--cmap", "gray", "--limits", "0,1"],
+     isospline.ColorByCurvature("gaussian", "gray", limits=(0, 1))),
+    (["--color-by", "FILE", "--limits", "-100,300"], None),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else "")  # fmt: skip
+def test_render_colors_as_the_library_does(ball, picture, options, color):
+    image = pytest.importorskip("PIL.Image")
+    options = [str(ball) if option == "FILE" else option for option in options]
+    volume = isospline.Volume(np.load(ball))
+    color = isospline.ColorByVolume(volume, limits=(-100, 300)) if color is None else color
+    scene = isospline.Scene([isospline.Isosurface(volume, 0)])
+    camera = isospline.camera_for(scene, size=(48, 32))
+    for shading in (isospline.Phong(color=color), isospline.Outline(surface_color=color)):
+        common = ["-l", "0", "--size", "48x32", "--samples", "1", "--shading", type(shading).__name__.lower()]
+        assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+        expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
+        np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
+
+
+def test_render_through_a_lens_stores_curvature(ball, tmp_path):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    common = ["-l", "0", "--size", "48x32", "--curvature", "-o", str(tmp_path / "a.exr")]
+    assert main(["render", str(ball), *common, "--aperture", "2", "--focus", "60"]) == 0
+    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(np.load(ball)), 0)])
+    camera = isospline.camera_for(scene, size=(48, 32)).with_lens(2, focus_distance=60)
+    expected = isospline.render(scene, camera, size=(48, 32), background=0, samples=4, curvature=True)
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        channels = file.channels()
+        np.testing.assert_array_equal(channels["curvature.mean"].pixels, expected.curvature[..., 0])
+        np.testing.assert_array_equal(channels["G"].pixels, expected.color[..., 1])
+
+
 def test_render_writes_exr(ball, tmp_path):
     assert main(["render", str(ball), "--level", "0", "--size", "16x9", "-o", str(tmp_path / "picture.EXR")]) == 0
     assert (tmp_path / "picture.EXR").read_bytes().startswith(EXR)
@@ -191,6 +226,14 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "prune_depth: expected", *render, "--level", "0", "--prune-depth", "9")
     fails(capsys, 2, "level: expected", *render, "--level", "nan")
     fails(capsys, 2, "--dtype, beside it", *render, "--big-endian")
+    fails(capsys, 2, "--limits: expected --color-by", *render, "--limits", "0,1")
+    fails(capsys, 2, "--cmap: expected --color-by", *render, "--color-by", "normal", "--cmap", "magma")
+    fails(capsys, 2, "--limits: expected two curvatures", *render, "--color-by", "mean-curvature")
+    fails(capsys, 2, "cmap: expected the name of a colour map", *render, "--color-by", "depth", "--cmap", "magna")
+    fails(capsys, 2, "gradient: No such file", *render, "--color-by", "gradient")
+    lens = ("--level", "0", "--aperture", "1")
+    fails(capsys, 2, "--aperture: expected a perspective", *render, *lens, "--projection", "orthographic")
+    fails(capsys, 2, "focus_distance: expected", *render, *lens, "--focus", "-1")
     assert not leftovers(picture.parent)
 
 
