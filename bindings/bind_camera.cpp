@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
+#include "camera_class.h"
 #include "camera_exchange.h"
 
 #include "isospline/render/camera.h"
@@ -10,7 +11,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <array>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -24,84 +24,6 @@ namespace {
 const EnumWords<FieldOfViewAxis> axis_words{{"vertical", FieldOfViewAxis::vertical},
                                             {"horizontal", FieldOfViewAxis::horizontal},
                                             {"diagonal", FieldOfViewAxis::diagonal}};
-
-/// The camera itself, once it is known to make an image.
-template <typename GivenCamera>
-GivenCamera checked(const GivenCamera& camera)
-{
-    Projection(camera, glm::ivec2(1));
-    return camera;
-}
-
-py::array_t<double> rays_of(const Camera& camera, std::array<int, 2> size)
-{
-    const Projection projection(camera, {size[0], size[1]});
-    auto rays = new_array<double>({size[1], size[0]}, {6});
-    auto values = rays.mutable_unchecked<3>();
-    const py::gil_scoped_release no_gil;
-    for (int y = 0; y < size[1]; ++y) {
-        for (int x = 0; x < size[0]; ++x) {
-            const Ray ray = projection.ray({x + 0.5, y + 0.5});
-            for (int axis = 0; axis < 3; ++axis) {
-                values(y, x, axis) = ray.origin[axis];
-                values(y, x, axis + 3) = ray.direction[axis];
-            }
-        }
-    }
-    return rays;
-}
-
-template <typename GivenCamera>
-py::class_<GivenCamera> bind_camera_class(py::module_& module, const char* name, const char* documentation)
-{
-    return py::class_<GivenCamera>(module, name, documentation)
-        .def(
-            "rays", [](const GivenCamera& camera, std::array<int, 2> size) { return rays_of(camera, size); },
-            py::arg("size"), R"(The rays through the centres of all pixels.
-
-Parameters
-----------
-size : (int, int)
-    Width and height of the image in pixels.
-
-Returns
--------
-(height, width, 6) float64 array
-    Origins and directions, world units, of the pixels from the top left one. A perspective camera's directions
-    are as long as a step of one along the viewing direction takes, so that t is the depth; those of a projection
-    plane end on the plane; all others are of unit length. Through a lens, it is the rays through its centre.
-)")
-        .def_property_readonly(
-            "world_to_camera",
-            [](const GivenCamera& camera) { return to_array(Projection(camera, glm::ivec2(1)).world_to_camera()); },
-            R"((4, 4) float64 array: maps column vectors of world space to camera space.
-
-Camera space is that of OpenEXR and RenderMan: x to the right, y up, z forward from the eye; it is left-handed.)");
-}
-
-/// For the cameras that a matrix describes.
-template <typename GivenCamera>
-void bind_world_to_ndc(py::class_<GivenCamera>& camera_class)
-{
-    camera_class.def(
-        "world_to_ndc",
-        [](const GivenCamera& camera, std::array<int, 2> size) {
-            return to_array(Projection(camera, {size[0], size[1]}).world_to_ndc().value());
-        },
-        py::arg("size"), R"(Maps column vectors of world space to the image; divide by the fourth part.
-
-(0, 0) is the top left corner of the image and (1, 1) the bottom right one, as in OpenEXR and RenderMan.
-
-Parameters
-----------
-size : (int, int)
-    Width and height of the image in pixels.
-
-Returns
--------
-(4, 4) float64 array
-)");
-}
 
 std::string representation(const PerspectiveCamera& camera)
 {

@@ -1,8 +1,8 @@
 #include "arrays.h"
+#include "camera_class.h"
 #include "camera_exchange.h"
 
 #include "isospline/render/opencv_camera.h"
-#include "isospline/render/projection.h"
 
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -226,9 +226,7 @@ void bind_exchange(py::class_<PerspectiveCamera>& camera_class)
 {
     const auto from_pyvista = [](const py::object& camera_position, double view_angle) {
         const auto [position, focal_point, view_up] = as_camera_position(camera_position);
-        const PerspectiveCamera camera{position, focal_point, view_up, view_angle};
-        Projection(camera, glm::ivec2(1)); // which checks it
-        return camera;
+        return checked(PerspectiveCamera{position, focal_point, view_up, view_angle});
     };
     camera_class
         .def_static("from_pyvista", from_pyvista, py::arg("camera_position"), py::arg("view_angle") = 30.0,
@@ -249,9 +247,7 @@ void bind_exchange(py::class_<OrthographicCamera>& camera_class)
 {
     const auto from_pyvista = [](const py::object& camera_position, double parallel_scale) {
         const auto [position, focal_point, view_up] = as_camera_position(camera_position);
-        const OrthographicCamera camera{position, focal_point, view_up, 2.0 * parallel_scale};
-        Projection(camera, glm::ivec2(1)); // which checks it
-        return camera;
+        return checked(OrthographicCamera{position, focal_point, view_up, 2.0 * parallel_scale});
     };
     const auto to_pyvista = [](const OrthographicCamera& camera) {
         return py::make_tuple(to_camera_position(camera.eye, camera.target, camera.up), 0.5 * camera.height);

@@ -141,7 +141,8 @@ The curvature is that of the model, from its exact gradient g and Hessian H in w
           k_{Gauss} = \frac{g^T \mathrm{adj}(H) g}{|g|^4}
 
 with the sign that makes a solid ball's mean curvature positive: ridges are positive, valleys negative. Models of degree
-3 have a continuous Hessian; in those of degree 2 it jumps from cell to cell. Meshes have none: zero.
+3 have a continuous Hessian; in those of degree 2 it jumps from cell to cell. Second derivatives amplify the noise of
+measured samples, which `Volume(..., filter="smoothing")` takes away. Meshes have no curvature: zero.
 
 Parameters
 ----------
