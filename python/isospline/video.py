@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import itertools
 import os
+import subprocess
+import tempfile
 
 import numpy as np
 
@@ -11,7 +15,7 @@ from .colors import linear_to_srgb
 from .image import whole_file
 
 
-def write_video(path, images, *, fps=30.0, quality=8.0):
+def write_video(path, images, *, fps=30.0, quality=7.0):
     """Write images to a video as they come; the file appears whole or not at all.
 
     The encoder is FFmpeg's H.264, from the package imageio-ffmpeg (``pip install isospline[video]``). Transparent parts
@@ -55,27 +59,38 @@ def write_video(path, images, *, fps=30.0, quality=8.0):
     height, width = first.depth.shape
     encoder = check((width, height), fps)
 
-    with whole_file(path) as temporary:
-        writer = encoder.write_frames(
-            temporary, (width, height), fps=fps, quality=quality, codec="libx264", macro_block_size=1,
-            # Colours of BT.709, said so in the file: players guess otherwise.
-            output_params=["-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709", "-color_primaries", "bt709",
-                           "-color_trc", "bt709", "-movflags", "+faststart"],
-        )  # fmt: skip
+    command = [
+        encoder, "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps),
+        "-i", "-", "-c:v", "libx264", "-crf", str(round(51 * (1 - quality / 10))), "-pix_fmt", "yuv420p",
+        # Colours of BT.709, said so in the file: players guess otherwise.
+        "-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709", "-color_primaries", "bt709",
+        "-color_trc", "bt709", "-movflags", "+faststart", "-f", "mp4",
+    ]  # fmt: skip
+    with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
+        # In a session of its own, so that Ctrl-C is ours alone to deal with.
+        process = subprocess.Popen(
+            [*command, temporary], stdin=subprocess.PIPE, stderr=complaints, start_new_session=True
+        )
         try:
-            writer.send(None)
-            for image in itertools.chain([first], images):
-                if image.depth.shape != (height, width):
-                    raise ValueError(f"images: expected all of one size, got {(height, width)} and {image.depth.shape}")
-                # Premultiplied colour is colour over black.
-                srgb = linear_to_srgb(image.color[..., :3])
-                writer.send(np.rint(255 * srgb).astype(np.uint8))
+            with contextlib.suppress(BrokenPipeError), process.stdin:
+                for image in itertools.chain([first], images):
+                    if image.depth.shape != (height, width):
+                        shapes = f"{(height, width)} and {image.depth.shape}"
+                        raise ValueError(f"images: expected all of one size, got {shapes}")
+                    # Premultiplied colour is colour over black.
+                    srgb = linear_to_srgb(image.color[..., :3])
+                    process.stdin.write(np.rint(255 * srgb).astype(np.uint8).tobytes())
+            if process.wait() != 0:
+                complaints.seek(0)
+                reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")
+                raise OSError(errno.EIO, f"FFmpeg failed: {reason or f'exit code {process.returncode}'}")
         finally:
-            writer.close()
+            process.kill()
+            process.wait()
 
 
 def check(size, fps):
-    """Find the encoder, and out whether it takes images of this (width, height) and rate."""
+    """Find FFmpeg, and out whether it takes images of this (width, height) and rate."""
     try:
         import imageio_ffmpeg
     except ImportError:
@@ -85,4 +100,4 @@ def check(size, fps):
         raise ValueError(f"size: expected an even width and height for a video, got {size[0]}x{size[1]}")
     if not 0 < fps < float("inf"):
         raise ValueError(f"fps: expected a positive number of images a second, got {fps!r}")
-    return imageio_ffmpeg
+    return imageio_ffmpeg.get_ffmpeg_exe()

@@ -2,7 +2,11 @@
 
 import os
 import re
+import signal
 import subprocess
+import sys
+import textwrap
+import time
 
 import numpy as np
 import pytest
@@ -101,8 +105,43 @@ def test_bad_videos(images, tmp_path, monkeypatch):
         raise KeyError("mine")
 
     refused(KeyError, "mine", images=broken())
-    monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     refused(ImportError, r"pip install isospline\[video\]")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+def test_a_full_disk_is_told_and_leaves_no_video(tmp_path):
+    program = """
+        import resource, signal, sys
+        import isospline
+        camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
+        image = isospline.render(isospline.Scene(), camera, size=(64, 64))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+        try:
+            isospline.write_video(sys.argv[1], [image] * 5)
+        except OSError as error:
+            print(error.filename, error.strerror)
+    """
+    path = tmp_path / "a.mp4"
+    command = [sys.executable, "-c", textwrap.dedent(program), str(path)]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
+    assert done.stdout.startswith(f"{path} FFmpeg failed: ")
+    assert not os.listdir(tmp_path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_interrupting_leaves_no_video(tmp_path, ball):
+    command = [sys.executable, "-m", "isospline", "render", str(ball), "--level", "0", "--size", "640x480",
+               "--samples", "64", "--turntable", "3600", "-o", str(tmp_path / "a.mp4")]  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob(".*.mp4")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    error = process.communicate(timeout=60)[1]
+    assert (process.returncode, error) == (130, "isospline: interrupted\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["ball.npy"]
 
 
 @pytest.fixture
