@@ -11,7 +11,11 @@ ROOT = Path(__file__).parents[1]
 #: Each picture is a row of the pictures of an example, of the given size.
 ROWS = {
     "cameras": ("120-cameras", (440, 248), ["120-lens", "120-panorama"]),
-    "colors": ("130-colors", (300, 280), ["130-volume", "130-curvature", "130-ridges", "130-normal"]),
+    "colors": (
+        "130-colors",
+        (200, 190),
+        ["130-volume", "130-curvature", "130-ridges", "130-normal", "130-depth", "130-vertices"],
+    ),
     "layers": ("140-layers", (240, 220), ["140-depth", "140-normal", "140-albedo", "140-gradient", "140-curvature"]),
 }
 
