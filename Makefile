@@ -94,7 +94,7 @@ requires = $(shell sed -n 's/^$(1) = \[\(.*\)\]/\1/p' pyproject.toml | sed 's/",
 	fi
 	@echo "== Installing Python packages into .venv"
 	@$(python) -m pip install -q --disable-pip-version-check $(call requires,requires) $(call requires,dependencies) $(call requires,io) \
-	    $(call requires,test)
+	    $(call requires,interop) $(call requires,test)
 	@touch $@
 
 # $(call pip_install,PRESET): builds the Python module in build/PRESET and installs the package.

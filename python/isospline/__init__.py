@@ -31,6 +31,7 @@ from ._core import (
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
 from .image import Image, render
+from .interop import read_mesh
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
 from .video import write_video
@@ -62,6 +63,7 @@ __all__ = [
     "VolumeData",
     "VoxelHopper",
     "camera_for",
+    "read_mesh",
     "read_volume",
     "render",
     "ridges_and_valleys",

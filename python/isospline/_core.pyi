@@ -1,11 +1,12 @@
 """Types of the compiled module; its docstrings have the rest."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from os import PathLike
-from typing import Literal, TypedDict, Union
+from typing import Any, Literal, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self, Unpack
 
 _Progress = Union[Callable[[float], object], None]
 _Size = tuple[int, int]
@@ -17,6 +18,13 @@ _OpenCv = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 INVALID_ID: int
 
 class Cancelled(RuntimeError): ...
+
+class _ModelOptions(TypedDict, total=False):
+    degree: int
+    boundary: Literal["mirror", "periodic"]
+    filter: Literal["interpolate", "none", "smoothing"]
+    smoothing: float
+    progress: _Progress
 
 class Volume:
     def __init__(
@@ -33,6 +41,20 @@ class Volume:
         axes: Literal["zyx", "xyz"] = "zyx",
         progress: _Progress = None,
     ) -> None: ...
+    @classmethod
+    def from_nibabel(cls, image: object, **options: Unpack[_ModelOptions]) -> Self: ...
+    @classmethod
+    def from_pyvista(
+        cls, image_data: object, scalars: str | None = None, **options: Unpack[_ModelOptions]
+    ) -> Self: ...
+    @classmethod
+    def from_sitk(cls, image: object, **options: Unpack[_ModelOptions]) -> Self: ...
+    @classmethod
+    def from_vtk(cls, image_data: object, scalars: str | None = None, **options: Unpack[_ModelOptions]) -> Self: ...
+    @classmethod
+    def from_xarray(
+        cls, array: object, dims: Sequence[Hashable] | None = None, **options: Unpack[_ModelOptions]
+    ) -> Self: ...
     def sample(self, points: ArrayLike, *, derivative: Literal[0, 1, 2] = 0) -> NDArray[np.float64]: ...
     @property
     def affine(self) -> NDArray[np.float64]: ...
@@ -130,6 +152,14 @@ class Mesh:
         normals: ArrayLike | None = None,
         colors: ArrayLike | None = None,
     ) -> None: ...
+    @classmethod
+    def from_meshio(cls, mesh: object, **options: Any) -> Self: ...
+    @classmethod
+    def from_pyvista(cls, mesh: object, **options: Any) -> Self: ...
+    @classmethod
+    def from_trimesh(cls, mesh: object, **options: Any) -> Self: ...
+    @classmethod
+    def from_vtk(cls, mesh: object, **options: Any) -> Self: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
     @property

@@ -155,7 +155,7 @@ def test_public_names_have_docstrings():
 
 
 def modules():
-    return ["isospline", *(f"isospline.{module.name}" for module in pkgutil.iter_modules(isospline.__path__))]
+    return ["isospline", *(module.name for module in pkgutil.walk_packages(isospline.__path__, "isospline."))]
 
 
 @pytest.mark.parametrize("name", modules())

@@ -48,13 +48,22 @@ def open_header(path, image_io):
 
 def check_header(reader, slices=1):
     """Check what the header says of the samples, `slices` times as many."""
+    _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices)
+
+
+def check_image(image):
+    """Check that an image is a volume of real numbers."""
+    _check(image.GetNumberOfComponentsPerPixel(), image.GetPixelID(), image.GetSize())
+
+
+def _check(components, pixel_id, size, slices=1):
     import SimpleITK
 
-    check_components(reader.GetNumberOfComponents())
-    dtype = next((dtype for name, dtype in _TYPES.items() if getattr(SimpleITK, name) == reader.GetPixelID()), None)
+    check_components(components)
+    dtype = next((dtype for name, dtype in _TYPES.items() if getattr(SimpleITK, name) == pixel_id), None)
     if dtype is None:
-        raise ValueError(f"expected real numbers, got {SimpleITK.GetPixelIDValueAsString(reader.GetPixelID())}")
-    shape = _spatial(reader.GetSize())[::-1]
+        raise ValueError(f"expected real numbers, got {SimpleITK.GetPixelIDValueAsString(pixel_id)}")
+    shape = _spatial(size)[::-1]
     check_samples((shape[0] * slices, *shape[1:]), dtype)
 
 

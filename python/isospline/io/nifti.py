@@ -1,4 +1,4 @@
-"""NIfTI, by nibabel.
+"""NIfTI, and what nibabel reads beside it, by nibabel.
 
 ITK's reader is not used here: it fills up truncated files with zeros, prefers name.nii where it is asked for
 name.nii.gz, and refuses sheared axes.
@@ -13,6 +13,8 @@ from .volume_data import VolumeData
 
 # NIfTI's world is RAS, that of DICOM and ITK is LPS.
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
+# Suffixes of files that cannot be mapped into memory.
+COMPRESSED = (".gz", ".mgz", ".bz2", ".zst")
 
 
 def read(path):
@@ -22,12 +24,24 @@ def read(path):
     image = nibabel.load(path)
     if not isinstance(image, (nibabel.Nifti1Image, nibabel.Nifti2Image)):
         raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
-    dtype = image.get_data_dtype()
+    return to_volume_data(image)
+
+
+def to_volume_data(image):
+    """The samples and the place, in LPS, of any image of nibabel: its world is RAS whatever its format."""
+    import nibabel
+
+    stored = image.dataobj
+    in_file = nibabel.is_proxy(stored)
+    dtype = image.get_data_dtype() if in_file else stored.dtype
     check_components(len(dtype.names or "1"))
+    if image.affine is None:
+        raise ValueError("expected an affine, the place of the samples, got None")
     # A single volume may be stored as a series of one.
     shape = image.shape[:3] if all(count == 1 for count in image.shape[3:]) else image.shape
-    scaled = (image.dataobj.slope, image.dataobj.inter) != (1, 0)
-    check_samples(shape[::-1], float if scaled else dtype, mapped=not scaled and path.suffix.lower() != ".gz")
+    scaled = in_file and (getattr(stored, "slope", 1), getattr(stored, "inter", 0)) != (1, 0)
+    compressed = in_file and str(image.get_filename()).lower().endswith(COMPRESSED)
+    check_samples(shape[::-1], float if scaled else dtype, mapped=not scaled and not compressed)
 
-    data = np.asanyarray(image.dataobj).reshape(shape, order="F").T
+    data = np.asanyarray(stored).reshape(shape, order="F").T
     return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine)

@@ -34,16 +34,20 @@ def read_xml(path, name=None):
 
 
 def _read(reader, path, name):
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    with _messages() as messages:
+    with messages() as text:
         reader.SetFileName(str(path))
         reader.UpdateInformation()
-        _check(messages())
+        check_messages(text())
         _check_memory(reader.GetOutputInformation(0))
         reader.Update()
-        _check(messages())
-    image = reader.GetOutput()
+        check_messages(text())
+    return to_volume_data(reader.GetOutput(), name)
+
+
+def to_volume_data(image, name=None):
+    """The place of image data, and the samples of the array of that name; or the active or only one."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
     array, of_cells = _choose(image, name)
     check_components(array.GetNumberOfComponents())
 
@@ -99,7 +103,7 @@ def _choose(image, name):
 
 
 @contextlib.contextmanager
-def _messages():
+def messages():
     """Collect what VTK would print: for some errors, nothing else tells of them."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
@@ -114,9 +118,9 @@ def _messages():
         vtkOutputWindow.SetInstance(previous)
 
 
-def _check(messages):
+def check_messages(text):
     """Raise the first of VTK's errors and warnings."""
-    lines = [line for line in messages.splitlines() if line.strip()]
+    lines = [line for line in text.splitlines() if line.strip()]
     texts = [line for line in lines if not re.match(r"(ERROR|Generic Warning|Warning): In ", line)]
     if lines:
         raise ValueError(re.sub(r"^vtk\w+ \(\w+\): ", "", (texts or lines)[0].strip()))

@@ -1,0 +1,33 @@
+"""Volumes and meshes of other libraries, each by its own module, as class methods of `Volume` and `Mesh`.
+
+None of the libraries is imported before a method that needs it is called.
+"""
+
+from .._core import Mesh, Volume
+from . import meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
+from .mesh_files import read_mesh
+
+__all__ = ["read_mesh"]
+
+
+def _attach(owner, **functions):
+    for name, function in functions.items():
+        function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
+        setattr(owner, name, classmethod(function))
+
+
+_attach(
+    Volume,
+    from_nibabel=nibabel.volume_from_nibabel,
+    from_pyvista=pyvista.volume_from_pyvista,
+    from_sitk=sitk.volume_from_sitk,
+    from_vtk=vtk.volume_from_vtk,
+    from_xarray=xarray.volume_from_xarray,
+)
+_attach(
+    Mesh,
+    from_meshio=meshio.mesh_from_meshio,
+    from_pyvista=pyvista.mesh_from_pyvista,
+    from_trimesh=trimesh.mesh_from_trimesh,
+    from_vtk=vtk.mesh_from_vtk,
+)

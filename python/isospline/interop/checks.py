@@ -1,0 +1,58 @@
+"""What all conversions have in common: their checks, and the last step."""
+
+from __future__ import annotations
+
+import contextlib
+
+# Options of `Volume` that the other library's object decides.
+_PLACE = ("spacing", "origin", "direction", "axes")
+
+
+# The extras of isospline that bring a library.
+_EXTRAS = {
+    **dict.fromkeys(("SimpleITK", "nibabel", "vtkmodules"), "io"),
+    **dict.fromkeys(("meshio", "pyvista", "trimesh", "xarray"), "interop"),
+}
+
+
+@contextlib.contextmanager
+def library_of(what):
+    """Say which library is missing, and how to get it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get(error.name.partition(".")[0])
+        hint = f": pip install isospline[{extra}]" if extra else ""
+        raise ModuleNotFoundError(f"{what} needs the package {error.name}{hint}", name=error.name) from error
+
+
+def check_type(value, parameter, types, expected):
+    """Check that a parameter is an instance of the types, which `expected` puts into words."""
+    if not isinstance(value, types):
+        raise TypeError(f"{parameter}: expected {expected}, got {type(value).__module__}.{type(value).__qualname__}")
+
+
+@contextlib.contextmanager
+def errors_name(parameter):
+    """Begin what is said of a wrong value with the name of the parameter."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{parameter}: {error}") from error
+    except MemoryError as error:
+        raise MemoryError(f"{parameter}: {error}") from error
+
+
+def to_volume(volume_type, data, parameter, options):
+    """Model a `VolumeData`, whose place no option may change."""
+    for name in _PLACE:
+        if name in options:
+            raise TypeError(f"{name}: expected none beside that of {parameter}, got {options[name]!r}")
+    return volume_type(data.data, spacing=data.spacing, origin=data.origin, direction=data.direction, **options)
+
+
+def to_mesh(mesh_type, vertices, faces, parameter, options):
+    """Make a mesh of triangles, of which there must be some."""
+    if len(faces) == 0:
+        raise ValueError(f"{parameter}: expected faces, got none ({len(vertices)} vertices)")
+    return mesh_type(vertices, faces, **options)

@@ -1,0 +1,121 @@
+"""Meshes from files."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from pathlib import Path
+
+from .._core import Mesh
+from ..io.vtk import check_messages, messages
+from .checks import library_of
+from .meshio import mesh_from_meshio
+from .trimesh import mesh_from_trimesh
+from .vtk import mesh_from_vtk
+
+
+def read_mesh(path, **options):
+    """Read a triangle mesh from a file.
+
+    ==========================================================  =======================================  =========
+    suffix                                                      format                                   read by
+    ==========================================================  =======================================  =========
+    ``.stl``, ``.ply``, ``.obj``, ``.off``, ``.glb``,           STL, PLY, Wavefront, OFF, glTF,          trimesh
+    ``.gltf``, ``.3mf``, ``.dae``                               3MF, COLLADA
+    ``.vtk``, ``.vtp``, ``.vtu``                                VTK surfaces and grids                   VTK
+    ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      what meshers and finite elements use     meshio
+    ==========================================================  =======================================  =========
+
+    Faces keep the order of the file, and vertices are not merged. Larger faces are cut into triangles; of solid cells
+    without faces, the surface is taken. Coordinates are those of the file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file whose suffix tells its format.
+    **options
+        Of `Mesh`.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    OSError
+        Where the file is missing or the system does not let it be read.
+    ValueError
+        Where the file is none of the formats, is broken, or holds no faces. The message names the path.
+    ImportError
+        Where a library that reads the format is not installed; ``pip install isospline[interop]`` brings all but those
+        of 3MF and COLLADA, which trimesh names.
+
+    Examples
+    --------
+    >>> import tempfile, isospline
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with open(f"{folder}/triangle.off", "w") as file:
+    ...         _ = file.write("OFF 3 1 0  0 0 0  1 0 0  0 1 0  3 0 1 2".replace("  ", chr(10)))
+    ...     isospline.read_mesh(f"{folder}/triangle.off").bounds
+    array([[0., 0., 0.],
+           [1., 1., 0.]])
+    """
+    path = Path(path)
+    with open(path, "rb"):
+        pass
+    name = path.name.lower()
+    reader = next((reader for suffix, reader in _READERS.items() if name.endswith(suffix)), _read_meshio)
+    try:
+        with library_of(f"{path}: read_mesh"):
+            return reader(path, options)
+    except ImportError:
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        # The libraries raise what they like for a broken file.
+        reason = str(error).strip().removeprefix("mesh: ") or type(error).__name__
+        raise ValueError(f"{path}: cannot be read as a mesh: {reason}") from error
+
+
+def _read_trimesh(path, options):
+    import trimesh
+
+    # Unprocessed: trimesh would drop vertices that are not finite, and merge those that are close.
+    return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
+
+
+def _read_vtk(path, options):
+    from vtkmodules.vtkIOLegacy import vtkDataSetReader
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+
+    readers = {".vtk": vtkDataSetReader, ".vtp": vtkXMLPolyDataReader, ".vtu": vtkXMLUnstructuredGridReader}
+    reader = readers[path.suffix.lower()]()
+    with messages() as text:
+        reader.SetFileName(str(path))
+        reader.Update()
+        check_messages(text())
+    return mesh_from_vtk(Mesh, reader.GetOutput(), **options)
+
+
+def _read_meshio(path, options):
+    import meshio
+
+    suffixes = sorted({*_READERS, *meshio.extension_to_filetypes})
+    if not path.name.lower().endswith(tuple(suffixes)):
+        raise ValueError(f"expected a name that ends in {', '.join(suffixes)}")
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            mesh = meshio.read(path)
+    except SystemExit:
+        # Where none of its readers can, meshio prints why and leaves.
+        raise ValueError(" ".join(said.getvalue().split()) or f"meshio has no reader for {os.fspath(path)}") from None
+    return mesh_from_meshio(Mesh, mesh, **options)
+
+
+_READERS = {
+    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), _read_trimesh),
+    **dict.fromkeys((".vtk", ".vtp", ".vtu"), _read_vtk),
+}

@@ -1,0 +1,48 @@
+"""Meshes of meshio, cut into triangles by VTK."""
+
+from __future__ import annotations
+
+from .checks import check_type, errors_name, library_of
+from .vtk import mesh_from_vtk
+
+
+def mesh_from_meshio(cls, mesh, **options):
+    """Take over the faces of a meshio mesh, or where it has none, the surface of its solid cells.
+
+    VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out.
+
+    Parameters
+    ----------
+    mesh : meshio.Mesh
+        Of two or three coordinates a point; z is 0 where there are two.
+    **options
+        Of `Mesh`.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    TypeError
+        Where `mesh` is something else.
+    ValueError
+        Where it has neither faces nor solid cells, or a vertex that is not finite.
+    ImportError
+        Where meshio or PyVista is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import meshio, isospline
+    >>> square = meshio.Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [("quad", [(0, 1, 2, 3)])])
+    >>> isospline.Mesh.from_meshio(square).faces.shape
+    (2, 3)
+    """
+    with library_of("Mesh.from_meshio"):
+        import meshio
+        import pyvista
+    check_type(mesh, "mesh", meshio.Mesh, "a meshio.Mesh")
+    with errors_name("mesh"):
+        # PyVista would copy all data as well, and write cell sets into the mesh that it is given.
+        grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, block.data) for block in mesh.cells]))
+    return mesh_from_vtk(cls, grid, **options)

@@ -1,0 +1,46 @@
+"""Images of SimpleITK."""
+
+from __future__ import annotations
+
+from ..io import itk
+from .checks import check_type, errors_name, library_of, to_volume
+
+
+def volume_from_sitk(cls, image, **options):
+    """Model the samples of a SimpleITK image, where ``TransformContinuousIndexToPhysicalPoint`` puts them.
+
+    Parameters
+    ----------
+    image : SimpleITK.Image
+        Of three axes and one real number a sample. Later axes of length one are dropped.
+    **options
+        Of `Volume`, but for the place: ``degree=3``.
+
+    Returns
+    -------
+    Volume
+
+    Raises
+    ------
+    TypeError
+        Where `image` is something else.
+    ValueError
+        Where it is flat, a series, in colours, or holds complex numbers or numbers that are not finite.
+    ImportError
+        Where SimpleITK is not installed: ``pip install isospline[io]``.
+
+    Examples
+    --------
+    >>> import SimpleITK, isospline
+    >>> image = SimpleITK.Image(5, 4, 3, SimpleITK.sitkFloat32)
+    >>> image.SetSpacing((0.5, 0.5, 2))
+    >>> isospline.Volume.from_sitk(image, degree=3).spacing
+    array([0.5, 0.5, 2. ])
+    """
+    with library_of("Volume.from_sitk"):
+        import SimpleITK
+    check_type(image, "image", SimpleITK.Image, "a SimpleITK.Image")
+    with errors_name("image"):
+        itk.check_image(image)
+        data = itk.to_volume_data(image)
+    return to_volume(cls, data, "image", options)

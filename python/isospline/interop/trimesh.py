@@ -1,0 +1,44 @@
+"""Meshes and scenes of trimesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .checks import check_type, library_of, to_mesh
+
+
+def mesh_from_trimesh(cls, mesh, **options):
+    """Take over a mesh of trimesh, vertices and faces as they are.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh or trimesh.Scene
+        Of a scene, all meshes where its graph places them, one after the other.
+    **options
+        Of `Mesh`.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    TypeError
+        Where `mesh` is something else, such as a point cloud.
+    ValueError
+        Where it has no faces, or a vertex that is not finite.
+    ImportError
+        Where trimesh is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import trimesh, isospline
+    >>> isospline.Mesh.from_trimesh(trimesh.creation.box()).faces.shape
+    (12, 3)
+    """
+    with library_of("Mesh.from_trimesh"):
+        import trimesh
+    check_type(mesh, "mesh", (trimesh.Trimesh, trimesh.Scene), "a trimesh.Trimesh or trimesh.Scene")
+    if isinstance(mesh, trimesh.Scene):
+        mesh = mesh.to_mesh()
+    return to_mesh(cls, np.asarray(mesh.vertices), np.asarray(mesh.faces), "mesh", options)

@@ -1,0 +1,101 @@
+"""Arrays of xarray, placed by their coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..io.checks import check_samples
+from ..io.volume_data import VolumeData
+from .checks import check_type, errors_name, library_of, to_volume
+
+# Part of a step that a coordinate may be away from its place in an even series; many are stored as decimal text.
+TOLERANCE = 0.01
+
+
+def volume_from_xarray(cls, array, dims=None, **options):
+    """Model an array of xarray, where its coordinates put the samples.
+
+    Coordinates may run upwards or downwards; dimensions without any count from 0. An attribute ``direction``, the
+    matrix that ``itk.xarray_from_image`` stores in the order of the array's axes, turns the axes about the first
+    sample as ITK does.
+
+    Parameters
+    ----------
+    array : xarray.DataArray
+        Of real numbers. Other dimensions than the three must have length one.
+    dims : (str, str, str), optional
+        Names of the dimensions along x, y and z; by default x, y and z in lower or upper case.
+    **options
+        Of `Volume`, but for the place: ``degree=3``.
+
+    Returns
+    -------
+    Volume
+
+    Raises
+    ------
+    TypeError
+        Where `array` is something else, such as a Dataset.
+    ValueError
+        Where it lacks one of the dimensions or has more, or where coordinates are not evenly spaced numbers.
+    ImportError
+        Where xarray is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import numpy as np, xarray, isospline
+    >>> array = xarray.DataArray(np.zeros((3, 4, 5)), {"z": [10, 12, 14]}, ("z", "y", "x"))
+    >>> volume = isospline.Volume.from_xarray(array)
+    >>> volume.spacing, volume.origin
+    (array([1., 1., 2.]), array([ 0.,  0., 10.]))
+    """
+    with library_of("Volume.from_xarray"):
+        import xarray
+    check_type(array, "array", xarray.DataArray, "an xarray.DataArray")
+    dims = _spatial(array.dims) if dims is None else _given(array.dims, dims)
+    with errors_name("array"):
+        others = {dim: 0 for dim in array.dims if dim not in dims and array.sizes[dim] == 1}
+        array = array.isel(others).transpose(..., *reversed(dims))
+        check_samples(array.shape, array.dtype, mapped=True)
+        first, step = np.transpose([_even(dim, array[dim].values) for dim in dims])
+    # Coordinates that run downwards mirror the axis.
+    direction = _direction(array.attrs) * np.where(step < 0, -1.0, 1.0)
+    data = VolumeData(array.values, tuple(np.abs(step).tolist()), tuple(first.tolist()), direction)
+    return to_volume(cls, data, "array", options)
+
+
+def _spatial(dims):
+    """The dimensions called x, y and z."""
+    by_name = {str(dim).lower(): dim for dim in dims}
+    if not {"x", "y", "z"} <= set(by_name):
+        raise ValueError(f"dims: expected the names of the dimensions along x, y and z, one of {dims} each, got none")
+    return [by_name[name] for name in "xyz"]
+
+
+def _given(dims, given):
+    given = [given] if isinstance(given, str) else list(given)
+    if len(given) != 3 or len(set(given)) != 3 or not set(given) <= set(dims):
+        raise ValueError(f"dims: expected three dimensions of {dims}, along x, y and z, got {given}")
+    return given
+
+
+def _even(dim, coordinates):
+    """First coordinate of a dimension, and the step from one to the next."""
+    if coordinates.dtype.kind not in "iuf":
+        raise ValueError(f"expected numbers as coordinates of {dim}, got {coordinates.dtype}")
+    coordinates = coordinates.astype(float)
+    count, finite = len(coordinates), np.isfinite(coordinates).all()
+    step = (coordinates[-1] - coordinates[0]) / (count - 1) if finite and count > 1 else 1.0
+    off = np.abs(coordinates - (coordinates[0] + np.arange(count) * step)) if finite else np.inf
+    if step == 0 or np.max(off) > TOLERANCE * abs(step):
+        got = np.array2string(coordinates, threshold=8)
+        raise ValueError(f"expected finite and evenly spaced coordinates of {dim}, got {got}")
+    return coordinates[0], step
+
+
+def _direction(attributes):
+    """ITK's direction matrix, whose rows and columns xarray has in the order of the array's axes."""
+    direction = attributes.get("direction")
+    if np.shape(direction) not in ((3, 3), (4, 4)):
+        return np.eye(3)
+    return np.flip(np.asarray(direction, dtype=float))[:3, :3]

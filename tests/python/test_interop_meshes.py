@@ -1,0 +1,235 @@
+"""Meshes of other libraries and from files: the libraries' own areas, volumes and hits are the oracle."""
+
+import numpy as np
+import pytest
+
+import isospline
+
+meshio = pytest.importorskip("meshio")
+pyvista = pytest.importorskip("pyvista")
+trimesh = pytest.importorskip("trimesh")
+
+TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3.0)])
+OUTWARD = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+
+
+def corners(mesh):
+    """(F, 3, 3) corners of the faces."""
+    return np.asarray(mesh.vertices)[np.asarray(mesh.faces)]
+
+
+def area(mesh):
+    a, b, c = np.moveaxis(corners(mesh), 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def volume(mesh):
+    """Above 0 where the faces of a closed mesh are counter-clockwise seen from outside."""
+    return np.linalg.det(corners(mesh)).sum() / 6
+
+
+# trimesh
+
+def test_trimesh_is_taken_over_as_it_is():
+    shape = trimesh.creation.icosphere(subdivisions=2, radius=3)
+    mesh = isospline.Mesh.from_trimesh(shape)
+    np.testing.assert_array_equal(mesh.vertices, shape.vertices)
+    np.testing.assert_array_equal(mesh.faces, shape.faces)
+
+
+def test_trimesh_scene_is_taken_over_in_place():
+    box = trimesh.creation.box(extents=(1, 2, 3))
+    places = [trimesh.transformations.rotation_matrix(0.5, (1, 2, 3)), np.diag([2.0, 1, -1, 1])]
+    places[1][:3, 3] = 4, 5, 6
+    scene = trimesh.Scene()
+    for place in places:
+        scene.add_geometry(box, transform=place, geom_name="box")
+    mesh = isospline.Mesh.from_trimesh(scene)
+    assert len(mesh.faces) == 24
+    np.testing.assert_allclose(mesh.bounds, scene.bounds, atol=1e-12)
+    moved = np.concatenate([trimesh.transform_points(box.vertices, place) for place in places])
+    np.testing.assert_allclose(mesh.vertices, moved, atol=1e-12)
+    # trimesh turns the faces of mirrored instances, so that outside stays outside.
+    assert volume(mesh) == pytest.approx(6 + 12)
+
+
+# PyVista and VTK
+
+def test_pyvista_triangles_are_taken_over_as_they_are():
+    shape = pyvista.Sphere(radius=2)
+    mesh = isospline.Mesh.from_pyvista(shape)
+    np.testing.assert_array_equal(mesh.vertices, shape.points)
+    np.testing.assert_array_equal(mesh.faces, shape.regular_faces)
+
+
+@pytest.mark.parametrize("shape", [
+    pyvista.Cube(x_length=2), pyvista.Cylinder(resolution=7), pyvista.Superquadric(), pyvista.Sphere().strip(),
+    pyvista.Dodecahedron(),
+], ids=["quads", "polygons", "points shared", "strips", "pentagons"])
+def test_pyvista_polygons_are_cut_into_triangles(shape):
+    mesh = isospline.Mesh.from_pyvista(shape)
+    assert area(mesh) == pytest.approx(shape.area, rel=1e-5)
+    assert volume(mesh) == pytest.approx(shape.volume, rel=1e-5)
+    np.testing.assert_allclose(mesh.bounds.T.ravel(), shape.bounds, atol=1e-6)
+
+
+def test_pyvista_polygons_need_not_be_convex():
+    letter = np.array([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)])
+    shape = pyvista.PolyData(np.c_[letter, np.zeros(6)], faces=[6, *range(6)], lines=[2, 0, 3])
+    mesh = isospline.Mesh.from_pyvista(shape)
+    assert len(mesh.faces) == 4
+    assert area(mesh) == pytest.approx(5)
+
+
+def test_pyvista_mesh_is_hit_where_pyvista_hits_it(rng):
+    shape = pyvista.ParametricTorus(ringradius=1, crosssectionradius=0.4).rotate_x(40)
+    scene = isospline.Scene([isospline.Mesh.from_pyvista(shape)])
+    origins = rng.normal(size=(40, 3))
+    origins *= 4 / np.linalg.norm(origins, axis=1)[:, None]
+    targets = rng.uniform(-1, 1, (40, 3))
+    hits = scene.cast_rays(np.hstack([origins, targets - origins]))["t_hit"]
+    for origin, direction, t in zip(origins, targets - origins, hits):
+        # PyVista does not sort what it finds along the ray.
+        points, _ = shape.ray_trace(origin, origin + 3 * direction)
+        expected = min((points - origin) @ direction / (direction @ direction), default=np.inf)
+        assert t == pytest.approx(expected, abs=1e-5)
+    assert 10 < np.isfinite(hits).sum() < 40
+
+
+def test_vtk_surface_is_taken_over():
+    from vtkmodules.vtkFiltersSources import vtkConeSource
+
+    cone = vtkConeSource()
+    cone.Update()
+    assert volume(isospline.Mesh.from_vtk(cone.GetOutput())) == pytest.approx(pyvista.wrap(cone.GetOutput()).volume)
+
+
+def test_of_grids_the_faces_are_taken_or_else_the_surface():
+    blocks = pyvista.ImageData(dimensions=(3, 4, 5), spacing=(1, 2, 3))
+    for grid in (blocks.cast_to_unstructured_grid(), blocks.cast_to_structured_grid()):
+        mesh = isospline.Mesh.from_pyvista(grid)
+        assert (area(mesh), volume(mesh)) == (pytest.approx(2 * (12 + 24 + 72)), pytest.approx(2 * 6 * 12))
+    sheet = pyvista.ImageData(dimensions=(3, 4, 1), spacing=(1, 2, 3)).cast_to_structured_grid()
+    assert area(isospline.Mesh.from_pyvista(sheet)) == pytest.approx(12)
+
+
+def test_pyvista_objects_without_faces_are_refused():
+    for shape in (pyvista.PolyData(), pyvista.Line(), pyvista.PolyData(TETRAHEDRON)):
+        with pytest.raises(ValueError, match="mesh: expected faces, got none"):
+            isospline.Mesh.from_pyvista(shape)
+    with pytest.raises(TypeError, match=r"mesh: expected a surface or a grid .*, got pyvista.*\.ImageData"):
+        isospline.Mesh.from_pyvista(pyvista.ImageData())
+
+
+# meshio
+
+def test_meshio_triangles_are_taken_over_in_their_order():
+    cells = [("triangle", OUTWARD[:3]), ("line", [(0, 1)]), ("vertex", [(3,)]), ("triangle", OUTWARD[3:])]
+    mesh = isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
+    np.testing.assert_array_equal(corners(mesh), TETRAHEDRON[OUTWARD])
+
+
+def test_meshio_solids_have_a_surface_once():
+    solid = ("tetra", [(0, 1, 2, 3)])
+    for cells in ([solid], [solid, ("triangle", OUTWARD)]):
+        mesh = isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
+        assert len(mesh.faces) == 4
+        assert volume(mesh) == pytest.approx(1)
+
+
+def test_meshio_faces_of_all_kinds_are_cut_into_triangles():
+    points = [(0, 0), (2, 0), (2, 1), (0, 1), (1, 0), (2, 0.5), (1, 1), (0, 0.5), (3, 0.5)]
+    cells = [("quad8", [(0, 1, 2, 3, 4, 5, 6, 7)]), ("triangle", [(1, 8, 2)]), ("polygon", [(0, 1, 8, 2, 3)]),
+             ("quad", [(0, 4, 6, 3)])]
+    given = meshio.Mesh(points, cells, cell_sets={"some": [np.array([0])] * 4})
+    mesh = isospline.Mesh.from_meshio(given)
+    assert area(mesh) == pytest.approx(2 + 0.5 + 2.5 + 1)
+    assert volume(mesh) == 0
+    assert list(given.cell_sets) == ["some"] and not given.cell_data and given.points.shape == (9, 2)
+
+
+def test_meshio_mesh_without_faces_is_refused():
+    for cells in ([], [("line", [(0, 1)])]):
+        with pytest.raises(ValueError, match="mesh: expected faces, got none"):
+            isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
+
+
+# Files
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".glb", ".STL"])
+def test_files_of_trimesh_are_read(tmp_path, suffix):
+    shape = trimesh.creation.annulus(1, 2, 3)
+    shape.export(tmp_path / f"a{suffix}", file_type=suffix[1:].lower())
+    mesh = isospline.read_mesh(tmp_path / f"a{suffix}")
+    np.testing.assert_allclose(corners(mesh), shape.triangles, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".vtk", ".vtp", ".vtu"])
+def test_files_of_vtk_are_read(tmp_path, suffix):
+    shape = pyvista.Sphere()
+    (shape.cast_to_unstructured_grid() if suffix == ".vtu" else shape).save(tmp_path / f"a{suffix}")
+    mesh = isospline.read_mesh(tmp_path / f"a{suffix}")
+    np.testing.assert_array_equal(corners(mesh), shape.points[shape.regular_faces])
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".inp", ".mesh", ".avs", ".bdf"])
+def test_files_of_meshio_are_read(tmp_path, suffix):
+    meshio.Mesh(TETRAHEDRON, [("triangle", OUTWARD)]).write(tmp_path / f"a{suffix}")
+    mesh = isospline.read_mesh(str(tmp_path / f"a{suffix}"))
+    np.testing.assert_allclose(corners(mesh), TETRAHEDRON[OUTWARD], atol=1e-12)
+
+
+@pytest.mark.parametrize("name, text", [
+    ("a.off", "OFF\n4 1 0\n0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n"),
+    ("a.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n"),
+    ("a.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+              "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+              "0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n"),
+    ("a.vtk", "# vtk DataFile Version 3.0\nsquare\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
+              "0 0 0 2 0 0 2 1 0 0 1 0\nPOLYGONS 1 5\n4 0 1 2 3\n"),
+    ("a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n2 0 0 0\n2 1 0 0\n0 1 0 0\n"
+               "Quadrilaterals\n1\n1 2 3 4 0\nEnd\n"),
+])
+def test_polygons_of_files_are_cut_into_triangles(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    mesh = isospline.read_mesh(tmp_path / name)
+    assert (len(mesh.faces), area(mesh)) == (2, pytest.approx(2))
+
+
+def test_vertices_of_files_are_not_merged_or_dropped(tmp_path):
+    small = 1e-12 * TETRAHEDRON
+    trimesh.Trimesh(small, OUTWARD, process=False).export(tmp_path / "a.ply")
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.ply").vertices, small, rtol=1e-6)
+    text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n"
+    (tmp_path / "a.obj").write_text(text)
+    with pytest.raises(ValueError, match=r"a\.obj: .*vertices: expected finite numbers, got nan in vertex 2"):
+        isospline.read_mesh(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".glb", ".vtk", ".vtp", ".vtu", ".msh", ".inp"])
+def test_broken_files_are_refused(tmp_path, rng, suffix, capfd):
+    for content in (b"", b"hello\nworld\n", rng.bytes(3000)):
+        (tmp_path / f"a{suffix}").write_bytes(content)
+        with pytest.raises(ValueError, match=rf"a\{suffix}: cannot be read as a mesh: ."):
+            isospline.read_mesh(tmp_path / f"a{suffix}")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_files_without_a_mesh_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"missing\.stl"):
+        isospline.read_mesh(tmp_path / "missing.stl")
+    (tmp_path / "a.txt").write_text("hello")
+    with pytest.raises(ValueError, match=r"a\.txt: cannot be read as a mesh: expected a name that ends in \.3mf"):
+        isospline.read_mesh(tmp_path / "a.txt")
+    trimesh.PointCloud(TETRAHEDRON).export(tmp_path / "cloud.ply")
+    with pytest.raises(ValueError, match=r"cloud\.ply: cannot be read as a mesh: expected faces, got none"):
+        isospline.read_mesh(tmp_path / "cloud.ply")
+    with pytest.raises((FileNotFoundError, IsADirectoryError)):
+        isospline.read_mesh(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["from_meshio", "from_pyvista", "from_trimesh", "from_vtk"])
+def test_other_objects_are_refused(name):
+    for wrong in (TETRAHEDRON, trimesh.PointCloud(TETRAHEDRON), None):
+        with pytest.raises(TypeError, match="mesh: expected a.*, got (numpy.ndarray|trimesh.*PointCloud|.*NoneType)"):
+            getattr(isospline.Mesh, name)(wrong)

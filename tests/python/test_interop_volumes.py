@@ -1,0 +1,306 @@
+"""Volumes of other libraries: each library's own word for the place of its samples is the oracle."""
+
+import ast
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+
+nibabel = pytest.importorskip("nibabel")
+pyvista = pytest.importorskip("pyvista")
+SimpleITK = pytest.importorskip("SimpleITK")
+xarray = pytest.importorskip("xarray")
+
+from test_io import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image  # noqa: E402
+
+# All indices, (x, y, z), in the order of data.ravel().
+INDICES = np.stack(np.meshgrid(*map(np.arange, SHAPE), indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1]
+LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0])
+
+
+@pytest.fixture
+def data(rng):
+    return rng.normal(size=SHAPE).astype(np.float32)
+
+
+def check(volume, data, positions):
+    """The volume has each sample where the library has it: its model passes through them there, and nowhere else."""
+    affine = volume.affine
+    np.testing.assert_allclose(INDICES @ affine[:3, :3].T + affine[:3, 3], positions, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(volume.sample(positions), np.ravel(data), atol=2e-6)
+    np.testing.assert_allclose(abs(np.linalg.norm(volume.direction, axis=0)), 1, rtol=1e-12)
+
+
+# SimpleITK
+
+@directions
+def test_sitk_is_where_sitk_says(data, direction):
+    image = itk_image(data, direction)
+    volume = isospline.Volume.from_sitk(image)
+    check(volume, data, [image.TransformIndexToPhysicalPoint(index.tolist()) for index in INDICES])
+    np.testing.assert_array_equal(volume.spacing, SPACING)
+    np.testing.assert_array_equal(volume.direction, direction)
+
+
+def test_sitk_series_of_one_is_a_volume(data):
+    image = SimpleITK.JoinSeries(itk_image(data, DIRECTIONS["oblique"]))
+    np.testing.assert_allclose(isospline.Volume.from_sitk(image).direction, DIRECTIONS["oblique"], atol=1e-12)
+
+
+def test_sitk_images_that_are_no_volume_are_refused(data):
+    make = isospline.Volume.from_sitk
+    with pytest.raises(ValueError, match="image: expected three dimensions, got 2: 7 x 6"):
+        make(SimpleITK.GetImageFromArray(data[0]))
+    with pytest.raises(ValueError, match="image: expected three dimensions, got 4: 7 x 6 x 5 x 2"):
+        make(SimpleITK.JoinSeries([itk_image(data), itk_image(data)]))
+    with pytest.raises(ValueError, match="image: expected one number a sample, got 3"):
+        make(SimpleITK.Image([4, 4, 4], SimpleITK.sitkVectorFloat32, 3))
+    with pytest.raises(ValueError, match="image: expected real numbers, got complex"):
+        make(SimpleITK.Image([4, 4, 4], SimpleITK.sitkComplexFloat32))
+
+
+# nibabel
+
+@directions
+@pytest.mark.parametrize("kind", ["Nifti1Image", "Nifti2Image", "MGHImage"])
+def test_nibabel_is_where_nibabel_says(tmp_path, data, direction, kind):
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = direction * SPACING, ORIGIN
+    image = getattr(nibabel, kind)(np.ascontiguousarray(data.T), affine)
+    positions = nibabel.affines.apply_affine(image.affine, INDICES) @ LPS_FROM_RAS
+    check(isospline.Volume.from_nibabel(image), data, positions)
+
+    path = tmp_path / ("a.mgz" if kind == "MGHImage" else "a.nii.gz")
+    nibabel.save(image, path)
+    image = nibabel.load(path)
+    positions = nibabel.affines.apply_affine(image.affine, INDICES) @ LPS_FROM_RAS
+    check(isospline.Volume.from_nibabel(image), data, positions)
+
+
+def test_nibabel_is_where_the_file_is(tmp_path, data):
+    affine = np.array([[1, 0.2, 0, 1], [0, 2, 0.1, 2], [0, 0, 3, 3], [0, 0, 0, 1.0]])
+    image = nibabel.Nifti1Image(np.round(100 * data.T).astype(np.int16), affine)
+    image.header.set_slope_inter(0.5, -10)
+    nibabel.save(image, tmp_path / "a.nii")
+    image = nibabel.load(tmp_path / "a.nii")
+    volume, read = isospline.Volume.from_nibabel(image), isospline.read_volume(tmp_path / "a.nii")
+    np.testing.assert_array_equal(volume.affine, read.affine)
+    np.testing.assert_allclose(volume.sample(read.position(INDICES)), image.get_fdata().T.ravel(), atol=1e-4)
+
+
+def test_nibabel_images_that_are_no_volume_are_refused(data):
+    make = isospline.Volume.from_nibabel
+    with pytest.raises(ValueError, match="image: expected three dimensions, got 4: 7 x 6 x 5 x 2"):
+        make(nibabel.Nifti1Image(np.stack([data.T, data.T], axis=-1), np.eye(4)))
+    with pytest.raises(ValueError, match="image: expected an affine"):
+        make(nibabel.Nifti1Image(data.T, None))
+    with pytest.raises(ValueError, match="image: expected real numbers, got complex64"):
+        make(nibabel.Nifti1Image(data.T.astype(np.complex64), np.eye(4)))
+    colours = np.zeros(SHAPE, [("R", "u1"), ("G", "u1"), ("B", "u1")])
+    with pytest.raises(ValueError, match="image: expected one number a sample, got 3"):
+        make(nibabel.Nifti1Image(colours, np.eye(4)))
+
+
+# PyVista and VTK
+
+@directions
+def test_pyvista_is_where_pyvista_says(data, direction):
+    image = pyvista.ImageData(dimensions=SHAPE[::-1], spacing=SPACING, origin=ORIGIN, direction_matrix=direction,
+                              offset=(2, -3, 10))
+    image["density"] = data.ravel()
+    check(isospline.Volume.from_pyvista(image), data, image.points)
+    check(isospline.Volume.from_vtk(image), data, image.points)
+
+
+@directions
+def test_pyvista_cells_are_where_pyvista_says(data, direction):
+    image = pyvista.ImageData(dimensions=np.array(SHAPE[::-1]) + 1, spacing=SPACING, origin=ORIGIN,
+                              direction_matrix=direction, offset=(2, -3, 10))
+    image.cell_data["density"] = data.ravel()
+    check(isospline.Volume.from_pyvista(image), data, image.cell_centers().points)
+
+
+def test_pyvista_model_is_what_vtk_interpolates(data, rng):
+    image = pyvista.ImageData(dimensions=SHAPE[::-1], spacing=SPACING, origin=ORIGIN)
+    image["density"] = data.ravel()
+    points = ORIGIN + rng.uniform(0.01, 0.99, (200, 3)) * (np.array(SHAPE[::-1]) - 1) * SPACING
+    sampled = pyvista.PolyData(points).sample(image)
+    assert sampled["vtkValidPointMask"].all()
+    volume = isospline.Volume.from_pyvista(image, degree=1)
+    np.testing.assert_allclose(volume.sample(points), sampled["density"], atol=1e-5)
+
+
+def test_pyvista_array_is_the_active_one_or_the_named_one(data):
+    image = pyvista.ImageData(dimensions=SHAPE[::-1])
+    image["first"], image["second"] = data.ravel(), data.ravel() + 1
+    center = np.array([3.0, 2, 1])
+    for name, offset in (("first", 0), ("second", 1)):
+        image.set_active_scalars(name)
+        assert isospline.Volume.from_pyvista(image).sample(center) == pytest.approx(data[1, 2, 3] + offset, abs=1e-5)
+        named = isospline.Volume.from_pyvista(image, name)
+        assert named.sample(center) == pytest.approx(data[1, 2, 3] + offset, abs=1e-5)
+    with pytest.raises(ValueError, match="image_data: expected an array named third, got first, second"):
+        isospline.Volume.from_pyvista(image, scalars="third")
+    image["vectors"] = np.zeros((data.size, 3))
+    with pytest.raises(ValueError, match="image_data: expected one number a sample, got 3"):
+        isospline.Volume.from_pyvista(image, scalars="vectors")
+    with pytest.raises(ValueError, match="image_data: expected one array of samples, or its name, got none"):
+        isospline.Volume.from_pyvista(pyvista.ImageData(dimensions=(3, 3, 3)))
+
+
+@directions
+def test_vtk_is_where_vtk_says(data, direction):
+    image = vtk_image(data, direction, extent=(2, 8, -3, 2, 10, 14))
+    image.SetSpacing(-SPACING[0], *SPACING[1:])
+    check(isospline.Volume.from_vtk(image), data, [image.GetPoint(index) for index in range(data.size)])
+
+
+# xarray
+
+@pytest.mark.parametrize("order", ["zyx", "xyz", "yxz"])
+@pytest.mark.parametrize("downwards", ["", "x", "yz"])
+@pytest.mark.parametrize("case", [str.lower, str.upper])
+def test_xarray_is_where_its_coordinates_are(data, order, downwards, case):
+    coordinates = {}
+    for axis, name in enumerate("xyz"):
+        values = ORIGIN[axis] + np.arange(SHAPE[2 - axis]) * SPACING[axis]
+        coordinates[case(name)] = values[::-1] if name in downwards else values
+    array = xarray.DataArray(data, coordinates, tuple(case("zyx"))).transpose(*case(order))
+
+    volume = isospline.Volume.from_xarray(array)
+    table = array.to_dataframe("density").reset_index()
+    positions, values = table[list(case("xyz"))].to_numpy(), table["density"].to_numpy()
+    np.testing.assert_allclose(volume.sample(positions), values, atol=2e-6)
+    assert [np.linalg.det(volume.direction) < 0, *volume.spacing] == [len(downwards) == 1, *SPACING]
+
+
+def test_xarray_dimensions_may_have_other_names(data):
+    array = xarray.DataArray(data[:, None], {"depth": [8.0, 6, 4, 2, 0], "channel": ["red"]},
+                             ("depth", "channel", "row", "column"))
+    volume = isospline.Volume.from_xarray(array, dims=("column", "row", "depth"))
+    check(volume, data, INDICES * (1, 1, -2) + (0, 0, 8))
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_xarray_of_itk_is_where_itk_says(data, joined):
+    # As itk.xarray_from_image writes it.
+    image = itk_image(data, DIRECTIONS["oblique and mirrored"])
+    positions = [image.TransformIndexToPhysicalPoint(index.tolist()) for index in INDICES]
+    if joined:
+        image = SimpleITK.JoinSeries(image)
+    dimension = image.GetDimension()
+    coordinates = {
+        name: np.linspace(origin, origin + (size - 1) * spacing, size)
+        for name, origin, size, spacing in zip("xyzt", image.GetOrigin(), image.GetSize(), image.GetSpacing())
+    }
+    direction = np.flip(np.reshape(image.GetDirection(), (dimension, dimension)))
+    array = xarray.DataArray(SimpleITK.GetArrayFromImage(image), coordinates, tuple("tzyx"[-dimension:]),
+                             attrs={"direction": direction})
+    check(isospline.Volume.from_xarray(array), data, positions)
+
+
+def test_xarray_coordinates_may_be_rounded_but_not_uneven(data):
+    def array(z):
+        return xarray.DataArray(data, {"z": z}, tuple("zyx"))
+
+    volume = isospline.Volume.from_xarray(array([0, 0.333, 0.667, 1, 1.333]))
+    assert (volume.spacing[2], volume.origin[2]) == (pytest.approx(0.33325), 0)
+    for wrong in ([0, 1, 2, 4, 8], [1, 1, 1, 1, 1], [0, 1, np.nan, 3, 4], [0, 1, 2, 3, np.inf]):
+        with pytest.raises(ValueError, match="array: expected finite and evenly spaced coordinates of z, got"):
+            isospline.Volume.from_xarray(array(wrong))
+    with pytest.raises(ValueError, match="array: expected numbers as coordinates of z, got datetime64"):
+        isospline.Volume.from_xarray(array(np.arange(5).astype("datetime64[s]")))
+
+
+def test_xarray_of_other_dimensions_is_refused(data):
+    make = isospline.Volume.from_xarray
+    with pytest.raises(ValueError, match=r"dims: expected the names .* one of \('a', 'y', 'x'\) each"):
+        make(xarray.DataArray(data, dims=("a", "y", "x")))
+    for dims in ("zyx", ("x", "y"), ("x", "x", "y"), ("x", "y", "b")):
+        with pytest.raises(ValueError, match="dims: expected three dimensions of"):
+            make(xarray.DataArray(data, dims=tuple("zyx")), dims=dims)
+    with pytest.raises(ValueError, match="array: expected three dimensions, got 4"):
+        make(xarray.DataArray(np.stack([data, data]), dims=tuple("tzyx")))
+    with pytest.raises(TypeError, match=r"array: expected an xarray.DataArray, got xarray.*\.Dataset"):
+        make(xarray.Dataset())
+
+
+# All of them
+
+def objects(data):
+    image = pyvista.ImageData(dimensions=data.shape[::-1])
+    image["density"] = data.ravel()
+    return {
+        "from_nibabel": nibabel.Nifti1Image(data.T, np.eye(4)),
+        "from_pyvista": image,
+        "from_sitk": SimpleITK.GetImageFromArray(data),
+        "from_vtk": vtk_image(data),
+        "from_xarray": xarray.DataArray(data, dims=tuple("zyx")),
+    }
+
+
+@pytest.mark.parametrize("name", ["from_nibabel", "from_pyvista", "from_sitk", "from_vtk", "from_xarray"])
+def test_options_reach_the_model(data, name):
+    image = objects(data)[name]
+    volume = getattr(isospline.Volume, name)(image, degree=3, boundary="periodic", filter="smoothing", smoothing=0.5)
+    assert (volume.degree, volume.boundary, volume.filter, volume.smoothing) == (3, "periodic", "smoothing", 0.5)
+
+    class Derived(isospline.Volume):
+        pass
+
+    assert type(getattr(Derived, name)(image)) is Derived
+
+
+@pytest.mark.parametrize("name", ["from_nibabel", "from_pyvista", "from_sitk", "from_vtk", "from_xarray"])
+def test_other_objects_options_and_samples_are_refused(data, name):
+    make = getattr(isospline.Volume, name)
+    with pytest.raises(TypeError, match=r"^(image|image_data|array): expected .*, got numpy.ndarray"):
+        make(data)
+    for option in ({"spacing": (1, 1, 1)}, {"axes": "xyz"}):
+        with pytest.raises(TypeError, match="expected none beside that of"):
+            make(objects(data)[name], **option)
+    data[1, 2, 3] = np.nan
+    with pytest.raises(ValueError, match="data: expected finite numbers, got nan"):
+        make(objects(data)[name])
+
+
+@pytest.mark.parametrize("method, argument, package", [
+    ("Volume.from_sitk", "0", "SimpleITK"), ("Volume.from_nibabel", "0", "nibabel"),
+    ("Volume.from_vtk", "0", "vtkmodules"), ("Volume.from_pyvista", "0", "vtkmodules"),
+    ("Volume.from_xarray", "0", "xarray"), ("Mesh.from_trimesh", "0", "trimesh"), ("Mesh.from_meshio", "0", "meshio"),
+    ("Mesh.from_pyvista", "0", "vtkmodules"), ("read_mesh", "__file__ + '.stl'", "trimesh"),
+])
+def test_a_missing_library_is_named(tmp_path, method, argument, package):
+    # None of them is imported along with isospline.
+    script = tmp_path / "script.py"
+    (tmp_path / "script.py.stl").write_text("solid")
+    libraries = ["SimpleITK", "meshio", "nibabel", "pyvista", "trimesh", "vtkmodules", "xarray"]
+    script.write_text(
+        "import sys, isospline\n"
+        f"assert not set({libraries}) & set(sys.modules)\n"
+        f"sys.modules['{package}'] = None\n"
+        f"isospline.{method}({argument})\n"
+    )
+    result = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert result.returncode == 1
+    assert f"needs the package {package}" in result.stderr.replace("vtkmodules.vtkCommonDataModel", "vtkmodules")
+    assert "pip install isospline[" in result.stderr
+
+
+def test_stub_has_the_arguments_of_the_conversions(repository):
+    tree = ast.parse((repository / "python" / "isospline" / "_core.pyi").read_text())
+    checked = 0
+    for owner in (node for node in tree.body if isinstance(node, ast.ClassDef)):
+        for node in owner.body:
+            if not (isinstance(node, ast.FunctionDef) and node.name.startswith("from_")):
+                continue
+            function = getattr(getattr(isospline, owner.name), node.name).__func__
+            arguments = [argument.arg for argument in (*node.args.args, node.args.kwarg)]
+            assert arguments == list(inspect.signature(function).parameters)
+            assert (function.__name__, function.__qualname__) == (node.name, f"{owner.name}.{node.name}")
+            checked += 1
+    assert checked == 9
