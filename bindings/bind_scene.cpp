@@ -78,6 +78,56 @@ TypeError
     Where `rays` does not hold real numbers.
 )";
 
+constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
+
+Each crossing is listed once, also where it lies on a face between cells, or on an edge or a corner of triangles.
+
+Parameters
+----------
+rays : (..., 6) array_like, float32 or float64
+    As for `cast_rays`; ray i is the i-th in C order.
+t_near, t_far : float
+    Only crossings with t in [t_near, t_far] count.
+
+Returns
+-------
+dict
+    Of N rays and M crossings; those of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
+
+    ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids`` and
+    ``primitive_ids``: (M,) uint32. ``primitive_uvs``: (M, 2) float32, weights of a triangle's second and third corner,
+    0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as of `cast_rays`. ``positions``: (M, 3) float64, world
+    space. ``entering``: (M,) bool, whether the ray goes to the inner side, <normal, direction> < 0.
+
+Raises
+------
+ValueError, TypeError
+    As of `cast_rays`.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
+>>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
+>>> scene = isospline.Scene([isospline.Isosurface(volume, 5.0, inside="below")])
+>>> crossings = scene.list_intersections([(-20, 0, 0, 1, 0, 0)])
+>>> np.round(crossings["t_hit"]).tolist(), crossings["entering"].tolist()
+([15.0, 25.0], [True, False])
+)";
+
+constexpr const char* count_intersections_doc = R"(The number of crossings of each ray with the scene.
+
+Parameters
+----------
+rays, t_near, t_far
+    As for `list_intersections`.
+
+Returns
+-------
+(...) int32 array
+)";
+
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
 Parameters
@@ -146,6 +196,93 @@ py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t
     return result;
 }
 
+/// All crossings of the rays of one chunk.
+struct CrossingChunk {
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> counts;
+};
+
+/// The chunks of all rays, in order.
+std::vector<CrossingChunk> crossings_of(Scene& scene, const RowArray& rows, double t_near, double t_far)
+{
+    std::vector<CrossingChunk> chunks((rows.count() + ray_chunk_size - 1) / ray_chunk_size);
+    const RayOrder order(rows.leading_shape(), false);
+    long_call(py::none(), [&](const Progress& progress) {
+        scene.commit(progress);
+        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> rays, std::size_t first) {
+            CrossingChunk& chunk = chunks[first / ray_chunk_size];
+            chunk.counts.resize(rays.size());
+            scene.list_intersections(rays, chunk.crossings, chunk.counts);
+        });
+    });
+    return chunks;
+}
+
+py::dict list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
+{
+    const RowArray rows(rays, "rays", 6);
+    check_limits(t_near, t_far);
+    const std::vector<CrossingChunk> chunks = crossings_of(scene, rows, t_near, t_far);
+    py::ssize_t total = 0;
+    for (const CrossingChunk& chunk : chunks)
+        total += static_cast<py::ssize_t>(chunk.crossings.size());
+
+    const Shape all{total};
+    auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(rows.count()) + 1});
+    auto ray_ids = new_array<std::int64_t>(all);
+    auto t_hit = new_array<double>(all);
+    auto geometry_ids = new_array<std::uint32_t>(all), primitive_ids = new_array<std::uint32_t>(all);
+    auto uvs = new_array<float>(all, {2});
+    auto positions = new_array<double>(all, {3}), normals = new_array<double>(all, {3});
+    auto entering = new_array<bool>(all);
+    std::int64_t ray = 0;
+    py::ssize_t at = 0;
+    splits.mutable_at(0) = 0;
+    for (const CrossingChunk& chunk : chunks) {
+        auto crossing = chunk.crossings.begin();
+        for (const std::uint32_t count : chunk.counts) {
+            for (std::uint32_t i = 0; i < count; ++i, ++crossing, ++at) {
+                const Hit& hit = crossing->hit;
+                ray_ids.mutable_at(at) = ray;
+                t_hit.mutable_at(at) = hit.t;
+                geometry_ids.mutable_at(at) = hit.geometry_id;
+                primitive_ids.mutable_at(at) = hit.primitive_id;
+                uvs.mutable_at(at, 0) = hit.uv.x;
+                uvs.mutable_at(at, 1) = hit.uv.y;
+                for (int axis = 0; axis < 3; ++axis) {
+                    positions.mutable_at(at, axis) = hit.position[axis];
+                    normals.mutable_at(at, axis) = hit.normal[axis];
+                }
+                entering.mutable_at(at) = crossing->entering;
+            }
+            splits.mutable_at(++ray) = at;
+        }
+    }
+    py::dict result;
+    result["ray_splits"] = splits;
+    result["ray_ids"] = ray_ids;
+    result["t_hit"] = t_hit;
+    result["geometry_ids"] = geometry_ids;
+    result["primitive_ids"] = primitive_ids;
+    result["primitive_uvs"] = uvs;
+    result["primitive_normals"] = normals;
+    result["positions"] = positions;
+    result["entering"] = entering;
+    return result;
+}
+
+py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
+{
+    const RowArray rows(rays, "rays", 6);
+    check_limits(t_near, t_far);
+    auto result = new_array<std::int32_t>(rows.leading_shape());
+    std::int32_t* next = result.mutable_data();
+    for (const CrossingChunk& chunk : crossings_of(scene, rows, t_near, t_far))
+        for (const std::uint32_t count : chunk.counts)
+            *next++ = static_cast<std::int32_t>(count);
+    return result;
+}
+
 void commit(Scene& scene)
 {
     long_call(py::none(), [&](const Progress& progress) { scene.commit(progress); });
@@ -182,6 +319,10 @@ ValueError
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false, cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
+        .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
+             py::arg("t_far") = std::numeric_limits<double>::infinity(), list_intersections_doc)
+        .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
+             py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
             "bounds",
             [](Scene& scene) {

@@ -55,13 +55,15 @@ private:
     std::size_t width_ = 0, height_ = 0;
 };
 
+/// Rays of a chunk; only the last may have fewer.
+inline constexpr std::size_t ray_chunk_size = 1024;
+
 /// Calls `body(rays, first)` in parallel for chunks of the rays in an array of shape (..., 6), without the GIL; rays
 /// are in the order given, and `first` counts in it.
 template <typename Body>
 void for_each_chunk(const RowArray& rows, const RayOrder& order, double t_near, double t_far, const Progress& progress,
                     const Body& body)
 {
-    constexpr std::size_t chunk_size = 1024;
     const auto check = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             for (std::size_t column = 0; column < 6; ++column)
@@ -73,22 +75,26 @@ void for_each_chunk(const RowArray& rows, const RayOrder& order, double t_near, 
             check_ray({rows.vector(i, 0), rows.vector(i, 3)}, i);
         }
     };
+    const auto do_chunk = [&](std::size_t begin) {
+        std::vector<Ray> rays(std::min(ray_chunk_size, rows.count() - begin));
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const std::size_t row = order(begin + i);
+            Ray& ray = rays[i];
+            for (int axis = 0; axis < 3; ++axis) {
+                ray.origin[axis] = rows(row, static_cast<std::size_t>(axis));
+                ray.direction[axis] = rows(row, static_cast<std::size_t>(axis) + 3);
+            }
+            ray.t_near = t_near;
+            ray.t_far = t_far;
+        }
+        body(std::span<const Ray>(rays), begin);
+    };
     try {
         parallel_for(
-            rows.count(), chunk_size,
+            (rows.count() + ray_chunk_size - 1) / ray_chunk_size, 1,
             [&](std::size_t begin, std::size_t end) {
-                std::vector<Ray> rays(end - begin);
-                for (std::size_t i = begin; i < end; ++i) {
-                    Ray& ray = rays[i - begin];
-                    const std::size_t row = order(i);
-                    for (int axis = 0; axis < 3; ++axis) {
-                        ray.origin[axis] = rows(row, static_cast<std::size_t>(axis));
-                        ray.direction[axis] = rows(row, static_cast<std::size_t>(axis) + 3);
-                    }
-                    ray.t_near = t_near;
-                    ray.t_far = t_far;
-                }
-                body(std::span<const Ray>(rays), begin);
+                for (std::size_t chunk = begin; chunk < end; ++chunk)
+                    do_chunk(chunk * ray_chunk_size);
             },
             progress);
     } catch (const std::invalid_argument&) {

@@ -31,7 +31,7 @@ from ._core import (
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
 from .image import Image, render
-from .interop import read_mesh
+from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
 from .video import write_video
@@ -58,6 +58,7 @@ __all__ = [
     "Phong",
     "PositionalLight",
     "ProjectionPlaneCamera",
+    "RayMeshIntersector",
     "Scene",
     "Volume",
     "VolumeData",

@@ -171,6 +171,17 @@ class Mesh:
     @property
     def vertices(self) -> NDArray[np.float64]: ...
 
+class _Crossings(TypedDict):
+    ray_splits: NDArray[np.int64]
+    ray_ids: NDArray[np.int64]
+    t_hit: NDArray[np.float64]
+    geometry_ids: NDArray[np.uint32]
+    primitive_ids: NDArray[np.uint32]
+    primitive_uvs: NDArray[np.float32]
+    primitive_normals: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    entering: NDArray[np.bool_]
+
 class _Hits(TypedDict):
     t_hit: NDArray[np.float64]
     geometry_ids: NDArray[np.uint32]
@@ -184,6 +195,10 @@ class Scene:
     def cast_rays(
         self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ..., coherent: bool = False
     ) -> _Hits: ...
+    def count_intersections(
+        self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...
+    ) -> NDArray[np.int32]: ...
+    def list_intersections(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> _Crossings: ...
     def test_occlusions(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> NDArray[np.bool_]: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...

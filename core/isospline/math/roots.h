@@ -3,6 +3,7 @@
 
 #include "isospline/math/bernstein.h"
 
+#include <cmath>
 #include <optional>
 
 namespace isospline {
@@ -41,11 +42,12 @@ inline double isolated_root(const Bernstein<Degree>& b)
     return s;
 }
 
-/// The first s in [0, 1] where a polynomial in Bernstein form changes sign, or nothing. Subdivides, left half first,
-/// until a piece has no sign change (no root, by the convex hull) or one (one root); pieces narrower than rounding can
-/// tell apart, which only a touching root leaves, count as a crossing only if the signs at their ends differ.
-template <int Degree>
-inline std::optional<double> first_root(const Bernstein<Degree>& b)
+/// Calls `visit(s, rising)` for the s in [0, 1] where a polynomial in Bernstein form changes sign, in ascending order,
+/// until it returns false; `rising` tells that the sign becomes positive. Subdivides, left half first, until a piece
+/// has no sign change (no root, by the convex hull) or one (one root); pieces narrower than rounding can tell apart,
+/// which only a touching root leaves, count as a crossing only if the signs at their ends differ.
+template <int Degree, typename Visit>
+inline void for_each_root(const Bernstein<Degree>& b, const Visit& visit)
 {
     constexpr int depth_limit = 48;
     struct Piece {
@@ -55,9 +57,10 @@ inline std::optional<double> first_root(const Bernstein<Degree>& b)
     };
     switch (sign_changes<Degree>(b)) {
     case 0:
-        return std::nullopt;
+        return;
     case 1:
-        return isolated_root<Degree>(b);
+        visit(isolated_root<Degree>(b), b[0] < 0.0);
+        return;
     }
 
     std::array<Piece, depth_limit + 1> stack;
@@ -69,11 +72,16 @@ inline std::optional<double> first_root(const Bernstein<Degree>& b)
         const int changes = sign_changes<Degree>(piece.b);
         if (changes == 0)
             continue;
-        if (changes == 1)
-            return piece.lower + width * isolated_root<Degree>(piece.b);
+        const bool rising = piece.b[0] < 0.0;
+        if (changes == 1) {
+            if (!visit(piece.lower + width * isolated_root<Degree>(piece.b), rising))
+                return;
+            continue;
+        }
         if (piece.depth == depth_limit) {
-            if ((piece.b[0] < 0.0) != (piece.b[Degree] < 0.0))
-                return piece.lower + 0.5 * width;
+            const bool ends_negative = piece.b[Degree] < 0.0;
+            if (rising != ends_negative && !visit(piece.lower + 0.5 * width, rising))
+                return;
             continue;
         }
         Piece right{{}, piece.lower + 0.5 * width, piece.depth + 1};
@@ -82,7 +90,18 @@ inline std::optional<double> first_root(const Bernstein<Degree>& b)
         stack[size++] = right;
         stack[size++] = piece;
     }
-    return std::nullopt;
+}
+
+/// The first s in [0, 1] where a polynomial in Bernstein form changes sign, or nothing.
+template <int Degree>
+inline std::optional<double> first_root(const Bernstein<Degree>& b)
+{
+    std::optional<double> first;
+    for_each_root<Degree>(b, [&](double s, bool) {
+        first = s;
+        return false;
+    });
+    return first;
 }
 
 } // namespace isospline

@@ -6,6 +6,7 @@
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -73,6 +74,19 @@ void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3
     set_surface_normal(hit, gradient_local, surface_->options().inside, world_to_local());
 }
 
+bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
+{
+    return rising == (surface_->options().inside == Inside::above);
+}
+
+bool IsosurfaceObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const
+{
+    // f is continuous: of two crossings in a row one enters and one leaves. Two of a kind are one, found in both cells
+    // of the face that it lies on.
+    const double speed = glm::length(transform_vector(world_to_local(), ray_world.direction));
+    return std::abs(a.hit.t - b.hit.t) * speed <= 8.0 * cell_margin;
+}
+
 void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
@@ -107,8 +121,11 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     if (in_lattice == nullptr)
         return;
 
-    // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
     LatticeRay& lattice_ray = *in_lattice;
+    if (query.all != nullptr)
+        return collect_all(arguments.primID, query, lattice_ray);
+
+    // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
     lattice_ray.t_far = std::min({lattice_ray.t_far, query.nearest.t, static_cast<double>(ray.tfar)});
     const CellGroup& group = groups_[arguments.primID];
     GroupEntries entries = culler_.entries(group, lattice_ray, static_cast<float>(box_margin_));
@@ -129,6 +146,20 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         hit.geomID = 0;
         hit.primID = row;
         hit.instID[0] = instance;
+    }
+}
+
+void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const
+{
+    const CellGroup& group = groups_[primitive];
+    const GroupEntries entries = culler_.entries(group, ray, static_cast<float>(box_margin_));
+    std::vector<CrossingInCell> crossings;
+    for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u) {
+        const std::uint32_t row = group.row(std::countr_zero(rest));
+        crossings.clear();
+        intersector_.all_roots(cell_block(row), ray, crossings);
+        for (const CrossingInCell& crossing : crossings)
+            query.all->push_back({crossing, glm::vec2(0.0f), query.instID[0], row});
     }
 }
 
@@ -169,6 +200,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
             const auto lane = static_cast<unsigned int>(std::countr_zero(rest));
             query.in_lattice.t_far[lane] = query.nearest.t[lane];
             t_far[lane] = rounded_up(query.nearest.t[lane]);
+            RTCHitN_u(hits, size, lane) = RTCHitN_v(hits, size, lane) = 0.0f;
             RTCHitN_geomID(hits, size, lane) = 0;
             RTCHitN_primID(hits, size, lane) = row;
             RTCHitN_instID(hits, size, lane, 0) = instance;

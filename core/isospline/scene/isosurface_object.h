@@ -12,6 +12,8 @@
 
 namespace isospline {
 
+struct RayQuery;
+
 class IsosurfaceObject final : public Object {
 public:
     IsosurfaceObject(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform);
@@ -21,6 +23,8 @@ public:
     bool is_stale(double rounding_error_local) const override;
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
+    bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
+    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;
 
 private:
     CellBlock cell_block(std::uint32_t row) const
@@ -29,6 +33,7 @@ private:
     }
 
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
+    void collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
 
     static void bounds_function(const RTCBoundsFunctionArguments* arguments);

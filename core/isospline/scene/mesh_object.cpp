@@ -4,6 +4,8 @@
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -67,6 +69,23 @@ void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&) con
         hit.t = t_plane;
     hit.position = ray_world.at(hit.t);
     hit.normal = area > 0.0 ? normal / area : glm::dvec3(0.0);
+}
+
+bool MeshObject::is_entering(const Hit& hit, const Ray& ray_world, bool) const
+{
+    return glm::dot(hit.normal, ray_world.direction) < 0.0;
+}
+
+bool MeshObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const
+{
+    // Both triangles of an edge, or all of a corner, meet a ray that goes through it, in single precision.
+    const glm::uvec3 &first = mesh_->faces()[a.hit.primitive_id], &second = mesh_->faces()[b.hit.primitive_id];
+    const auto has = [&](unsigned int vertex) { return glm::any(glm::equal(second, glm::uvec3(vertex))); };
+    if (!has(first.x) && !has(first.y) && !has(first.z))
+        return false;
+    constexpr double single_precision = 1e-6;
+    const double size = glm::length(glm::dmat3(transform()) * mesh_->bounds().size());
+    return std::abs(a.hit.t - b.hit.t) * glm::length(ray_world.direction) <= single_precision * size;
 }
 
 } // namespace isospline

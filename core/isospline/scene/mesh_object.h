@@ -19,6 +19,8 @@ public:
     bool is_stale(double) const override { return scene_ == nullptr; }
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
+    bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
+    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;
 
 private:
     std::shared_ptr<const Mesh> mesh_;

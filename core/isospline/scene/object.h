@@ -31,6 +31,11 @@ public:
     /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
     /// is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const = 0;
+    /// Whether the ray goes to the inner side at a complete hit; `rising` tells of an isosurface that f grows there.
+    virtual bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const = 0;
+    /// Whether crossings of this object that follow each other, both entering or both leaving, are one that two
+    /// primitives have found.
+    virtual bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const = 0;
 
     /// The map from the scene's world space, moved to its centre, to local space, in double precision.
     const glm::dmat4& centred_to_local() const { return centred_to_local_; }

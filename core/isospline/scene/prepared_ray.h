@@ -48,6 +48,23 @@ bool prepare(const Ray& ray, std::size_t index, const glm::dvec3& centre, const 
 LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const glm::dvec3& centre, const Box& box,
                         PreparedPacket& prepared);
 
+/// Sets Embree's ray.
+inline void set_ray(const Ray& from, RTCRay& to)
+{
+    to.org_x = static_cast<float>(from.origin.x);
+    to.org_y = static_cast<float>(from.origin.y);
+    to.org_z = static_cast<float>(from.origin.z);
+    to.tnear = 0.0f;
+    to.dir_x = static_cast<float>(from.direction.x);
+    to.dir_y = static_cast<float>(from.direction.y);
+    to.dir_z = static_cast<float>(from.direction.z);
+    to.time = 0.0f;
+    to.tfar = rounded_up(from.t_far);
+    to.mask = 0xffffffffu;
+    to.id = 0;
+    to.flags = 0;
+}
+
 /// Sets the rays of an Embree packet.
 template <int Size>
 void set_rays(const PreparedPacket& prepared, RTCRayHitNt<Size>& packet)

@@ -8,26 +8,6 @@
 
 namespace isospline {
 
-namespace {
-
-void set_ray(const Ray& from, RTCRay& to)
-{
-    to.org_x = static_cast<float>(from.origin.x);
-    to.org_y = static_cast<float>(from.origin.y);
-    to.org_z = static_cast<float>(from.origin.z);
-    to.tnear = 0.0f;
-    to.dir_x = static_cast<float>(from.direction.x);
-    to.dir_y = static_cast<float>(from.direction.y);
-    to.dir_z = static_cast<float>(from.direction.z);
-    to.time = 0.0f;
-    to.tfar = rounded_up(from.t_far);
-    to.mask = 0xffffffffu;
-    to.id = 0;
-    to.flags = 0;
-}
-
-} // namespace
-
 void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
 {
     RayQuery query;
@@ -48,6 +28,7 @@ void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) c
         hits[i].t = (query.prepared.shift + t) / query.prepared.length;
         hits[i].geometry_id = ray_hit.hit.instID[0];
         hits[i].primitive_id = ray_hit.hit.primID;
+        hits[i].uv = {ray_hit.hit.u, ray_hit.hit.v};
         objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.gradient);
     }
 }
@@ -80,6 +61,7 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
             hits[i].t = (query.prepared.shift[lane] + t) / query.prepared.length[lane];
             hits[i].geometry_id = packet.hit.instID[0][lane];
             hits[i].primitive_id = packet.hit.primID[lane];
+            hits[i].uv = {packet.hit.u[lane], packet.hit.v[lane]};
             objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.root(lane).gradient);
         }
     }

@@ -11,12 +11,20 @@
 #include "isospline/trace/lattice_ray_packet.h"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace isospline {
+
+/// A crossing as Embree or a cell has it.
+struct RawCrossing {
+    CrossingInCell in_cell; ///< of a mesh, t alone
+    glm::vec2 uv;
+    std::uint32_t instance, primitive;
+};
 
 /// The query of one ray.
 struct RayQuery : embree::QueryContext {
@@ -39,6 +47,7 @@ struct RayQuery : embree::QueryContext {
     std::uint32_t cached_instance = RTC_INVALID_GEOMETRY_ID;
     LatticeRay cached_ray;
     bool clip_leaves_any = false;
+    std::vector<RawCrossing>* all = nullptr; ///< where crossings go if all are wanted, and none ends the ray
 };
 
 /// The query of a packet of rays.

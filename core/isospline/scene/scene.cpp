@@ -62,7 +62,7 @@ void check_transform(const glm::dmat4& transform)
 
 Scene::Impl::Impl() : top(rtcNewScene(device.get()))
 {
-    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | embree::query_filter_flag);
     device.check();
 }
 

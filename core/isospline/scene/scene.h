@@ -15,6 +15,7 @@
 #include <memory>
 #include <span>
 #include <variant>
+#include <vector>
 
 namespace isospline {
 
@@ -53,6 +54,12 @@ public:
     /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. Throws
     /// as cast_rays() does.
     void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+
+    /// All crossings of each ray within its [t_near, t_far], in ascending order, each once, also where it lies on a
+    /// face between cells or an edge between triangles. Appends them, and sets how many each ray has. Throws as
+    /// cast_rays() does.
+    void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                            std::span<std::uint32_t> counts) const;
 
     /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
     /// none.

@@ -11,6 +11,8 @@
 
 namespace isospline {
 
+struct RayQuery;
+
 struct Scene::Impl {
     Impl();
 
@@ -24,6 +26,9 @@ struct Scene::Impl {
     void cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const;
     template <int Size>
     void cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const;
+
+    /// All crossings of a ray, for Scene::list_intersections().
+    void list(const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
 
     std::mutex commit_mutex;
     Device device;

@@ -4,6 +4,10 @@
 #include "isospline/trace/cell_reference.h"
 #include "isospline/util/error.h"
 
+#include <glm/geometric.hpp>
+
+#include <bit>
+
 // Vectors whose size is known at run time only cannot be array elements.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
@@ -20,8 +24,8 @@ namespace isospline {
 namespace HWY_NAMESPACE {
 
 template <int Degree>
-constexpr CellIntersector exact_of_degree{SingleFirstRoot<Degree>, SingleAnyRoot<Degree>, PacketFirstRoots<Degree>,
-                                          PacketAnyRoots<Degree>};
+constexpr CellIntersector exact_of_degree{SingleFirstRoot<Degree>, SingleAnyRoot<Degree>, SingleAllRoots<Degree>,
+                                          PacketFirstRoots<Degree>, PacketAnyRoots<Degree>};
 
 CellIntersector ExactIntersector(int degree)
 {
@@ -55,12 +59,21 @@ std::optional<RootInCell> reference_root(const CellBlock& cell, const LatticeRay
     return reference_first_root<Degree>(cell, ray.origin, ray.direction, inside);
 }
 
+template <int Degree>
+void bracket_all_roots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
+{
+    if (const auto root = intersect_bracket<Degree>(cell, ray))
+        crossings.push_back({*root, glm::dot(root->gradient, ray.direction) > 0.0});
+}
+
 using FirstRoot = std::optional<RootInCell> (*)(const CellBlock& cell, const LatticeRay& ray);
+using AllRoots = void (*)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
 
 /// All ways to ask, by one ray after the other.
-template <FirstRoot first_root>
+template <FirstRoot first_root, AllRoots all_roots>
 constexpr CellIntersector one_by_one{
     first_root, [](const CellBlock& cell, const LatticeRay& ray) { return first_root(cell, ray).has_value(); },
+    all_roots,
     [](const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots) {
         LaneMask found = 0;
         for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
@@ -88,9 +101,9 @@ CellIntersector intersector_of_degree(Method method)
     case Method::exact:
         return HWY_DYNAMIC_DISPATCH(ExactIntersector)(Degree);
     case Method::reference:
-        return one_by_one<reference_root<Degree>>;
+        return one_by_one<reference_root<Degree>, reference_all_roots<Degree>>;
     case Method::bracket:
-        return one_by_one<intersect_bracket<Degree>>;
+        return one_by_one<intersect_bracket<Degree>, bracket_all_roots<Degree>>;
     }
     throw_invalid("method", "exact, reference or bracket", static_cast<int>(method));
 }

@@ -8,6 +8,7 @@
 #include "isospline/trace/root_in_cell.h"
 
 #include <optional>
+#include <vector>
 
 namespace isospline {
 
@@ -25,6 +26,8 @@ struct CellIntersector {
     std::optional<RootInCell> (*first_root)(const CellBlock& cell, const LatticeRay& ray);
     /// Whether there is one.
     bool (*any_root)(const CellBlock& cell, const LatticeRay& ray);
+    /// Appends all of them, in ascending order; with Method::bracket the one that it finds.
+    void (*all_roots)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
     /// The same for the active lanes of a packet: returns those that have a root, and sets these lanes of `roots`.
     LaneMask (*first_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots);
     LaneMask (*any_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active);

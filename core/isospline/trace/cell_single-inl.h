@@ -175,6 +175,13 @@ bool SingleAnyRoot(const CellBlock& cell, const LatticeRay& ray)
             reference_first_root<Degree>(cell, ray.origin, ray.direction, inside).has_value());
 }
 
+template <int Degree>
+void SingleAllRoots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
+{
+    if (SingleAnyRoot<Degree>(cell, ray))
+        reference_all_roots<Degree>(cell, ray, crossings);
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace isospline
 HWY_AFTER_NAMESPACE();

@@ -1,6 +1,7 @@
 // What a ray found.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstdint>
@@ -16,6 +17,7 @@ struct Hit {
     glm::dvec3 position{0.0};
     glm::dvec3 normal{0.0}; ///< unit, outward: +-gradient of an isosurface, by its Inside; face normal of a mesh
     double gradient_magnitude = 0.0; ///< |gradient of f| in world units; 0 for a mesh
+    glm::vec2 uv{0.0f};              ///< weights of a triangle's second and third corner; 0 for an isosurface
     std::uint32_t geometry_id = invalid_id;
     std::uint32_t primitive_id = invalid_id; ///< position in Shell::cells() of an isosurface, triangle of a mesh
 
@@ -25,10 +27,17 @@ struct Hit {
         t = std::numeric_limits<double>::infinity();
         position = normal = glm::dvec3(0.0);
         gradient_magnitude = 0.0;
+        uv = glm::vec2(0.0f);
         geometry_id = primitive_id = invalid_id;
     }
 
     explicit operator bool() const { return geometry_id != invalid_id; }
+};
+
+/// One of all crossings of a ray with a scene.
+struct Crossing {
+    Hit hit;
+    bool entering; ///< the ray goes to the inner side: <normal, direction> < 0
 };
 
 } // namespace isospline

@@ -6,8 +6,9 @@ None of the libraries is imported before a method that needs it is called.
 from .._core import Mesh, Volume
 from . import meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
+from .rays import RayMeshIntersector
 
-__all__ = ["read_mesh"]
+__all__ = ["RayMeshIntersector", "read_mesh"]
 
 
 def _attach(owner, **functions):

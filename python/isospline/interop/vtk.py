@@ -41,6 +41,7 @@ def volume_from_vtk(cls, image_data, scalars=None, **options):
     >>> image = vtkImageData()
     >>> image.SetDimensions(5, 4, 3)
     >>> image.AllocateScalars(10, 1)
+    >>> image.GetPointData().GetScalars().Fill(0)
     >>> isospline.Volume.from_vtk(image).shape
     (3, 4, 5)
     """

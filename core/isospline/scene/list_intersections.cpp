@@ -1,0 +1,84 @@
+#include "isospline/scene/ray_query.h"
+#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_impl.h"
+#include "isospline/util/error.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace isospline {
+
+namespace {
+
+/// Keeps a triangle and lets the ray go on.
+void keep_triangle(const RTCFilterFunctionNArguments* arguments)
+{
+    if (arguments->valid[0] != -1)
+        return;
+    arguments->valid[0] = 0;
+    auto& query = static_cast<RayQuery&>(*arguments->context);
+    const double t = static_cast<double>(RTCRayN_tfar(arguments->ray, arguments->N, 0));
+    query.all->push_back({{{t, glm::dvec3(0.0)}, false},
+                          {RTCHitN_u(arguments->hit, arguments->N, 0), RTCHitN_v(arguments->hit, arguments->N, 0)},
+                          query.instID[0],
+                          RTCHitN_primID(arguments->hit, arguments->N, 0)});
+}
+
+} // namespace
+
+void Scene::Impl::list(const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const
+{
+    crossings.clear();
+    if (!prepare(ray, index, centre, centred_bounds, query.prepared))
+        return;
+    query.all->clear();
+    query.begin();
+    RTCRayHit ray_hit;
+    set_ray(query.prepared.ray, ray_hit.ray);
+    ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embree::intersect_filtered(top.get(), query, ray_hit, keep_triangle);
+
+    for (const RawCrossing& raw : *query.all) {
+        const Object& object = *objects[raw.instance];
+        Crossing crossing{};
+        crossing.hit.t = (query.prepared.shift + raw.in_cell.root.t) / query.prepared.length;
+        crossing.hit.geometry_id = raw.instance;
+        crossing.hit.primitive_id = raw.primitive;
+        crossing.hit.uv = raw.uv;
+        object.complete(crossing.hit, ray, raw.in_cell.root.gradient);
+        crossing.entering = object.is_entering(crossing.hit, ray, raw.in_cell.rising);
+        crossings.push_back(crossing);
+    }
+
+    // Object by object, each crossing once; then all by t.
+    std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+        return std::tie(a.hit.geometry_id, a.hit.t, a.hit.primitive_id) <
+               std::tie(b.hit.geometry_id, b.hit.t, b.hit.primitive_id);
+    });
+    const auto is_same = [&](const Crossing& a, const Crossing& b) {
+        return a.hit.geometry_id == b.hit.geometry_id && a.entering == b.entering &&
+               objects[a.hit.geometry_id]->is_same_crossing(a, b, ray);
+    };
+    crossings.erase(std::unique(crossings.begin(), crossings.end(), is_same), crossings.end());
+    std::stable_sort(crossings.begin(), crossings.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.hit.t < b.hit.t; });
+}
+
+void Scene::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                               std::span<std::uint32_t> counts) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
+    impl_->require_commit();
+    RayQuery query;
+    std::vector<RawCrossing> raw;
+    query.all = &raw;
+    std::vector<Crossing> of_ray;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        impl_->list(rays[i], i, query, of_ray);
+        crossings.insert(crossings.end(), of_ray.begin(), of_ray.end());
+        counts[i] = static_cast<std::uint32_t>(of_ray.size());
+    }
+}
+
+} // namespace isospline

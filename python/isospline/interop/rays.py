@@ -1,0 +1,157 @@
+"""Ray queries with the interface of trimesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._core import INVALID_ID, Isosurface, Mesh, Scene
+from .trimesh import mesh_from_trimesh
+
+# Neither along an axis nor along a diagonal, where rays meet edges.
+_DIRECTION = np.array([0.4395064455, 0.617598629942, 0.652231566745])
+
+
+class RayMeshIntersector:
+    """Rays cast as ``trimesh.ray.ray_triangle.RayMeshIntersector`` casts them, at isosurfaces as well.
+
+    What is written for ``mesh.ray`` of trimesh runs on it, and where a trimesh mesh is the geometry, it can take that
+    place: ``mesh.ray = RayMeshIntersector(mesh)``. Each crossing is found once, on an edge too, in double precision,
+    and those of a ray come in their order along it.
+
+    Parameters
+    ----------
+    geometry : Scene, Isosurface, Mesh, trimesh.Trimesh or trimesh.Scene
+        Meshes of trimesh are copied: later changes of them are not seen.
+
+    Attributes
+    ----------
+    scene : Scene
+        What the rays are cast at.
+
+    Notes
+    -----
+    ``index_tri`` is the row of a mesh's faces or of `Isosurface.shell.cells`; where the scene has several objects,
+    `Scene.list_intersections` tells them apart.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> from isospline import volumes
+    >>> field = volumes.sphere(radius=0.5)
+    >>> surface = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> rays = isospline.RayMeshIntersector(surface)
+    >>> locations, index_ray, index_tri = rays.intersects_location([(-2, 0, 0)], [(1, 0, 0)])
+    >>> locations.round(2) + 0.0
+    array([[-0.5,  0. ,  0. ],
+           [ 0.5,  0. ,  0. ]])
+    >>> rays.contains_points([(0, 0, 0), (0.6, 0, 0)])
+    array([ True, False])
+    """
+
+    def __init__(self, geometry):
+        if isinstance(geometry, Scene):
+            self.scene = geometry
+        elif isinstance(geometry, (Isosurface, Mesh)):
+            self.scene = Scene([geometry])
+        elif type(geometry).__module__.partition(".")[0] == "trimesh":
+            self.scene = Scene([mesh_from_trimesh(Mesh, geometry)])
+        else:
+            raise TypeError(
+                f"geometry: expected a Scene, an Isosurface, a Mesh or a mesh of trimesh, got {type(geometry).__name__}"
+            )
+
+    def intersects_id(
+        self, ray_origins, ray_directions, *, multiple_hits=True, return_locations=False, max_hits=None
+    ):
+        """The faces and cells that rays cross.
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (N, 3) array_like, world units
+            Directions need not have length one.
+        multiple_hits : bool
+            All crossings of a ray, or the first one only.
+        return_locations : bool
+            Whether to return the positions as well.
+        max_hits : int, optional
+            At most so many crossings of a ray, the first ones.
+
+        Returns
+        -------
+        index_tri : (M,) int64 array
+            Row of the face or the cell.
+        index_ray : (M,) int64 array
+            Row of the ray, ascending; crossings of one ray are in their order along it.
+        locations : (M, 3) float64 array, world units
+            Where `return_locations` is set.
+        """
+        rays = _rays(ray_origins, ray_directions)
+        if multiple_hits:
+            hits = self.scene.list_intersections(rays)
+            index_ray, index_tri, t = hits["ray_ids"], hits["primitive_ids"], hits["t_hit"]
+            if max_hits is not None:
+                first = np.arange(len(t)) - hits["ray_splits"][index_ray] < max_hits
+                index_ray, index_tri, t = index_ray[first], index_tri[first], t[first]
+        else:
+            hits = self.scene.cast_rays(rays)
+            index_ray = np.flatnonzero(hits["geometry_ids"] != INVALID_ID)
+            index_tri, t = hits["primitive_ids"][index_ray], hits["t_hit"][index_ray]
+        index_tri = index_tri.astype(np.int64)
+        if not return_locations:
+            return index_tri, index_ray
+        return index_tri, index_ray, rays[index_ray, :3] + t[:, None] * rays[index_ray, 3:]
+
+    def intersects_location(self, ray_origins, ray_directions, *, multiple_hits=True, max_hits=None):
+        """Where rays cross: locations, index_ray and index_tri of `intersects_id`, in this order."""
+        index_tri, index_ray, locations = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=max_hits
+        )
+        return locations, index_ray, index_tri
+
+    def intersects_first(self, ray_origins, ray_directions):
+        """(N,) int64 array: the first face or cell of each ray, -1 where it misses."""
+        hits = self.scene.cast_rays(_rays(ray_origins, ray_directions))
+        return np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
+
+    def intersects_any(self, ray_origins, ray_directions):
+        """(N,) bool array: whether each ray crosses anything."""
+        return self.scene.test_occlusions(_rays(ray_origins, ray_directions))
+
+    def contains_points(self, points):
+        """Whether points are inside of any object: whether a ray from there crosses its surface an odd number of times.
+
+        Objects must be closed: a mesh without holes, an isosurface that ends before its volume does and is not cut.
+        Points on a surface may be in or out.
+
+        Parameters
+        ----------
+        points : (N, 3) array_like, world units
+
+        Returns
+        -------
+        (N,) bool array
+        """
+        points = _rows(points, "points")
+        contains = np.zeros(len(points), dtype=bool)
+        lower, upper = self.scene.bounds
+        near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
+        hits = self.scene.list_intersections(_rays(points[near], np.broadcast_to(_DIRECTION, (len(near), 3))))
+        crossed = np.stack([hits["ray_ids"], hits["geometry_ids"].astype(np.int64)], axis=1)
+        objects, counts = np.unique(crossed, axis=0, return_counts=True)
+        contains[near[objects[counts % 2 == 1, 0]]] = True
+        return contains
+
+
+def _rays(origins, directions):
+    """(N, 6) rays, as the scene takes them."""
+    origins, directions = _rows(origins, "ray_origins"), _rows(directions, "ray_directions")
+    if len(origins) != len(directions):
+        raise ValueError(f"ray_directions: expected as many as ray_origins, {len(origins)}, got {len(directions)}")
+    return np.hstack([origins, directions])
+
+
+def _rows(values, parameter):
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{parameter}: expected shape (N, 3), got {array.shape}")
+    return array
