@@ -9,6 +9,7 @@ void bind_volume(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
+void bind_secondary_rays(pybind11::module_& module);
 void bind_hopper(pybind11::module_& module);
 void bind_camera(pybind11::module_& module);
 void bind_color(pybind11::module_& module);

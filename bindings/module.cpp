@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_isosurface(module);
     isospline::bind_mesh(module);
     isospline::bind_scene(module);
+    isospline::bind_secondary_rays(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
     isospline::bind_color(module);

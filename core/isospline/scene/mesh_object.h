@@ -21,6 +21,8 @@ public:
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;
+    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+                               double rounding_error_local) const override;
 
 private:
     std::shared_ptr<const Mesh> mesh_;

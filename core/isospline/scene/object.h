@@ -36,6 +36,9 @@ public:
     /// Whether crossings of this object that follow each other, both entering or both leaving, are one that two
     /// primitives have found.
     virtual bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const = 0;
+    /// As Scene::offset_position(), in a scene with the given centre; the rounding error is that of build().
+    virtual glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+                                       double rounding_error_local) const = 0;
 
     /// The map from the scene's world space, moved to its centre, to local space, in double precision.
     const glm::dmat4& centred_to_local() const { return centred_to_local_; }

@@ -144,6 +144,14 @@ void Scene::commit(const Progress& progress)
     impl_->commit(progress);
 }
 
+glm::dvec3 Scene::offset_position(const Hit& hit, const glm::dvec3& towards) const
+{
+    if (hit.geometry_id >= impl_->objects.size())
+        throw_invalid("hit", "a geometry id below " + std::to_string(impl_->objects.size()), hit.geometry_id);
+    const Object& object = *impl_->objects[hit.geometry_id];
+    return object.offset_position(hit, towards, impl_->centre, impl_->rounding_error(object));
+}
+
 Box Scene::bounds() const
 {
     return impl_->bounds;

@@ -61,6 +61,12 @@ public:
     void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
                             std::span<std::uint32_t> counts) const;
 
+    /// Where a ray that leaves a hit in the direction `towards` begins: off the surface, to the side that it goes to,
+    /// just as far as rounding makes necessary (docs/method.md). Cast from there it does not meet the surface that it
+    /// leaves, but where that surface really turns back to it. Needs the hit's position and ids;
+    /// throws std::invalid_argument for ids that are not the scene's.
+    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards) const;
+
     /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
     /// none.
     Box bounds() const;

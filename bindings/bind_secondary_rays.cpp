@@ -1,0 +1,126 @@
+#include "arrays.h"
+#include "bind.h"
+#include "long_call.h"
+
+#include "isospline/scene/scene.h"
+#include "isospline/util/parallel.h"
+
+#include <cmath>
+#include <string>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* secondary_rays_doc = R"(Rays that leave the surface where other rays have hit it.
+
+A ray that began on a hit itself would often find it again, by rounding: acne in pictures. These begin off the surface,
+on the side that they go to, by a proven bound on that rounding and not by a distance that is left to the user: some
+1e-13 to 1e-11 of a voxel for isosurfaces, which are solved in double precision, some 1e-6 of the scene's size for
+meshes, which Embree traverses in single precision.
+
+Parameters
+----------
+rays : (..., 6) array_like
+    What `cast_rays` was given.
+hits : dict
+    What `cast_rays` returned. Every ray must have hit.
+directions : (..., 3) array_like
+    Of the new rays, one for each hit; of any length but zero.
+
+Returns
+-------
+(..., 6) float64 array
+    Rays for `cast_rays` and `test_occlusions`: origin and direction.
+
+Raises
+------
+ValueError
+    For shapes that do not fit, a ray that missed, ids that are not the scene's, a number that is not finite.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> field = isospline.volumes.sphere(0.7)
+>>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+>>> rays = np.array([(0, -2, 0, 0, 1, 0.1), (0, -2, 0.3, 0, 1, 0)])
+>>> hits = scene.cast_rays(rays)
+>>> scene.test_occlusions(scene.secondary_rays(rays, hits, hits["primitive_normals"]))
+array([False, False])
+)";
+
+/// A row of numbers of a hit.
+template <typename Number>
+py::array_t<Number, py::array::c_style | py::array::forcecast> hit_array(const py::dict& hits, const char* name,
+                                                                         const Shape& shape)
+{
+    const std::string parameter = std::string("hits[\"") + name + "\"]";
+    if (!hits.contains(name))
+        throw_invalid("hits", "what cast_rays returned", std::string("a dict without ") + name);
+    const py::array array = as_array(hits[name], parameter.c_str(), "iuf");
+    if (shape_of(array) != shape)
+        throw_invalid(parameter.c_str(), "shape " + to_text(shape), to_text(shape_of(array)));
+    return array;
+}
+
+py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const py::dict& hits,
+                                   const py::object& directions)
+{
+    const RowArray rows(rays, "rays", 6), towards(directions, "directions", 3);
+    const Shape shape = rows.leading_shape();
+    if (towards.leading_shape() != shape)
+        throw_invalid("directions", "one for each of the rays, " + to_text(shape), to_text(towards.leading_shape()));
+    const auto t_hit = hit_array<double>(hits, "t_hit", shape);
+    const auto geometry_ids = hit_array<std::uint32_t>(hits, "geometry_ids", shape);
+    const auto primitive_ids = hit_array<std::uint32_t>(hits, "primitive_ids", shape);
+
+    py::array_t<double> result = new_array<double>(shape, {6});
+    double* const origins = result.mutable_data();
+    const double* const t = t_hit.data();
+    const std::uint32_t *const geometries = geometry_ids.data(), *const primitives = primitive_ids.data();
+    long_call(py::none(), [&](const Progress& progress) {
+        scene.commit(progress);
+        for (std::size_t i = 0; i < rows.count(); ++i) {
+            const auto in_ray = " in ray " + std::to_string(i);
+            if (!std::isfinite(t[i]))
+                throw_invalid("hits", "a hit of every ray", "a miss" + in_ray);
+            const glm::dvec3 direction = towards.vector(i);
+            if (!std::isfinite(glm::dot(direction, direction)) || direction == glm::dvec3(0.0))
+                throw_invalid("directions", "finite ones that are not zero", "another" + in_ray);
+        }
+        parallel_for(
+            rows.count(), 1024,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    Hit hit;
+                    hit.t = t[i];
+                    hit.position = rows.vector(i, 0) + t[i] * rows.vector(i, 3);
+                    hit.geometry_id = geometries[i];
+                    hit.primitive_id = primitives[i];
+                    const glm::dvec3 direction = towards.vector(i);
+                    const glm::dvec3 origin = scene.offset_position(hit, direction);
+                    for (int axis = 0; axis < 3; ++axis) {
+                        origins[6 * i + static_cast<std::size_t>(axis)] = origin[axis];
+                        origins[6 * i + 3 + static_cast<std::size_t>(axis)] = direction[axis];
+                    }
+                }
+            },
+            progress);
+    });
+    return result;
+}
+
+} // namespace
+
+void bind_secondary_rays(py::module_& module)
+{
+    py::class_<Scene> scene(module.attr("Scene"));
+    scene.def("secondary_rays", &secondary_rays, py::arg("rays"), py::arg("hits"), py::arg("directions"),
+              secondary_rays_doc);
+}
+
+} // namespace isospline

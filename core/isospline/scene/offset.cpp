@@ -1,0 +1,214 @@
+// Where rays that leave a surface begin: off it by a bound on the rounding error of what would find it again. The
+// bounds are derived in docs/method.md, "Rays that leave a surface".
+#include "isospline/math/affine.h"
+#include "isospline/scene/isosurface_object.h"
+#include "isospline/scene/mesh_object.h"
+#include "isospline/trace/cell_block.h"
+#include "isospline/util/error.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace isospline {
+
+namespace {
+
+/// Error of f - level at one point of one cell, and of all that the library computes of a ray that begins there: its
+/// Bernstein coefficients and what their subdivision adds.
+template <int Degree>
+double value_error(const CellBlock& cell, double coordinate_error)
+{
+    constexpr double unit_roundoff = 0x1p-53;
+    constexpr double polynomial = 128.0, evaluation = 80.0, subdivisions = 48.0 * 3 * Degree;
+    double magnitude = 0.0;
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i <= Degree; ++i) {
+                const auto coefficient =
+                    static_cast<double>(cell.coefficients[i + j * cell.row_stride + k * cell.slice_stride]);
+                magnitude = std::max(magnitude, std::abs(coefficient - cell.threshold));
+            }
+    constexpr double rounding = unit_roundoff * (polynomial + evaluation + subdivisions);
+    return magnitude * (rounding + 2.0 * 6.0 * coordinate_error);
+}
+
+/// Looks at one isosurface from points about its hits, in the scene's world space.
+template <int Degree>
+class Clearance {
+public:
+    Clearance(const Isosurface& surface, const glm::dmat4& centred_to_local, const glm::dvec3& centre,
+              const glm::dvec3& position)
+        : surface_(surface), to_lattice_(centred_to_local), centre_(centre)
+    {
+        // Three products and three sums, of numbers of at most this size, and as many again of the point on the ray.
+        for (int axis = 0; axis < 3; ++axis) {
+            double size = 1.0 + std::abs(to_lattice_[3][axis]);
+            for (int column = 0; column < 3; ++column)
+                size += std::abs(to_lattice_[column][axis] * (position[column] - centre_[column]));
+            coordinate_error_ = std::max(coordinate_error_, 8.0 * 0x1p-53 * size);
+        }
+    }
+
+    /// By how much side * (f - level) is proven to be above zero, in every cell that a ray from here may be solved in.
+    double operator()(const glm::dvec3& position, double side) const
+    {
+        const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
+        const glm::ivec3 first = cell_at(lattice - reach()), last = cell_at(lattice + reach());
+        double least = std::numeric_limits<double>::infinity();
+        for (int z = first.z; z <= last.z; ++z)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int x = first.x; x <= last.x; ++x) {
+                    const CellBlock cell = block({x, y, z});
+                    const double value = value_in_cell<Degree>(cell, lattice - cell.lower);
+                    least = std::min(least, side * value - value_error<Degree>(cell, coordinate_error_));
+                }
+        return least;
+    }
+
+    glm::dvec3 gradient_lattice(const glm::dvec3& position) const
+    {
+        const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
+        const CellBlock cell = block(cell_at(lattice));
+        return gradient_in_cell<Degree>(cell, lattice - cell.lower);
+    }
+
+private:
+    /// Rays are solved in cells that are wider than themselves by cell_margin.
+    double reach() const { return 2.0 * cell_margin + coordinate_error_; }
+
+    glm::ivec3 cell_at(const glm::dvec3& lattice) const
+    {
+        return glm::clamp(glm::ivec3(glm::floor(lattice)), glm::ivec3(0), surface_.volume().cell_shape() - 1);
+    }
+
+    CellBlock block(const glm::ivec3& cell) const
+    {
+        const glm::vec<3, std::uint16_t> index(cell);
+        return CellBlock(surface_.volume(), surface_.threshold(), Cell{index.x, index.y, index.z});
+    }
+
+    const Isosurface& surface_;
+    const glm::dmat4& to_lattice_;
+    const glm::dvec3 centre_;
+    double coordinate_error_ = 0.0;
+};
+
+/// `cell_size` is the least length of a cell in world units, along any direction.
+template <int Degree>
+glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm::dmat4& world_to_lattice,
+                                  const glm::dvec3& position, const glm::dvec3& towards, double cell_size)
+{
+    // Along the gradient; where it vanishes, along the ray, to the side that the ray turns out to go to.
+    const glm::dvec3 gradient = transform_gradient(world_to_lattice, clearance.gradient_lattice(position));
+    const double slope = glm::length(gradient);
+    double side = glm::dot(gradient, towards) < 0.0 ? -1.0 : 1.0;
+    glm::dvec3 away = (side / slope) * gradient;
+    if (!(slope > 0.0)) {
+        away = glm::normalize(towards);
+        const glm::dvec3 probe = position + 1e-3 * cell_size * away;
+        side = clearance(probe, 1.0) >= clearance(probe, -1.0) ? 1.0 : -1.0;
+    }
+
+    const double lacking = -clearance(position, side);
+    if (lacking < 0.0)
+        return position;
+    // Half of the first step would do if f were linear and positions were not rounded.
+    const double position_rounding =
+        8.0 * 0x1p-53 * std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
+    const double first_step =
+        std::max(slope > 0.0 ? std::min(2.0 * lacking / slope, 1e-3 * cell_size) : 0.0, position_rounding);
+    for (double step = first_step; step < 0.25 * cell_size; step *= 2.0) {
+        const glm::dvec3 moved = position + step * away;
+        if (clearance(moved, side) > 0.0)
+            return moved;
+    }
+    // f is the level, as far as rounding can tell, over a quarter of a cell: there is no side to be on.
+    return position + first_step * away;
+}
+
+/// The largest column sum of magnitudes of a matrix.
+double norm_of(const glm::dmat3& matrix)
+{
+    double largest = 0.0;
+    for (int column = 0; column < 3; ++column)
+        largest = std::max(largest, glm::length(matrix[column]));
+    return largest;
+}
+
+} // namespace
+
+glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+                                             double) const
+{
+    const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(centred_to_local())));
+    const auto of_degree = [&]<int Degree>() {
+        const Clearance<Degree> clearance(*surface_, centred_to_local(), centre, hit.position);
+        return offset_from_isosurface(clearance, centred_to_local(), hit.position, towards, cell_size);
+    };
+    switch (surface_->volume().degree()) {
+    case 1:
+        return of_degree.operator()<1>();
+    case 2:
+        return of_degree.operator()<2>();
+    default:
+        return of_degree.operator()<3>();
+    }
+}
+
+glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+                                       double rounding_error_local) const
+{
+    if (hit.primitive_id >= mesh_->faces().size())
+        throw_invalid("hit", "a primitive id below " + std::to_string(mesh_->faces().size()), hit.primitive_id);
+    const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
+    const auto corner = [&](unsigned int vertex) {
+        return transform_point(transform(), mesh_->vertices()[vertex]) - centre;
+    };
+    const glm::dvec3 a = corner(face.x), b = corner(face.y), c = corner(face.z);
+    const glm::dvec3 cross = glm::cross(b - a, c - a);
+    const double doubled_area = glm::length(cross);
+    if (!(doubled_area > 0.0))
+        return hit.position;
+    const glm::dvec3 normal = cross / doubled_area;
+
+    // Error of a plane's distance, in the space that Embree intersects in: of the ray, the vertices, the test.
+    constexpr double unit_roundoff = 0x1p-24;
+    const glm::dmat3 to_local(centred_to_local());
+    const double a_b = glm::length(b - a), b_c = glm::length(c - b), c_a = glm::length(a - c);
+    const glm::dvec3 a_b_local = to_local * (b - a), b_c_local = to_local * (c - b), c_a_local = to_local * (a - c);
+    const double longest = std::max({glm::length(a_b_local), glm::length(b_c_local), glm::length(c_a_local)});
+    const double doubled_area_local = glm::length(glm::cross(a_b_local, c_a_local));
+    const double error_local = std::sqrt(3.0) * rounding_error_local +
+                               unit_roundoff * (glm::length(local_bounds().upper) +
+                                                16.0 * longest * (1.0 + longest * longest / doubled_area_local));
+    // A step of 1 along the normal takes a point 1 / |L^T n| away from the plane in local space, L being the map to the
+    // world.
+    const double distance = 2.0 * error_local * glm::length(glm::transpose(glm::inverse(to_local)) * normal);
+
+    // From edges the point keeps the same distance, so that it is inside also of the triangles behind them.
+    glm::dvec3 position = hit.position - centre;
+    position -= glm::dot(position - a, normal) * normal;
+    const double perimeter = a_b + b_c + c_a;
+    const glm::dvec3 incentre = (b_c * a + c_a * b + a_b * c) / perimeter;
+    const double inradius = doubled_area / perimeter;
+    double share = 0.0;
+    const auto keep_from_edge = [&](const glm::dvec3& from, const glm::dvec3& to, double length) {
+        const double to_edge = glm::dot(glm::cross(to - from, position - from), normal) / length;
+        if (to_edge < distance)
+            share = std::max(share, distance < inradius ? (distance - to_edge) / (inradius - to_edge) : 1.0);
+    };
+    keep_from_edge(a, b, a_b);
+    keep_from_edge(b, c, b_c);
+    keep_from_edge(c, a, c_a);
+    position += share * (incentre - position);
+
+    const double side = glm::dot(normal, towards) < 0.0 ? -1.0 : 1.0;
+    return centre + (position + side * distance * normal);
+}
+
+} // namespace isospline
