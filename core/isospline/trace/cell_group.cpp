@@ -1,7 +1,6 @@
 #include "isospline/trace/cell_group.h"
 
 #include "isospline/trace/surface_slab.h"
-#include "isospline/trace/tight_box.h"
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
@@ -53,7 +52,6 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
 {
     const hn::CappedTag<float, CellGroup::capacity> d;
     const hn::RebindToSigned<decltype(d)> to_int;
-    const hn::Rebind<std::uint16_t, decltype(d)> to_bits;
     const hn::Rebind<std::int8_t, decltype(d)> to_byte;
     using V = hn::Vec<decltype(d)>;
     alignas(32) constexpr float offsets[3][CellGroup::capacity] = {
@@ -61,8 +59,6 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
     GroupEntries entries;
     entries.cells = 0;
     for (std::size_t first = 0; first < CellGroup::capacity; first += hn::Lanes(d)) {
-        auto quarters = hn::PromoteTo(to_int, hn::LoadU(to_bits, group.tight_quarters.data() + first));
-        const auto three = hn::Set(to_int, 3);
         const auto load = [&](const auto& bytes) HWY_ATTR {
             return hn::ConvertTo(d, hn::PromoteTo(to_int, hn::LoadU(to_byte, bytes.data() + first)));
         };
@@ -70,16 +66,12 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
         V along_direction = hn::Zero(d), to_corner = hn::Zero(d);
         for (int axis = 0; axis < 3; ++axis) {
             const auto corner = static_cast<float>(group.corner[static_cast<std::size_t>(axis)] - ray.origin[axis]);
-            const V offset = hn::Load(d, offsets[axis] + first), quarter = hn::Set(d, 0.25f);
-            const V lower = hn::MulAdd(quarter, hn::ConvertTo(d, hn::And(quarters, three)), offset);
-            quarters = hn::ShiftRight<2>(quarters);
-            const V upper = hn::MulAdd(quarter, hn::ConvertTo(d, hn::And(quarters, three)), offset);
-            quarters = hn::ShiftRight<2>(quarters);
-            ClipToSlab(hn::Add(lower, hn::Set(d, corner - margin)), hn::Add(upper, hn::Set(d, corner + margin + 0.25f)),
+            const V to_lower = hn::Add(hn::Load(d, offsets[axis] + first), hn::Set(d, corner));
+            ClipToSlab(hn::Sub(to_lower, hn::Set(d, margin)), hn::Add(to_lower, hn::Set(d, 1.0f + margin)),
                        hn::Set(d, ray.inverse_direction_single[axis]), t_near, t_far);
             const V normal = load(group.slab_normal[axis]);
             along_direction = hn::MulAdd(normal, hn::Set(d, ray.direction_single[axis]), along_direction);
-            to_corner = hn::MulAdd(normal, hn::Add(offset, hn::Set(d, corner)), to_corner);
+            to_corner = hn::MulAdd(normal, to_lower, to_corner);
         }
         const V slab_margin = hn::Set(d, SlabMargin(margin));
         ClipToOrientedSlab(d, hn::Sub(load(group.slab_lower), slab_margin),
@@ -114,21 +106,17 @@ std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const La
     using V = hn::Vec<decltype(d)>;
     for (unsigned rest = group.members; rest != 0; rest &= rest - 1u) {
         const auto cell = static_cast<std::size_t>(std::countr_zero(rest));
-        const unsigned quarters = group.tight_quarters[cell];
         for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
             V near_t = hn::Load(d, t_near + first), far_t = hn::Load(d, t_far + first);
             V along_direction = hn::Zero(d), to_cell = hn::Zero(d);
             for (int axis = 0; axis < 3; ++axis) {
-                const unsigned bits = quarters >> (4 * axis);
                 const float offset = static_cast<float>(cell >> axis & 1);
-                const float lower = offset + 0.25f * static_cast<float>(bits & 3u) - margin;
-                const float upper = offset + 0.25f * static_cast<float>((bits >> 2 & 3u) + 1u) + margin;
-                const V to_corner = hn::Load(d, corner[axis] + first);
-                ClipToSlab(hn::Add(to_corner, hn::Set(d, lower)), hn::Add(to_corner, hn::Set(d, upper)),
+                const V to_lower = hn::Add(hn::Load(d, corner[axis] + first), hn::Set(d, offset));
+                ClipToSlab(hn::Sub(to_lower, hn::Set(d, margin)), hn::Add(to_lower, hn::Set(d, 1.0f + margin)),
                            hn::Load(d, rays.inverse_direction_single[axis] + first), near_t, far_t);
                 const V normal = hn::Set(d, static_cast<float>(group.slab_normal[axis][cell]));
                 along_direction = hn::MulAdd(normal, hn::Load(d, rays.direction_single[axis] + first), along_direction);
-                to_cell = hn::MulAdd(normal, hn::Add(to_corner, hn::Set(d, offset)), to_cell);
+                to_cell = hn::MulAdd(normal, to_lower, to_cell);
             }
             ClipToOrientedSlab(d, hn::Set(d, static_cast<float>(group.slab_lower[cell]) - SlabMargin(margin)),
                                hn::Set(d, static_cast<float>(group.slab_upper[cell]) + SlabMargin(margin)),
@@ -164,7 +152,6 @@ void set_bounds(CellGroup& group, const Isosurface& surface)
     for (unsigned rest = group.members; rest != 0; rest &= rest - 1u) {
         const CellBlock cell(surface.volume(), surface.threshold(), cells[row++]);
         const auto at = static_cast<std::size_t>(std::countr_zero(rest));
-        group.tight_quarters[at] = tight_quarters<Degree>(cell);
         const SurfaceSlab slab = surface_slab<Degree>(cell);
         for (std::size_t axis = 0; axis < 3; ++axis)
             group.slab_normal[axis][at] = slab.normal[axis];
@@ -188,7 +175,7 @@ std::vector<CellGroup> cell_groups(const Isosurface& surface)
             cell |= (position[axis] & 1u) << axis;
         }
         if (groups.empty() || groups.back().corner != corner)
-            groups.push_back({corner, {}, {}, {}, {}, static_cast<std::uint32_t>(row), 0});
+            groups.push_back({corner, {}, {}, {}, static_cast<std::uint32_t>(row), 0});
         groups.back().members |= static_cast<std::uint8_t>(1u << cell);
     }
 
@@ -207,11 +194,17 @@ Box bounds(const CellGroup& group)
     Box box;
     for (unsigned rest = group.members; rest != 0; rest &= rest - 1u) {
         const int cell = std::countr_zero(rest);
+        const auto at = static_cast<std::size_t>(cell);
+        const SurfaceSlab slab{{group.slab_normal[0][at], group.slab_normal[1][at], group.slab_normal[2][at]},
+                               group.slab_lower[at],
+                               group.slab_upper[at]};
         const glm::dvec3 lower(group.corner[0] + (cell & 1), group.corner[1] + (cell >> 1 & 1),
                                group.corner[2] + (cell >> 2));
-        const Box tight = tight_box(group.tight_quarters[static_cast<std::size_t>(cell)], lower);
-        box.extend(tight.lower);
-        box.extend(tight.upper);
+        const Box part = bounds(slab);
+        if (part.empty())
+            continue;
+        box.extend(lower + part.lower);
+        box.extend(lower + part.upper);
     }
     return box;
 }

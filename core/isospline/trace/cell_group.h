@@ -26,7 +26,6 @@ struct CellGroup {
     }
 
     std::array<std::uint16_t, 3> corner;                ///< even cell indices
-    std::array<std::uint16_t, capacity> tight_quarters; ///< tight_box.h
     std::array<std::int8_t, capacity> slab_normal[3];   ///< surface_slab.h, cell by cell
     std::array<std::int8_t, capacity> slab_lower, slab_upper;
     std::uint32_t first_row;
@@ -36,7 +35,7 @@ struct CellGroup {
 /// The groups of a surface's shell, in its order.
 std::vector<CellGroup> cell_groups(const Isosurface& surface);
 
-/// The box, in lattice space, of the tight boxes of a group's cells.
+/// The box, in lattice space, of what a group's cells have in common with their slabs.
 Box bounds(const CellGroup& group);
 
 /// Where a ray enters the cells of a group that it meets.
@@ -45,10 +44,10 @@ struct GroupEntries {
     unsigned cells; ///< bit i: the ray meets cell i
 };
 
-/// Rays against the tight boxes and slabs of cells in single precision, all of a group's cells, or all rays of a
+/// Rays against cells and their slabs in single precision, all of a group's cells, or all rays of a
 /// packet, at a time. Boxes and slabs are widened by a margin that covers the rounding.
 struct GroupCuller {
-    /// The cells whose tight boxes and slabs a ray meets together, before t_far.
+    /// The cells of which a ray meets a part that is in the slab, before t_far.
     GroupEntries (*entries)(const CellGroup& group, const LatticeRay& ray, float margin);
     /// For each cell, the rays of a packet that do so.
     std::array<LaneMask, CellGroup::capacity> (*lanes)(const CellGroup& group, const LatticeRayPacket& rays,
