@@ -29,6 +29,9 @@ Parameters
 ----------
 objects : iterable of Isosurface and Mesh
     Added in this order, untransformed; geometry ids count up from 0.
+build_quality : {"medium", "low", "high"}
+    Of Embree's acceleration structures. "low" takes half the memory and is built a little faster, and rays take up to a
+    fifth longer (measured on CT volumes); "high" splits long triangles, and does nothing for isosurfaces.
 
 Notes
 -----
@@ -152,9 +155,20 @@ std::uint32_t add_object(Scene& scene, const py::object& object, const py::objec
     throw_type_error("obj", "an Isosurface or a Mesh", type_name(object));
 }
 
-std::unique_ptr<Scene> make_scene(const py::iterable& objects)
+BuildQuality as_build_quality(const std::string& name)
 {
-    auto scene = std::make_unique<Scene>();
+    if (name == "low")
+        return BuildQuality::low;
+    if (name == "medium")
+        return BuildQuality::medium;
+    if (name == "high")
+        return BuildQuality::high;
+    throw_invalid("build_quality", "'low', 'medium' or 'high'", "'" + name + "'");
+}
+
+std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string& build_quality)
+{
+    auto scene = std::make_unique<Scene>(as_build_quality(build_quality));
     for (const auto& object : objects)
         add_object(*scene, py::reinterpret_borrow<py::object>(object), py::none());
     return scene;
@@ -295,7 +309,8 @@ void bind_scene(py::module_& module)
     module.attr("INVALID_ID") = invalid_id;
 
     py::class_<Scene>(module, "Scene", scene_doc)
-        .def(py::init(&make_scene), py::arg("objects") = py::tuple())
+        .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
+             py::arg("build_quality") = "medium")
         .def("add", &add_object, py::arg("obj"), py::arg("transform") = py::none(),
              R"(Adds an object.
 
@@ -338,7 +353,7 @@ ValueError
                 commit(scene);
                 return scene.memory();
             },
-            "Bytes that Embree holds for the acceleration structures.")
+            "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them.")
         .def("__len__", &Scene::count)
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 

@@ -1,12 +1,17 @@
 #include "isospline/scene/device.h"
 
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <stdexcept>
 
 namespace isospline {
 
-Device::Device() : device_(rtcNewDevice(nullptr))
+Device::Device(BuildQuality quality)
+    : build_quality_(quality == BuildQuality::low    ? RTC_BUILD_QUALITY_LOW
+                     : quality == BuildQuality::high ? RTC_BUILD_QUALITY_HIGH
+                                                     : RTC_BUILD_QUALITY_MEDIUM),
+      device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 {
     if (!device_)
         throw std::runtime_error("Embree cannot create a device: error " + std::to_string(rtcGetDeviceError(nullptr)));

@@ -1,6 +1,7 @@
 // An Embree device whose errors are exceptions and whose memory is counted.
 #pragma once
 
+#include "isospline/scene/build_quality.h"
 #include "isospline/scene/embree_api.h"
 #include "isospline/util/progress.h"
 
@@ -11,16 +12,18 @@
 
 namespace isospline {
 
-/// A device of its own for every Scene, so that memory() is that of the scene.
+/// A device of its own for every Scene, so that memory() is that of the scene. The environment variable
+/// ISOSPLINE_EMBREE may hold Embree's configuration, such as isa=avx2.
 class Device {
 public:
-    Device();
+    explicit Device(BuildQuality quality);
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
     RTCDevice get() const { return device_.get(); }
     /// Rays of a packet: 16, 8 or 4.
     int packet_size() const { return packet_size_; }
+    RTCBuildQuality build_quality() const { return build_quality_; }
 
     /// Builds a scene's acceleration structure. Throws Cancelled where the progress callback returns false.
     void commit(RTCScene scene, const Progress& progress = {});
@@ -38,6 +41,7 @@ private:
     std::string error_message_;
     std::atomic<std::ptrdiff_t> memory_ = 0;
     int packet_size_ = 4;
+    RTCBuildQuality build_quality_;
     embree::DeviceHandle device_; // last: released first, while the members that it reports to still live
 };
 

@@ -22,6 +22,7 @@ public:
     Box local_bounds() const override;
     bool is_stale(double rounding_error_local) const override;
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
+    std::size_t memory() const override { return groups_.capacity() * sizeof(CellGroup); }
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;

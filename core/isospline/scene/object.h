@@ -8,6 +8,7 @@
 
 #include <glm/mat4x4.hpp>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace isospline {
@@ -28,6 +29,8 @@ public:
     virtual bool is_stale(double rounding_error_local) const = 0;
     /// Builds the object's own Embree scene, its boxes wide enough for that rounding error.
     virtual void build(Device& device, double rounding_error_local, const Progress& progress) = 0;
+    /// Bytes that the object holds for queries, Embree's not counted.
+    virtual std::size_t memory() const { return 0; }
     /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
     /// is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const = 0;

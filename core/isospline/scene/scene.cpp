@@ -60,7 +60,7 @@ void check_transform(const glm::dmat4& transform)
 
 } // namespace
 
-Scene::Impl::Impl() : top(rtcNewScene(device.get()))
+Scene::Impl::Impl(BuildQuality quality) : device(quality), top(rtcNewScene(device.get()))
 {
     rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | embree::query_filter_flag);
     device.check();
@@ -122,7 +122,7 @@ void Scene::Impl::commit(const Progress& progress)
     committed_count = objects.size();
 }
 
-Scene::Scene() : impl_(std::make_unique<Impl>())
+Scene::Scene(BuildQuality quality) : impl_(std::make_unique<Impl>(quality))
 {
 }
 Scene::~Scene() = default;
@@ -169,7 +169,10 @@ std::size_t Scene::count() const
 
 std::size_t Scene::memory() const
 {
-    return impl_->device.memory();
+    std::size_t bytes = impl_->device.memory();
+    for (const auto& object : impl_->objects)
+        bytes += object->memory();
+    return bytes;
 }
 
 } // namespace isospline

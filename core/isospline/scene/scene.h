@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
+#include "isospline/scene/build_quality.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/hit.h"
@@ -31,7 +32,7 @@ struct PlacedObject {
 /// number of threads between two commits, and any number of threads may commit at a time: one builds, the others wait.
 class Scene {
 public:
-    Scene();
+    explicit Scene(BuildQuality quality = BuildQuality::medium);
     ~Scene();
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
@@ -74,7 +75,8 @@ public:
     const PlacedObject& object(std::uint32_t geometry_id) const;
     /// Objects added.
     std::size_t count() const;
-    /// Bytes that Embree holds for this scene's acceleration structures.
+    /// Bytes of this scene's acceleration structures, Embree's and what is kept of cells beside them, as of the last
+    /// commit.
     std::size_t memory() const;
 
 private:

@@ -14,7 +14,7 @@ namespace isospline {
 struct RayQuery;
 
 struct Scene::Impl {
-    Impl();
+    explicit Impl(BuildQuality quality);
 
     std::uint32_t add(std::unique_ptr<Object> object, PlacedObject given);
     /// Rounding error of a ray in an object's local space.

@@ -179,6 +179,7 @@ std::vector<CellGroup> cell_groups(const Isosurface& surface)
         groups.back().members |= static_cast<std::uint8_t>(1u << cell);
     }
 
+    groups.shrink_to_fit();
     const auto set = surface.volume().degree() == 1   ? set_bounds<1>
                      : surface.volume().degree() == 2 ? set_bounds<2>
                                                       : set_bounds<3>;

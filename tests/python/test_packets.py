@@ -1,0 +1,63 @@
+"""Packets of rays, Embree's instruction sets and its builders: none of them changes a hit."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_packets_find_the_same_bit_for_bit(rng, degree):
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(17, 18, 19)), degree=degree), 0.3)
+    scene = isospline.Scene([surface, isospline.Mesh([(0, 0, 8), (18, 0, 9), (0, 18, 8)], [(0, 1, 2)])])
+    camera = isospline.camera_for(scene)
+    for rays in (camera.rays((60, 44)), camera.rays((31, 17)), rng.normal(size=(1001, 6)) * 9 + 9):
+        single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+        assert np.isfinite(single["t_hit"]).any()
+        for name in single:
+            np.testing.assert_array_equal(packets[name], single[name])
+
+
+def test_build_quality_changes_memory_and_no_hit(rng):
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(24, 24, 24))), 0.3)
+    rays = np.concatenate([rng.uniform(0, 23, (500, 3)), rng.normal(size=(500, 3))], axis=1)
+    scenes = {quality: isospline.Scene([surface], build_quality=quality) for quality in ("low", "medium", "high")}
+    hits = {quality: scene.cast_rays(rays) for quality, scene in scenes.items()}
+    for name, expected in hits["medium"].items():
+        np.testing.assert_array_equal(hits["low"][name], expected)
+        np.testing.assert_array_equal(hits["high"][name], expected)
+    assert scenes["low"].memory < scenes["medium"].memory
+    with pytest.raises(ValueError, match="build_quality: expected 'low', 'medium' or 'high', got 'best'"):
+        isospline.Scene(build_quality="best")
+
+
+TRACE = """
+import sys
+import numpy as np
+import isospline
+rng = np.random.default_rng(7)
+scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(16, 16, 16))), 0.2)])
+rays = isospline.camera_for(scene).rays((40, 40))
+hits = [scene.cast_rays(rays, coherent=coherent) for coherent in (False, True)]
+np.savez(sys.argv[1], *[array for one in hits for array in one.values()])
+"""
+
+
+@pytest.mark.parametrize("isa", ["sse2", "sse4.2", "avx", "avx2", "avx512"])
+def test_instruction_sets_of_embree(tmp_path, isa):
+    def trace(name, **environment):
+        file = tmp_path / f"{name}.npz"
+        finished = subprocess.run([sys.executable, "-c", TRACE, str(file)], env=os.environ | environment,
+                                  capture_output=True, text=True)
+        assert finished.returncode == 0, finished.stderr
+        with np.load(file) as arrays:
+            return [arrays[array] for array in arrays]
+
+    expected, actual = trace("expected"), trace("actual", ISOSPLINE_EMBREE=f"isa={isa}")
+    assert np.isfinite(expected[0]).mean() > 0.3
+    for one, other in zip(expected, actual):
+        np.testing.assert_array_equal(one, other)
