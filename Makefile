@@ -13,7 +13,11 @@ sources := CMakeLists.txt CMakePresets.json pyproject.toml \
 VOLUME ?=
 LEVEL ?=
 
-.PHONY: help demo test bench sanitize sanitize-address sanitize-thread tidy format clean packages
+# Rows of `make bench`, all where none is named, and options of bench/run.py.
+ROWS ?=
+BENCH ?=
+
+.PHONY: help demo test bench bench-docs sanitize sanitize-address sanitize-thread tidy format clean packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -40,10 +44,16 @@ test: .venv/.installed ## build everything and run the C++ and the Python tests
 	@echo "== Running the Python tests"
 	@$(python) -m pytest
 
-bench: .venv/.installed ## compare the ways to trace an isosurface; table, JSON and plot go to out/
+bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
+	@echo "== Installing what to compare with"
+	@tools/install_packages libllvm19 || echo "Mitsuba 3 may lack the libLLVM that it needs."
+	@$(python) -m pip install -q --disable-pip-version-check $(call requires,bench) $(call requires,peers) || \
+	    $(python) -m pip install -q --disable-pip-version-check $(call requires,bench)
 	@echo "== Running the benchmark"
-	@$(python) -m pip install -q --disable-pip-version-check $(call requires,bench)
-	@$(python) bench/compare.py --output out
+	@$(python) bench/run.py $(ROWS) $(BENCH) --output out/bench
+
+bench-docs: ## write docs/benchmarks.md and the README's figures from the last run of the benchmark
+	@$(python) bench/publish.py out/bench/benchmarks.json
 
 sanitize: sanitize-address sanitize-thread ## run the tests under Address-, UndefinedBehavior- and ThreadSanitizer
 

@@ -1,24 +1,29 @@
 """The benchmark: its oracle is right, and a small run of it writes what it should."""
 
 import json
+import os
+import subprocess
 import sys
 
 import numpy as np
+import PIL.Image
 import pytest
 from scipy import ndimage
+
+import isospline
 
 
 @pytest.fixture
 def bench(repository, monkeypatch):
     monkeypatch.syspath_prepend(repository / "bench")
     yield
-    for name in [name for name in sys.modules if name.split(".")[0] in ("compare", "comparison")]:
+    for name in [name for name in sys.modules if name.split(".")[0] in ("publish", "report", "rows", "run", "suite")]:
         del sys.modules[name]
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_oracle_finds_the_first_change_of_sign(bench, rng, degree):
-    from comparison.oracle import Oracle
+    from suite.oracle import Oracle
 
     data = rng.normal(size=(7, 8, 9))
     oracle = Oracle(data, 0.2, np.diag([0.5, 2.0, 1.0, 1.0]), degree, "mirror")
@@ -45,7 +50,7 @@ def test_oracle_finds_the_first_change_of_sign(bench, rng, degree):
 
 
 def test_oracle_sees_both_roots_of_a_close_pair(bench):
-    from comparison.oracle import first_sign_change
+    from suite.oracle import first_sign_change
     from numpy.polynomial import chebyshev
 
     for gap in (1e-2, 1e-4, 1e-6):
@@ -54,22 +59,151 @@ def test_oracle_sees_both_roots_of_a_close_pair(bench):
     assert first_sign_change(chebyshev.poly2cheb([1e-6 + 0.09, -0.6, 1.0])) is None
 
 
-def test_a_small_run(bench, tmp_path, capsys):
-    import compare
+@pytest.mark.parametrize("seed", range(3))
+def test_tiles_hold_each_pixel_once_and_neighbours_together(bench, seed):
+    from suite.views import in_tiles
 
-    status = compare.main([
-        "--fields", "gyroid", "--sizes", "24", "--size", "40", "30", "--real", "none", "--repetitions", "1",
-        "--oracle-rays", "200", "--output", str(tmp_path), "--threads", "0",
-        "--methods", "hop_bracket", "hop_exact", "stride_exact", "embree_bracket", "embree_exact",
-    ])  # fmt: skip
-    assert status == 0
-    assert "ratio" in capsys.readouterr().out
-    summary = json.loads((tmp_path / "compare.json").read_text())
-    assert summary["isotropic_hop_length"] == pytest.approx(2 / 3, abs=2e-3)
-    assert {"cpu", "cores", "commit", "date", "versions"} <= set(summary["machine"])
-    assert [result["view"] for result in summary["results"]] == ["whole", "close"]
-    for result in summary["results"]:
-        for name in ("hop_exact", "stride_exact", "embree_exact"):
-            method = result["methods"][name]
-            assert (method["differ"], method["oracle"]["lost"], method["oracle"]["wrong"]) == (0, 0, 0)
-        assert result["methods"]["hop_bracket"]["ratio"] == 1.0
+    width, height = 4 * np.random.default_rng(seed).integers(1, 9, 2)
+    pixels = np.zeros((height, width, 6))
+    pixels[..., 1], pixels[..., 0] = np.mgrid[:height, :width]
+    tiles = in_tiles(pixels)
+    assert len(np.unique(tiles[:, :2], axis=0)) == width * height
+    spread = np.ptp(tiles.reshape(-1, 16, 6)[..., :2], axis=1)
+    assert (spread == 3).all()
+    with pytest.raises(ValueError, match="size: expected multiples of 4"):
+        in_tiles(np.zeros((4, 6, 6)))
+
+
+def test_mean_hop_over_isotropic_lines_is_cauchys(bench):
+    from suite.views import isotropic_lines
+
+    volume = isospline.Volume(np.zeros((48, 48, 48), np.float32))
+    with pytest.warns(UserWarning):  # that the shell is empty
+        hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 1.0))
+    hopper.cast_rays(isotropic_lines(volume.bounds, 100_000, np.random.default_rng(0)))
+    assert hopper.statistics["mean_hop_length"] == pytest.approx(2 / 3, abs=2e-3)
+
+
+def test_directions_of_ambient_occlusion_are_cosine_distributed(bench):
+    from suite.views import from_the_surface
+
+    rays = np.array([[0.0, 0, 5, 0, 0, -2]])
+    hits = {"t_hit": np.array([1.0]), "primitive_normals": np.array([[0.0, 0, -1]])}  # seen from its inside
+    new = from_the_surface(rays, hits, 100_000, np.random.default_rng(0), 0.5)
+    np.testing.assert_allclose(new[:, :3], np.tile([0, 0, 3.5], (len(new), 1)), atol=1e-12)
+    cosine = new[:, 5]
+    assert cosine.min() >= 0
+    # density 2 cos d(cos): the mean is 2/3, that of the square 1/2
+    assert cosine.mean() == pytest.approx(2 / 3, abs=5e-3)
+    assert (cosine**2).mean() == pytest.approx(1 / 2, abs=5e-3)
+
+
+def test_goals_say_by_how_much_they_are_missed(bench):
+    from suite.goal import at_least, at_most, none_of
+
+    assert at_least("x", 4, {"a": 5.0, "b": 2.0}).verdict == "missed by a factor of 2.00"
+    assert at_least("x", 4, {"a": 5.0, "b": 4.0}).verdict == "met"
+    assert at_most("x", 4, {"a": 5.0, "b": 4.0}, "s").verdict == "missed by a factor of 1.25"
+    assert "(a)" in at_most("x", 4, {"a": 5.0, "b": 4.0}, "s").measured
+    assert none_of("x", {"a": 0, "b": 3}, 10**8).verdict == "missed by 3"
+    assert none_of("x", {"a": 0}, 10**8).measured == "0 of 10^8"
+    assert none_of("x", {}, 0).verdict == at_least("x", 4, {}).verdict == "not measured"
+
+
+def test_judge_counts_what_is_lost_and_what_is_wrong(bench):
+    from suite.judge import differences
+
+    inf = np.inf
+    t_true = np.array([1.0, 1.0, inf, inf, 1.0, 1.0])
+    t_hit = np.array([1.0, inf, 1.0, inf, 1.1, 1.0 + 1e-5])
+    found = differences(t_hit, t_true, np.full(6, 2.0))
+    assert (found["lost"], found["wrong"]) == (1, 2)
+    assert found["distance_max"] == pytest.approx(0.2)
+
+
+def test_a_peer_that_ends_its_process_is_skipped_with_what_it_said(bench):
+    from suite.peers import Skipped, require
+
+    require("nothing", "pass")
+    with pytest.raises(Skipped, match="it does not run here: LLVM ERROR: cannot select: f32"):
+        require("it", "import os; os.write(2, b'LLVM ERROR: cannot select: f32 0xaf\\n more\\n'); os.abort()")
+    with pytest.raises(Skipped, match="No module named 'no_such_module'"):
+        require("it", "import no_such_module")
+
+
+SMALL = [
+    "--quick", "--procedural-size", "24", "--size", "32", "32", "--repetitions", "1", "--oracle-rays", "60",
+    "--agreement-rays", "2000", "--accuracy-rays", "12", "--escape-rays", "3000", "--incoherent-rays", "1000",
+    "--growth-sizes", "16", "24", "--level-sizes", "24", "--prefilter-sizes", "24", "--threads", "0",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def small_run(repository, tmp_path_factory):
+    """All rows, as small as can be, but those that need a window or Mitsuba: the summary and the folder."""
+    folder = tmp_path_factory.mktemp("bench")
+    rows = ["primary", "incoherent", "agreement", "accuracy", "escape", "prefilter", "level", "memory", "growth"]
+    command = [sys.executable, repository / "bench" / "run.py", *rows, *SMALL, "--output", folder]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ)
+    assert result.returncode == 0, result.stdout + result.stderr
+    summary = json.loads((folder / "benchmarks.json").read_text())
+    assert list(summary) == rows
+    return summary, folder
+
+
+def test_a_small_run_finds_no_mistake(bench, small_run):
+    from report.document import all_goals
+
+    summary, _ = small_run
+    for entry in summary.values():
+        assert {"cpu", "cores", "commit", "date", "versions"} <= set(entry["machine"])
+        assert entry["results"] and not {"error", "skipped"} & set(entry)
+    assert [result["view"] for result in summary["primary"]["results"]] == ["whole", "close"] * 2
+    assert [result["hit"] for result in summary["primary"]["results"] if result["view"] == "close"] == [1, 1]
+    goals = {goal.what: goal for goal in all_goals(summary)}
+    for what in ("lost or wrong pixels", "hits that differ", "position of the hit", "rays that escape"):
+        (goal,) = (goal for name, goal in goals.items() if name.startswith(what))
+        assert goal.verdict == "met", goal
+
+
+def test_the_page_of_a_small_run(bench, small_run):
+    from rows import ROWS
+
+    summary, folder = small_run
+    page = (folder / "benchmarks.md").read_text()
+    assert "a quick run, not for citing" in page
+    for name in summary:
+        assert f"## {ROWS[name].TITLE}\n" in page
+    for goal, _ in ROWS["primary"].GOALS:
+        assert f"| {goal} |" in page
+
+
+def test_plots_of_a_small_run(bench, small_run, tmp_path):
+    pytest.importorskip("matplotlib")
+    from report import plots
+
+    summary, _ = small_run
+    paths = plots.write(summary, tmp_path)
+    assert set(paths) == {"rates", "wrong", "growth"}
+    for path in paths.values():
+        with PIL.Image.open(path) as picture:
+            assert min(picture.size) > 300
+            assert len(picture.convert("RGB").getcolors(1 << 20)) > 20
+
+
+def test_a_row_that_was_not_measured_is_in_the_goals(bench):
+    from report import document
+
+    entry = {"results": [], "skipped": "no such thing"}
+    assert "not measured: no such thing" in document.goal_table({"mitsuba": entry})
+
+
+def test_the_published_page_is_what_the_script_writes(bench, repository):
+    import publish
+
+    published = [repository / "docs" / name for name in ("benchmarks.json", "benchmarks.md")]
+    assert len({path.exists() for path in published}) == 1
+    assert publish.MARKED.search((repository / "README.md").read_text())
+    if published[0].exists():
+        assert published[1].read_text() == publish.page(repository)
+        assert (repository / "README.md").read_text() == publish.readme(repository)

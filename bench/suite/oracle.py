@@ -15,14 +15,15 @@ MODES = {"mirror": "mirror", "periodic": "grid-wrap"}
 
 
 class Oracle:
-    """The B-spline model of samples [z, y, x], with coefficients in float64."""
+    """The B-spline model of samples [z, y, x], with coefficients in float64, or of coefficients that are given."""
 
-    def __init__(self, data, level, affine, degree=2, boundary="mirror"):
+    def __init__(self, data, level, affine, degree=2, boundary="mirror", coefficients=None):
         self.level = float(level)
         self.degree = degree
         self.mode = MODES[boundary]
-        # degree 1 interpolates as it is
-        self.coefficients = ndimage.spline_filter(data, degree, np.float64, self.mode) if degree > 1 else data
+        if coefficients is None:  # degree 1 interpolates as it is
+            coefficients = ndimage.spline_filter(data, degree, np.float64, self.mode) if degree > 1 else data
+        self.coefficients = coefficients
         self.world_to_index = np.linalg.inv(affine)
         # even degrees: a cell is centred on a sample
         self.first_plane = -0.5 if degree % 2 == 0 else 0.0

@@ -7,20 +7,17 @@ import platform
 import subprocess
 from pathlib import Path
 
-import isospline
-
 
 def describe():
     """Machine, commit, date and versions, in types that JSON knows."""
     return {
         "cpu": cpu_name(),
         "cores": os.cpu_count(),
-        "threads": isospline.thread_count(),
         "platform": platform.platform(),
         "commit": commit(),
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "versions": {"python": platform.python_version()} | {
-            name: version(name) for name in ("isospline", "numpy", "scipy", "scikit-image")
+            name: version(name) for name in ("isospline", "numpy", "scipy", "vtk", "mitsuba", "drjit", "matplotlib")
         },
     }
 

@@ -52,7 +52,7 @@ def real(pattern=""):
         return
     for name, (level, options) in REAL.items():
         path = Path(folder) / name
-        if pattern not in name:
+        if pattern.lower() not in name.lower():
             continue
         if not path.exists():
             print(f"{path} is not there: left out")
@@ -60,3 +60,20 @@ def real(pattern=""):
         volume = isospline.read_volume(path, **options)
         grid = {"spacing": volume.spacing, "origin": volume.origin, "direction": volume.direction}
         yield Subject(name.split(".")[0].split("_")[0], np.ascontiguousarray(volume.data), grid, level)
+
+
+def cubic(subject):
+    """The subject with samples of its smallest value added at the ends of its shorter axes."""
+    size = max(subject.data.shape)
+    data = np.pad(subject.data, [(0, size - count) for count in subject.data.shape],
+                  constant_values=subject.data.min())  # fmt: skip
+    return Subject(subject.name, data, subject.grid, subject.level)
+
+
+def closed(subject, margin=8):
+    """The subject in a frame of samples below the level, so that its surface is closed within the volume."""
+    floor = subject.data.min()
+    if not floor < subject.level:
+        raise ValueError(f"subject: expected samples below the level {subject.level:g}, got none in {subject.name}")
+    data = np.pad(subject.data, margin, constant_values=floor)
+    return Subject(subject.name, data, {}, subject.level)

@@ -1,0 +1,1 @@
+"""From the results to pictures, docs/benchmarks.md and the README."""

@@ -1,0 +1,93 @@
+"""docs/benchmarks.md from the JSON of a run: goals, tables, plots, machine."""
+
+import importlib.util
+
+from rows import ROWS
+from suite.goal import skipped
+from suite.tables import markdown_table
+
+from . import plots
+
+
+def row_goals(name, entry):
+    if not entry["results"]:
+        reason = entry.get("skipped") or entry.get("error", "no volume")
+        return [skipped(what, goal, reason) for what, goal in ROWS[name].GOALS]
+    return ROWS[name].goals(entry["results"])
+
+
+def all_goals(summary):
+    return [goal for name in ROWS if name in summary for goal in row_goals(name, summary[name])]
+
+
+def goal_table(summary):
+    rows = [(goal.what, goal.goal, goal.measured, goal.verdict) for goal in all_goals(summary)]
+    return markdown_table(("what", "goal", "measured: the worst, and where", "verdict"), rows)
+
+
+def machines(summary):
+    """One line for each machine, commit and size of run, with the rows that were measured so."""
+    lines = {}
+    for name, entry in summary.items():
+        machine = entry["machine"]
+        versions = ", ".join(f"{key} {value}" for key, value in machine["versions"].items() if value)
+        line = (
+            f"{machine['cpu']}, {machine['cores']} cores, {machine['platform']}; commit "
+            f"{(machine['commit'] or 'unknown')[:10]}, {machine['date'][:10]}"
+            f"{', a quick run, not for citing' if entry['settings']['quick'] else ''}; {versions}"
+        )
+        lines.setdefault(line, []).append(name)
+    if len(lines) == 1:
+        return next(iter(lines))
+    return "\n".join(f"- {', '.join(names)}: {line}" for line, names in lines.items())
+
+
+def sizes(entry):
+    """The settings that shape every row."""
+    settings = entry["settings"]
+    threads = settings["threads"] or "all"
+    return (
+        f"{settings['size'][0]} x {settings['size'][1]} primary rays, medians of {settings['repetitions']} runs in "
+        f"which the methods take turns, {threads} thread{'' if threads == 1 else 's'} unless said otherwise"
+    )
+
+
+def page(summary, images, notes=None):
+    """The text of the page; `images` maps names of plots to their addresses, `notes` names of rows to texts."""
+    notes = notes or {}
+    text = ["# Benchmarks", "", "Written from `benchmarks.json` by a script; `make bench` measures your machine.", ""]
+    if summary:
+        text += [machines(summary), "", f"{sizes(next(iter(summary.values())))}.", ""]
+        text += ["## Goals", "", goal_table(summary), ""]
+    for name, entry in summary.items():
+        row = ROWS[name]
+        text += [f"## {row.TITLE}", "", row.ABOUT, ""]
+        if "skipped" in entry:
+            text += [f"Not measured: {entry['skipped']}.", ""]
+        if "error" in entry:
+            text += [f"Ended with an error: {entry['error']}.", ""]
+        text += [line for plot in plots.OF_ROW.get(name, ()) if plot in images
+                 for line in (f"![{plots.TITLES[plot]}]({images[plot]})", "")]  # fmt: skip
+        if name in notes:
+            text += [notes[name].strip(), ""]
+        if entry["results"]:
+            text += [row.table(entry["results"]), ""]
+    return "\n".join(text)
+
+
+def headline(summary, image, link):
+    """What the README shows: the goals, and the plot of the growth."""
+    rows = [(goal.what, goal.goal, f"{goal.measured}: {goal.verdict}") for goal in all_goals(summary)]
+    lines = [machines(summary), ""]
+    if image:
+        lines += [f"![{plots.TITLES['growth']}]({image})", ""]
+    return "\n".join([*lines, markdown_table(("", "goal", "measured: the worst, and where"), rows), "",
+                      f"How, and everything else that was measured: [{link}]({link})."])  # fmt: skip
+
+
+def write(summary, folder):
+    """The page and its plots into a folder."""
+    images = {}
+    if importlib.util.find_spec("matplotlib"):
+        images = {name: path.name for name, path in plots.write(summary, folder).items()}
+    (folder / "benchmarks.md").write_text(page(summary, images))

@@ -1,0 +1,122 @@
+"""Plots of the results: rates, growth, time to the first picture, wrong pixels."""
+
+from rows import frame, primary
+
+TITLES = {
+    "rates": "Rate of primary rays",
+    "wrong": "Lost and wrong pixels",
+    "growth": "Cost of a ray against the size of the volume",
+    "frame": "Time from a level to the first picture",
+}
+OF_ROW = {"primary": ("rates", "wrong"), "growth": ("growth",), "frame": ("frame",)}
+
+
+def write(summary, folder):
+    """Draws what there are results for; plots' names to files."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    draw = {"rates": draw_rates, "wrong": draw_wrong, "growth": draw_growth, "frame": draw_frame}
+    paths = {}
+    for row, names in OF_ROW.items():
+        for name in names if summary.get(row, {}).get("results") else ():
+            figure = draw[name](summary[row]["results"], pyplot)
+            paths[name] = folder / f"bench-{name}.png"
+            figure.savefig(paths[name], dpi=110)
+            pyplot.close(figure)
+    return paths
+
+
+def bars_of_methods(results, pyplot, names, value, unit):
+    """A panel a view, a group a volume, a bar a method."""
+    views = list(dict.fromkeys(result["view"] for result in results))
+    subjects = list(dict.fromkeys(result["subject"] for result in results))
+    figure, panels = pyplot.subplots(
+        len(views), 1, figsize=(6 + 0.8 * len(subjects), 1.4 + 2.6 * len(views)), squeeze=False, layout="constrained"
+    )
+    width = 0.85 / len(names)
+    for view, axes in zip(views, panels[:, 0]):
+        for i, name in enumerate(names):
+            bars = {subjects.index(r["subject"]): value(r, name) for r in results if r["view"] == view}
+            axes.bar([at + (i - (len(names) - 1) / 2) * width for at in bars], list(bars.values()), width,
+                     label=primary.METHODS[name], color=f"C{list(primary.METHODS).index(name)}")  # fmt: skip
+        axes.set(ylabel=unit, title=f"{view} view")
+        axes.set_xticks(range(len(subjects)), subjects)
+        axes.grid(axis="y", alpha=0.4)
+        axes.set_axisbelow(True)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize="small")
+    return figure, panels[:, 0]
+
+
+def draw_rates(results, pyplot):
+    figure, panels = bars_of_methods(results, pyplot, list(primary.METHODS), primary.rate, "Mray/s")
+    for axes in panels:
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=0.1)
+        plain_numbers(axes.yaxis)
+    return figure
+
+
+def draw_wrong(results, pyplot):
+    """Of the methods that trace the spline's surface; the mesh is another one."""
+    names = [name for name in primary.METHODS if not name.startswith("triangle")]
+
+    def per_million(result, name):
+        oracle = result["methods"][name]["oracle"]
+        return 1e6 * (oracle["lost"] + oracle["wrong"]) / result["oracle_rays"]
+
+    figure, panels = bars_of_methods(results, pyplot, names, per_million, "lost or wrong of a million pixels")
+    for axes in panels:
+        axes.set_ylim(bottom=0, top=max(axes.get_ylim()[1], 1))
+    return figure
+
+
+def draw_growth(results, pyplot):
+    figure, axes = pyplot.subplots(figsize=(7, 4.8), layout="constrained")
+    for name in results[0]["ns"]:
+        axes.plot([r["size"] for r in results], [r["ns"][name] for r in results], "o-", label=primary.METHODS[name],
+                  color=f"C{list(primary.METHODS).index(name)}")  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel="samples along each axis", ylabel="ns a ray")
+    axes.set_xticks([r["size"] for r in results], [f"{r['size']}³" for r in results], minor=False)
+    axes.minorticks_off()
+    plain_numbers(axes.yaxis)
+    axes.grid(alpha=0.4)
+    figure.legend(loc="outside lower center", ncols=2, fontsize="small")
+    return figure
+
+
+def draw_frame(results, pyplot):
+    """A panel a volume, a bar a way, its stages side by side; VTK's volume mappers would dwarf the rest."""
+    figure, panels = pyplot.subplots(
+        len(results), 1, figsize=(7, 0.6 + 1.7 * len(results)), squeeze=False, layout="constrained"
+    )
+    colors = {"shell": "C0", "bvh": "C1", "extract": "C3", "render": "C2"}
+    for result, axes in zip(results, panels[:, 0]):
+        ways = {f"pruned {stage['prune_depth']} deep": {key: stage[key] for key in ("shell", "bvh", "render")}
+                for stage in result["isospline"]}  # fmt: skip
+        ways["VTK, mesh"] = result["vtk"]["mesh"]["seconds"]
+        for at, stages in enumerate(ways.values()):
+            left = 0.0
+            for stage, seconds in stages.items():
+                axes.barh(at, 1e3 * seconds, left=1e3 * left, color=colors[stage])
+                left += seconds
+        axes.set_yticks(range(len(ways)), list(ways))
+        axes.invert_yaxis()
+        axes.set_title(result["subject"], fontsize="medium")
+        axes.grid(axis="x", alpha=0.4)
+        axes.set_axisbelow(True)
+    panels[-1, 0].set_xlabel("ms")
+    figure.legend([pyplot.Rectangle((0, 0), 1, 1, color=color) for color in colors.values()], list(colors),
+                  loc="outside lower center", ncols=len(colors), fontsize="small")  # fmt: skip
+    return figure
+
+
+def plain_numbers(axis):
+    """Ticks at 1, 2 and 5 of each decade, written out."""
+    from matplotlib import ticker
+
+    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(ticker.NullFormatter())

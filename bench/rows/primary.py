@@ -1,0 +1,157 @@
+"""Primary rays: eight ways to trace the same pixels, and how many of them each gets wrong."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+import isospline
+from suite import judge, peers, polygons
+from suite.clock import rates, take_turns, timed
+from suite.goal import at_least, none_of
+from suite.oracle import Oracle
+from suite.tables import markdown_table
+from suite.views import CAMERAS, in_tiles
+
+TITLE = "Primary rays"
+ABOUT = """Rays of perspective images, in the order of tiles of 4 x 4 pixels, which suits packets; all methods get the
+same list. The whole view has all of the object in sight, the close one looks straight at its surface from so near
+that every ray hits. *Lost* are random rays that have a crossing by the float64 oracle and no hit, *wrong* those with
+a hit and no crossing, or with one more than 1e-3 voxel away from it; *differ* compares all rays with single exact
+ones. The mesh is another surface, a fraction of a voxel away, so that its hits count as wrong. Build is the time from
+the coefficients (triangles: from the samples, by VTK's FlyingEdges3D) to the first ray, memory that of shell or mesh
+and of what finds it. Rates include the call from Python; *call* is what one costs a ray that misses the scene's
+box."""
+GOALS = [("packets against the paper's hopping", "at least 20 times"),
+         ("packets against triangle packets", "at least 0.6 times")]  # fmt: skip
+
+#: Name, and what it is.
+METHODS = {
+    "hop_bracket": "voxel hopping, bracket + Brent (the paper)",
+    "hop_exact": "voxel hopping, exact",
+    "stride_exact": "hopping with strides over empty bricks, exact",
+    "embree_bracket": "Embree, single rays, bracket + Brent",
+    "embree_exact": "Embree, single rays, exact",
+    "packets_exact": "Embree, packets, exact",
+    "triangles": "Embree, single rays, marching-cubes mesh",
+    "triangle_packets": "Embree, packets, marching-cubes mesh",
+}
+EXACT = ("hop_exact", "stride_exact", "embree_exact", "packets_exact")
+
+
+@dataclass
+class Target:
+    """Something to cast rays at."""
+
+    tracer: object  # Scene or VoxelHopper
+    options: dict  # of cast_rays
+    build_seconds: float
+    memory: int  # bytes, those of the shell or the mesh included, the coefficients not
+
+    def cast(self, rays):
+        return self.tracer.cast_rays(rays, **self.options)
+
+
+def build(name, subject, volume):
+    """The target of a method, built from scratch."""
+
+    def make():
+        if name.startswith("triangle"):
+            scene, _, memory = polygons.mesh_scene(subject, volume.affine)
+            return scene, memory + scene.memory  # a scene builds itself when first asked
+        surface = isospline.Isosurface(volume, subject.level, method=name.partition("_")[2])
+        if name.startswith(("embree", "packets")):
+            tracer = isospline.Scene([surface])
+        else:
+            tracer = isospline.VoxelHopper(surface, strides=name.startswith("stride"))
+        return tracer, surface.shell.memory + tracer.memory
+
+    seconds, (tracer, memory) = timed(make)
+    options = {"coherent": "packets" in name} if isinstance(tracer, isospline.Scene) else {}
+    return Target(tracer, options, seconds, memory)
+
+
+def measure(settings):
+    peers.require_vtk()
+    isospline.set_thread_count(settings.threads)
+    generator = np.random.default_rng(0)
+    for subject in settings.subjects():
+        volume = isospline.Volume(subject.data, **subject.grid)
+        targets = {name: build(name, subject, volume) for name in METHODS}
+        oracle = Oracle(subject.data, subject.level, volume.affine)
+        for view, make_camera in CAMERAS.items():
+            camera = make_camera(targets["embree_exact"].tracer, settings.size)
+            rays = in_tiles(camera.rays(settings.size))
+            yield {"subject": subject.name, "view": view, "samples": list(reversed(subject.data.shape))} | compare(
+                targets, rays, oracle, settings, generator
+            )
+
+
+def compare(targets, rays, oracle, settings, generator):
+    seconds, hits = take_turns({name: lambda t=target: t.cast(rays) for name, target in targets.items()},
+                               settings.repetitions)  # fmt: skip
+    t_hit = {name: hit["t_hit"] for name, hit in hits.items()}
+    voxels_per_t = np.linalg.norm(oracle.to_index(rays)[1], axis=1)
+    chosen = generator.choice(len(rays), min(settings.oracle_rays, len(rays)), replace=False)
+    t_true = oracle.first_crossings(rays[chosen])
+
+    methods = {}
+    for name, target in targets.items():
+        truth = judge.differences(t_hit[name][chosen], t_true, voxels_per_t[chosen])
+        against = judge.differences(t_hit[name], t_hit["embree_exact"], voxels_per_t)
+        methods[name] = {
+            "mray_per_second": rates(len(rays), seconds[name]), "build_seconds": target.build_seconds,
+            "memory": target.memory, "oracle": truth,
+            "differ": None if name.startswith("triangle") else against["lost"] + against["wrong"],
+        }  # fmt: skip
+    away = rays * [1, 1, 1, -1, -1, -1]
+    call = min(timed(lambda: targets["packets_exact"].cast(away))[0] for _ in range(3))
+    return {
+        "rays": len(rays), "oracle_rays": len(chosen), "hit": float(np.isfinite(t_hit["embree_exact"]).mean()),
+        "mean_hop_length": targets["hop_exact"].tracer.statistics["mean_hop_length"],
+        "cells": targets["hop_exact"].tracer.surface.shell.count, "call_ns": call / len(rays) * 1e9,
+        "methods": methods,
+    }  # fmt: skip
+
+
+def label(result):
+    return f"{result['subject']}, {result['view']}"
+
+
+def rate(result, name):
+    return result["methods"][name]["mray_per_second"]["median"]
+
+
+def ratios(results, name, other):
+    return {label(result): rate(result, name) / rate(result, other) for result in results}
+
+
+def goals(results):
+    mistakes = {
+        f"{label(result)}, {name}": sum(result["methods"][name]["oracle"][kind] for kind in ("lost", "wrong"))
+        for result, name in itertools.product(results, EXACT)
+    }
+    return [
+        at_least(GOALS[0][0], 20, ratios(results, "packets_exact", "hop_bracket")),
+        at_least(GOALS[1][0], 0.6, ratios(results, "packets_exact", "triangle_packets")),
+        none_of("lost or wrong pixels of exact methods, by the oracle", mistakes,
+                sum(result["oracle_rays"] for result in results) * len(EXACT)),
+    ]  # fmt: skip
+
+
+def table(results):
+    parts = []
+    for result in results:
+        parts.append(
+            f"**{label(result)}**: {' x '.join(map(str, result['samples']))} samples, {result['cells']} cells; "
+            f"{result['rays']} rays, {result['hit']:.1%} hit; call {result['call_ns']:.0f} ns a ray; "
+            f"mean hop {result['mean_hop_length']:.3f} voxel\n"
+        )
+        rows = [
+            (what, rate(result, name), rate(result, name) / rate(result, "hop_bracket"), method["oracle"]["lost"],
+             method["oracle"]["wrong"], method["differ"], method["build_seconds"], method["memory"] / 1e6)
+            for name, what in METHODS.items() if (method := result["methods"][name])
+        ]  # fmt: skip
+        header = ("method", "Mray/s", "ratio", "lost", "wrong", "differ", "build s", "MB")
+        parts.append(markdown_table(header, rows) + "\n")
+    return "\n".join(parts).rstrip()

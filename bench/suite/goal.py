@@ -1,0 +1,48 @@
+"""What was aimed at, what was measured, and by how much it was missed."""
+
+from dataclasses import dataclass
+
+from .tables import power
+
+
+@dataclass
+class Goal:
+    what: str
+    goal: str
+    measured: str
+    verdict: str  # "met", or "missed" and by how much, or "not measured"
+
+
+def at_least(what, goal, values):
+    """A goal for the smallest of the values, a dict of label to ratio."""
+    return _bound(what, f"at least {goal:g} times", goal, values, min, lambda worst: worst >= goal, "times")
+
+
+def at_most(what, goal, values, unit):
+    """A goal for the largest of the values, a dict of label to quantity."""
+    return _bound(what, f"at most {goal:g} {unit}", goal, values, max, lambda worst: worst <= goal, unit)
+
+
+def none_of(what, values, out_of):
+    """A goal of zero for a dict of label to count, out of so many in all."""
+    if not out_of:
+        return Goal(what, "0", "-", "not measured")
+    total = sum(values.values())
+    worst = max(values, key=values.get)
+    where = f", most in {worst}" if total else ""
+    return Goal(what, "0", f"{total} of {power(out_of)}{where}", "met" if total == 0 else f"missed by {total}")
+
+
+def skipped(what, goal, reason):
+    return Goal(what, goal, "-", f"not measured: {reason}")
+
+
+def _bound(what, text, goal, values, worst_of, is_met, unit):
+    if not values:
+        return Goal(what, text, "-", "not measured")
+    label = worst_of(values, key=values.get)
+    worst = values[label]
+    ordered = sorted(values.values())
+    spread = f"; median {ordered[len(ordered) // 2]:.3g}" if len(values) > 1 else ""
+    verdict = "met" if is_met(worst) else f"missed by a factor of {max(worst / goal, goal / worst):.2f}"
+    return Goal(what, text, f"{worst:.3g} {unit} ({label}){spread}", verdict)
