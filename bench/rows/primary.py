@@ -20,8 +20,8 @@ that every ray hits. *Lost* are random rays that have a crossing by the float64 
 a hit and no crossing, or with one more than 1e-3 voxel away from it; *differ* compares all rays with single exact
 ones. The mesh is another surface, a fraction of a voxel away, so that its hits count as wrong. Build is the time from
 the coefficients (triangles: from the samples, by VTK's FlyingEdges3D) to the first ray, memory that of shell or mesh
-and of what finds it. Rates include the call from Python; *call* is what one costs a ray that misses the scene's
-box."""
+and of what finds it (as the API reports it, see Memory). Rates include the call from Python; *call* is what one costs
+a ray that misses the scene's box."""
 GOALS = [("packets against the paper's hopping", "at least 20 times"),
          ("packets against triangle packets", "at least 0.6 times")]  # fmt: skip
 

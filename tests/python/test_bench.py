@@ -110,6 +110,16 @@ def test_goals_say_by_how_much_they_are_missed(bench):
     assert none_of("x", {}, 0).verdict == at_least("x", 4, {}).verdict == "not measured"
 
 
+def test_memory_that_the_api_leaves_out_still_counts(bench):
+    from rows import memory
+
+    result = {"subject": "x", "prune_depth": 2, "cells": 100, "shell": 600, "scene": 2400}
+    all_told, left_out = (memory.goals([result | {"held": held}]) for held in (3000, 13_000))
+    assert [goal.verdict for goal in all_told] == ["met", "met"]
+    assert left_out[0].measured.startswith("130 bytes a cell")
+    assert [goal.verdict.split()[0] for goal in left_out] == ["missed", "missed"]
+
+
 def test_judge_counts_what_is_lost_and_what_is_wrong(bench):
     from suite.judge import differences
 
