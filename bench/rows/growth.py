@@ -14,7 +14,7 @@ from .primary import METHODS, build
 TITLE = "Growth"
 ABOUT = """The same primary rays at the heart of `isospline.volumes`, sampled on grids of ever more voxels, whole
 view: the object stays the same, the cells become smaller and more."""
-GOALS = [("growth of the cost of a ray from 64^3 to 768^3", "at most 2 times")]
+GOALS = [("growth of the cost of a ray, smallest to largest volume", "at most 2 times")]
 COMPARED = ("hop_bracket", "stride_exact", "embree_exact", "packets_exact", "triangle_packets")
 
 
