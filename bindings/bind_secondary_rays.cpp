@@ -75,12 +75,15 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
     if (towards.leading_shape() != shape)
         throw_invalid("directions", "one for each of the rays, " + to_text(shape), to_text(towards.leading_shape()));
     const auto t_hit = hit_array<double>(hits, "t_hit", shape);
+    Shape vectors = shape;
+    vectors.push_back(3);
+    const auto normals = hit_array<double>(hits, "primitive_normals", vectors);
     const auto geometry_ids = hit_array<std::uint32_t>(hits, "geometry_ids", shape);
     const auto primitive_ids = hit_array<std::uint32_t>(hits, "primitive_ids", shape);
 
     py::array_t<double> result = new_array<double>(shape, {6});
     double* const origins = result.mutable_data();
-    const double* const t = t_hit.data();
+    const double *const t = t_hit.data(), *const normal = normals.data();
     const std::uint32_t *const geometries = geometry_ids.data(), *const primitives = primitive_ids.data();
     long_call(py::none(), [&](const Progress& progress) {
         scene.commit(progress);
@@ -99,6 +102,7 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
                     Hit hit;
                     hit.t = t[i];
                     hit.position = rows.vector(i, 0) + t[i] * rows.vector(i, 3);
+                    hit.normal = {normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]};
                     hit.geometry_id = geometries[i];
                     hit.primitive_id = primitives[i];
                     const glm::dvec3 direction = towards.vector(i);

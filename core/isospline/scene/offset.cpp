@@ -4,6 +4,7 @@
 #include "isospline/scene/isosurface_object.h"
 #include "isospline/scene/mesh_object.h"
 #include "isospline/trace/cell_block.h"
+#include "isospline/trace/lattice_ray.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
@@ -70,11 +71,11 @@ public:
         return least;
     }
 
-    glm::dvec3 gradient_lattice(const glm::dvec3& position) const
+    /// Of the hit's own cell: at degree 1 that of a neighbour at the same point is another one.
+    glm::dvec3 gradient_lattice(const glm::dvec3& position, const Cell& hit_cell) const
     {
-        const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
-        const CellBlock cell = block(cell_at(lattice));
-        return gradient_in_cell<Degree>(cell, lattice - cell.lower);
+        const CellBlock cell(surface_.volume(), surface_.threshold(), hit_cell);
+        return gradient_in_cell<Degree>(cell, transform_point(to_lattice_, position - centre_) - cell.lower);
     }
 
 private:
@@ -98,15 +99,14 @@ private:
     double coordinate_error_ = 0.0;
 };
 
-/// `cell_size` is the least length of a cell in world units, along any direction.
+/// `gradient` is in world space, and `side` that of the gradient, 1 or -1, where it does not vanish; `cell_size` is the
+/// least length of a cell in world units, along any direction.
 template <int Degree>
-glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm::dmat4& world_to_lattice,
+glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm::dvec3& gradient, double side,
                                   const glm::dvec3& position, const glm::dvec3& towards, double cell_size)
 {
     // Along the gradient; where it vanishes, along the ray, to the side that the ray turns out to go to.
-    const glm::dvec3 gradient = transform_gradient(world_to_lattice, clearance.gradient_lattice(position));
     const double slope = glm::length(gradient);
-    double side = glm::dot(gradient, towards) < 0.0 ? -1.0 : 1.0;
     glm::dvec3 away = (side / slope) * gradient;
     if (!(slope > 0.0)) {
         away = glm::normalize(towards);
@@ -145,10 +145,17 @@ double norm_of(const glm::dmat3& matrix)
 glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
                                              double) const
 {
+    if (hit.primitive_id >= surface_->shell().count())
+        throw_invalid("hit", "a primitive id below " + std::to_string(surface_->shell().count()), hit.primitive_id);
     const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(centred_to_local())));
     const auto of_degree = [&]<int Degree>() {
         const Clearance<Degree> clearance(*surface_, centred_to_local(), centre, hit.position);
-        return offset_from_isosurface(clearance, centred_to_local(), hit.position, towards, cell_size);
+        const glm::dvec3 gradient = transform_gradient(
+            centred_to_local(), clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
+        // The normal decides, as its user sees it: the gradient here is rounded otherwise.
+        const bool outward = glm::dot(hit.normal, towards) >= 0.0;
+        const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
+        return offset_from_isosurface(clearance, gradient, side, hit.position, towards, cell_size);
     };
     switch (surface_->volume().degree()) {
     case 1:
@@ -174,7 +181,7 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
     const double doubled_area = glm::length(cross);
     if (!(doubled_area > 0.0))
         return hit.position;
-    const glm::dvec3 normal = cross / doubled_area;
+    const glm::dvec3 normal = (glm::dot(cross, hit.normal) < 0.0 ? -1.0 : 1.0) / doubled_area * cross;
 
     // Error of a plane's distance, in the space that Embree intersects in: of the ray, the vertices, the test.
     constexpr double unit_roundoff = 0x1p-24;
@@ -198,7 +205,7 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
     const double inradius = doubled_area / perimeter;
     double share = 0.0;
     const auto keep_from_edge = [&](const glm::dvec3& from, const glm::dvec3& to, double length) {
-        const double to_edge = glm::dot(glm::cross(to - from, position - from), normal) / length;
+        const double to_edge = glm::dot(glm::cross(to - from, position - from), cross) / (doubled_area * length);
         if (to_edge < distance)
             share = std::max(share, distance < inradius ? (distance - to_edge) / (inradius - to_edge) : 1.0);
     };
@@ -207,7 +214,7 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
     keep_from_edge(c, a, c_a);
     position += share * (incentre - position);
 
-    const double side = glm::dot(normal, towards) < 0.0 ? -1.0 : 1.0;
+    const double side = glm::dot(hit.normal, towards) < 0.0 ? -1.0 : 1.0;
     return centre + (position + side * distance * normal);
 }
 

@@ -64,7 +64,7 @@ public:
 
     /// Where a ray that leaves a hit in the direction `towards` begins: off the surface, to the side that it goes to,
     /// just as far as rounding makes necessary (docs/method.md). Cast from there it does not meet the surface that it
-    /// leaves, but where that surface really turns back to it. Needs the hit's position and ids;
+    /// leaves, but where that surface really turns back to it. Needs the hit's position, normal and ids;
     /// throws std::invalid_argument for ids that are not the scene's.
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards) const;
 
