@@ -25,7 +25,7 @@ namespace isospline {
 namespace {
 
 using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
-using GivenShading = std::variant<Phong, Outline, ShadingOfGeometry>;
+using GivenShading = std::variant<Shading, ShadingOfGeometry>;
 
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
                                     const py::object& background, int samples, bool curvature,
@@ -38,10 +38,8 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
     options.curvature = curvature;
     if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
         options.shading_of_geometry = std::move(*by_geometry);
-    else if (auto* phong = std::get_if<Phong>(&shading))
-        options.shading = std::move(*phong);
     else
-        options.shading = std::get<Outline>(shading);
+        options.shading = std::get<Shading>(std::move(shading));
 
     auto image = std::make_unique<Image>();
     long_call(progress, [&](const Progress& report) {

@@ -98,6 +98,8 @@ lights : sequence of PositionalLight and DirectionalLight, optional
 two_sided : bool
     Turn normals to the viewer where <N, V> is negative, so that the inside of an open or cut surface is lit as its
     outside is. With False, it is the paper's formula to the letter.
+shadows : bool
+    Whether what lies between a point and a light, isosurface or mesh, hides the light from it.
 
 Raises
 ------
@@ -116,14 +118,15 @@ Examples
 )")
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
-                         std::optional<std::vector<Light>> lights, bool two_sided) {
+                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
-                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided});
+                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided,
+                                      shadows});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
-             py::arg("lights") = py::none(), py::arg("two_sided") = true)
+             py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false)
         .def_property_readonly("color", [](const Phong& phong) { return to_object(phong.color); })
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
@@ -132,6 +135,7 @@ Examples
         .def_property_readonly("ambient_light", [](const Phong& phong) { return to_array(phong.ambient_light); })
         .def_readonly("lights", &Phong::lights)
         .def_readonly("two_sided", &Phong::two_sided)
+        .def_readonly("shadows", &Phong::shadows)
         .def("__repr__", [](const Phong& phong) {
             std::ostringstream representation;
             representation << "Phong(color=" << to_text(phong.color) << ", ambient=" << phong.ambient
@@ -139,7 +143,8 @@ Examples
                            << ", specular_exponent=" << phong.specular_exponent
                            << ", ambient_light=" << to_text(phong.ambient_light)
                            << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
-                           << ", two_sided=" << (phong.two_sided ? "True" : "False") << ")";
+                           << ", two_sided=" << (phong.two_sided ? "True" : "False")
+                           << ", shadows=" << (phong.shadows ? "True" : "False") << ")";
             return representation.str();
         });
 }
@@ -193,6 +198,52 @@ Examples
         });
 }
 
+void bind_ambient_occlusion(py::module_& module)
+{
+    const AmbientOcclusion defaults;
+    py::class_<AmbientOcclusion>(module, "AmbientOcclusion", R"(Ambient occlusion: the light of a sky of one brightness.
+
+.. math:: I = \frac{1}{\pi} \int_\Omega V(\omega) \langle N, \omega \rangle d\omega
+
+over the hemisphere about the normal N, which is turned to the viewer; V is 0 where a ray meets anything within
+`distance`, else 1.
+
+Parameters
+----------
+samples : int
+    Rays a hit, 1 to 65536.
+distance : float
+    World units; what is farther away hides nothing.
+color : float or (3,) float
+    Linear colour of the surface.
+
+Raises
+------
+ValueError
+    For numbers outside of these ranges.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.AmbientOcclusion(64, distance=20.0)
+AmbientOcclusion(64, distance=20, color=(1, 1, 1))
+)")
+        .def(py::init([](int samples, double distance, const py::object& color) {
+                 return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color")});
+             }),
+             py::arg("samples") = defaults.samples, py::kw_only(), py::arg("distance") = defaults.distance,
+             py::arg("color") = 1.0)
+        .def_readonly("samples", &AmbientOcclusion::samples)
+        .def_readonly("distance", &AmbientOcclusion::distance)
+        .def_property_readonly("color", [](const AmbientOcclusion& model) { return to_object(model.color); })
+        .def("__repr__", [](const AmbientOcclusion& model) {
+            std::ostringstream representation;
+            representation << "AmbientOcclusion(" << model.samples << ", distance=" << model.distance
+                           << ", color=" << to_text(model.color) << ")";
+            return representation.str();
+        });
+}
+
 } // namespace
 
 void bind_shading(py::module_& module)
@@ -200,6 +251,7 @@ void bind_shading(py::module_& module)
     bind_lights(module);
     bind_phong(module);
     bind_outline(module);
+    bind_ambient_occlusion(module);
 }
 
 } // namespace isospline

@@ -8,6 +8,7 @@
 #include "isospline/render/renderer.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene.h"
+#include "isospline/shade/ambient_occlusion.h"
 #include "isospline/shade/color.h"
 #include "isospline/shade/color_map.h"
 #include "isospline/shade/light.h"

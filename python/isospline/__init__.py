@@ -5,6 +5,7 @@ from importlib.metadata import version as _version
 from . import volumes
 from ._core import (
     INVALID_ID,
+    AmbientOcclusion,
     Box,
     Cancelled,
     ColorByCurvature,
@@ -40,6 +41,7 @@ __version__ = _version("isospline")
 
 __all__ = [
     "INVALID_ID",
+    "AmbientOcclusion",
     "Box",
     "Cancelled",
     "ColorByCurvature",

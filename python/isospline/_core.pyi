@@ -398,6 +398,7 @@ class Phong:
         ambient_light: ArrayLike = 1.0,
         lights: Sequence[PositionalLight | DirectionalLight] | None = None,
         two_sided: bool = True,
+        shadows: bool = False,
     ) -> None: ...
     @property
     def ambient(self) -> float: ...
@@ -410,11 +411,22 @@ class Phong:
     @property
     def lights(self) -> list[PositionalLight | DirectionalLight] | None: ...
     @property
+    def shadows(self) -> bool: ...
+    @property
     def specular(self) -> float: ...
     @property
     def specular_exponent(self) -> float: ...
     @property
     def two_sided(self) -> bool: ...
+
+class AmbientOcclusion:
+    def __init__(self, samples: int = 16, *, distance: float = ..., color: _Color = 1.0) -> None: ...
+    @property
+    def color(self) -> _Color: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def samples(self) -> int: ...
 
 class Outline:
     def __init__(self, exponent: float = 2.0, *, color: _Color = 1.0, surface_color: _Color = 0.0) -> None: ...
@@ -455,7 +467,7 @@ def render(
     camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera,
     *,
     size: _Size,
-    shading: Phong | Outline | Mapping[int, Phong | Outline],
+    shading: Phong | Outline | AmbientOcclusion | Mapping[int, Phong | Outline | AmbientOcclusion],
     background: ArrayLike | None,
     samples: int,
     curvature: bool,

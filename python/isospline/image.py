@@ -27,7 +27,7 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
         Where from; `camera_for` makes one that has all of the scene in view.
     size : (int, int)
         Width and height of the image in pixels.
-    shading : Phong, Outline, or dict of geometry id to one of them, optional
+    shading : Phong, Outline, AmbientOcclusion, or dict of geometry id to one of them, optional
         The illumination model, of the whole scene or of each geometry; by default, and for geometries that a dict
         leaves out, ``Phong()``.
     background : float, (3,) float, (4,) float, optional

@@ -3,6 +3,7 @@
 #include "isospline/render/pixel_samples.h"
 #include "isospline/render/projection.h"
 #include "isospline/render/surface_lookup.h"
+#include "isospline/render/visibility.h"
 #include "isospline/scene/scene.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
@@ -32,10 +33,12 @@ glm::ivec2 z_order(int i)
 /// One picture in the making; its tiles may be rendered in any order and by any thread.
 class Renderer {
 public:
-    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Camera& camera,
-             const RenderOptions& options)
+    /// Without a scene there is no visibility.
+    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene,
+             const Camera& camera, const RenderOptions& options)
         : cast_rays_(cast_rays),
           complete_point_(complete_point),
+          scene_(scene),
           projection_(camera, options.size),
           samples_(pixel_samples(options.samples, projection_.has_lens())),
           shading_(prepared(options.shading)),
@@ -45,6 +48,10 @@ public:
     {
         for (const auto& [geometry_id, shading] : options.shading_of_geometry)
             shading_of_geometry_.emplace(geometry_id, prepared(shading));
+        visibility_is_needed_ =
+            Visibility::is_needed_by(shading_) ||
+            std::any_of(shading_of_geometry_.begin(), shading_of_geometry_.end(),
+                        [](const auto& of_geometry) { return Visibility::is_needed_by(of_geometry.second); });
         for (int part = 0; part < 4; ++part)
             if (!(std::isfinite(background_[part]) && background_[part] >= 0.0f))
                 throw_invalid("background", "finite numbers of at least 0", background_[part]);
@@ -66,6 +73,8 @@ private:
     Shading prepared(Shading shading) const
     {
         validate(shading);
+        if (!scene_ && Visibility::is_needed_by(shading))
+            throw_invalid("shading", "one without shadows and ambient occlusion, as there is no scene", "one with");
         if (auto* phong = std::get_if<Phong>(&shading); phong && !phong->lights)
             phong->lights = camera_lights(projection_.right(), projection_.up(), projection_.forward());
         return shading;
@@ -75,6 +84,16 @@ private:
     {
         const auto found = shading_of_geometry_.find(hit.geometry_id);
         return found == shading_of_geometry_.end() ? shading_ : found->second;
+    }
+
+    Visibility visibility_of(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const glm::ivec2> pixels,
+                             std::size_t sample) const
+    {
+        if (!visibility_is_needed_)
+            return {};
+        return {*scene_, rays,
+                hits,    [this](const Hit& hit) -> const Shading& { return shading_of(hit); },
+                pixels,  static_cast<std::uint32_t>(sample)};
     }
 
     SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
@@ -90,6 +109,8 @@ private:
 
     const CastRays& cast_rays_;
     const CompletePoint& complete_point_;
+    const Scene* scene_;
+    bool visibility_is_needed_ = false;
     Projection projection_;
     std::vector<PixelSample> samples_;
     Shading shading_;
@@ -123,13 +144,17 @@ void Renderer::render_tile(std::size_t tile)
         for (std::size_t i = 0; i < pixels.size(); ++i)
             rays[i] = projection_.ray(glm::dvec2(pixels[i]) + sample.position, lens_position(sample, pixels[i]));
         cast_rays_(rays, hits);
+        const Visibility visibility =
+            visibility_of(rays, hits, pixels, static_cast<std::size_t>(&sample - &samples_.front()));
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             if (!hits[i])
                 continue;
             const Shading& shading = shading_of(hits[i]);
             const bool central = &sample == &samples_.front();
             const bool with_curvature = (central && !image_.curvature.empty()) || needs_curvature(shading);
-            const SurfacePoint point = point_of(hits[i], rays[i], with_curvature);
+            SurfacePoint point = point_of(hits[i], rays[i], with_curvature);
+            point.lit = visibility.lit(i);
+            point.openness = visibility.openness(i);
             if (central)
                 store_center(index(pixels[i]), hits[i], point);
             if (sample.weight > 0.0)
@@ -175,12 +200,10 @@ glm::dvec2 depth_range(const Projection& projection, const Box& box)
     return nearest < farthest ? glm::dvec2(nearest, farthest) : glm::dvec2(0.0, 1.0);
 }
 
-} // namespace
-
-Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress,
-             const CompletePoint& complete_point)
+Image render(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene, const Camera& camera,
+             const RenderOptions& options, const Progress& progress)
 {
-    Renderer renderer(cast_rays, complete_point, camera, options);
+    Renderer renderer(cast_rays, complete_point, scene, camera, options);
     parallel_for(
         renderer.tile_count(), 1,
         [&](std::size_t begin, std::size_t end) {
@@ -189,6 +212,14 @@ Image render(const CastRays& cast_rays, const Camera& camera, const RenderOption
         },
         progress);
     return std::move(renderer).take_image();
+}
+
+} // namespace
+
+Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress,
+             const CompletePoint& complete_point)
+{
+    return render(cast_rays, complete_point, nullptr, camera, options, progress);
 }
 
 Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
@@ -205,7 +236,7 @@ Image render(const Scene& scene, const Camera& camera, const RenderOptions& opti
     fit_depth_limits(fitted.shading, depths);
     for (auto& [geometry_id, shading] : fitted.shading_of_geometry)
         fit_depth_limits(shading, depths);
-    return render(cast_rays, camera, fitted, progress, complete_point);
+    return render(cast_rays, complete_point, &scene, camera, fitted, progress);
 }
 
 } // namespace isospline

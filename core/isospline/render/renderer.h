@@ -40,7 +40,8 @@ using CompletePoint = std::function<void(SurfacePoint& point, const Hit& hit, bo
 ///
 /// Colour is the mean over the samples of a pixel, over the background; its alpha is the part of the pixel that
 /// surfaces cover, raised by an opaque background to 1. All the rest comes from the ray through the pixel's centre.
-/// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false.
+/// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false. Shadows
+/// and ambient occlusion, which need more than first hits, are bad options here.
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options,
              const Progress& progress = {}, const CompletePoint& complete_point = {});
 

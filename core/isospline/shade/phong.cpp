@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace isospline {
 
@@ -35,7 +36,9 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
     glm::dvec3 color = phong.ambient * phong.ambient_light * surface_color;
     if (!phong.lights)
         return color;
-    for (const Light& light : *phong.lights) {
+    for (std::size_t k = 0; k < phong.lights->size(); ++k) {
+        if (!point.lit.empty() && !point.lit[k])
+            continue;
         const auto add = [&](const auto& source) {
             const glm::dvec3 l = direction_to(source, point.position);
             const double n_l = glm::dot(n, l);
@@ -46,7 +49,7 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
             if (v_r > 0.0)
                 color += source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);
         };
-        std::visit(add, light);
+        std::visit(add, (*phong.lights)[k]);
     }
     return color;
 }

@@ -28,6 +28,7 @@ struct Phong {
     std::optional<std::vector<Light>> lights;
     /// Turns normals to the viewer where <N, V> < 0, so that the inside of an open surface is lit as its outside is.
     bool two_sided = true;
+    bool shadows = false; ///< whether what lies between a point and a light hides it
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative.

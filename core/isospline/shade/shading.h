@@ -1,6 +1,7 @@
 // The illumination models as one closed set.
 #pragma once
 
+#include "isospline/shade/ambient_occlusion.h"
 #include "isospline/shade/outline.h"
 #include "isospline/shade/phong.h"
 
@@ -8,7 +9,7 @@
 
 namespace isospline {
 
-using Shading = std::variant<Phong, Outline>;
+using Shading = std::variant<Phong, Outline, AmbientOcclusion>;
 
 inline void validate(const Shading& shading)
 {

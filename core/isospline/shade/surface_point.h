@@ -5,6 +5,9 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstdint>
+#include <span>
+
 namespace isospline {
 
 struct SurfacePoint {
@@ -14,6 +17,8 @@ struct SurfacePoint {
     double depth = 0.0;                  ///< as Projection::depth()
     glm::dvec3 vertex_color{1.0};        ///< of a mesh that has one, linear; the surface's colour is multiplied by it
     Curvature curvature = {};            ///< of an isosurface, world space
+    std::span<const std::uint8_t> lit{}; ///< whether each of the model's lights is seen from here; empty if all are
+    double openness = 1.0;             ///< as AmbientOcclusion's integral over pi
 };
 
 } // namespace isospline

@@ -171,6 +171,18 @@ TEST_CASE("a Phong without lights is lit from the camera's side", "[render]")
     }
 }
 
+TEST_CASE("shadows and ambient occlusion need a scene", "[render]")
+{
+    RenderOptions options;
+    Phong with_shadows;
+    with_shadows.shadows = true;
+    options.shading = with_shadows;
+    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
+    options.shading = Phong{};
+    options.shading_of_geometry.emplace(7u, AmbientOcclusion{});
+    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
+}
+
 TEST_CASE("rendering reports its progress and can be cancelled", "[render][threads]")
 {
     RenderOptions options;

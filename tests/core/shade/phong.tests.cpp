@@ -98,6 +98,18 @@ TEST_CASE("Phong without lights, with a light on the point and with a zero expon
     require_close(shade(phong, {}), glm::dvec3(phong.ambient));
 }
 
+TEST_CASE("Phong leaves out the lights that a point does not see", "[shade]")
+{
+    const PositionalLight first{{0.0, 3.0, 4.0}}, second{{1.0, -2.0, 3.0}, {0.5, 0.25, 1.0}};
+    Phong both, only_second;
+    both.lights = {first, second};
+    only_second.lights = {second};
+    SurfacePoint point;
+    const std::uint8_t lit[] = {0, 1};
+    point.lit = lit;
+    require_close(shade(both, point), shade(only_second, SurfacePoint{}));
+}
+
 TEST_CASE("Outline is (1 - <N, V>^2)^no, whichever way the normal points", "[shade]")
 {
     std::mt19937 random(3);

@@ -1,0 +1,99 @@
+#include "isospline/render/visibility.h"
+
+#include "isospline/math/frame.h"
+#include "isospline/math/random.h"
+#include "isospline/scene/scene.h"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
+#include <numeric>
+
+namespace isospline {
+
+namespace {
+
+/// The way from a hit to a light.
+Ray towards(const Scene& scene, const Hit& hit, const PositionalLight& light)
+{
+    const glm::dvec3 origin = scene.offset_position(hit, light.position - hit.position);
+    const glm::dvec3 to_light = light.position - origin;
+    // A light on the point itself is one that nothing is before.
+    return to_light == glm::dvec3(0.0) ? Ray{origin, {0.0, 0.0, 1.0}, 0.0, 0.0} : Ray{origin, to_light, 0.0, 1.0};
+}
+
+Ray towards(const Scene& scene, const Hit& hit, const DirectionalLight& light)
+{
+    const glm::dvec3 direction = -glm::normalize(light.direction);
+    return {scene.offset_position(hit, direction), direction};
+}
+
+/// Directions to the sky, in the order of Fibonacci's lattice on the unit square, shifted by chance from pixel to
+/// pixel.
+void append_sky(std::vector<Ray>& rays, const Scene& scene, const Hit& hit, const glm::dvec3& normal,
+                const AmbientOcclusion& occlusion, RandomSequence random)
+{
+    const Frame frame(normal);
+    const glm::dvec3 origin = scene.offset_position(hit, normal);
+    const glm::dvec2 shift = random.next2();
+    for (int i = 0; i < occlusion.samples; ++i) {
+        constexpr double golden = 0.61803398874989484820;
+        const double turn = i * golden + shift.y;
+        const glm::dvec3 direction = cosine_direction({(i + shift.x) / occlusion.samples, turn - std::floor(turn)});
+        rays.push_back({origin, frame.to_world(direction), 0.0, occlusion.distance});
+    }
+}
+
+} // namespace
+
+bool Visibility::is_needed_by(const Shading& shading)
+{
+    const auto* phong = std::get_if<Phong>(&shading);
+    return (phong && phong->shadows) || std::holds_alternative<AmbientOcclusion>(shading);
+}
+
+Visibility::Visibility(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits,
+                       const std::function<const Shading&(const Hit&)>& shading_of, std::span<const glm::ivec2> pixels,
+                       std::uint32_t sample)
+    : to_lights_(hits.size()), to_sky_(hits.size())
+{
+    std::vector<Ray> shadow_rays;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (!hits[i])
+            continue;
+        const Shading& shading = shading_of(hits[i]);
+        const std::size_t first = shadow_rays.size();
+        if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows && phong->lights) {
+            for (const Light& light : *phong->lights)
+                shadow_rays.push_back(
+                    std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
+            to_lights_[i] = {first, shadow_rays.size() - first};
+        } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
+            const bool away = glm::dot(hits[i].normal, rays[i].direction) > 0.0;
+            append_sky(shadow_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal, *occlusion,
+                       RandomSequence(pixels[i], sample));
+            to_sky_[i] = {first, shadow_rays.size() - first};
+        }
+    }
+    seen_.resize(shadow_rays.size());
+    scene.test_occlusions(shadow_rays, seen_);
+    for (std::uint8_t& seen : seen_)
+        seen = !seen;
+}
+
+std::span<const std::uint8_t> Visibility::lit(std::size_t i) const
+{
+    if (to_lights_.empty())
+        return {};
+    return std::span(seen_).subspan(to_lights_[i].first, to_lights_[i].count);
+}
+
+double Visibility::openness(std::size_t i) const
+{
+    if (to_sky_.empty() || to_sky_[i].count == 0)
+        return 1.0;
+    const auto seen = std::span(seen_).subspan(to_sky_[i].first, to_sky_[i].count);
+    return std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+}
+
+} // namespace isospline

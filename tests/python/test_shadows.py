@@ -1,0 +1,139 @@
+"""Hard shadows and ambient occlusion against closed forms."""
+
+import numpy as np
+import pytest
+
+import isospline
+
+RADIUS = 6.3
+CENTER = np.array([1.0, 2.0, 9.0])
+SIZE = (160, 120)
+FLOOR = isospline.Mesh([[-40, -40, 0], [40, -40, 0], [40, 40, 0], [-40, 40, 0]], [[0, 1, 2], [0, 2, 3]])
+CAMERA = isospline.PerspectiveCamera((4, -45, 60), (2, 0, 0), field_of_view=40)
+
+
+def ball(center=CENTER):
+    """f = |x - center|^2, which a quadratic model holds exactly where the boundary rule does not reach."""
+    z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
+    volume = isospline.Volume(x**2 + y**2 + z**2, origin=center - 16)
+    return isospline.Isosurface(volume, RADIUS**2, inside="below")
+
+
+def dot(a, b):
+    return (a * b).sum(-1, keepdims=True)
+
+
+def misses_ball(positions, directions):
+    """By how much the half-lines pass by the ball's surface, negative where they meet it."""
+    directions = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
+    along = np.maximum(dot(CENTER - positions, directions), 0)
+    return np.linalg.norm(positions + along * directions - CENTER, axis=-1) - RADIUS
+
+
+LIGHTS = {
+    "positional": (isospline.PositionalLight((-5, 8, 40)), lambda at: np.array((-5, 8, 40.0)) - at),
+    "directional": (isospline.DirectionalLight((0.3, 0.2, -1)), lambda at: -np.array((0.3, 0.2, -1.0)) + 0 * at),
+    "below the ball": (isospline.PositionalLight((0, 0, 1.0)), lambda at: np.array((0, 0, 1.0)) - at),
+}
+
+
+@pytest.mark.parametrize("light, to_light", LIGHTS.values(), ids=LIGHTS)
+def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
+    scene = isospline.Scene([FLOOR, ball()])
+    flat = dict(ambient=0, diffuse=1, specular=0, lights=[light])
+    shadowed, plain = (
+        isospline.render(scene, CAMERA, size=SIZE, shading=isospline.Phong(**flat, shadows=shadows))
+        for shadows in (True, False)
+    )
+    position = plain.position.astype(float)
+    direction = to_light(position)
+    below = light is LIGHTS["below the ball"][0]  # what is behind a light hides nothing
+    clearance = np.full(position.shape[:2], np.inf) if below else misses_ball(position, direction)
+    on_floor = plain.geometry_ids == 0
+    clear = on_floor & (np.abs(clearance) > 1e-3)
+    lit = clear & (clearance > 0)
+    assert lit.sum() > 5000 and (below or (clear & ~lit).sum() > 200)
+    np.testing.assert_array_equal(shadowed.color[lit], plain.color[lit])
+    assert not shadowed.color[clear & ~lit][:, :3].any()
+
+    # The ball hides its own far side, which Phong leaves dark anyway, and nothing else.
+    on_ball = plain.geometry_ids == 1
+    facing = dot(plain.normal, direction)[..., 0] / np.linalg.norm(direction, axis=-1)
+    assert on_ball.sum() > 500
+    np.testing.assert_array_equal(shadowed.color[on_ball & (facing > 1e-4)], plain.color[on_ball & (facing > 1e-4)])
+
+
+def test_a_mesh_casts_its_shadow_on_an_isosurface():
+    """A square above the ball, seen from above and behind it, under a light straight above."""
+    square = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) + CENTER + (0, 0, 30)
+    scene = isospline.Scene([isospline.Mesh(square, [[0, 1, 2], [0, 2, 3]]), ball()])
+    camera = isospline.PerspectiveCamera(CENTER + (0, -25, 25), CENTER, field_of_view=35)
+    lights = [isospline.DirectionalLight((0, 0, -1))]
+    shading = isospline.Phong(ambient=0.25, diffuse=0, specular=1, specular_exponent=0, shadows=True, lights=lights)
+    image = isospline.render(scene, camera, size=SIZE, shading={1: shading})
+    offset = np.abs(image.position - CENTER)[..., :2].max(-1)
+    to_viewer = np.array(camera.eye) - image.position
+    reflected = 2 * image.normal * image.normal[..., 2:] - (0, 0, 1)
+    seen = (image.geometry_ids == 1) & (dot(to_viewer, reflected)[..., 0] > 1e-2) & (np.abs(offset - 2) > 1e-3)
+    expected = np.where(offset < 2, 0.25, 1.25)[seen]
+    assert 200 < (expected < 1).sum() < len(expected)
+    np.testing.assert_array_equal(image.color[seen, 0], expected.astype(np.float32))
+
+
+def test_openness_below_a_ball_is_the_closed_form():
+    """A ball above the horizon covers cos(angle to its centre) (radius / distance)^2 of an even sky."""
+    scene = isospline.Scene([FLOOR, ball()])
+    color = np.array((0.9, 0.6, 0.3))
+    model = isospline.AmbientOcclusion(1024, color=color)
+    image = isospline.render(scene, CAMERA, size=(60, 45), shading=model)
+    offset = CENTER - image.position
+    distance = np.linalg.norm(offset, axis=-1)
+    covered = offset[..., 2] / distance * (RADIUS / distance) ** 2
+    on_floor = image.geometry_ids == 0
+    np.testing.assert_allclose(image.color[on_floor][:, :3], (1 - covered[on_floor])[:, None] * color, atol=8e-3)
+    assert covered[on_floor].max() > 0.4
+    # The floor is below the horizon of the ball's upper half.
+    upper = (image.geometry_ids == 1) & (image.normal[..., 2] >= 0)
+    np.testing.assert_allclose(image.color[upper][:, :3].max(0), color, rtol=1e-6)
+
+    near = isospline.AmbientOcclusion(64, distance=2.0)
+    image = isospline.render(scene, CAMERA, size=(60, 45), shading=near)
+    assert (image.color[on_floor] == 1).all()
+
+
+def test_openness_outside_and_inside_of_a_ball():
+    outside = isospline.PerspectiveCamera(CENTER + (0, -40, 0), CENTER)
+    inside = isospline.PerspectiveCamera(CENTER, CENTER + (0, 1, 0), field_of_view=90)
+    scene = isospline.Scene([ball()])
+    for camera, openness in ((outside, 1.0), (inside, 0.0)):
+        image = isospline.render(scene, camera, size=(80, 60), shading=isospline.AmbientOcclusion(16))
+        hit = image.geometry_ids == 0
+        assert hit.sum() > 1000
+        assert (image.color[hit][:, :3] == openness).all()
+
+
+def test_threads_do_not_change_shadows_and_occlusion():
+    scene = isospline.Scene([FLOOR, ball()])
+    shading = {0: isospline.AmbientOcclusion(8), 1: isospline.Phong(shadows=True)}
+    images = []
+    try:
+        for threads in (1, 2):
+            isospline.set_thread_count(threads)
+            images.append(isospline.render(scene, CAMERA, size=(101, 83), shading=shading, samples=2).color.tobytes())
+    finally:
+        isospline.set_thread_count(0)
+    assert images[0] == images[1]
+
+
+@pytest.mark.parametrize(
+    "make, parameter",
+    [
+        (lambda: isospline.AmbientOcclusion(0), "samples"),
+        (lambda: isospline.AmbientOcclusion(4, distance=0), "distance"),
+        (lambda: isospline.AmbientOcclusion(4, distance=np.nan), "distance"),
+        (lambda: isospline.AmbientOcclusion(4, color=-1), "color"),
+    ],
+)
+def test_bad_ambient_occlusion(make, parameter):
+    with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
+        make()
