@@ -80,6 +80,12 @@ void bind_image(py::module_& module)
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
         .def_property_readonly("primitive_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::primitive_ids); })
+        .def_property_readonly("variance",
+                               [](const py::object& self) -> py::object {
+                                   if (self.cast<Image&>().variance.empty())
+                                       return py::none();
+                                   return view<float>(self, &Image::variance);
+                               })
         .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })
         .def_property_readonly("world_to_ndc",
                                [](const Image& image) -> std::optional<py::array_t<double>> {

@@ -5,6 +5,8 @@
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
 #include "isospline/render/opencv_camera.h"
+#include "isospline/render/path_tracer.h"
+#include "isospline/render/progressive.h"
 #include "isospline/render/renderer.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene.h"

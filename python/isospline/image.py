@@ -14,7 +14,18 @@ from . import _core
 from .colors import linear_to_srgb
 
 
-def render(scene, camera, *, size=(640, 360), shading=None, background=None, samples=1, curvature=False, progress=None):
+def render(
+    scene,
+    camera,
+    *,
+    size=(640, 360),
+    shading=None,
+    integrator=None,
+    background=None,
+    samples=1,
+    curvature=False,
+    progress=None,
+):
     """Render a scene.
 
     The image is the same, bit for bit, for any number of threads. Ctrl-C stops the work.
@@ -30,6 +41,8 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
     shading : Phong, Outline, AmbientOcclusion, or dict of geometry id to one of them, optional
         The illumination model, of the whole scene or of each geometry; by default, and for geometries that a dict
         leaves out, ``Phong()``.
+    integrator : PathTracer, optional
+        Takes the place of the shading: light on all paths, by chance, with the variance of its noise in the image.
     background : float, (3,) float, (4,) float, optional
         Linear colour that shows where no surface is, with an opacity if there are four numbers; transparent by default.
     samples : int
@@ -64,6 +77,14 @@ def render(scene, camera, *, size=(640, 360), shading=None, background=None, sam
     >>> image.color.shape
     (48, 64, 4)
     """
+    if integrator is not None:
+        if shading is not None:
+            raise ValueError("shading: expected None beside an integrator, got " + type(shading).__name__)
+        if curvature:
+            raise ValueError("curvature: expected False beside an integrator, got True")
+        renderer = _core.ProgressiveRenderer(scene, camera, size=size, integrator=integrator, background=background)
+        renderer.step(samples, progress=progress)
+        return Image(renderer.image())
     if shading is None:
         shading = _core.Phong()
     return Image(
@@ -100,6 +121,8 @@ class Image:
         met nothing. None unless `render` was told to.
     geometry_ids, primitive_ids : (height, width) uint32 array
         As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
+    variance : (height, width, 3) float32 array, or None
+        Of red, green and blue where they are estimates, as of a PathTracer: the square of their standard error.
     world_to_camera, world_to_ndc : (4, 4) float64 array
         The camera's matrices, for column vectors; see `PerspectiveCamera.world_to_ndc`. A panorama's `world_to_ndc` is
         None.
@@ -119,6 +142,7 @@ class Image:
     curvature = property(lambda self: self._arrays.curvature)
     geometry_ids = property(lambda self: self._arrays.geometry_ids)
     primitive_ids = property(lambda self: self._arrays.primitive_ids)
+    variance = property(lambda self: self._arrays.variance)
     world_to_camera = property(lambda self: self._arrays.world_to_camera)
     world_to_ndc = property(lambda self: self._arrays.world_to_ndc)
 
@@ -142,8 +166,9 @@ class Image:
         ----------
         path : str or path-like
             Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, albedo.R
-            albedo.G albedo.B, gradient_magnitude, curvature.mean and curvature.gaussian if there are, id.geometry and
-            id.primitive, and the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
+            albedo.G albedo.B, gradient_magnitude, curvature.mean, curvature.gaussian and variance.R variance.G
+            variance.B if there are, id.geometry and id.primitive, and the camera's matrices in the header; or in
+            ``.png`` for sRGB colour of 8 bits.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
 

@@ -106,6 +106,9 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
         channels.add("curvature.mean", Imf::FLOAT, image.curvature);
         channels.add("curvature.gaussian", Imf::FLOAT, image.curvature, sizeof(float));
     }
+    const char* const variance_names[] = {"variance.R", "variance.G", "variance.B"};
+    for (std::size_t part = 0; part < 3 && !image.variance.empty(); ++part)
+        channels.add(variance_names[part], Imf::FLOAT, image.variance, part * sizeof(float));
     channels.add("id.geometry", Imf::UINT, image.geometry_ids);
     channels.add("id.primitive", Imf::UINT, image.primitive_ids);
 

@@ -52,11 +52,7 @@ public:
             Visibility::is_needed_by(shading_) ||
             std::any_of(shading_of_geometry_.begin(), shading_of_geometry_.end(),
                         [](const auto& of_geometry) { return Visibility::is_needed_by(of_geometry.second); });
-        for (int part = 0; part < 4; ++part)
-            if (!(std::isfinite(background_[part]) && background_[part] >= 0.0f))
-                throw_invalid("background", "finite numbers of at least 0", background_[part]);
-        if (background_.a > 1.0f)
-            throw_invalid("background", "an opacity of at most 1", background_.a);
+        validate_background(background_);
         image_.world_to_camera = projection_.world_to_camera();
         image_.world_to_ndc = projection_.world_to_ndc();
         image_.pixel_aspect_ratio = projection_.pixel_aspect_ratio();
@@ -215,6 +211,15 @@ Image render(const CastRays& cast_rays, const CompletePoint& complete_point, con
 }
 
 } // namespace
+
+void validate_background(const glm::vec4& background)
+{
+    for (int part = 0; part < 4; ++part)
+        if (!(std::isfinite(background[part]) && background[part] >= 0.0f))
+            throw_invalid("background", "finite numbers of at least 0", background[part]);
+    if (background.a > 1.0f)
+        throw_invalid("background", "an opacity of at most 1", background.a);
+}
 
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress,
              const CompletePoint& complete_point)

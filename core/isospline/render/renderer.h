@@ -29,6 +29,9 @@ struct RenderOptions {
     bool curvature = false;     ///< whether Image::curvature is wanted
 };
 
+/// Throws std::invalid_argument for numbers that are negative or not finite, and for an opacity above 1.
+void validate_background(const glm::vec4& background);
+
 /// Finds the first hit of each ray; called from many threads at once.
 using CastRays = std::function<void(std::span<const Ray> rays, std::span<Hit> hits)>;
 

@@ -18,7 +18,7 @@ struct SurfacePoint {
     glm::dvec3 vertex_color{1.0};        ///< of a mesh that has one, linear; the surface's colour is multiplied by it
     Curvature curvature = {};            ///< of an isosurface, world space
     std::span<const std::uint8_t> lit{}; ///< whether each of the model's lights is seen from here; empty if all are
-    double openness = 1.0;             ///< as AmbientOcclusion's integral over pi
+    double openness = 1.0;               ///< as AmbientOcclusion's integral over pi
 };
 
 } // namespace isospline

@@ -173,14 +173,11 @@ TEST_CASE("a Phong without lights is lit from the camera's side", "[render]")
 
 TEST_CASE("shadows and ambient occlusion need a scene", "[render]")
 {
-    RenderOptions options;
-    Phong with_shadows;
-    with_shadows.shadows = true;
-    options.shading = with_shadows;
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
-    options.shading = Phong{};
-    options.shading_of_geometry.emplace(7u, AmbientOcclusion{});
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
+    RenderOptions with_shadows, with_occlusion;
+    with_shadows.shading.emplace<Phong>().shadows = true;
+    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_shadows), std::invalid_argument);
+    with_occlusion.shading_of_geometry.emplace(7u, AmbientOcclusion{});
+    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_occlusion), std::invalid_argument);
 }
 
 TEST_CASE("rendering reports its progress and can be cancelled", "[render][threads]")

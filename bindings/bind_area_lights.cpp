@@ -1,0 +1,177 @@
+#include "arrays.h"
+#include "bind.h"
+#include "colors.h"
+
+#include "isospline/shade/area_light.h"
+#include "isospline/shade/environment_light.h"
+#include "isospline/util/check.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* rectangle_doc = R"(A parallelogram that gives light to one side, for a `PathTracer`.
+
+Parameters
+----------
+corner : (3,) float
+    World units.
+edge_u, edge_v : (3,) float
+    From the corner along its two edges. Light goes to the side that edge_u x edge_v points to; from the other side the
+    parallelogram is not there.
+radiance : float or (3,) float
+    Linear red, green and blue, the same in every direction.
+
+Raises
+------
+ValueError
+    For numbers that are not finite, edges along one line, and a negative radiance.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.RectangleLight((-1, -1, 5), (0, 2, 0), (2, 0, 0), radiance=3)
+RectangleLight((-1, -1, 5), (0, 2, 0), (2, 0, 0), radiance=(3, 3, 3))
+)";
+
+constexpr const char* sphere_doc = R"(A ball that gives light, for a `PathTracer`.
+
+Parameters
+----------
+center : (3,) float
+    World units.
+radius : float
+    World units, above 0.
+radiance : float or (3,) float
+    Linear red, green and blue, the same in every direction.
+
+Raises
+------
+ValueError
+    For numbers that are not finite, a radius that is not positive, and a negative radiance.
+
+Examples
+--------
+>>> import isospline
+>>> isospline.SphereLight((0, 0, 5), 0.5, radiance=20)
+SphereLight((0, 0, 5), 0.5, radiance=(20, 20, 20))
+)";
+
+constexpr const char* environment_doc = R"(Light from infinitely far away, from all directions, for a `PathTracer`.
+
+Parameters
+----------
+radiance : float or (3,) float
+    Linear red, green and blue; with an image, a factor.
+image : (height, width, 3) array_like of numbers, optional
+    Radiance by direction, linear: an equirectangular panorama whose top row is z and whose bottom row is -z, with x in
+    the middle and y in the middle of the left half. Each pixel has one radiance. Directions are drawn in proportion to
+    their light.
+rotation : (3, 3) array_like, optional
+    Columns are the world directions of the image's x, y and z.
+visible : bool
+    Whether the camera sees it where no surface is.
+
+Raises
+------
+ValueError
+    For numbers that are negative or not finite, and for a matrix that is no rotation.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> sky = np.zeros((16, 32, 3))
+>>> sky[:8] = (0.5, 0.7, 1.0)  # above the horizon
+>>> light = isospline.EnvironmentLight(image=sky)
+)";
+
+std::shared_ptr<const EnvironmentMap> as_map(const py::object& image)
+{
+    if (image.is_none())
+        return nullptr;
+    const py::array array = as_array(image, "image", "iuf");
+    if (array.ndim() != 3 || array.shape(2) != 3)
+        throw_invalid("image", "shape (height, width, 3)", to_text(shape_of(array)));
+    const py::array_t<float, py::array::c_style | py::array::forcecast> numbers(array);
+    const auto* const first = reinterpret_cast<const glm::vec3*>(numbers.data());
+    return std::make_shared<EnvironmentMap>(glm::ivec2(numbers.shape(1), numbers.shape(0)),
+                                            std::vector<glm::vec3>(first, first + numbers.shape(0) * numbers.shape(1)));
+}
+
+} // namespace
+
+void bind_area_lights(py::module_& module)
+{
+    py::class_<RectangleLight>(module, "RectangleLight", rectangle_doc)
+        .def(py::init([](const py::object& corner, const py::object& edge_u, const py::object& edge_v,
+                         const py::object& radiance) {
+                 const RectangleLight light{as_vector(corner, "corner"), as_vector(edge_u, "edge_u"),
+                                            as_vector(edge_v, "edge_v"), as_color(radiance, "radiance")};
+                 validate(light);
+                 return light;
+             }),
+             py::arg("corner"), py::arg("edge_u"), py::arg("edge_v"), py::kw_only(), py::arg("radiance") = 1.0)
+        .def_property_readonly("corner", [](const RectangleLight& light) { return to_array(light.corner); })
+        .def_property_readonly("edge_u", [](const RectangleLight& light) { return to_array(light.edge_u); })
+        .def_property_readonly("edge_v", [](const RectangleLight& light) { return to_array(light.edge_v); })
+        .def_property_readonly("radiance", [](const RectangleLight& light) { return to_array(light.radiance); })
+        .def("__repr__", [](const RectangleLight& light) {
+            return "RectangleLight(" + to_text(light.corner) + ", " + to_text(light.edge_u) + ", " +
+                   to_text(light.edge_v) + ", radiance=" + to_text(light.radiance) + ")";
+        });
+
+    py::class_<SphereLight>(module, "SphereLight", sphere_doc)
+        .def(py::init([](const py::object& center, double radius, const py::object& radiance) {
+                 const SphereLight light{as_vector(center, "center"), radius, as_color(radiance, "radiance")};
+                 validate(light);
+                 return light;
+             }),
+             py::arg("center"), py::arg("radius"), py::kw_only(), py::arg("radiance") = 1.0)
+        .def_property_readonly("center", [](const SphereLight& light) { return to_array(light.center); })
+        .def_readonly("radius", &SphereLight::radius)
+        .def_property_readonly("radiance", [](const SphereLight& light) { return to_array(light.radiance); })
+        .def("__repr__", [](const SphereLight& light) {
+            return "SphereLight(" + to_text(light.center) + ", " + to_text(light.radius) +
+                   ", radiance=" + to_text(light.radiance) + ")";
+        });
+
+    py::class_<EnvironmentLight>(module, "EnvironmentLight", environment_doc)
+        .def(
+            py::init([](const py::object& radiance, const py::object& image, const py::object& rotation, bool visible) {
+                EnvironmentLight light{as_color(radiance, "radiance"), as_map(image), glm::dmat3(1.0), visible};
+                if (!rotation.is_none())
+                    light.rotation = as_matrix3(rotation, "rotation");
+                validate(light);
+                return light;
+            }),
+            py::arg("radiance") = 1.0, py::kw_only(), py::arg("image") = py::none(), py::arg("rotation") = py::none(),
+            py::arg("visible") = false)
+        .def_property_readonly("radiance", [](const EnvironmentLight& light) { return to_array(light.radiance); })
+        .def_property_readonly("image",
+                               [](const EnvironmentLight& light) -> py::object {
+                                   if (!light.map)
+                                       return py::none();
+                                   const Shape shape{light.map->size().y, light.map->size().x, 3};
+                                   return py::array_t<float>(
+                                       shape, reinterpret_cast<const float*>(light.map->pixels().data()));
+                               })
+        .def_property_readonly("rotation", [](const EnvironmentLight& light) { return to_array(light.rotation); })
+        .def_readonly("visible", &EnvironmentLight::visible)
+        .def("__repr__", [](const EnvironmentLight& light) {
+            const std::string image = !light.map ? ""
+                                                 : ", image of " + std::to_string(light.map->size().x) + " x " +
+                                                       std::to_string(light.map->size().y);
+            return "EnvironmentLight(" + to_text(light.radiance) + image +
+                   ", visible=" + (light.visible ? "True" : "False") + ")";
+        });
+}
+
+} // namespace isospline

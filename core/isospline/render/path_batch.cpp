@@ -1,0 +1,259 @@
+#include "isospline/render/path_batch.h"
+
+#include "isospline/math/frame.h"
+#include "isospline/render/surface_lookup.h"
+#include "isospline/scene/scene.h"
+#include "isospline/trace/hit.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+namespace isospline {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The bounce from which on paths may end by chance.
+constexpr int first_roulette = 3;
+
+/// Veach's power heuristic, for one sample of each kind.
+double power_heuristic(double density, double other)
+{
+    // The quotient of densities does not overflow where their squares would.
+    const double ratio = other / density;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+std::optional<LightSample> sample(const PositionalLight& light, const glm::dvec3& position, const glm::dvec2&)
+{
+    const glm::dvec3 offset = light.position - position;
+    const double squared_distance = glm::dot(offset, offset);
+    if (!(squared_distance > 0.0))
+        return std::nullopt;
+    const double distance = std::sqrt(squared_distance);
+    return LightSample{offset / distance, distance, light.intensity / squared_distance, 0.0};
+}
+
+std::optional<LightSample> sample(const DirectionalLight& light, const glm::dvec3& position, const glm::dvec2&)
+{
+    return LightSample{direction_to(light, position), infinity, light.intensity, 0.0};
+}
+
+std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec3&, const glm::dvec2& u)
+{
+    return sample(light, u);
+}
+
+/// A path on its way.
+struct Path {
+    std::size_t index;   ///< of its camera ray
+    glm::dvec3 position; ///< that the ray leaves: its origin is off the surface
+    glm::dvec3 throughput{1.0};
+    double density = infinity; ///< that the material drew the ray's direction with; infinite for a camera ray
+};
+
+/// Light that counts if nothing is in between.
+struct Candidate {
+    std::size_t index; ///< of its camera ray
+    const Emitter* light;
+    glm::dvec3 radiance;
+};
+
+class PathBatch {
+public:
+    PathBatch(const Scene& scene, const PathTracer& path_tracer, std::span<const Ray> camera_rays,
+              std::span<RandomSequence> random, std::span<PathResult> results)
+        : scene_(scene), lookup_(scene), path_tracer_(path_tracer), random_(random), results_(results)
+    {
+        // Lights that next-event estimation chooses from, each with the same chance.
+        for (const Emitter& light : path_tracer.lights) {
+            const auto* environment = std::get_if<EnvironmentLight>(&light);
+            if (!environment || environment->map)
+                chosen_from_.push_back(&light);
+        }
+        for (std::size_t i = 0; i < camera_rays.size(); ++i) {
+            results_[i] = PathResult();
+            paths_.push_back({i, camera_rays[i].origin});
+            rays_.push_back(camera_rays[i]);
+            rays_.back().direction = glm::normalize(camera_rays[i].direction);
+        }
+    }
+
+    void trace()
+    {
+        for (int bounce = 0; !paths_.empty(); ++bounce) {
+            hits_.resize(rays_.size());
+            scene_.cast_rays(rays_, hits_);
+            next_paths_.clear();
+            next_rays_.clear();
+            candidates_.clear();
+            shadow_rays_.clear();
+            for (std::size_t i = 0; i < paths_.size(); ++i) {
+                if (arrive(paths_[i], rays_[i], hits_[i]) && bounce < path_tracer_.max_bounces)
+                    scatter(paths_[i], rays_[i], hits_[i], bounce);
+            }
+            add_candidates();
+            paths_.swap(next_paths_);
+            rays_.swap(next_rays_);
+        }
+    }
+
+private:
+    /// The chance of a light to be chosen, for the density of what meets it otherwise.
+    double chance() const { return 1.0 / static_cast<double>(chosen_from_.size()); }
+
+    /// Adds light that the ray itself meets; returns whether it goes on to a surface.
+    bool arrive(const Path& path, const Ray& ray, const Hit& hit)
+    {
+        PathResult& result = results_[path.index];
+        const bool from_camera = path.density == infinity;
+        const Ray up_to_hit{path.position, ray.direction, ray.t_near, std::min(ray.t_far, hit.t)};
+        std::optional<Emission> nearest;
+        for (const Emitter& light : path_tracer_.lights) {
+            const auto meet = [&](const auto& source) -> std::optional<Emission> {
+                using Source = std::decay_t<decltype(source)>;
+                if constexpr (std::is_same_v<Source, RectangleLight> || std::is_same_v<Source, SphereLight>)
+                    return emission(source, up_to_hit);
+                else if constexpr (std::is_same_v<Source, EnvironmentLight>)
+                    return hit || (from_camera && !source.visible) ? std::nullopt
+                                                                   : std::optional(emission(source, ray.direction));
+                else
+                    return std::nullopt;
+            };
+            if (const std::optional<Emission> met = std::visit(meet, light); met && !(nearest && nearest->t < met->t))
+                nearest = met;
+        }
+        if (nearest) {
+            const double weight = from_camera || nearest->density == 0.0
+                                      ? 1.0
+                                      : power_heuristic(path.density, chance() * nearest->density);
+            result.radiance += weight * path.throughput * nearest->radiance;
+        }
+        if (from_camera)
+            result.covered = nearest || hit;
+        return !nearest && hit && hit.normal != glm::dvec3(0.0);
+    }
+
+    void scatter(const Path& path, const Ray& ray, const Hit& hit, int bounce)
+    {
+        const auto found = path_tracer_.material_of_geometry.find(hit.geometry_id);
+        Material material = found == path_tracer_.material_of_geometry.end() ? path_tracer_.material : found->second;
+        SurfacePoint point{hit.position, hit.normal, -ray.direction};
+        lookup_.complete(point, hit, false);
+        material.base_color *= glm::min(point.vertex_color, 1.0);
+        const Scattering scattering(material);
+        const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
+        const Frame frame(away ? -hit.normal : hit.normal);
+        const glm::dvec3 to_viewer = frame.to_local(-ray.direction);
+        // All directions of scattered light are on the normal's side.
+        const glm::dvec3 origin = scene_.offset_position(hit, frame.z);
+        RandomSequence& random = random_[path.index];
+
+        // Numbers are drawn whether they are used or not, so that a number means the same in all scenes.
+        const double which_light = random.next();
+        const glm::dvec2 on_light = random.next2();
+        const double which_lobe = random.next();
+        const glm::dvec2 in_lobe = random.next2();
+        const double roulette = random.next();
+
+        if (!chosen_from_.empty())
+            ask_light(path, hit.position, origin, frame, scattering, to_viewer, which_light, on_light);
+
+        const std::optional<ScatterSample> scattered = scattering.sample(to_viewer, which_lobe, in_lobe);
+        if (!scattered)
+            return;
+        Path next{path.index, hit.position, path.throughput * scattered->weight, scattered->density};
+        if (bounce + 1 >= first_roulette) {
+            const double survival = std::min(1.0, std::max({next.throughput.x, next.throughput.y, next.throughput.z}));
+            if (!(roulette < survival))
+                return;
+            next.throughput /= survival;
+        }
+        next_paths_.push_back(next);
+        next_rays_.push_back({origin, frame.to_world(scattered->direction)});
+    }
+
+    void ask_light(const Path& path, const glm::dvec3& position, const glm::dvec3& origin, const Frame& frame,
+                   const Scattering& scattering, const glm::dvec3& to_viewer, double which_light,
+                   const glm::dvec2& on_light)
+    {
+        const auto count = chosen_from_.size();
+        const auto index = std::min(static_cast<std::size_t>(which_light * static_cast<double>(count)), count - 1);
+        const auto drawn =
+            std::visit([&](const auto& source) { return sample(source, position, on_light); }, *chosen_from_[index]);
+        if (!drawn)
+            return;
+        const glm::dvec3 to_light = frame.to_local(drawn->direction);
+        const glm::dvec3 f = scattering.evaluate(to_viewer, to_light);
+        if (f == glm::dvec3(0.0))
+            return;
+        const double weight = drawn->density > 0.0
+                                  ? power_heuristic(chance() * drawn->density, scattering.density(to_viewer, to_light))
+                                  : 1.0;
+        candidates_.push_back(
+            {path.index, chosen_from_[index], path.throughput * f * drawn->weight * (to_light.z * weight / chance())});
+        if (drawn->distance == infinity)
+            shadow_rays_.push_back({origin, drawn->direction});
+        else
+            shadow_rays_.push_back({origin, position + drawn->distance * drawn->direction - origin, 0.0, 1.0});
+    }
+
+    void add_candidates()
+    {
+        hidden_.resize(shadow_rays_.size());
+        scene_.test_occlusions(shadow_rays_, hidden_);
+        for (std::size_t i = 0; i < candidates_.size(); ++i)
+            if (!hidden_[i] && !is_hidden_by_light(shadow_rays_[i], candidates_[i].light))
+                results_[candidates_[i].index].radiance += candidates_[i].radiance;
+    }
+
+    /// Lights have no place in the scene, but they end rays as surfaces do. None hides itself.
+    bool is_hidden_by_light(const Ray& shadow_ray, const Emitter* source) const
+    {
+        Ray unit = shadow_ray;
+        const double length = glm::length(unit.direction);
+        unit.direction /= length;
+        unit.t_far *= length;
+        return std::any_of(path_tracer_.lights.begin(), path_tracer_.lights.end(), [&](const Emitter& light) {
+            if (&light == source)
+                return false;
+            if (const auto* rectangle = std::get_if<RectangleLight>(&light))
+                return emission(*rectangle, unit).has_value();
+            if (const auto* sphere = std::get_if<SphereLight>(&light))
+                return emission(*sphere, unit).has_value();
+            return false;
+        });
+    }
+
+    const Scene& scene_;
+    const SurfaceLookup lookup_;
+    const PathTracer& path_tracer_;
+    std::span<RandomSequence> random_;
+    std::span<PathResult> results_;
+    std::vector<const Emitter*> chosen_from_;
+    std::vector<Path> paths_, next_paths_;
+    std::vector<Ray> rays_, next_rays_, shadow_rays_;
+    std::vector<Hit> hits_;
+    std::vector<Candidate> candidates_;
+    std::vector<std::uint8_t> hidden_;
+};
+
+} // namespace
+
+void trace_paths(const Scene& scene, const PathTracer& path_tracer, std::span<const Ray> camera_rays,
+                 std::span<RandomSequence> random, std::span<PathResult> results)
+{
+    PathBatch(scene, path_tracer, camera_rays, random, results).trace();
+}
+
+} // namespace isospline

@@ -1,0 +1,160 @@
+#include "isospline/render/progressive.h"
+
+#include "isospline/math/frame.h"
+#include "isospline/render/path_batch.h"
+#include "isospline/render/renderer.h"
+#include "isospline/scene/scene.h"
+#include "isospline/util/error.h"
+#include "isospline/util/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+/// Pixels along the side of a tile.
+constexpr int tile_side = 16;
+
+/// What of a material a picture of the centres shows: its colour, as albedo.
+Phong unlit(const Material& material)
+{
+    Phong phong;
+    phong.color = material.base_color;
+    phong.lights.emplace();
+    return phong;
+}
+
+RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const glm::vec4& background)
+{
+    RenderOptions options;
+    options.size = size;
+    options.shading = unlit(path_tracer.material);
+    for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
+        options.shading_of_geometry.emplace(geometry_id, unlit(material));
+    options.background = background;
+    return options;
+}
+
+} // namespace
+
+ProgressiveRenderer::ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size,
+                                         PathTracer path_tracer, glm::vec4 background)
+    : scene_(scene), camera_(camera), projection_(camera, size), path_tracer_(std::move(path_tracer)),
+      background_(background)
+{
+    validate(path_tracer_);
+    validate_background(background);
+    reset();
+}
+
+void ProgressiveRenderer::reset(const Camera& camera)
+{
+    projection_ = Projection(camera, projection_.size());
+    camera_ = camera;
+    reset();
+}
+
+void ProgressiveRenderer::reset()
+{
+    centers_ = Image(projection_.size());
+    has_centers_ = false;
+    sums_.assign(centers_.pixel_count(), Sum());
+    tile_samples_.assign(tile_count(), 0);
+}
+
+std::size_t ProgressiveRenderer::tile_count() const
+{
+    const glm::ivec2 tiles = (projection_.size() + tile_side - 1) / tile_side;
+    return static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y);
+}
+
+int ProgressiveRenderer::samples() const
+{
+    return *std::min_element(tile_samples_.begin(), tile_samples_.end());
+}
+
+void ProgressiveRenderer::step(int samples, const Progress& progress)
+{
+    if (samples < 1)
+        throw_invalid("samples", "a number of at least 1", samples);
+    const int wanted = this->samples() + samples;
+    if (!has_centers_) {
+        centers_ = render(scene_, camera_, centers_only(path_tracer_, projection_.size(), background_),
+                          part_of(progress, 0.0, 0.05));
+        has_centers_ = true;
+    }
+    // Sample by sample, so that all of the picture is equally good wherever it is cancelled.
+    const Progress of_samples = part_of(progress, 0.05, 1.0);
+    for (int done = 0; done < samples; ++done)
+        parallel_for(
+            tile_count(), 1,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t tile = begin; tile < end; ++tile)
+                    render_tile(tile, wanted - samples + done + 1);
+            },
+            part_of(of_samples, static_cast<double>(done) / samples, static_cast<double>(done + 1) / samples));
+}
+
+void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
+{
+    const glm::ivec2 size = projection_.size();
+    const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
+    const glm::ivec2 first = tile_side * glm::ivec2(tile % tiles_in_row, tile / tiles_in_row);
+    const glm::ivec2 last = glm::min(first + tile_side, size);
+
+    std::vector<Ray> rays;
+    std::vector<RandomSequence> random;
+    std::vector<PathResult> results;
+    for (int& sample = tile_samples_[tile]; sample < samples; ++sample) {
+        rays.clear();
+        random.clear();
+        for (int y = first.y; y < last.y; ++y)
+            for (int x = first.x; x < last.x; ++x) {
+                RandomSequence sequence({x, y}, static_cast<std::uint32_t>(sample), path_tracer_.seed);
+                const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
+                const double radius = std::sqrt(on_lens.x), angle = 2.0 * pi * on_lens.y;
+                rays.push_back(projection_.ray(glm::dvec2(x, y) + in_pixel,
+                                               radius * glm::dvec2(std::cos(angle), std::sin(angle))));
+                random.push_back(sequence);
+            }
+        results.resize(rays.size());
+        trace_paths(scene_, path_tracer_, rays, random, results);
+
+        std::size_t i = 0;
+        for (int y = first.y; y < last.y; ++y)
+            for (int x = first.x; x < last.x; ++x, ++i) {
+                Sum& sum =
+                    sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)];
+                sum.radiance += results[i].radiance;
+                sum.squares += results[i].radiance * results[i].radiance;
+                sum.covered += results[i].covered;
+            }
+    }
+}
+
+Image ProgressiveRenderer::image() const
+{
+    Image image = centers_;
+    image.variance.assign(image.pixel_count(), glm::vec3(std::numeric_limits<float>::infinity()));
+    const glm::ivec2 size = projection_.size();
+    const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
+    for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) {
+        const auto x = pixel % static_cast<std::size_t>(size.x), y = pixel / static_cast<std::size_t>(size.x);
+        const double n = tile_samples_[y / tile_side * tiles_in_row + x / tile_side];
+        if (n == 0.0)
+            continue;
+        const Sum& sum = sums_[pixel];
+        const glm::dvec3 mean = sum.radiance / n;
+        const double coverage = sum.covered / n, behind = (1.0 - coverage) * static_cast<double>(background_.a);
+        image.color[pixel] = glm::vec4(mean + behind * glm::dvec3(background_), coverage + behind);
+        if (n > 1.0)
+            image.variance[pixel] = glm::vec3(glm::max(sum.squares / n - mean * mean, 0.0) / (n - 1.0));
+    }
+    return image;
+}
+
+} // namespace isospline

@@ -1,0 +1,68 @@
+// Pictures that become better and better.
+#pragma once
+
+#include "isospline/render/camera.h"
+#include "isospline/render/image.h"
+#include "isospline/render/path_tracer.h"
+#include "isospline/render/projection.h"
+#include "isospline/util/progress.h"
+
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace isospline {
+
+class Scene;
+
+/// A path traced picture in the making. After any number of steps its image is the mean of as many samples a pixel, bit
+/// for bit the same for any number of threads and any division into steps.
+///
+/// The scene must live as long as this, and be committed before every step; after a change of it call reset(). One
+/// thread at a time may call.
+class ProgressiveRenderer {
+public:
+    /// Throws std::invalid_argument for a bad path tracer, camera, size or background (as of RenderOptions).
+    ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
+                        glm::vec4 background = glm::vec4(0.0f));
+
+    /// Adds samples to every pixel. Where `progress` returns false it throws Cancelled; tiles that were done then have
+    /// more samples than others, until the next step makes up for it.
+    void step(int samples = 1, const Progress& progress = {});
+
+    /// Begins again; with another camera, or with the same after a change of the scene. Where this throws nothing has
+    /// changed.
+    void reset(const Camera& camera);
+    void reset();
+
+    /// Samples that every pixel has.
+    int samples() const;
+
+    /// The mean over the samples, with the variance of that mean; zero, and infinite, where there are none. All that is
+    /// not colour comes from the ray through the centre of a pixel.
+    Image image() const;
+
+private:
+    /// Sums over the samples of a pixel.
+    struct Sum {
+        glm::dvec3 radiance{0.0}, squares{0.0};
+        double covered = 0.0;
+    };
+
+    void render_tile(std::size_t tile, int samples);
+    std::size_t tile_count() const;
+
+    const Scene& scene_;
+    Camera camera_;
+    Projection projection_;
+    PathTracer path_tracer_;
+    glm::vec4 background_;
+    std::vector<Sum> sums_;         ///< of the pixels of the image
+    std::vector<int> tile_samples_; ///< of every tile
+    Image centers_;                 ///< what the rays through the centres found
+    bool has_centers_ = false;
+};
+
+} // namespace isospline

@@ -1,0 +1,58 @@
+// How surfaces scatter light: a diffuse base below a rough dielectric coat, or a rough conductor.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <optional>
+
+namespace isospline {
+
+/// f = (1 - metallic) base_color / pi (1 - Fd(i)) (1 - Fd(o)) + F(h) D(h) G(i, o) / (4 <n,i> <n,o>)
+///
+/// with the half vector h, Trowbridge and Reitz's distribution D of width roughness^2 (GGX), Smith's height-correlated
+/// masking G, and Schlick's Fresnel term F(c) = F0 + (F90 - F0)(1 - c)^5. A dielectric has F0 = 0.08 specular, 0.04 by
+/// default, a metal has base_color. Light is not made, and what goes one way goes the other: f(i, o) = f(o, i).
+///
+/// With specular = 0 and metallic = 0 it is Lambert's law, exactly.
+struct Material {
+    glm::dvec3 base_color{0.8}; ///< linear, at most 1
+    double metallic = 0.0;      ///< 0 to 1
+    double roughness = 0.5;     ///< 0 to 1; below 0.03 it is taken as that
+    double specular = 0.5;      ///< 0 to 1
+};
+
+/// Throws std::invalid_argument for numbers outside of these ranges.
+void validate(const Material& material);
+
+struct ScatterSample {
+    glm::dvec3 direction{0.0}; ///< unit
+    glm::dvec3 weight{0.0};    ///< f times cosine over density
+    double density = 0.0;      ///< by solid angle
+};
+
+/// A material at a point. Directions are unit, in a frame whose z is the normal, and lead away from the surface.
+class Scattering {
+public:
+    explicit Scattering(const Material& material);
+
+    /// f; zero where either direction is below the surface.
+    glm::dvec3 evaluate(const glm::dvec3& to_viewer, const glm::dvec3& to_light) const;
+    /// Of sample(), by solid angle.
+    double density(const glm::dvec3& to_viewer, const glm::dvec3& to_light) const;
+    /// Draws the direction of light from three numbers in [0, 1): `choice` is that of diffuse or specular. Visible
+    /// normals after E. Heitz, "Sampling the GGX distribution of visible normals", Journal of Computer Graphics
+    /// Techniques 7(4), 2018. Nothing where the direction drawn is below the surface.
+    std::optional<ScatterSample> sample(const glm::dvec3& to_viewer, double choice, const glm::dvec2& u) const;
+
+private:
+    glm::dvec3 fresnel(double cosine) const;
+    /// The part of the light that the coat keeps from the diffuse base.
+    double coat(double cosine) const;
+    double specular_share(double cosine) const;
+
+    glm::dvec3 diffuse_, f0_;
+    double alpha_, coat_f0_, coat_f90_, f90_;
+};
+
+} // namespace isospline

@@ -1,0 +1,125 @@
+"""Path traced pictures that become better and better."""
+
+from __future__ import annotations
+
+from . import _core
+from .image import Image
+
+
+class ProgressiveRenderer:
+    """A path traced picture in the making, for viewers.
+
+    After any number of steps the image is the mean of that many samples a pixel: bit for bit what `render` makes of as
+    many, for any number of threads. Any thread may call; calls wait for each other.
+
+    Parameters
+    ----------
+    scene : Scene
+        After a change of it, or of one of its objects, call `reset`.
+    camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera
+        Where from.
+    size : (int, int)
+        Width and height of the image in pixels.
+    integrator : PathTracer, optional
+        Materials and lights; by default ``PathTracer()``.
+    background : float, (3,) float, (4,) float, optional
+        As for `render`.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+    >>> renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(scene), size=(32, 24))
+    >>> renderer.step()
+    >>> renderer.step(3)
+    >>> renderer.samples
+    4
+    >>> renderer.image
+    Image(32 x 24, ...% covered)
+    >>> renderer.reset(camera=isospline.camera_for(scene, view="top"))
+    >>> renderer.samples
+    0
+    """
+
+    def __init__(self, scene, camera, *, size=(640, 360), integrator=None, background=None):
+        integrator = _core.PathTracer() if integrator is None else integrator
+        self._renderer = _core.ProgressiveRenderer(
+            scene, camera, size=size, integrator=integrator, background=background
+        )
+
+    def step(self, samples=1, *, progress=None):
+        """Add samples to every pixel.
+
+        Parameters
+        ----------
+        samples : int
+            At least 1.
+        progress : callable, optional
+            Called with the finished fraction a few times a second; stops the step by returning False.
+
+        Raises
+        ------
+        Cancelled
+            Where `progress` returned False. Parts of the picture then are ahead of others, until the next step.
+        RuntimeError
+            Where the scene has changed since the first step: call `reset`.
+        """
+        self._renderer.step(samples, progress=progress)
+
+    def reset(self, *, camera=None):
+        """Begin again, with another camera or, after a change of the scene, with the same one."""
+        self._renderer.reset(camera)
+
+    @property
+    def image(self):
+        """The picture so far, an `Image` of its own; before the first step it is empty."""
+        return Image(self._renderer.image())
+
+    @property
+    def samples(self):
+        """Samples that every pixel has."""
+        return self._renderer.samples
+
+
+def render_progressive(scene, camera, *, size=(640, 360), integrator=None, background=None, samples=None):
+    """Iterate over ever better path traced images of a scene.
+
+    Samples double from image to image, so that each is better to see than the one before. Leave the loop, or close the
+    generator, to stop.
+
+    Parameters
+    ----------
+    scene, camera, size, integrator, background
+        As for `ProgressiveRenderer`.
+    samples : int, optional
+        Samples a pixel of the last image; by default there is no last one.
+
+    Yields
+    ------
+    Image
+        Of 1, 2, 4, 8 ... samples a pixel.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+    >>> camera = isospline.camera_for(scene)
+    >>> for image in isospline.render_progressive(scene, camera, size=(32, 24)):
+    ...     if image.variance.max() < 1e-2:
+    ...         break
+    """
+    if samples is not None and samples < 1:
+        raise ValueError(f"samples: expected None or a number of at least 1, got {samples}")
+    renderer = ProgressiveRenderer(scene, camera, size=size, integrator=integrator, background=background)
+    return _images(renderer, samples)
+
+
+def _images(renderer, samples):
+    while samples is None or renderer.samples < samples:
+        more = max(1, renderer.samples)
+        renderer.step(more if samples is None else min(more, samples - renderer.samples))
+        yield renderer.image

@@ -1,0 +1,149 @@
+"""Progressive rendering: the same picture however it is divided, variance, cancellation, other cameras."""
+
+import time
+
+import numpy as np
+import pytest
+
+import isospline
+
+SIZE = (70, 50)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    field = isospline.volumes.torus()
+    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    floor = isospline.Mesh([[-3, -3, -1], [3, -3, -1], [3, 3, -1], [-3, 3, -1]], [[0, 1, 2], [0, 2, 3]])
+    return isospline.Scene([isospline.Isosurface(volume, field.level), floor])
+
+
+@pytest.fixture(scope="module")
+def camera(scene):
+    return isospline.PerspectiveCamera((2, -5, 3), (0, 0, -0.3), field_of_view=40)
+
+
+INTEGRATOR = isospline.PathTracer(
+    isospline.Material((0.9, 0.7, 0.5), roughness=0.3),
+    lights=[isospline.SphereLight((2, -2, 3), 0.5, radiance=20), isospline.EnvironmentLight(0.3)],
+)
+
+
+def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
+    whole = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=5)
+    try:
+        isospline.set_thread_count(1)
+        renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR)
+        for samples in (1, 3, 1):
+            renderer.step(samples)
+    finally:
+        isospline.set_thread_count(0)
+    assert renderer.samples == 5
+    for name in ("color", "variance", "depth", "position", "normal", "geometry_ids", "primitive_ids"):
+        assert getattr(renderer.image, name).tobytes() == getattr(whole, name).tobytes(), name
+
+
+def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
+    traced = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR)
+    plain = isospline.render(scene, camera, size=SIZE)
+    for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids", "world_to_camera", "world_to_ndc"):
+        np.testing.assert_array_equal(getattr(traced, name), getattr(plain, name))
+    assert plain.variance is None
+    assert np.isinf(traced.variance).all()  # of one sample nothing is known
+
+
+def test_variance_is_that_of_independent_pictures(scene, camera):
+    images = [
+        isospline.render(
+            scene, camera, size=SIZE, samples=8, integrator=isospline.PathTracer(lights=INTEGRATOR.lights, seed=seed)
+        )
+        for seed in range(40)
+    ]
+    told = np.mean([image.variance for image in images], axis=0)
+    found = np.var([image.color[..., :3] for image in images], axis=0, ddof=1)
+    assert found.sum() == pytest.approx(told.sum(), rel=0.1)
+    blocks = [part[:50, :70].reshape(5, 10, 7, 10, 3).mean((1, 3, 4)) for part in (told, found)]
+    np.testing.assert_allclose(blocks[1], blocks[0], rtol=0.5, atol=1e-5)
+
+
+def test_images_become_better(scene, camera):
+    best = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=512).color
+    errors, before = [], None
+    for image in isospline.render_progressive(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=100):
+        assert before is None or (before.color != image.color).any()  # each is an image of its own
+        before = image
+        errors.append(np.sqrt(((image.color - best) ** 2).mean()))
+    assert len(errors) == 8  # 1, 2, 4 ... 64, 100
+    assert errors == sorted(errors, reverse=True)
+    assert 6 < errors[0] / errors[6] < 11  # 64 samples: an eighth
+
+
+def test_the_iterator_is_lazy_and_can_be_closed(scene, camera):
+    images = isospline.render_progressive(scene, camera, size=SIZE)
+    next(images)
+    images.close()
+    with pytest.raises(StopIteration):
+        next(images)
+    with pytest.raises(ValueError, match="^samples: expected"):
+        isospline.render_progressive(scene, camera, samples=0)
+    with pytest.raises(ValueError, match="^size: expected"):
+        isospline.render_progressive(scene, camera, size=(0, 1))
+
+
+def test_reset_begins_again(scene, camera):
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR)
+    renderer.step(2)
+    first = renderer.image.color
+    other = isospline.camera_for(scene, view="top")
+    renderer.reset(camera=other)
+    assert renderer.samples == 0 and not renderer.image.color.any()
+    renderer.step(2)
+    expected = isospline.render(scene, other, size=SIZE, integrator=INTEGRATOR, samples=2)
+    np.testing.assert_array_equal(renderer.image.color, expected.color)
+    np.testing.assert_array_equal(renderer.image.world_to_ndc, expected.world_to_ndc)
+
+    renderer.reset(camera=camera)
+    with pytest.raises(ValueError):
+        renderer.reset(camera=isospline.PerspectiveCamera((0, 0, 0), (0, 0, 0)))
+    renderer.step(2)
+    np.testing.assert_array_equal(renderer.image.color, first)
+
+
+def test_a_change_of_the_scene_is_noticed():
+    field = isospline.volumes.sphere(0.5)
+    surface = isospline.Isosurface(isospline.Volume(field.samples(16), **field.grid(16)), field.level)
+    scene = isospline.Scene([surface])
+    camera = isospline.PerspectiveCamera((0, -4, 0), (0, 0, 0))
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(20, 20))
+    renderer.step()
+    before = np.isfinite(renderer.image.depth).sum()
+    surface.level += 0.1
+    with pytest.raises(RuntimeError, match="scene has changed"):
+        renderer.step()
+    renderer.reset()
+    renderer.step()
+    assert np.isfinite(renderer.image.depth).sum() != before
+
+
+def test_a_cancelled_step_is_made_up_for(scene, camera):
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(400, 300), integrator=INTEGRATOR)
+    started = time.monotonic()
+    with pytest.raises(isospline.Cancelled):
+        renderer.step(10**6, progress=lambda fraction: False)
+    assert time.monotonic() - started < 60
+    renderer.step(1)
+    assert renderer.samples >= 1
+    assert np.isfinite(renderer.image.color).all()
+
+
+def test_variance_is_in_the_file(scene, camera, tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
+    image = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=3)
+    image.write(tmp_path / "traced.exr")
+    with openexr.File(str(tmp_path / "traced.exr"), separate_channels=True) as file:
+        channels = file.channels()
+        for axis, name in enumerate("RGB"):
+            np.testing.assert_array_equal(channels[f"variance.{name}"].pixels, image.variance[..., axis])
+    isospline.render(scene, camera, size=SIZE).write(tmp_path / "plain.exr")
+    with openexr.File(str(tmp_path / "plain.exr"), separate_channels=True) as file:
+        assert "variance.R" not in file.channels()
