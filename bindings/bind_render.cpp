@@ -63,6 +63,7 @@ py::array_t<Value> view(const py::object& image, std::vector<Element> Image::*ar
 void bind_image(py::module_& module)
 {
     py::class_<Image>(module, "Image", "The arrays of an image; isospline.Image has the rest.")
+        .def("copy", [](const Image& image) { return std::make_unique<Image>(image); })
         .def_property_readonly("color", [](const py::object& self) { return view<float>(self, &Image::color); })
         .def_property_readonly("depth", [](const py::object& self) { return view<float>(self, &Image::depth); })
         .def_property_readonly("position", [](const py::object& self) { return view<float>(self, &Image::position); })

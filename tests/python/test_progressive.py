@@ -1,6 +1,8 @@
 """Progressive rendering: the same picture however it is divided, variance, cancellation, other cameras."""
 
+import sys
 import time
+import types
 
 import numpy as np
 import pytest
@@ -134,6 +136,42 @@ def test_a_cancelled_step_is_made_up_for(scene, camera):
     renderer.step(1)
     assert renderer.samples >= 1
     assert np.isfinite(renderer.image.color).all()
+
+
+def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
+    """Without the package: what it is called with, and what becomes of what it returns."""
+    image = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=2)
+    color = image.color.copy()
+    calls = []
+
+    def denoise(color, **options):
+        calls.append((color, options))
+        return np.full_like(color, 0.25)
+
+    monkeypatch.setitem(sys.modules, "pyoidn", types.SimpleNamespace(denoise=denoise))
+    result = image.denoise()
+    ((given, options),) = calls
+    np.testing.assert_array_equal(given, color[..., :3])
+    assert options == {"hdr": True} and given.dtype == np.float32
+    assert (result.color[..., :3] == 0.25).all()
+    np.testing.assert_array_equal(result.color[..., 3], color[..., 3])
+    np.testing.assert_array_equal(result.depth, image.depth)
+    np.testing.assert_array_equal(image.color, color)
+
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    with pytest.raises(ImportError, match="pip install pyoidn"):
+        image.denoise()
+
+
+def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
+    pytest.importorskip("pyoidn", reason="pyoidn is not installed")
+    size = (160, 120)
+    noisy = isospline.render(scene, camera, size=size, integrator=INTEGRATOR, samples=4)
+    best = isospline.render(scene, camera, size=size, integrator=INTEGRATOR, samples=256)
+    before, after = (
+        np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise())
+    )
+    assert after < 0.5 * before
 
 
 def test_variance_is_in_the_file(scene, camera, tmp_path):
