@@ -1,0 +1,30 @@
+"""Hard shadows of Phong's lights, and ambient occlusion: what lies between a point and its light hides it."""
+
+from pathlib import Path
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=96, size=(640, 480), folder="out"):
+    field = volumes.heart()
+    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
+    scene = isospline.Scene([isospline.Isosurface(volume, field.level), floor])
+    camera = isospline.PerspectiveCamera(eye=(1.5, -6, 2.5), target=(0, 0, -0.2), field_of_view=28)
+
+    lights = [isospline.PositionalLight((-4, -4, 6)), isospline.DirectionalLight((-1, 0.4, -1.2), intensity=0.3)]
+    shading = {
+        0: isospline.Phong(color=(0.85, 0.15, 0.15), lights=lights, shadows=True),
+        1: isospline.Phong(color=(0.8, 0.8, 0.75), specular=0, lights=lights, shadows=True),
+    }
+    Path(folder).mkdir(exist_ok=True)
+    image = isospline.render(scene, camera, size=size, shading=shading, samples=4)
+    image.write(Path(folder) / "120-shadows.png")
+    sky = isospline.AmbientOcclusion(samples=64)
+    image = isospline.render(scene, camera, size=size, shading=sky)
+    image.write(Path(folder) / "120-ambient-occlusion.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,37 @@
+"""Materials, lamps with an area and an environment: light on all paths, until its noise is small."""
+
+from pathlib import Path
+
+import numpy as np
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=96, size=(640, 480), folder="out"):
+    field = volumes.heart()
+    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
+    scene = isospline.Scene([isospline.Isosurface(volume, field.level), floor])
+    camera = isospline.PerspectiveCamera(eye=(1.5, -6, 2.5), target=(0, 0, -0.2), field_of_view=28)
+
+    sky = np.linspace((0.5, 0.65, 0.9), (0.25, 0.22, 0.2), 16)[:, None].repeat(32, axis=1)  # from blue to brown
+    integrator = isospline.PathTracer(
+        materials={
+            0: isospline.Material((0.75, 0.04, 0.04), roughness=0.25),
+            1: isospline.Material((0.7, 0.7, 0.65), roughness=0.6),
+        },
+        lights=[
+            isospline.RectangleLight((-5, -5, 5), (0, 2, 1), (2, 0, 0), radiance=25),
+            isospline.EnvironmentLight(image=sky, visible=True),
+        ],
+    )
+    for image in isospline.render_progressive(scene, camera, size=size, integrator=integrator, samples=256):
+        if np.sqrt(image.variance.mean()) < 0.015:
+            break
+    Path(folder).mkdir(exist_ok=True)
+    image.write(Path(folder) / "130-path-tracing.png")
+
+
+if __name__ == "__main__":
+    main()
