@@ -93,7 +93,7 @@ public:
     {
         for (int bounce = 0; !paths_.empty(); ++bounce) {
             hits_.resize(rays_.size());
-            scene_.cast_rays(rays_, hits_);
+            scene_.cast_rays(rays_, hits_, bounce == 0);
             next_paths_.clear();
             next_rays_.clear();
             candidates_.clear();
