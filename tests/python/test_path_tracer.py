@@ -112,6 +112,22 @@ def test_even_light_on_a_plane_is_the_integral(material, angle):
     assert_means(image, albedo(material, direction) * (1.0, 0.5, 2.0), 1e-3)
 
 
+def test_colors_at_vertices_tint_the_material():
+    """Lambert's law in even light sends back the colour, which is linear here from corner to corner of a square."""
+    tint = np.array([(0.2, 1, 0.5), (0.8, 1, 0.5), (0.8, 0.3, 0.5), (0.2, 0.3, 0.5)])
+    corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0.0)])
+    scene = isospline.Scene([isospline.Mesh(corners, FLOOR.faces, colors=tint)])
+    camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=8)
+    base = np.array((0.9, 0.6, 0.3))
+    integrator = isospline.PathTracer(isospline.Material(base, specular=0))
+    image = isospline.render(scene, camera, size=(40, 40), integrator=integrator, samples=4)
+    x, y = (image.position[..., axis, None].astype(float) for axis in (0, 1))
+    expected = base * np.concatenate([0.5 + 0.06 * x, 0.65 - 0.07 * y, 0.5 + 0 * x], axis=-1)
+    np.testing.assert_allclose(image.albedo, expected, atol=1e-6)
+    # Samples are up to half a pixel, 0.1, from its centre.
+    assert (np.abs(image.color[..., :3] - expected) < base * (0.006, 0.007, 0) + 1e-6).all()
+
+
 def sphere_mesh():
     golden = (1 + 5**0.5) / 2
     vertices = np.array([(0, i, j * golden) for i in (-1, 1) for j in (-1, 1)], float)

@@ -1,5 +1,7 @@
 """Hard shadows and ambient occlusion against closed forms."""
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -110,6 +112,35 @@ def test_openness_outside_and_inside_of_a_ball():
         hit = image.geometry_ids == 0
         assert hit.sum() > 1000
         assert (image.color[hit][:, :3] == openness).all()
+
+
+RAMP = [(1, 0, 0), (0, 1, 0.5)]
+ALONG_X = isospline.Volume(np.broadcast_to(np.linspace(0, 1, 60), (60, 60, 60)).copy(), origin=(-30, -30, -10))
+COLORS = [
+    isospline.ColorByNormal(),
+    isospline.ColorByDepth(RAMP),
+    isospline.ColorByCurvature("mean", RAMP, limits=(-0.5, 0.5)),
+    isospline.ColorByVolume(ALONG_X, RAMP),
+]
+
+
+@pytest.mark.parametrize("color", COLORS, ids=lambda color: type(color).__name__)
+def test_what_is_hidden_does_not_depend_on_colors(color):
+    """A surface's colour is a factor of its diffuse light and of an even sky's, whatever is in between."""
+    corners = np.array([(0.2, 0.4, 0.8), (1, 1, 1), (0.5, 0.1, 0.3), (0.9, 0.6, 0)])
+    floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, colors=corners)
+    lights = [isospline.PositionalLight((-5, 8, 40)), isospline.DirectionalLight((0.3, 0.2, -1), intensity=0.5)]
+    matte = dict(ambient=0.1, diffuse=0.7, specular=0, lights=lights, shadows=True)
+
+    for make in (functools.partial(isospline.Phong, **matte), functools.partial(isospline.AmbientOcclusion, 8)):
+        plain, colored = (
+            isospline.render(isospline.Scene([mesh, ball()]), CAMERA, size=SIZE, shading=make(color=of_surface))
+            for mesh, of_surface in ((FLOOR, 1.0), (floor, color))
+        )
+        surfaces = plain.geometry_ids != isospline.INVALID_ID
+        assert len(np.unique(plain.color[surfaces, 0])) > 5 and np.ptp(colored.albedo[surfaces], axis=0).min() > 0.2
+        expected = plain.color[surfaces, :3] * colored.albedo[surfaces]
+        np.testing.assert_allclose(colored.color[surfaces, :3], expected, atol=1e-6)
 
 
 def test_threads_do_not_change_shadows_and_occlusion():
