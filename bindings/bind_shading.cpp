@@ -120,8 +120,7 @@ Examples
                          double specular_exponent, const py::object& ambient_light,
                          std::optional<std::vector<Light>> lights, bool two_sided, bool shadows) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
-                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided,
-                                      shadows});
+                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,

@@ -46,7 +46,7 @@ struct Image {
     std::vector<glm::vec2> curvature;         ///< mean and Gaussian, or empty; zero on a miss and for meshes
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
-    std::vector<glm::vec3> variance; ///< of red, green and blue, where they are estimates: empty unless path traced
+    std::vector<glm::vec3> variance;          ///< of the colour, where it is an estimate; empty unless path traced
 
     glm::dmat4 world_to_camera{1.0};        ///< as Projection::world_to_camera()
     std::optional<glm::dmat4> world_to_ndc; ///< as Projection::world_to_ndc()

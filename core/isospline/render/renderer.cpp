@@ -34,8 +34,8 @@ glm::ivec2 z_order(int i)
 class Renderer {
 public:
     /// Without a scene there is no visibility.
-    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene,
-             const Camera& camera, const RenderOptions& options)
+    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene, const Camera& camera,
+             const RenderOptions& options)
         : cast_rays_(cast_rays),
           complete_point_(complete_point),
           scene_(scene),

@@ -15,7 +15,7 @@ namespace isospline {
 struct AmbientOcclusion {
     int samples = 16;                                          ///< rays a hit
     double distance = std::numeric_limits<double>::infinity(); ///< of what can still cover the sky, world units
-    Color color = glm::dvec3(1.0); ///< of the surface
+    Color color = glm::dvec3(1.0);                             ///< of the surface
 };
 
 /// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, and a
