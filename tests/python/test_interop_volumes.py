@@ -298,7 +298,10 @@ def test_stub_has_the_arguments_of_the_conversions(repository):
         for node in owner.body:
             if not (isinstance(node, ast.FunctionDef) and node.name.startswith("from_")):
                 continue
-            function = getattr(getattr(isospline, owner.name), node.name).__func__
+            method = getattr(getattr(isospline, owner.name), node.name)
+            if not inspect.ismethod(method):
+                continue  # of the compiled module, which test_codebase.py compares
+            function = method.__func__
             arguments = [argument.arg for argument in (*node.args.args, node.args.kwarg)]
             assert arguments == list(inspect.signature(function).parameters)
             assert (function.__name__, function.__qualname__) == (node.name, f"{owner.name}.{node.name}")
