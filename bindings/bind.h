@@ -7,6 +7,7 @@ namespace isospline {
 
 void bind_volume(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
+void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
 void bind_secondary_rays(pybind11::module_& module);

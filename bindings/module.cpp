@@ -10,6 +10,7 @@ PYBIND11_MODULE(_core, module)
         "Raised by an operation whose progress callable returned False.";
     isospline::bind_volume(module);
     isospline::bind_isosurface(module);
+    isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
     isospline::bind_scene(module);
     isospline::bind_secondary_rays(module);

@@ -18,6 +18,8 @@
 #include "isospline/shade/phong.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/spline/volume.h"
+#include "isospline/trace/closest_point.h"
+#include "isospline/trace/contains.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/hopper.h"
 #include "isospline/util/error.h"

@@ -112,6 +112,13 @@ class Shell:
     @property
     def memory(self) -> int: ...
 
+class _ClosestPoints(TypedDict):
+    points: NDArray[np.float64]
+    distances: NDArray[np.float64]
+    error_bounds: NDArray[np.float64]
+    primitive_ids: NDArray[np.uint32]
+    primitive_normals: NDArray[np.float64]
+
 class Isosurface:
     def __init__(
         self,
@@ -126,6 +133,13 @@ class Isosurface:
         inside: Literal["above", "below"] = "above",
         progress: _Progress = None,
     ) -> None: ...
+    def closest_points(
+        self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
+    ) -> _ClosestPoints: ...
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
+    def signed_distance(
+        self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
+    ) -> NDArray[np.float64]: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
     @property
     def inside(self) -> Literal["above", "below"]: ...

@@ -58,19 +58,22 @@ std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_
     return inside;
 }
 
+bool is_cut_by_mask(const glm::ivec3& cell, const Mask& mask, const Volume& volume)
+{
+    const glm::vec<3, std::size_t> shape(volume.shape()), first(cell);
+    const int samples = volume.degree() % 2 == 0 ? 1 : 2;
+    for (int sample = 0; sample < samples * samples * samples; ++sample) {
+        const std::size_t i = first.x + (sample & 1), j = first.y + (sample >> 1 & 1), k = first.z + (sample >> 2);
+        if (mask[i + shape.x * (j + shape.y * k)] == 0)
+            return true;
+    }
+    return false;
+}
+
 void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const Volume& volume)
 {
-    const glm::vec<3, std::size_t> shape(volume.shape());
-    const int samples = volume.degree() % 2 == 0 ? 1 : 2;
-    remove_cells(cells, [&](int x, int y, int z) {
-        const glm::vec<3, std::size_t> cell(brick.first + glm::ivec3(x, y, z));
-        for (int sample = 0; sample < samples * samples * samples; ++sample) {
-            const std::size_t i = cell.x + (sample & 1), j = cell.y + (sample >> 1 & 1), k = cell.z + (sample >> 2);
-            if (mask[i + shape.x * (j + shape.y * k)] == 0)
-                return true;
-        }
-        return false;
-    });
+    remove_cells(cells,
+                 [&](int x, int y, int z) { return is_cut_by_mask(brick.first + glm::ivec3(x, y, z), mask, volume); });
 }
 
 void cut_by_half_space(BrickCells& cells, const Brick& brick, const HalfSpace& half_space_lattice)

@@ -37,6 +37,9 @@ std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_
 /// on (even degrees) or that is one of its corners (odd degrees, the rule of VTK's blanking).
 using Mask = std::vector<std::uint8_t>;
 
+/// Whether a mask cuts a cell away.
+bool is_cut_by_mask(const glm::ivec3& cell, const Mask& mask, const Volume& volume);
+
 /// Takes the cells that a mask cuts away out of a set.
 void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const Volume& volume);
 

@@ -1,11 +1,14 @@
 #include "isospline/shell/shell.h"
 
+#include "isospline/shell/cell_tree.h"
 #include "isospline/shell/prune.h"
 #include "isospline/shell/signs.h"
 #include "isospline/shell/value_bounds.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
+#include <mutex>
+#include <optional>
 #include <span>
 
 namespace isospline {
@@ -55,8 +58,18 @@ void prune_bricks(const Volume& volume, double threshold, const ShellOptions& op
 
 } // namespace
 
+struct Shell::LazyTree {
+    std::once_flag once;
+    std::optional<CellTree> tree;
+};
+
+Shell::Shell() : tree_(std::make_shared<LazyTree>())
+{
+}
+
 Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
              const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
+    : Shell()
 {
     if (options.prune_depth < 0 || options.prune_depth > 6)
         throw_invalid("prune_depth", "0 to 6", options.prune_depth);
@@ -102,6 +115,12 @@ Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, 
             });
         }
     });
+}
+
+const CellTree& Shell::tree() const
+{
+    std::call_once(tree_->once, [&] { tree_->tree.emplace(cells_); });
+    return *tree_->tree;
 }
 
 } // namespace isospline

@@ -8,11 +8,13 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <tuple>
 #include <vector>
 
 namespace isospline {
 
+class CellTree;
 class ValueBounds;
 
 /// The indices of a cell; a volume has at most 65535 cells along an axis.
@@ -40,7 +42,7 @@ struct ShellOptions {
 /// neighbours in space.
 class Shell {
 public:
-    Shell() = default;
+    Shell();
     /// `threshold` is level - volume.offset(); `clip_lattice` is in lattice space, its normals have length one, and it
     /// removes cells wholly outside. Throws std::invalid_argument for a depth outside of 0-6.
     Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
@@ -49,9 +51,14 @@ public:
     const std::vector<Cell>& cells() const { return cells_; }
     std::size_t count() const { return cells_.size(); }
     std::size_t memory() const { return cells_.capacity() * sizeof(Cell); }
+    /// Built by the first call, which may come from any thread; copies of a shell have it in common.
+    const CellTree& tree() const;
 
 private:
+    struct LazyTree;
+
     std::vector<Cell> cells_;
+    std::shared_ptr<LazyTree> tree_;
 };
 
 } // namespace isospline

@@ -1,0 +1,269 @@
+#include "arrays.h"
+#include "bind.h"
+#include "long_call.h"
+
+#include "isospline/trace/closest_point.h"
+#include "isospline/trace/contains.h"
+#include "isospline/trace/lattice_metric.h"
+#include "isospline/util/check.h"
+#include "isospline/util/parallel.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+constexpr const char* contains_doc = R"(Whether points are in the solid that the surface bounds.
+
+.. math:: f(\mathbf{x}) > f_0, \text{ or } f(\mathbf{x}) < f_0 \text{ for } \texttt{inside="below"}
+
+Parameters
+----------
+points : (..., 3) array_like, world units
+
+Returns
+-------
+(...) bool array
+    The sign of :math:`f - f_0`, evaluated in float64. What `clip` or `mask` cut away is outside, and so is all that is
+    not in `volume.bounds`, whatever the boundary rule makes of it. A point of the surface itself is outside.
+
+Raises
+------
+ValueError
+    For a point that is not finite.
+
+Examples
+--------
+>>> import isospline
+>>> field = isospline.volumes.sphere(0.7)
+>>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> isospline.Isosurface(volume, field.level).contains([(0, 0, 0), (0.6, 0, 0), (0.8, 0, 0), (5, 0, 0)])
+array([ True,  True, False, False])
+)";
+
+constexpr const char* closest_points_doc = R"(The points of the surface that are nearest to given points.
+
+Branch and bound over the cells of the shell and parts of them [1]_: a part is left out only where its Bernstein
+coefficients prove that the surface is not in it, or that it is not nearer there. What is found is the global minimum,
+to the error bound that comes with it.
+
+Parameters
+----------
+points : (..., 3) array_like, world units
+max_distance : float, world units
+    Farther parts of the surface are not looked for: a small one saves most of the time.
+tolerance : float, world units, optional
+    The error bound that the search aims at; by default a millionth of the shortest edge of a voxel.
+
+Returns
+-------
+dict
+    `points`, (..., 3) float64: on the surface, to some 1e-11 of a voxel; not a number where there is none within
+    `max_distance`. `distances`, (...) float64: to these; infinite where there is none. `error_bounds`, (...) float64:
+    no part of the surface is nearer than ``minimum(distances, max_distance) - error_bounds``, up to rounding.
+    `primitive_ids`, (...) uint32: rows of `shell.cells`, or INVALID_ID. `primitive_normals`, (..., 3) float64: unit,
+    outward; zero where there is none, or the gradient vanishes.
+
+Raises
+------
+ValueError
+    For a point that is not finite or has a coordinate above 1e100, and for a negative distance or tolerance.
+
+Notes
+-----
+What `mask` and `clip` cut away is not there; the nearest point may lie on the rim of a cut, or of the volume, but not
+on the cut's plane. The error bound is above the tolerance only where too many parts of the surface are almost equally
+near, as in the centre of a sphere: the search ends after 16384 parts.
+
+The bound is one on the distance. A point of the surface that is farther by e than the nearest, at a distance d, may be
+some sqrt(2 e d) away from it; most points are nevertheless found to rounding, as Newton's method ends at them.
+
+The first call at a level builds a tree of the shell.
+
+References
+----------
+.. [1] A. H. Land, A. G. Doig, "An automatic method of solving discrete programming problems", Econometrica 28, 1960.
+
+Examples
+--------
+>>> import isospline
+>>> field = isospline.volumes.sphere(0.7)
+>>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> surface = isospline.Isosurface(volume, field.level)
+>>> nearest = surface.closest_points([(0.2, 0, 0), (0, 0, 3)])
+>>> nearest["distances"].round(4)
+array([0.5, 2.3])
+>>> nearest["points"].round(4) + 0.0
+array([[0.7, 0. , 0. ],
+       [0. , 0. , 0.7]])
+>>> bool((nearest["error_bounds"] < 1e-7).all())
+True
+)";
+
+constexpr const char* signed_distance_doc = R"(Distances of points from the surface, negative inside.
+
+Parameters
+----------
+points : (..., 3) array_like, world units
+max_distance, tolerance : float, world units
+    As of `closest_points`.
+
+Returns
+-------
+(...) float64 array
+    The distance that `closest_points` returns, with the sign that `contains` returns; plus or minus infinity where the
+    surface is farther than `max_distance`.
+
+Warns
+-----
+UserWarning
+    Where distances may be too large by more than the tolerance. `closest_points` has an error bound for each.
+
+Notes
+-----
+The distance is that from the surface f = level alone, also where the solid ends at a cut or at the volume's border.
+
+Examples
+--------
+>>> import isospline
+>>> field = isospline.volumes.torus(0.6, 0.25)
+>>> volume = isospline.Volume(field.samples(64), **field.grid(64))
+>>> surface = isospline.Isosurface(volume, field.level)
+>>> surface.signed_distance([(0.6, 0, 0.1), (0.6, 0, 0.5), (0.2, 0, 0)]).round(3)
+array([-0.15,  0.25,  0.15])
+)";
+
+/// Throws where a point is not finite.
+void check_points(const RowArray& points)
+{
+    for (std::size_t row = 0; row < points.count(); ++row)
+        if (const glm::dvec3 point = points.vector(row); !is_finite(point))
+            throw_invalid("points", "finite numbers", to_text(point) + " in point " + std::to_string(row));
+}
+
+py::array_t<bool> contains_points(const Isosurface& surface, const py::object& points)
+{
+    const RowArray rows(points, "points", 3);
+    auto result = new_array<bool>(rows.leading_shape());
+    bool* const to = result.mutable_data();
+    long_call(py::none(), [&](const Progress& progress) {
+        check_points(rows);
+        parallel_for(
+            rows.count(), 4096,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t row = begin; row < end; ++row)
+                    to[row] = contains(surface, rows.vector(row));
+            },
+            progress);
+    });
+    return result;
+}
+
+/// Calls `visit(row, closest point)` in parallel for all points, without the GIL.
+template <typename Visit>
+void for_each_closest_point(const Isosurface& surface, const RowArray& points, double max_distance,
+                            const std::optional<double>& tolerance, const Visit& visit)
+{
+    ClosestPointOptions options;
+    options.max_distance = max_distance;
+    if (tolerance) {
+        check_positive("tolerance", *tolerance);
+        options.tolerance = *tolerance;
+    }
+    long_call(py::none(), [&](const Progress& progress) {
+        check_points(points);
+        constexpr double largest = 1e100; // squares are finite
+        for (std::size_t row = 0; row < points.count(); ++row)
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                if (std::abs(points(row, axis)) > largest)
+                    throw_invalid("points", "coordinates of at most 1e100",
+                                  to_text(points.vector(row)) + " in point " + std::to_string(row));
+        ClosestPointFinder check(surface, options); // of the options, also where there are no points
+        parallel_for(
+            points.count(), 8,
+            [&](std::size_t begin, std::size_t end) {
+                ClosestPointFinder find(surface, options);
+                for (std::size_t row = begin; row < end; ++row)
+                    visit(row, find(points.vector(row)));
+            },
+            progress);
+    });
+}
+
+py::dict closest_points(const Isosurface& surface, const py::object& points, double max_distance,
+                        const std::optional<double>& tolerance)
+{
+    const RowArray rows(points, "points", 3);
+    const Shape shape = rows.leading_shape();
+    auto positions = new_array<double>(shape, {3}), normals = new_array<double>(shape, {3});
+    auto distances = new_array<double>(shape), errors = new_array<double>(shape);
+    auto ids = new_array<std::uint32_t>(shape);
+    double *const to_position = positions.mutable_data(), *const to_normal = normals.mutable_data(),
+                  *const to_distance = distances.mutable_data(), *const to_error = errors.mutable_data();
+    std::uint32_t* const to_id = ids.mutable_data();
+    for_each_closest_point(surface, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
+        std::copy_n(&closest.position[0], 3, to_position + 3 * row);
+        std::copy_n(&closest.normal[0], 3, to_normal + 3 * row);
+        to_distance[row] = closest.distance;
+        to_error[row] = closest.error;
+        to_id[row] = closest.primitive_id;
+    });
+    py::dict result;
+    result["points"] = positions;
+    result["distances"] = distances;
+    result["error_bounds"] = errors;
+    result["primitive_ids"] = ids;
+    result["primitive_normals"] = normals;
+    return result;
+}
+
+py::array_t<double> signed_distance(const Isosurface& surface, const py::object& points, double max_distance,
+                                    const std::optional<double>& tolerance)
+{
+    const RowArray rows(points, "points", 3);
+    auto result = new_array<double>(rows.leading_shape());
+    double* const to = result.mutable_data();
+    std::atomic<std::size_t> uncertain = 0;
+    const double aim =
+        tolerance.value_or(1e-6 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge) * (1.0 + 1e-6);
+    for_each_closest_point(surface, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
+        to[row] = contains(surface, rows.vector(row)) ? -closest.distance : closest.distance;
+        uncertain += closest.error > aim;
+    });
+    if (uncertain > 0) {
+        std::ostringstream text;
+        text << uncertain << " of " << rows.count() << " distances may be too large by more than the tolerance, " << aim
+             << ": see the error bounds of closest_points";
+        if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
+            throw py::error_already_set();
+    }
+    return result;
+}
+
+} // namespace
+
+void bind_point_queries(py::module_& module)
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
+    surface.def("contains", &contains_points, py::arg("points"), contains_doc)
+        .def("closest_points", &closest_points, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
+             py::arg("tolerance") = py::none(), closest_points_doc)
+        .def("signed_distance", &signed_distance, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
+             py::arg("tolerance") = py::none(), signed_distance_doc);
+}
+
+} // namespace isospline

@@ -1,0 +1,68 @@
+// Polynomials of three variables in tensor Bernstein form on the unit cube: the sum over i, j, k of b_ijk B_i(x) B_j(y)
+// B_k(z).
+#pragma once
+
+#include "isospline/math/bernstein.h"
+
+#include <array>
+#include <cstddef>
+
+namespace isospline {
+
+/// b_ijk is item i + (Degree + 1) (j + (Degree + 1) k).
+template <int Degree>
+using BernsteinBox = std::array<double, static_cast<std::size_t>((Degree + 1) * (Degree + 1) * (Degree + 1))>;
+
+/// The item of b_ijk.
+template <int Degree>
+constexpr std::size_t bernstein_item(int i, int j, int k)
+{
+    return static_cast<std::size_t>(i + (Degree + 1) * (j + (Degree + 1) * k));
+}
+
+/// Calls `map(row)` with each row of coefficients along an axis, which it may change.
+template <int Degree, typename Map>
+inline void map_rows(BernsteinBox<Degree>& b, int axis, Map map)
+{
+    constexpr std::size_t count = Degree + 1;
+    const std::size_t stride = axis == 0 ? 1 : axis == 1 ? count : count * count;
+    const std::size_t across = axis == 0 ? count : 1, slice = axis == 2 ? count : count * count;
+    for (std::size_t second = 0; second < count; ++second)
+        for (std::size_t first = 0; first < count; ++first) {
+            double* const from = b.data() + first * across + second * slice;
+            Bernstein<Degree> row;
+            for (std::size_t i = 0; i < count; ++i)
+                row[i] = from[i * stride];
+            map(row);
+            for (std::size_t i = 0; i < count; ++i)
+                from[i * stride] = row[i];
+        }
+}
+
+/// The polynomial on one half of the cube, cut across an axis, as one on the unit cube again.
+template <int Degree>
+inline BernsteinBox<Degree> half_of(BernsteinBox<Degree> b, int axis, bool upper)
+{
+    map_rows<Degree>(b, axis, [upper](Bernstein<Degree>& row) {
+        Bernstein<Degree> left, right;
+        split_in_half<Degree>(row, left, right);
+        row = upper ? right : left;
+    });
+    return b;
+}
+
+/// From the coefficients of uniform B-splines on a cell to those of the Bernstein polynomials, along one axis.
+template <int Degree>
+constexpr Bernstein<Degree> from_bspline(const Bernstein<Degree>& c)
+{
+    static_assert(Degree >= 1 && Degree <= 3);
+    if constexpr (Degree == 1)
+        return c;
+    else if constexpr (Degree == 2)
+        return {0.5 * (c[0] + c[1]), c[1], 0.5 * (c[1] + c[2])};
+    else
+        return {(c[0] + 4.0 * c[1] + c[2]) / 6.0, (2.0 * c[1] + c[2]) / 3.0, (c[1] + 2.0 * c[2]) / 3.0,
+                (c[1] + 4.0 * c[2] + c[3]) / 6.0};
+}
+
+} // namespace isospline

@@ -1,0 +1,108 @@
+"""Points and the solid: which are inside, by closed forms and by scipy's evaluation of the same spline."""
+
+import numpy as np
+import pytest
+from analytic_volumes import Plane, Sphere, Torus, grid_points
+from scipy import ndimage
+
+import isospline
+
+ROTATION = np.array([(0.8, -0.6, 0.0), (0.6, 0.8, 0.0), (0.0, 0.0, 1.0)])
+SHAPE = (25, 25, 25)
+
+
+def random_points(rng, volume, count, margin=0.0):
+    """Points in the box of a volume, and around it by a margin in parts of its size."""
+    lower, upper = volume.bounds
+    return rng.uniform(lower - margin * (upper - lower), upper + margin * (upper - lower), (count, 3))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("inside", ["above", "below"])
+def test_contains_is_the_sign_of_the_spline(rng, degree, inside):
+    data = rng.normal(size=(9, 10, 11))
+    volume = isospline.Volume(data, degree=degree, spacing=(1, 2, 0.5), origin=(3, -2, 1), direction=ROTATION)
+    level = 0.2
+    surface = isospline.Isosurface(volume, level, inside=inside)
+    points = random_points(rng, volume, 20000, margin=0.1)
+    index = np.linalg.solve(volume.affine[:3, :3], (points - volume.affine[:3, 3]).T)
+    coefficients = ndimage.spline_filter(data, degree, mode="mirror") if degree > 1 else data
+    f = ndimage.map_coordinates(coefficients, index[::-1], order=degree, mode="mirror", prefilter=False)
+    half = 0.5 if degree == 2 else 0.0
+    in_domain = ((index >= -half) & (index <= np.array([[10], [9], [8]]) + half)).all(axis=0)
+    expected = in_domain & ((f > level) if inside == "above" else (f < level))
+    decided = np.abs(f - level) > 1e-5  # coefficients are float32
+    assert decided.mean() > 0.99 and 0.05 < expected.mean() < 0.7 and not in_domain.all()
+    np.testing.assert_array_equal(surface.contains(points)[decided], expected[decided])
+    # With the library's own coefficients the sign is that of float64.
+    np.testing.assert_array_equal(
+        surface.contains(points), in_domain & ((volume.sample(points) > level) == (inside == "above")))
+
+
+@pytest.mark.parametrize("field", [Plane(), Sphere((12, 12, 12), 8.0), Torus()], ids=lambda field: type(field).__name__)
+def test_contains_agrees_with_closed_forms(rng, field):
+    volume = isospline.Volume(field.samples(SHAPE), degree=3)
+    points = rng.uniform(3, 21, (20000, 3))
+    value = field.value(points)
+    decided = np.abs(value) > 0.02 * np.linalg.norm(field.gradient(points), axis=1)  # 1/50 voxel from the surface
+    inside = isospline.Isosurface(volume, 0.0).contains(points)
+    np.testing.assert_array_equal(inside[decided], value[decided] > 0)
+    outside = isospline.Isosurface(volume, 0.0, inside="below").contains(points)
+    assert (inside != outside).all()
+
+
+def test_contains_agrees_with_rays(rng):
+    field = Torus()
+    surface = isospline.Isosurface(isospline.Volume(field.samples(SHAPE)), 0.0)
+    points = rng.uniform(4, 20, (3000, 3))
+    rays = np.concatenate([points, rng.normal(size=(3000, 3))], axis=1)
+    odd = isospline.Scene([surface]).count_intersections(rays) % 2 == 1
+    np.testing.assert_array_equal(surface.contains(points), odd)
+
+
+def test_contains_sees_masks_and_clips(rng):
+    field = Sphere((8, 8, 8), 6.0)
+    data = field.samples((17, 17, 17))
+    mask = np.ones(data.shape, bool)
+    mask[:, :, 10:] = False
+    volume = isospline.Volume(data)
+    points = rng.uniform(0, 16, (20000, 3))
+    whole = isospline.Isosurface(volume, 0.0).contains(points)
+    masked = isospline.Isosurface(volume, 0.0, mask=mask).contains(points)
+    np.testing.assert_array_equal(masked, whole & (points[:, 0] < 9.5))
+    clip = [isospline.HalfSpace((8, 8, 9), (0, 1, 2)), isospline.Box((-np.inf, 5, -np.inf), (np.inf, np.inf, np.inf))]
+    clipped = isospline.Isosurface(volume, 0.0, clip=clip).contains(points)
+    kept = ((points - (8, 8, 9)) @ (0, 1, 2) >= 0) & (points[:, 1] >= 5)
+    np.testing.assert_array_equal(clipped, whole & kept)
+    assert 0 < clipped.sum() < whole.sum() and 0 < masked.sum() < whole.sum()
+    # A cell of an odd degree goes with any of its corners.
+    cubic = isospline.Volume(data, degree=3)
+    masked = isospline.Isosurface(cubic, 0.0, mask=mask).contains(points)
+    np.testing.assert_array_equal(masked, isospline.Isosurface(cubic, 0.0).contains(points) & (points[:, 0] < 9))
+
+
+@pytest.mark.parametrize("boundary", ["mirror", "periodic"])
+def test_what_is_not_in_the_domain_is_outside(boundary):
+    # High at both ends of x, where the spline goes on beyond the volume's border.
+    volume = isospline.Volume(np.full((4, 5, 6), 7.0) + (3, 2, 1, 1, 2, 3), boundary=boundary)
+    surface = isospline.Isosurface(volume, 8.5)
+    lower, upper = volume.bounds
+    assert surface.contains(upper).shape == () and surface.contains(upper) and surface.contains(lower)
+    beyond = [np.nextafter(upper, np.inf), np.nextafter(lower, -np.inf), upper * (1e300, 1, 1)]
+    assert (volume.sample(beyond[:2]) > 8.5).all()
+    assert surface.contains(beyond).tolist() == [False, False, False]
+
+
+def test_contains_takes_any_array_and_names_bad_points():
+    surface = isospline.Isosurface(isospline.Volume(Sphere().samples((17, 17, 17))), 0.0)
+    points = grid_points((4, 3, 2)) + 7
+    inside = surface.contains(points)
+    assert inside.shape == (4, 3, 2) and inside.dtype == bool and inside.all()
+    np.testing.assert_array_equal(surface.contains(points.astype(np.float32)[:, ::-1]), inside)
+    assert surface.contains(np.zeros((0, 3))).shape == (0,)
+    with pytest.raises(ValueError, match=r"points: expected finite numbers, got \(1, nan, 2\) in point 1"):
+        surface.contains([(0, 0, 0), (1, np.nan, 2)])
+    with pytest.raises(ValueError, match=r"points: expected shape \(..., 3\), got \(4,\)"):
+        surface.contains((1, 2, 3, 4))
+    with pytest.raises(TypeError, match="points: expected an array of real numbers"):
+        surface.contains("abc")
