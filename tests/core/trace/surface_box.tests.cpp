@@ -43,14 +43,17 @@ void check_boxes()
     const LatticeMetric metric(to_world);
     std::mt19937 random(Degree);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
-    std::uniform_int_distribution<int> axis(0, 2);
-    int surfaces = 0, tight = 0;
+    int surfaces = 0, small = 0;
+    double gap = 0.0, gap_of_box = 0.0;
     for (int trial = 0; trial < 300; ++trial) {
         const Cell index{static_cast<std::uint16_t>(1 + trial % 4), static_cast<std::uint16_t>(1 + trial / 4 % 4), 2};
         const CellBlock cell(*volume, 0.05, index);
         SurfaceBox<Degree> box = surface_box<Degree>(cell, 0);
-        for (int halvings = trial % 7; halvings > 0; --halvings)
-            box = half_of<Degree>(box, axis(random), unit(random) < 0.5);
+        for (int halving = 0; halving < trial % 13; ++halving) {
+            const bool upper = unit(random) < 0.5;
+            const auto half = half_of<Degree>(box, halving % 3, upper);
+            box = half.has_surface() ? half : half_of<Degree>(box, halving % 3, !upper);
+        }
 
         // The polynomial of the box is that of the cell.
         const glm::dvec3 t(unit(random), unit(random), unit(random));
@@ -76,11 +79,18 @@ void check_boxes()
             CHECK(distance >= metric.distance_bound(point, {box.lower, box.lower + box.size}) * (1.0 - 1e-12));
             nearest = std::min(nearest, distance);
         }
-        surfaces += nearest < 1e30;
-        tight += nearest < bound + 0.1;
+        if (nearest == 1e30)
+            continue;
+        ++surfaces;
+        if (std::max({box.size.x, box.size.y, box.size.z}) <= 0.125) {
+            ++small;
+            gap += nearest - bound;
+            gap_of_box += nearest - metric.distance_bound(point, {box.lower, box.lower + box.size});
+        }
     }
-    CHECK(surfaces > 60);
-    CHECK(tight > surfaces / 2);
+    CHECK(surfaces > 100);
+    CHECK(small > 20);
+    CHECK(gap < 0.5 * gap_of_box); // some of it being that of the sampling
 }
 
 } // namespace
