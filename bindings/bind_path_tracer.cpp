@@ -111,8 +111,7 @@ void step(SceneRenderer& self, int samples, const py::object& progress)
 {
     long_call(progress, [&](const Progress& report) {
         const std::lock_guard lock(self.mutex);
-        if (self.renderer.samples() == 0)
-            self.scene.commit();
+        const auto held = self.renderer.samples() == 0 ? self.scene.hold() : self.scene.hold_committed();
         self.renderer.step(samples, report);
     });
 }

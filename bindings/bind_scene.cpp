@@ -3,6 +3,7 @@
 #include "arrays.h"
 #include "hits.h"
 #include "long_call.h"
+#include "scene_objects.h"
 
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene.h"
@@ -11,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -28,14 +30,17 @@ an isosurface, takes effect at the next query.
 Parameters
 ----------
 objects : iterable of Isosurface and Mesh
-    Added in this order, untransformed; geometry ids count up from 0.
+    Added in this order, untransformed; geometry ids count up from 0, and are never used again.
 build_quality : {"medium", "low", "high"}
     Of Embree's acceleration structures. "low" takes half the memory and is built a little faster, and rays take up to a
     fifth longer (measured on CT volumes); "high" splits long triangles, and does nothing for isosurfaces.
 
 Notes
 -----
-Any number of threads may query a scene at a time, as long as none changes it or one of its objects.
+Any number of threads may query a scene at a time, and others may change it: a change waits for the queries that run,
+and the next ones see it. Only an object's own `Isosurface.level` must not be set while a query runs.
+
+Each isosurface and mesh is built once, however often it is added; moving, hiding and removing builds nothing.
 
 Examples
 --------
@@ -62,6 +67,8 @@ t_near, t_far : float
 coherent : bool
     Trace rays that follow each other in SIMD packets: faster where they begin and run close together, as the primary
     rays of a picture do. The hits are the same, bit for bit.
+details : bool
+    Return more of each hit.
 
 Returns
 -------
@@ -72,6 +79,10 @@ dict
     misses.
     ``primitive_normals``: (..., 3) float64, unit and outward, in world space: along the exact gradient of an
     isosurface, away from its `inside`; zero where the ray misses.
+
+    With `details` also: ``positions``, (..., 3) float64, in world space, NaN where the ray misses; ``primitive_uvs``,
+    (..., 2) float32, weights of a triangle's second and third corner, 0 for isosurfaces; ``gradient_magnitudes``,
+    (...) float64, of an isosurface's model, in values per world unit, 0 for meshes.
 
 Raises
 ------
@@ -133,6 +144,8 @@ Returns
 
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
+Sees the objects of which `visibility` has "shadow"; the other queries see those that have "camera".
+
 Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
@@ -144,16 +157,6 @@ Returns
 -------
 (...) bool array
 )";
-
-std::uint32_t add_object(Scene& scene, const py::object& object, const py::object& transform)
-{
-    const glm::dmat4 placed = transform.is_none() ? glm::dmat4(1.0) : as_matrix4(transform, "transform");
-    if (py::isinstance<Isosurface>(object))
-        return scene.add(object.cast<std::shared_ptr<Isosurface>>(), placed);
-    if (py::isinstance<Mesh>(object))
-        return scene.add(object.cast<std::shared_ptr<Mesh>>(), placed);
-    throw_type_error("obj", "an Isosurface or a Mesh", type_name(object));
-}
 
 BuildQuality as_build_quality(const std::string& name)
 {
@@ -170,18 +173,18 @@ std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string
 {
     auto scene = std::make_unique<Scene>(as_build_quality(build_quality));
     for (const auto& object : objects)
-        add_object(*scene, py::reinterpret_borrow<py::object>(object), py::none());
+        add_object(*scene, py::reinterpret_borrow<py::object>(object), py::none(), {});
     return scene;
 }
 
-py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent)
+py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent, bool details)
 {
     const RowArray rows(rays, "rays", 6);
     check_limits(t_near, t_far);
-    HitArrays arrays(rows.leading_shape());
+    HitArrays arrays(rows.leading_shape(), details);
     const RayOrder order(rows.leading_shape(), coherent);
     long_call(py::none(), [&](const Progress& progress) {
-        scene.commit(progress);
+        const auto held = scene.hold(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
             scene.cast_rays(chunk, hits, coherent);
@@ -199,7 +202,7 @@ py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t
     bool* const flags = result.mutable_data();
     const RayOrder order(rows.leading_shape(), false);
     long_call(py::none(), [&](const Progress& progress) {
-        scene.commit(progress);
+        const auto held = scene.hold(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<std::uint8_t> occluded(chunk.size());
             scene.test_occlusions(chunk, occluded);
@@ -222,7 +225,7 @@ std::vector<CrossingChunk> crossings_of(Scene& scene, const RowArray& rows, doub
     std::vector<CrossingChunk> chunks((rows.count() + ray_chunk_size - 1) / ray_chunk_size);
     const RayOrder order(rows.leading_shape(), false);
     long_call(py::none(), [&](const Progress& progress) {
-        scene.commit(progress);
+        const auto held = scene.hold(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> rays, std::size_t first) {
             CrossingChunk& chunk = chunks[first / ray_chunk_size];
             chunk.counts.resize(rays.size());
@@ -297,9 +300,16 @@ py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& ra
     return result;
 }
 
-void commit(Scene& scene)
+/// What `read()` tells of a scene that is committed.
+template <typename Read>
+auto read_committed(Scene& scene, const Read& read)
 {
-    long_call(py::none(), [&](const Progress& progress) { scene.commit(progress); });
+    std::invoke_result_t<Read> result;
+    long_call(py::none(), [&](const Progress& progress) {
+        const auto held = scene.hold(progress);
+        result = read();
+    });
+    return result;
 }
 
 } // namespace
@@ -311,27 +321,9 @@ void bind_scene(py::module_& module)
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
              py::arg("build_quality") = "medium")
-        .def("add", &add_object, py::arg("obj"), py::arg("transform") = py::none(),
-             R"(Adds an object.
-
-Parameters
-----------
-obj : Isosurface or Mesh
-transform : (4, 4) array_like, optional
-    The object's world space to the scene's: an affine map, as [row, column]; may rotate, scale and mirror.
-
-Returns
--------
-int
-    The object's geometry id.
-
-Raises
-------
-ValueError
-    Where the transform is not finite, not affine or singular.
-)")
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false, cast_rays_doc)
+             py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false,
+             py::arg("details") = false, cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
         .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
@@ -339,22 +331,17 @@ ValueError
         .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
-            "bounds",
-            [](Scene& scene) {
-                commit(scene);
-                return to_array(scene.bounds());
-            },
+            "bounds", [](Scene& scene) { return to_array(read_committed(scene, [&] { return scene.bounds(); })); },
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes and all cells of "
-            "shells; inf, -inf "
-            "where there are none.")
+            "shells, visible or not; inf, -inf where there are none.")
         .def_property_readonly(
-            "memory",
-            [](Scene& scene) {
-                commit(scene);
-                return scene.memory();
-            },
-            "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them.")
-        .def("__len__", &Scene::count)
+            "memory", [](Scene& scene) { return read_committed(scene, [&] { return scene.memory(); }); },
+            "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them. Objects that were "
+            "added many times count once.")
+        .def_property_readonly(
+            "build_count", [](Scene& scene) { return read_committed(scene, [&] { return scene.build_count(); }); },
+            "Acceleration structures of isosurfaces and meshes that have been built so far: more by one for each "
+            "object that is new and each level that is, and no more for other changes.")
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 
     module.def("set_thread_count", &set_thread_count, py::arg("count"),

@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -90,13 +92,12 @@ void for_each_chunk(const RowArray& rows, const RayOrder& order, double t_near, 
         body(std::span<const Ray>(rays), begin);
     };
     try {
-        parallel_for(
-            (rows.count() + ray_chunk_size - 1) / ray_chunk_size, 1,
-            [&](std::size_t begin, std::size_t end) {
-                for (std::size_t chunk = begin; chunk < end; ++chunk)
-                    do_chunk(chunk * ray_chunk_size);
-            },
-            progress);
+        parallel_for((rows.count() + ray_chunk_size - 1) / ray_chunk_size, 1,
+                     [&](std::size_t begin, std::size_t end) {
+                         for (std::size_t chunk = begin; chunk < end; ++chunk)
+                             do_chunk(chunk * ray_chunk_size);
+                     },
+                     progress);
     } catch (const std::invalid_argument&) {
         check(0, rows.count()); // names the first of the bad rays, whichever thread came upon one
         throw;
@@ -106,12 +107,14 @@ void for_each_chunk(const RowArray& rows, const RayOrder& order, double t_near, 
 /// The arrays that cast_rays returns.
 class HitArrays {
 public:
-    explicit HitArrays(const Shape& shape)
+    explicit HitArrays(const Shape& shape, bool details = false)
         : t_hit_(new_array<double>(shape)), geometry_ids_(new_array<std::uint32_t>(shape)),
           primitive_ids_(new_array<std::uint32_t>(shape)), normals_(new_array<double>(shape, {3})),
           t_hit_data_(t_hit_.mutable_data()), geometry_ids_data_(geometry_ids_.mutable_data()),
           primitive_ids_data_(primitive_ids_.mutable_data()), normals_data_(normals_.mutable_data())
     {
+        if (details)
+            details_.emplace(shape);
     }
 
     /// Sets the items from the `first` of the order on; may be called without the GIL.
@@ -125,6 +128,8 @@ public:
             primitive_ids_data_[at] = hit.primitive_id;
             for (int axis = 0; axis < 3; ++axis)
                 normals_data_[3 * at + static_cast<std::size_t>(axis)] = hit.normal[axis];
+            if (details_)
+                details_->set(hit, at);
         }
     }
 
@@ -135,10 +140,40 @@ public:
         result["geometry_ids"] = geometry_ids_;
         result["primitive_ids"] = primitive_ids_;
         result["primitive_normals"] = normals_;
+        if (details_) {
+            result["positions"] = details_->positions;
+            result["primitive_uvs"] = details_->uvs;
+            result["gradient_magnitudes"] = details_->gradient_magnitudes;
+        }
         return result;
     }
 
 private:
+    struct Details {
+        explicit Details(const Shape& shape)
+            : positions(new_array<double>(shape, {3})), gradient_magnitudes(new_array<double>(shape)),
+              uvs(new_array<float>(shape, {2})), positions_data(positions.mutable_data()),
+              gradient_magnitudes_data(gradient_magnitudes.mutable_data()), uvs_data(uvs.mutable_data())
+        {
+        }
+
+        void set(const Hit& hit, std::size_t at)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+                positions_data[3 * at + static_cast<std::size_t>(axis)] =
+                    hit ? hit.position[axis] : std::numeric_limits<double>::quiet_NaN();
+            gradient_magnitudes_data[at] = hit.gradient_magnitude;
+            uvs_data[2 * at] = hit.uv.x;
+            uvs_data[2 * at + 1] = hit.uv.y;
+        }
+
+        pybind11::array_t<double> positions, gradient_magnitudes;
+        pybind11::array_t<float> uvs;
+        double* positions_data;
+        double* gradient_magnitudes_data;
+        float* uvs_data;
+    };
+
     pybind11::array_t<double> t_hit_;
     pybind11::array_t<std::uint32_t> geometry_ids_, primitive_ids_;
     pybind11::array_t<double> normals_;
@@ -146,6 +181,7 @@ private:
     std::uint32_t* geometry_ids_data_;
     std::uint32_t* primitive_ids_data_;
     double* normals_data_;
+    std::optional<Details> details_;
 };
 
 /// The same array, which Python cannot write to.

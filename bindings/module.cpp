@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
     isospline::bind_scene(module);
+    isospline::bind_scene_objects(module);
     isospline::bind_secondary_rays(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);

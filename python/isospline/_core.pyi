@@ -1,8 +1,8 @@
 """Types of the compiled module; its docstrings have the rest."""
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, TypedDict, Union
+from typing import Any, Literal, SupportsIndex, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -196,29 +196,60 @@ class _Crossings(TypedDict):
     positions: NDArray[np.float64]
     entering: NDArray[np.bool_]
 
-class _Hits(TypedDict):
+class _HitDetails(TypedDict, total=False):
+    positions: NDArray[np.float64]
+    primitive_uvs: NDArray[np.float32]
+    gradient_magnitudes: NDArray[np.float64]
+
+class _Hits(_HitDetails):
     t_hit: NDArray[np.float64]
     geometry_ids: NDArray[np.uint32]
     primitive_ids: NDArray[np.uint32]
     primitive_normals: NDArray[np.float64]
 
+class _Visibility(TypedDict):
+    camera: bool
+    shadow: bool
+
 class Scene:
     def __init__(
         self, objects: Iterable[Isosurface | Mesh] = (), *, build_quality: Literal["low", "medium", "high"] = "medium"
     ) -> None: ...
+    def __contains__(self, geometry_id: Any) -> bool: ...
+    def __iter__(self) -> Iterator[int]: ...
     def __len__(self) -> int: ...
-    def add(self, obj: Isosurface | Mesh, transform: ArrayLike | None = None) -> int: ...
+    def add(
+        self, obj: Isosurface | Mesh, transform: ArrayLike | None = None, *, camera: bool = True, shadow: bool = True
+    ) -> int: ...
     def cast_rays(
-        self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ..., coherent: bool = False
+        self,
+        rays: ArrayLike,
+        *,
+        t_near: float = 0.0,
+        t_far: float = ...,
+        coherent: bool = False,
+        details: bool = False,
     ) -> _Hits: ...
     def count_intersections(
         self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...
     ) -> NDArray[np.int32]: ...
     def list_intersections(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> _Crossings: ...
+    def object(self, geometry_id: SupportsIndex) -> Isosurface | Mesh: ...
+    def remove(self, geometry_id: SupportsIndex) -> None: ...
     def secondary_rays(self, rays: ArrayLike, hits: _Hits, directions: ArrayLike) -> NDArray[np.float64]: ...
+    def set_transform(self, geometry_id: SupportsIndex, transform: ArrayLike | None) -> None: ...
+    def set_visibility(
+        self, geometry_id: SupportsIndex, *, camera: bool | None = None, shadow: bool | None = None
+    ) -> None: ...
     def test_occlusions(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> NDArray[np.bool_]: ...
+    def transform(self, geometry_id: SupportsIndex) -> NDArray[np.float64]: ...
+    def visibility(self, geometry_id: SupportsIndex) -> _Visibility: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
+    @property
+    def build_count(self) -> int: ...
+    @property
+    def ids(self) -> list[int]: ...
     @property
     def memory(self) -> int: ...
 

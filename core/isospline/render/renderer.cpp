@@ -236,6 +236,9 @@ Image render(const Scene& scene, const Camera& camera, const RenderOptions& opti
     const CompletePoint complete_point = [&lookup](SurfacePoint& point, const Hit& hit, bool with_curvature) {
         lookup.complete(point, hit, with_curvature);
     };
+    for (const auto& [geometry_id, shading] : options.shading_of_geometry)
+        if (!scene.contains(geometry_id))
+            throw_invalid("shading", "geometry ids of objects in the scene", geometry_id);
     RenderOptions fitted = options;
     const glm::dvec2 depths = depth_range(Projection(camera, options.size), scene.bounds());
     fit_depth_limits(fitted.shading, depths);

@@ -44,16 +44,16 @@ glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal,
 
 } // namespace
 
-SurfaceLookup::SurfaceLookup(const Scene& scene) : entries_(scene.count())
+SurfaceLookup::SurfaceLookup(const Scene& scene)
 {
-    for (std::size_t id = 0; id < entries_.size(); ++id) {
-        const PlacedObject& placed = scene.object(static_cast<std::uint32_t>(id));
+    for (const std::uint32_t id : scene.ids()) {
+        const PlacedObject placed = scene.object(id);
         Entry& entry = entries_[id];
         entry.scene_to_object = glm::inverse(placed.transform);
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&placed.object)) {
-            entry.mesh = mesh->get();
+            entry.mesh = *mesh;
         } else {
-            entry.surface = std::get<std::shared_ptr<const Isosurface>>(placed.object).get();
+            entry.surface = std::get<std::shared_ptr<const Isosurface>>(placed.object);
             entry.scene_to_object = entry.surface->volume().world_to_index() * entry.scene_to_object;
         }
     }
@@ -61,7 +61,7 @@ SurfaceLookup::SurfaceLookup(const Scene& scene) : entries_(scene.count())
 
 void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const
 {
-    const Entry& entry = entries_[hit.geometry_id];
+    const Entry& entry = entries_.at(hit.geometry_id);
     if (entry.surface && with_curvature) {
         // Index coordinates are a function x -> M x of world coordinates: M^T g and M^T H M are the derivatives there.
         const Volume& volume = entry.surface->volume();

@@ -7,12 +7,14 @@
 
 #include <glm/mat4x4.hpp>
 
-#include <vector>
+#include <cstdint>
+#include <map>
+#include <memory>
 
 namespace isospline {
 
 /// Looks up, for hits of a scene, normals and colours that lie between the vertices of a mesh, and curvatures of
-/// isosurfaces. The scene must not change meanwhile.
+/// isosurfaces. The scene's surfaces must not change meanwhile.
 class SurfaceLookup {
 public:
     explicit SurfaceLookup(const Scene& scene);
@@ -22,12 +24,12 @@ public:
 
 private:
     struct Entry {
-        const Isosurface* surface = nullptr;
-        const Mesh* mesh = nullptr;
+        std::shared_ptr<const Isosurface> surface;
+        std::shared_ptr<const Mesh> mesh;
         glm::dmat4 scene_to_object{1.0}; ///< to the mesh's space, or to index space
     };
 
-    std::vector<Entry> entries_; ///< by geometry id
+    std::map<std::uint32_t, Entry> entries_; ///< by geometry id
 };
 
 } // namespace isospline

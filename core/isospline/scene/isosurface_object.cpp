@@ -17,6 +17,9 @@ namespace isospline {
 
 namespace {
 
+/// Room for scenes of some hundred cells across, at no cost that shows.
+constexpr double least_box_margin = 0x1p-10;
+
 /// Of the cells that a ray meets, the one that it meets first.
 int nearest_cell(const GroupEntries& entries)
 {
@@ -29,33 +32,36 @@ int nearest_cell(const GroupEntries& entries)
 
 } // namespace
 
-IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform)
-    : Object(transform), surface_(std::move(surface)),
+IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const Isosurface> surface)
+    : surface_(std::move(surface)),
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), culler_(group_culler())
 {
 }
 
-Box IsosurfaceObject::local_bounds() const
+Box IsosurfaceObject::local_bounds()
 {
-    Box box;
+    if (bounds_version_ == surface_->version())
+        return bounds_;
+    bounds_ = Box();
     for (const Cell& cell : surface_->shell().cells()) {
         const glm::dvec3 lower(cell.x, cell.y, cell.z);
-        box.lower = glm::min(box.lower, lower);
-        box.upper = glm::max(box.upper, lower + 1.0);
+        bounds_.lower = glm::min(bounds_.lower, lower);
+        bounds_.upper = glm::max(bounds_.upper, lower + 1.0);
     }
-    return box;
+    bounds_version_ = surface_->version();
+    return bounds_;
 }
 
 bool IsosurfaceObject::is_stale(double rounding_error_local) const
 {
-    // Margins are built with room to grow, so that adding objects to a scene does not rebuild all others.
-    return built_version_ != surface_->version() || rounding_error_local > box_margin_ ||
-           rounding_error_local < box_margin_ / 16.0;
+    // Margins are built with room to grow, so that adding and moving objects does not rebuild all others.
+    return has_changed() || rounding_error_local > box_margin_ ||
+           (box_margin_ > least_box_margin && rounding_error_local < box_margin_ / 16.0);
 }
 
 void IsosurfaceObject::build(Device& device, double rounding_error_local, const Progress& progress)
 {
-    box_margin_ = 2.0 * rounding_error_local;
+    box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
     built_version_ = 0;
     groups_ = cell_groups(*surface_);
     embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
@@ -68,10 +74,11 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
     built_version_ = surface_->version();
 }
 
-void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const
+void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
+                                const Placement& placement) const
 {
     hit.position = ray_world.at(hit.t);
-    set_surface_normal(hit, gradient_local, surface_->options().inside, world_to_local());
+    set_surface_normal(hit, gradient_local, surface_->options().inside, placement.world_to_local);
 }
 
 bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
@@ -79,11 +86,12 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
     return rising == (surface_->options().inside == Inside::above);
 }
 
-bool IsosurfaceObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const
+bool IsosurfaceObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
+                                        const Placement& placement) const
 {
     // f is continuous: of two crossings in a row one enters and one leaves. Two of a kind are one, found in both cells
     // of the face that it lies on.
-    const double speed = glm::length(transform_vector(world_to_local(), ray_world.direction));
+    const double speed = glm::length(transform_vector(placement.world_to_local, ray_world.direction));
     return std::abs(a.hit.t - b.hit.t) * speed <= 8.0 * cell_margin;
 }
 
@@ -116,8 +124,8 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         return;
     auto& query = static_cast<RayQuery&>(*arguments.context);
     auto& [ray, hit] = *reinterpret_cast<RTCRayHit*>(arguments.rayhit);
-    const unsigned int instance = query.instID[0];
-    LatticeRay* const in_lattice = query.in_lattice(instance, centred_to_local(), surface_->clip_lattice());
+    const unsigned int slot = query.instID[0];
+    LatticeRay* const in_lattice = query.in_lattice(slot, surface_->clip_lattice());
     if (in_lattice == nullptr)
         return;
 
@@ -145,7 +153,7 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         hit.u = hit.v = 0.0f;
         hit.geomID = 0;
         hit.primID = row;
-        hit.instID[0] = instance;
+        hit.instID[0] = slot;
     }
 }
 
@@ -166,8 +174,8 @@ void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query, cons
 void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
 {
     auto& query = static_cast<PacketQuery&>(*arguments.context);
-    const unsigned int instance = query.instID[0];
-    query.enter(instance, centred_to_local(), surface_->clip_lattice());
+    const unsigned int slot = query.instID[0];
+    query.enter(slot, surface_->clip_lattice());
     const unsigned int size = arguments.N;
     LaneMask active = 0;
     for (unsigned int lane = 0; lane < size; ++lane)
@@ -203,7 +211,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
             RTCHitN_u(hits, size, lane) = RTCHitN_v(hits, size, lane) = 0.0f;
             RTCHitN_geomID(hits, size, lane) = 0;
             RTCHitN_primID(hits, size, lane) = row;
-            RTCHitN_instID(hits, size, lane, 0) = instance;
+            RTCHitN_instID(hits, size, lane, 0) = slot;
         }
     }
 }
@@ -216,8 +224,7 @@ void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* ar
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
     auto& query = static_cast<RayQuery&>(*arguments->context);
     auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    const LatticeRay* const in_lattice =
-        query.in_lattice(query.instID[0], self.centred_to_local(), self.surface_->clip_lattice());
+    const LatticeRay* const in_lattice = query.in_lattice(query.instID[0], self.surface_->clip_lattice());
     if (in_lattice == nullptr)
         return;
     const CellGroup& group = self.groups_[arguments->primID];

@@ -16,18 +16,21 @@ struct RayQuery;
 
 class IsosurfaceObject final : public Object {
 public:
-    IsosurfaceObject(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform);
+    explicit IsosurfaceObject(std::shared_ptr<const Isosurface> surface);
 
-    glm::dmat4 local_to_world() const override { return transform() * surface_->volume().lattice_to_world(); }
-    Box local_bounds() const override;
+    glm::dmat4 local_to_object() const override { return surface_->volume().lattice_to_world(); }
+    Box local_bounds() override;
+    bool has_changed() const override { return built_version_ != surface_->version(); }
     bool is_stale(double rounding_error_local) const override;
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
     std::size_t memory() const override { return groups_.capacity() * sizeof(CellGroup); }
-    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
+    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
+                  const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
-    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;
+    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
+                          const Placement& placement) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
-                               double rounding_error_local) const override;
+                               const Placement& placement) const override;
 
 private:
     CellBlock cell_block(std::uint32_t row) const
@@ -47,7 +50,8 @@ private:
     CellIntersector intersector_;
     GroupCuller culler_;
     std::vector<CellGroup> groups_;
-    std::uint64_t built_version_ = 0;
+    Box bounds_;
+    std::uint64_t bounds_version_ = 0, built_version_ = 0;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };
 

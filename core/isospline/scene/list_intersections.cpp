@@ -37,28 +37,30 @@ void Scene::Impl::list(const Ray& ray, std::size_t index, RayQuery& query, std::
     set_ray(query.prepared.ray, ray_hit.ray);
     ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect_filtered(top.get(), query, ray_hit, keep_triangle);
+    embree::intersect_filtered(tops[camera_top].get(), query, ray_hit, keep_triangle);
 
     for (const RawCrossing& raw : *query.all) {
-        const Object& object = *objects[raw.instance];
+        const Instance& instance = *instances[raw.slot];
         Crossing crossing{};
         crossing.hit.t = (query.prepared.shift + raw.in_cell.root.t) / query.prepared.length;
-        crossing.hit.geometry_id = raw.instance;
+        crossing.hit.geometry_id = instance.id;
         crossing.hit.primitive_id = raw.primitive;
         crossing.hit.uv = raw.uv;
-        object.complete(crossing.hit, ray, raw.in_cell.root.gradient);
-        crossing.entering = object.is_entering(crossing.hit, ray, raw.in_cell.rising);
+        instance.object->complete(crossing.hit, ray, raw.in_cell.root.gradient, instance.placement);
+        crossing.entering = instance.object->is_entering(crossing.hit, ray, raw.in_cell.rising);
         crossings.push_back(crossing);
     }
 
-    // Object by object, each crossing once; then all by t.
+    // Instance by instance, each crossing once; then all by t.
     std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
         return std::tie(a.hit.geometry_id, a.hit.t, a.hit.primitive_id) <
                std::tie(b.hit.geometry_id, b.hit.t, b.hit.primitive_id);
     });
     const auto is_same = [&](const Crossing& a, const Crossing& b) {
-        return a.hit.geometry_id == b.hit.geometry_id && a.entering == b.entering &&
-               objects[a.hit.geometry_id]->is_same_crossing(a, b, ray);
+        if (a.hit.geometry_id != b.hit.geometry_id || a.entering != b.entering)
+            return false;
+        const Instance& instance = *find(a.hit.geometry_id);
+        return instance.object->is_same_crossing(a, b, ray, instance.placement);
     };
     crossings.erase(std::unique(crossings.begin(), crossings.end(), is_same), crossings.end());
     std::stable_sort(crossings.begin(), crossings.end(),
@@ -70,7 +72,7 @@ void Scene::list_intersections(std::span<const Ray> rays, std::vector<Crossing>&
 {
     ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
     impl_->require_commit();
-    RayQuery query;
+    RayQuery query(impl_->instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
     std::vector<Crossing> of_ray;

@@ -12,18 +12,17 @@
 
 namespace isospline {
 
-MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform)
-    : Object(transform), mesh_(std::move(mesh)),
-      centre_(mesh_->bounds().empty() ? glm::dvec3(0.0) : mesh_->bounds().center())
+MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh)
+    : mesh_(std::move(mesh)), centre_(mesh_->bounds().empty() ? glm::dvec3(0.0) : mesh_->bounds().center())
 {
 }
 
-glm::dmat4 MeshObject::local_to_world() const
+glm::dmat4 MeshObject::local_to_object() const
 {
-    return glm::translate(transform(), centre_);
+    return glm::translate(glm::dmat4(1.0), centre_);
 }
 
-Box MeshObject::local_bounds() const
+Box MeshObject::local_bounds()
 {
     const Box& bounds = mesh_->bounds();
     return {bounds.lower - centre_, bounds.upper - centre_};
@@ -50,15 +49,15 @@ void MeshObject::build(Device& device, double, const Progress& progress)
     build_scene(device, geometry.get(), progress);
 }
 
-void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&) const
+void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const
 {
     const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
-    const glm::dvec3 a = transform_point(transform(), mesh_->vertices()[face.x]);
-    const glm::dvec3 b = transform_point(transform(), mesh_->vertices()[face.y]);
-    const glm::dvec3 c = transform_point(transform(), mesh_->vertices()[face.z]);
+    const glm::dvec3 a = transform_point(placement.transform, mesh_->vertices()[face.x]);
+    const glm::dvec3 b = transform_point(placement.transform, mesh_->vertices()[face.y]);
+    const glm::dvec3 c = transform_point(placement.transform, mesh_->vertices()[face.z]);
     glm::dvec3 normal = glm::cross(b - a, c - a);
     // A mirroring transform turns the order of the corners around.
-    if (glm::determinant(glm::dmat3(transform())) < 0.0)
+    if (glm::determinant(glm::dmat3(placement.transform)) < 0.0)
         normal = -normal;
 
     // Embree's t is rounded to single precision: take it again from the triangle's plane, unless the ray grazes it.
@@ -76,7 +75,8 @@ bool MeshObject::is_entering(const Hit& hit, const Ray& ray_world, bool) const
     return glm::dot(hit.normal, ray_world.direction) < 0.0;
 }
 
-bool MeshObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const
+bool MeshObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
+                                  const Placement& placement) const
 {
     // Both triangles of an edge, or all of a corner, meet a ray that goes through it, in single precision.
     const glm::uvec3 &first = mesh_->faces()[a.hit.primitive_id], &second = mesh_->faces()[b.hit.primitive_id];
@@ -84,7 +84,7 @@ bool MeshObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ra
     if (!has(first.x) && !has(first.y) && !has(first.z))
         return false;
     constexpr double single_precision = 1e-6;
-    const double size = glm::length(glm::dmat3(transform()) * mesh_->bounds().size());
+    const double size = glm::length(glm::dmat3(placement.transform) * mesh_->bounds().size());
     return std::abs(a.hit.t - b.hit.t) * glm::length(ray_world.direction) <= single_precision * size;
 }
 

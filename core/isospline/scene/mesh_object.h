@@ -12,17 +12,20 @@ namespace isospline {
 /// shape.
 class MeshObject final : public Object {
 public:
-    MeshObject(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform);
+    explicit MeshObject(std::shared_ptr<const Mesh> mesh);
 
-    glm::dmat4 local_to_world() const override;
-    Box local_bounds() const override;
-    bool is_stale(double) const override { return scene_ == nullptr; }
+    glm::dmat4 local_to_object() const override;
+    Box local_bounds() override;
+    bool has_changed() const override { return scene() == nullptr; }
+    bool is_stale(double) const override { return has_changed(); }
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
-    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local) const override;
+    void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
+                  const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
-    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world) const override;
+    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
+                          const Placement& placement) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
-                               double rounding_error_local) const override;
+                               const Placement& placement) const override;
 
 private:
     std::shared_ptr<const Mesh> mesh_;

@@ -143,15 +143,16 @@ double norm_of(const glm::dmat3& matrix)
 } // namespace
 
 glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
-                                             double) const
+                                             const Placement& placement) const
 {
     if (hit.primitive_id >= surface_->shell().count())
         throw_invalid("hit", "a primitive id below " + std::to_string(surface_->shell().count()), hit.primitive_id);
-    const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(centred_to_local())));
+    const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(placement.centred_to_local)));
     const auto of_degree = [&]<int Degree>() {
-        const Clearance<Degree> clearance(*surface_, centred_to_local(), centre, hit.position);
-        const glm::dvec3 gradient = transform_gradient(
-            centred_to_local(), clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
+        const Clearance<Degree> clearance(*surface_, placement.centred_to_local, centre, hit.position);
+        const glm::dvec3 gradient =
+            transform_gradient(placement.centred_to_local,
+                               clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
         // The normal decides, as its user sees it: the gradient here is rounded otherwise.
         const bool outward = glm::dot(hit.normal, towards) >= 0.0;
         const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
@@ -168,13 +169,13 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
 }
 
 glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
-                                       double rounding_error_local) const
+                                       const Placement& placement) const
 {
     if (hit.primitive_id >= mesh_->faces().size())
         throw_invalid("hit", "a primitive id below " + std::to_string(mesh_->faces().size()), hit.primitive_id);
     const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
     const auto corner = [&](unsigned int vertex) {
-        return transform_point(transform(), mesh_->vertices()[vertex]) - centre;
+        return transform_point(placement.transform, mesh_->vertices()[vertex]) - centre;
     };
     const glm::dvec3 a = corner(face.x), b = corner(face.y), c = corner(face.z);
     const glm::dvec3 cross = glm::cross(b - a, c - a);
@@ -185,13 +186,13 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
 
     // Error of a plane's distance, in the space that Embree intersects in: of the ray, the vertices, the test.
     constexpr double unit_roundoff = 0x1p-24;
-    const glm::dmat3 to_local(centred_to_local());
+    const glm::dmat3 to_local(placement.centred_to_local);
     const double a_b = glm::length(b - a), b_c = glm::length(c - b), c_a = glm::length(a - c);
     const glm::dvec3 a_b_local = to_local * (b - a), b_c_local = to_local * (c - b), c_a_local = to_local * (a - c);
     const double longest = std::max({glm::length(a_b_local), glm::length(b_c_local), glm::length(c_a_local)});
     const double doubled_area_local = glm::length(glm::cross(a_b_local, c_a_local));
-    const double error_local = std::sqrt(3.0) * rounding_error_local +
-                               unit_roundoff * (glm::length(local_bounds().upper) +
+    const double error_local = std::sqrt(3.0) * placement.rounding_error +
+                               unit_roundoff * (0.5 * glm::length(mesh_->bounds().size()) +
                                                 16.0 * longest * (1.0 + longest * longest / doubled_area_local));
     // A step of 1 along the normal takes a point 1 / |L^T n| away from the plane in local space, L being the map to the
     // world.

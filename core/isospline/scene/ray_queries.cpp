@@ -10,7 +10,7 @@ namespace isospline {
 
 void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
 {
-    RayQuery query;
+    RayQuery query(instances);
     RTCRayHit ray_hit;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         hits[i].clear();
@@ -20,23 +20,24 @@ void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) c
         set_ray(query.prepared.ray, ray_hit.ray);
         ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(top.get(), query, ray_hit);
+        embree::intersect(tops[camera_top].get(), query, ray_hit);
         if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
             continue;
         // The nearest root is kept in double precision; only a triangle can be nearer than that.
         const double t = std::min(query.nearest.t, static_cast<double>(ray_hit.ray.tfar));
         hits[i].t = (query.prepared.shift + t) / query.prepared.length;
-        hits[i].geometry_id = ray_hit.hit.instID[0];
+        const Instance& instance = *instances[ray_hit.hit.instID[0]];
+        hits[i].geometry_id = instance.id;
         hits[i].primitive_id = ray_hit.hit.primID;
         hits[i].uv = {ray_hit.hit.u, ray_hit.hit.v};
-        objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.gradient);
+        instance.object->complete(hits[i], rays[i], query.nearest.gradient, instance.placement);
     }
 }
 
 template <int Size>
 void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const
 {
-    PacketQuery query;
+    PacketQuery query(instances);
     alignas(64) RTCRayHitNt<Size> packet;
     for (std::size_t first = 0; first < rays.size(); first += Size) {
         const std::size_t count = std::min<std::size_t>(Size, rays.size() - first);
@@ -50,7 +51,7 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
         alignas(64) int valid[Size];
         for (int lane = 0; lane < Size; ++lane)
             valid[lane] = -static_cast<int>(used >> lane & 1u);
-        embree::intersect_coherent(top.get(), query, valid, packet);
+        embree::intersect_coherent(tops[camera_top].get(), query, valid, packet);
 
         for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
@@ -59,10 +60,11 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
             const std::size_t i = first + static_cast<std::size_t>(lane);
             const double t = std::min(query.nearest.t[lane], static_cast<double>(packet.ray.tfar[lane]));
             hits[i].t = (query.prepared.shift[lane] + t) / query.prepared.length[lane];
-            hits[i].geometry_id = packet.hit.instID[0][lane];
+            const Instance& instance = *instances[packet.hit.instID[0][lane]];
+            hits[i].geometry_id = instance.id;
             hits[i].primitive_id = packet.hit.primID[lane];
             hits[i].uv = {packet.hit.u[lane], packet.hit.v[lane]};
-            objects[hits[i].geometry_id]->complete(hits[i], rays[i], query.nearest.root(lane).gradient);
+            instance.object->complete(hits[i], rays[i], query.nearest.root(lane).gradient, instance.placement);
         }
     }
 }
@@ -87,7 +89,7 @@ void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> o
 {
     ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
     impl_->require_commit();
-    RayQuery query;
+    RayQuery query(impl_->instances);
     RTCRay ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         occluded[i] = 0;
@@ -95,7 +97,7 @@ void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> o
             continue;
         query.begin();
         set_ray(query.prepared.ray, ray);
-        embree::occluded(impl_->top.get(), query, ray);
+        embree::occluded(impl_->seen_by_shadows, query, ray);
         occluded[i] = ray.tfar < 0.0f;
     }
 }

@@ -7,11 +7,11 @@
 
 namespace isospline {
 
-LatticeRay* RayQuery::in_lattice(std::uint32_t instance, const glm::dmat4& world_to_lattice,
-                                 const std::vector<HalfSpace>& clip_lattice)
+LatticeRay* RayQuery::in_lattice(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice)
 {
-    if (instance != cached_instance) {
-        cached_instance = instance;
+    if (slot != cached_slot) {
+        cached_slot = slot;
+        const glm::dmat4& world_to_lattice = instances[slot]->placement.centred_to_local;
         const Ray& ray = prepared.ray;
         cached_ray.set(transform_point(world_to_lattice, ray.origin), transform_vector(world_to_lattice, ray.direction),
                        0.0, ray.t_far);
@@ -29,13 +29,12 @@ LatticeRay* RayQuery::in_lattice(std::uint32_t instance, const glm::dmat4& world
     return clip_leaves_any ? &cached_ray : nullptr;
 }
 
-void PacketQuery::enter(std::uint32_t instance, const glm::dmat4& world_to_lattice,
-                        const std::vector<HalfSpace>& clip_lattice)
+void PacketQuery::enter(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice)
 {
-    if (instance == cached_instance)
+    if (slot == cached_slot)
         return;
-    cached_instance = instance;
-    to_lattice(prepared, world_to_lattice, in_lattice);
+    cached_slot = slot;
+    to_lattice(prepared, instances[slot]->placement.centred_to_local, in_lattice);
     clip_leaves = used;
     if (clip_lattice.empty())
         return;

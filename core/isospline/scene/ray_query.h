@@ -5,46 +5,51 @@
 #pragma once
 
 #include "isospline/scene/embree_api.h"
+#include "isospline/scene/instance.h"
 #include "isospline/scene/prepared_ray.h"
 #include "isospline/shell/cutout.h"
 #include "isospline/trace/lattice_ray.h"
 #include "isospline/trace/lattice_ray_packet.h"
 
-#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 namespace isospline {
+
+/// Instances by their slots, the numbers that Embree tells.
+using Instances = std::span<const std::unique_ptr<Instance>>;
 
 /// A crossing as Embree or a cell has it.
 struct RawCrossing {
     CrossingInCell in_cell; ///< of a mesh, t alone
     glm::vec2 uv;
-    std::uint32_t instance, primitive;
+    std::uint32_t slot, primitive;
 };
 
 /// The query of one ray.
 struct RayQuery : embree::QueryContext {
-    RayQuery() { embree::initialize(*this); }
+    explicit RayQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// To be called when `prepared` is set.
     void begin()
     {
         nearest.t = prepared.ray.t_far;
-        cached_instance = RTC_INVALID_GEOMETRY_ID;
+        cached_slot = RTC_INVALID_GEOMETRY_ID;
     }
 
     /// The ray in an instance's lattice space, limited to what its cutouts leave; nothing where they leave nothing. The
     /// ray stays in one instance for many cells, so the last one is remembered.
-    LatticeRay* in_lattice(std::uint32_t instance, const glm::dmat4& world_to_lattice,
-                           const std::vector<HalfSpace>& clip_lattice);
+    LatticeRay* in_lattice(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice);
 
+    Instances instances;
     PreparedRay prepared;
     RootInCell nearest; ///< root of an isosurface so far; t is the ray's t_far where there is none
-    std::uint32_t cached_instance = RTC_INVALID_GEOMETRY_ID;
+    std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRay cached_ray;
     bool clip_leaves_any = false;
     std::vector<RawCrossing>* all = nullptr; ///< where crossings go if all are wanted, and none ends the ray
@@ -52,23 +57,24 @@ struct RayQuery : embree::QueryContext {
 
 /// The query of a packet of rays.
 struct PacketQuery : embree::QueryContext {
-    PacketQuery() { embree::initialize(*this); }
+    explicit PacketQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// To be called when `prepared` is set.
     void begin(LaneMask used_lanes)
     {
         used = used_lanes;
         std::copy_n(prepared.t_far, PreparedPacket::capacity, nearest.t);
-        cached_instance = RTC_INVALID_GEOMETRY_ID;
+        cached_slot = RTC_INVALID_GEOMETRY_ID;
     }
 
     /// Makes `in_lattice` and `clip_leaves` those of an instance.
-    void enter(std::uint32_t instance, const glm::dmat4& world_to_lattice, const std::vector<HalfSpace>& clip_lattice);
+    void enter(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice);
 
+    Instances instances;
     PreparedPacket prepared;
     RootPacket nearest; ///< as in RayQuery
     LaneMask used = 0;  ///< lanes that hold a ray
-    std::uint32_t cached_instance = RTC_INVALID_GEOMETRY_ID;
+    std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRayPacket in_lattice;
     LaneMask clip_leaves = 0; ///< lanes of which the cutouts leave anything
 };

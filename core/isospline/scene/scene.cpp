@@ -6,40 +6,17 @@
 #include "isospline/scene/scene_impl.h"
 #include "isospline/util/error.h"
 
-#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <variant>
 
 namespace isospline {
 
 namespace {
-
-/// Largest change of a local coordinate by a world vector of length one.
-double stretch(const glm::dmat4& world_to_local)
-{
-    double largest = 0.0;
-    for (int row = 0; row < 3; ++row)
-        largest = std::max(
-            largest, glm::length(glm::dvec3(world_to_local[0][row], world_to_local[1][row], world_to_local[2][row])));
-    return largest;
-}
-
-/// Rounding error, in an object's local space, of a ray that Embree traverses in single precision.
-///
-/// In a scene of radius R about its centre, rays begin within 2 R of the centre and end within 2 R. Going to local
-/// space, each coordinate is a sum of three products and a translation, of size up to 2 R m + T, m being the map's
-/// stretch and T its translation: one rounding for each factor and one for each operation, at most six. The direction's
-/// rounding, six more, grows over a length of at most 4 R.
-double traversal_rounding_error(double radius, const glm::dmat4& centred_to_local)
-{
-    constexpr double unit_roundoff = 0x1p-24;
-    const double reach = radius * stretch(centred_to_local);
-    const glm::dvec3 translation(centred_to_local[3]);
-    return 6.0 * unit_roundoff * (2.0 * reach + glm::length(translation) + 4.0 * reach);
-}
 
 void check_transform(const glm::dmat4& transform)
 {
@@ -58,33 +35,88 @@ void check_transform(const glm::dmat4& transform)
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
 }
 
+const void* address(const PlacedObject& placed)
+{
+    return std::visit([](const auto& object) -> const void* { return object.get(); }, placed.object);
+}
+
+std::shared_ptr<Object> make_object(const PlacedObject& placed)
+{
+    if (const auto* surface = std::get_if<std::shared_ptr<const Isosurface>>(&placed.object))
+        return std::make_shared<IsosurfaceObject>(*surface);
+    return std::make_shared<MeshObject>(std::get<std::shared_ptr<const Mesh>>(placed.object));
+}
+
 } // namespace
 
-Scene::Impl::Impl(BuildQuality quality) : device(quality), top(rtcNewScene(device.get()))
+Scene::Impl::Impl(BuildQuality quality) : device(quality)
 {
-    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | embree::query_filter_flag);
-    device.check();
+    for (embree::SceneHandle& top : tops) {
+        top.reset(rtcNewScene(device.get()));
+        rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | embree::query_filter_flag);
+        device.check();
+        device.commit(top.get());
+    }
+    seen_by_shadows = tops[camera_top].get();
 }
 
-std::uint32_t Scene::Impl::add(std::unique_ptr<Object> object, PlacedObject given)
+std::uint32_t Scene::Impl::add(PlacedObject given)
 {
-    check_transform(object->transform());
-    objects.push_back(std::move(object));
-    placed.push_back(std::move(given));
-    return static_cast<std::uint32_t>(objects.size() - 1);
+    check_transform(given.transform);
+    const std::unique_lock lock(mutex);
+    const std::lock_guard instance_lock(instance_mutex);
+    ISOSPLINE_ASSERT(next_id, <, invalid_id);
+    const auto known = objects.find(address(given));
+    std::shared_ptr<Object> object = known == objects.end() ? make_object(given) : known->second;
+    if (free_slots.empty()) {
+        free_slots.push_back(static_cast<std::uint32_t>(instances.size()));
+        instances.emplace_back();
+    }
+    auto added = std::make_unique<Instance>();
+    added->id = next_id;
+    added->slot = free_slots.back();
+    added->object = objects[address(given)] = std::move(object);
+    added->given = std::move(given);
+    instance_of_id[next_id] = added.get();
+    free_slots.pop_back();
+    instances[added->slot] = std::move(added);
+    has_changed = true;
+    return next_id++;
 }
 
-double Scene::Impl::rounding_error(const Object& object) const
+void Scene::Impl::remove(std::uint32_t id)
 {
-    const glm::dmat4 centred_to_local = glm::inverse(object.local_to_world()) * glm::translate(glm::dmat4(1.0), centre);
-    return traversal_rounding_error(radius, centred_to_local);
+    const std::unique_lock lock(mutex);
+    const std::lock_guard instance_lock(instance_mutex);
+    Instance& removed = instance(id, "geometry_id");
+    free_slots.push_back(removed.slot);
+    for (const TopScene which : {camera_top, shadow_top})
+        removed.detach(which, tops[which].get());
+    if (removed.object.use_count() == 2) // this instance and the list of objects
+        objects.erase(address(removed.given));
+    instance_of_id.erase(id);
+    instances[removed.slot].reset();
+    has_changed = true;
+}
+
+Instance* Scene::Impl::find(std::uint32_t id) const
+{
+    const auto found = instance_of_id.find(id);
+    return found == instance_of_id.end() ? nullptr : found->second;
+}
+
+Instance& Scene::Impl::instance(std::uint32_t id, const char* parameter) const
+{
+    if (Instance* const found = find(id))
+        return *found;
+    throw_invalid(parameter, "the geometry id of an object in the scene",
+                  std::to_string(id) + (id < next_id ? ", which has been removed" : ""));
 }
 
 bool Scene::Impl::commit_is_due() const
 {
-    return committed_count != objects.size() || std::any_of(objects.begin(), objects.end(), [&](const auto& object) {
-               return object->is_stale(rounding_error(*object));
-           });
+    return has_changed ||
+           std::any_of(objects.begin(), objects.end(), [](const auto& item) { return item.second->has_changed(); });
 }
 
 void Scene::Impl::require_commit() const
@@ -95,31 +127,51 @@ void Scene::Impl::require_commit() const
 
 void Scene::Impl::commit(const Progress& progress)
 {
-    const std::lock_guard lock(commit_mutex);
+    const std::unique_lock lock(mutex);
     if (!commit_is_due())
         return;
+    has_changed = true; // until all is done: what throws below leaves the scene to the next commit
+
     bounds = Box();
-    for (const auto& object : objects) {
-        const Box box = transform_box(object->local_to_world(), object->local_bounds());
-        if (!box.empty()) {
+    for (const auto& [id, instance] : instance_of_id)
+        if (const Box box = instance->bounds(); !box.empty()) {
             bounds.extend(box.lower);
             bounds.extend(box.upper);
         }
-    }
     centre = bounds.empty() ? glm::dvec3(0.0) : bounds.center();
-    radius = bounds.empty() ? 0.0 : 0.5 * glm::length(bounds.size());
+    const double radius = bounds.empty() ? 0.0 : 0.5 * glm::length(bounds.size());
     const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
     centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
 
-    for (std::size_t id = 0; id < objects.size(); ++id) {
-        Object& object = *objects[id];
-        const double error = rounding_error(object);
-        if (object.is_stale(error))
-            object.build(device, error, progress);
-        object.place(device, top.get(), static_cast<std::uint32_t>(id), centre);
+    // An object is built for the instance that needs the widest boxes.
+    std::unordered_map<const Object*, double> largest_error;
+    bool shadows_differ = false;
+    for (const auto& [id, instance] : instance_of_id) {
+        instance->place(centre, radius);
+        double& error = largest_error[instance->object.get()];
+        error = std::max(error, instance->placement.rounding_error);
+        const SeenBy& seen_by = instance->given.seen_by;
+        shadows_differ = shadows_differ || seen_by.camera != seen_by.shadow;
     }
-    device.commit(top.get());
-    committed_count = objects.size();
+    for (const auto& [id, instance] : instance_of_id) {
+        Object& object = *instance->object;
+        if (const double error = largest_error[&object]; object.is_stale(error)) {
+            object.build(device, error, progress);
+            ++build_count;
+        }
+    }
+
+    // Shadow rays have a top scene of their own only where they see other objects than the camera does.
+    for (const auto& [id, instance] : instance_of_id) {
+        const SeenBy& seen_by = instance->given.seen_by;
+        instance->update(device, centre);
+        instance->attach(device, camera_top, tops[camera_top].get(), seen_by.camera);
+        instance->attach(device, shadow_top, tops[shadow_top].get(), shadows_differ && seen_by.shadow);
+    }
+    for (const embree::SceneHandle& top : tops)
+        device.commit(top.get());
+    seen_by_shadows = tops[shadows_differ ? shadow_top : camera_top].get();
+    has_changed = false;
 }
 
 Scene::Scene(BuildQuality quality) : impl_(std::make_unique<Impl>(quality))
@@ -129,14 +181,36 @@ Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
-std::uint32_t Scene::add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform)
+std::uint32_t Scene::add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform, SeenBy seen_by)
 {
-    return impl_->add(std::make_unique<IsosurfaceObject>(surface, transform), {surface, transform});
+    return impl_->add({std::move(surface), transform, seen_by});
 }
 
-std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform)
+std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform, SeenBy seen_by)
 {
-    return impl_->add(std::make_unique<MeshObject>(mesh, transform), {mesh, transform});
+    return impl_->add({std::move(mesh), transform, seen_by});
+}
+
+void Scene::remove(std::uint32_t geometry_id)
+{
+    impl_->remove(geometry_id);
+}
+
+void Scene::set_transform(std::uint32_t geometry_id, const glm::dmat4& transform)
+{
+    check_transform(transform);
+    const std::unique_lock lock(impl_->mutex);
+    const std::lock_guard instance_lock(impl_->instance_mutex);
+    impl_->instance(geometry_id, "geometry_id").given.transform = transform;
+    impl_->has_changed = true;
+}
+
+void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
+{
+    const std::unique_lock lock(impl_->mutex);
+    const std::lock_guard instance_lock(impl_->instance_mutex);
+    impl_->instance(geometry_id, "geometry_id").given.seen_by = seen_by;
+    impl_->has_changed = true;
 }
 
 void Scene::commit(const Progress& progress)
@@ -144,12 +218,28 @@ void Scene::commit(const Progress& progress)
     impl_->commit(progress);
 }
 
+std::shared_lock<std::shared_mutex> Scene::hold(const Progress& progress)
+{
+    while (true) {
+        std::shared_lock lock(impl_->mutex);
+        if (!impl_->commit_is_due())
+            return lock;
+        lock.unlock();
+        impl_->commit(progress);
+    }
+}
+
+std::shared_lock<std::shared_mutex> Scene::hold_committed() const
+{
+    std::shared_lock lock(impl_->mutex);
+    impl_->require_commit();
+    return lock;
+}
+
 glm::dvec3 Scene::offset_position(const Hit& hit, const glm::dvec3& towards) const
 {
-    if (hit.geometry_id >= impl_->objects.size())
-        throw_invalid("hit", "a geometry id below " + std::to_string(impl_->objects.size()), hit.geometry_id);
-    const Object& object = *impl_->objects[hit.geometry_id];
-    return object.offset_position(hit, towards, impl_->centre, impl_->rounding_error(object));
+    const Instance& instance = impl_->instance(hit.geometry_id, "hit");
+    return instance.object->offset_position(hit, towards, impl_->centre, instance.placement);
 }
 
 Box Scene::bounds() const
@@ -157,20 +247,42 @@ Box Scene::bounds() const
     return impl_->bounds;
 }
 
-const PlacedObject& Scene::object(std::uint32_t geometry_id) const
+PlacedObject Scene::object(std::uint32_t geometry_id) const
 {
-    return impl_->placed.at(geometry_id);
+    const std::lock_guard lock(impl_->instance_mutex);
+    return impl_->instance(geometry_id, "geometry_id").given;
+}
+
+bool Scene::contains(std::uint32_t geometry_id) const
+{
+    const std::lock_guard lock(impl_->instance_mutex);
+    return impl_->find(geometry_id) != nullptr;
+}
+
+std::vector<std::uint32_t> Scene::ids() const
+{
+    const std::lock_guard lock(impl_->instance_mutex);
+    std::vector<std::uint32_t> ids;
+    for (const auto& [id, instance] : impl_->instance_of_id)
+        ids.push_back(id);
+    return ids;
 }
 
 std::size_t Scene::count() const
 {
-    return impl_->objects.size();
+    const std::lock_guard lock(impl_->instance_mutex);
+    return impl_->instance_of_id.size();
+}
+
+std::uint64_t Scene::build_count() const
+{
+    return impl_->build_count;
 }
 
 std::size_t Scene::memory() const
 {
-    std::size_t bytes = impl_->device.memory();
-    for (const auto& object : impl_->objects)
+    std::size_t bytes = impl_->device.memory() + impl_->instance_of_id.size() * sizeof(Instance);
+    for (const auto& [address, object] : impl_->objects)
         bytes += object->memory();
     return bytes;
 }

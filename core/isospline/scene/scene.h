@@ -14,22 +14,34 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
 #include <span>
 #include <variant>
 #include <vector>
 
 namespace isospline {
 
-/// What a scene holds under a geometry id, and where it is.
+/// Which rays meet an object.
+struct SeenBy {
+    bool camera = true; ///< those of cast_rays() and list_intersections()
+    bool shadow = true; ///< those of test_occlusions()
+};
+
+/// What a scene holds under a geometry id, where it is, and what sees it.
 struct PlacedObject {
     std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>> object;
     glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
+    SeenBy seen_by{};
 };
 
 /// Isosurfaces and triangle meshes that rays can be cast at.
 ///
-/// Changes (added objects, another level of an isosurface) take effect at the next commit(). Rays may be cast from any
-/// number of threads between two commits, and any number of threads may commit at a time: one builds, the others wait.
+/// Changes (objects added, moved and removed, another level of an isosurface) take effect at the next commit(), which
+/// builds an isosurface or mesh once, however many times it has been added, and again only where its shape has changed.
+///
+/// Rays may be cast from any number of threads between two commits, and any number of threads may change and commit at
+/// a time: one does so, the others wait. Where some cast while others change, the former hold() the scene meanwhile.
 class Scene {
 public:
     explicit Scene(BuildQuality quality = BuildQuality::medium);
@@ -37,14 +49,27 @@ public:
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
 
-    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id, which
-    /// counts up from 0. Throws std::invalid_argument for a transform that is singular or not affine.
-    std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0));
-    std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0));
+    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id: ids count
+    /// up from 0 and are never used again. Throws std::invalid_argument for a transform that is singular or not affine.
+    std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0),
+                      SeenBy seen_by = {});
+    std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0),
+                      SeenBy seen_by = {});
+
+    /// These throw std::invalid_argument for an id that is not in the scene, and for a transform as add() does.
+    void remove(std::uint32_t geometry_id);
+    void set_transform(std::uint32_t geometry_id, const glm::dmat4& transform);
+    void set_visibility(std::uint32_t geometry_id, SeenBy seen_by);
 
     /// Builds what has changed since the last commit; cheap where nothing has. Throws Cancelled where the callback
     /// returns false; another commit then starts that object again.
     void commit(const Progress& progress = {});
+
+    /// Commits, and keeps the scene as it is then: changes by other threads wait for the end of this lock. The thread
+    /// that has it must not change the scene.
+    [[nodiscard]] std::shared_lock<std::shared_mutex> hold(const Progress& progress = {});
+    /// The same for a scene that has not changed since it was committed: throws std::logic_error where it has.
+    [[nodiscard]] std::shared_lock<std::shared_mutex> hold_committed() const;
 
     /// First crossing of each ray within its [t_near, t_far], on the calling thread. `coherent` traces rays that follow
     /// each other in packets, which is faster where they begin and run close together, as those of a small tile of a
@@ -71,12 +96,17 @@ public:
     /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
     /// none.
     Box bounds() const;
-    /// The object of a geometry id, which must be one that add() has returned.
-    const PlacedObject& object(std::uint32_t geometry_id) const;
-    /// Objects added.
+    /// What is under a geometry id. Throws std::invalid_argument for one that is not in the scene.
+    PlacedObject object(std::uint32_t geometry_id) const;
+    bool contains(std::uint32_t geometry_id) const;
+    /// The geometry ids, ascending.
+    std::vector<std::uint32_t> ids() const;
+    /// How many there are.
     std::size_t count() const;
+    /// Acceleration structures of isosurfaces and meshes that commits have built so far.
+    std::uint64_t build_count() const;
     /// Bytes of this scene's acceleration structures, Embree's and what is kept of cells beside them, as of the last
-    /// commit.
+    /// commit. Objects that were added many times count once.
     std::size_t memory() const;
 
 private:

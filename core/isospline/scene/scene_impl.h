@@ -2,11 +2,15 @@
 #pragma once
 
 #include "isospline/scene/device.h"
-#include "isospline/scene/object.h"
+#include "isospline/scene/instance.h"
 #include "isospline/scene/scene.h"
 
+#include <array>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <shared_mutex>
+#include <unordered_map>
 #include <vector>
 
 namespace isospline {
@@ -16,9 +20,14 @@ struct RayQuery;
 struct Scene::Impl {
     explicit Impl(BuildQuality quality);
 
-    std::uint32_t add(std::unique_ptr<Object> object, PlacedObject given);
-    /// Rounding error of a ray in an object's local space.
-    double rounding_error(const Object& object) const;
+    /// Adds an instance of what `given` holds.
+    std::uint32_t add(PlacedObject given);
+    void remove(std::uint32_t id);
+    /// The instance of a geometry id; null where there is none.
+    Instance* find(std::uint32_t id) const;
+    /// The same; throws std::invalid_argument, which names the parameter, where there is none.
+    Instance& instance(std::uint32_t id, const char* parameter) const;
+
     bool commit_is_due() const;
     /// Throws std::logic_error where a commit is due.
     void require_commit() const;
@@ -30,15 +39,20 @@ struct Scene::Impl {
     /// All crossings of a ray, for Scene::list_intersections().
     void list(const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
 
-    std::mutex commit_mutex;
+    std::shared_mutex mutex;           ///< of all below: changes and commits own it, queries may share it
+    mutable std::mutex instance_mutex; ///< of what users may ask for at any time: changes own this one too
     Device device;
-    embree::SceneHandle top;
-    std::vector<std::unique_ptr<Object>> objects;
-    std::vector<PlacedObject> placed; ///< the same as they were given
-    std::size_t committed_count = 0;
+    std::array<embree::SceneHandle, top_scene_count> tops;
+    std::unordered_map<const void*, std::shared_ptr<Object>> objects; ///< by the isosurface or mesh that they show
+    std::vector<std::unique_ptr<Instance>> instances;                 ///< by slot; null where that is free
+    std::vector<std::uint32_t> free_slots;
+    std::map<std::uint32_t, Instance*> instance_of_id;
+    std::uint32_t next_id = 0;
+    bool has_changed = false; ///< since the last commit; that objects have is theirs to tell
+    std::uint64_t build_count = 0;
+    RTCScene seen_by_shadows = nullptr; ///< one of the tops
     Box bounds;
     glm::dvec3 centre{0.0};
-    double radius = 0.0;
     Box centred_bounds; ///< a little larger than the bounds, relative to the centre; empty where these are
 };
 

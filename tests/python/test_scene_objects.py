@@ -1,0 +1,514 @@
+"""Objects of a scene: added, moved, hidden and removed, alone and as instances, from one thread and from several."""
+
+import gc
+import resource
+import threading
+
+import numpy as np
+import pytest
+
+import isospline
+
+CENTER = np.full(3, 11.5)
+DOWN = np.array([(0.2, 0.2, 10.0, 0.0, 0.0, -1.0)])
+
+
+def sphere(radius=8.0, size=24):
+    """An isosurface that is a sphere about CENTER to within rounding: its model is |x - CENTER|^2."""
+    x = np.arange(size) - (size - 1) / 2
+    square = x**2 - 0.25
+    volume = isospline.Volume(square[:, None, None] + square[:, None] + square, filter="none")
+    return isospline.Isosurface(volume, radius**2, inside="below")
+
+
+def mesh_sphere(radius, meridians=256):
+    """A mesh whose vertices lie on a sphere about the origin."""
+    polar, azimuth = np.meshgrid(np.linspace(0, np.pi, meridians // 2 + 1),
+                                 np.linspace(0, 2 * np.pi, meridians, endpoint=False), indexing="ij")
+    vertices = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
+    index = np.arange(polar.size).reshape(polar.shape)
+    a, b = index[:-1], index[1:]
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
+    return isospline.Mesh(radius * vertices.reshape(-1, 3), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+
+
+def triangle():
+    return isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+
+
+def moved(x, y, z):
+    matrix = np.eye(4)
+    matrix[:3, 3] = x, y, z
+    return matrix
+
+
+def rays_at(rng, center, radius, count, distance=60.0):
+    origins = rng.normal(size=(count, 3))
+    origins *= distance / np.linalg.norm(origins, axis=1, keepdims=True)
+    targets = radius * rng.uniform(-1, 1, size=(count, 3))
+    return np.hstack([center + origins, targets - origins])
+
+
+def sphere_t(rays, center, radius):
+    """First t at which rays from outside meet a sphere, inf where they miss."""
+    offset, direction = rays[:, :3] - center, rays[:, 3:]
+    a, b = (direction**2).sum(axis=1), (offset * direction).sum(axis=1)
+    discriminant = b**2 - a * ((offset**2).sum(axis=1) - radius**2)
+    return np.where(discriminant > 0, (-b - np.sqrt(np.maximum(discriminant, 0))) / a, np.inf)
+
+
+def assert_same_hits(actual, expected):
+    assert actual.keys() == expected.keys()
+    for name in expected:
+        np.testing.assert_array_equal(actual[name], expected[name], err_msg=name)
+
+
+# Adding, moving, removing
+
+
+def test_ids_are_never_used_again():
+    scene = isospline.Scene([triangle(), triangle()])
+    assert (scene.ids, len(scene), list(scene)) == ([0, 1], 2, [0, 1])
+    scene.remove(0)
+    assert (scene.ids, len(scene), 0 in scene, 1 in scene, "1" in scene) == ([1], 1, False, True, False)
+    assert scene.add(triangle()) == 2
+    scene.remove(1)
+    scene.remove(np.uint32(2))
+    assert (scene.ids, len(scene)) == ([], 0)
+    assert np.isinf(scene.cast_rays(DOWN)["t_hit"][0])
+    assert scene.add(triangle()) == 3
+    assert scene.cast_rays(DOWN)["geometry_ids"][0] == 3
+
+
+def test_objects_are_the_ones_that_were_added():
+    surface, mesh = sphere(), triangle()
+    scene = isospline.Scene([surface])
+    scene.add(mesh, moved(1, 2, 3))
+    assert scene.object(0) is surface and scene.object(1) is mesh
+    np.testing.assert_array_equal(scene.transform(0), np.eye(4))
+    np.testing.assert_array_equal(scene.transform(1), moved(1, 2, 3))
+
+
+@pytest.mark.parametrize("query", ["single", "packets", "all", "occlusion"])
+def test_transforms_take_effect_at_the_next_query(rng, query):
+    """A scene that was changed answers as one that was made so."""
+    surface, mesh = sphere(), mesh_sphere(6.0, 32)
+    matrix = np.array([[0.0, -2.0, 0.0, 20.0], [1.5, 0.0, 0.5, -4.0], [0.0, 0.3, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]])
+    changed = isospline.Scene([surface, surface, mesh])
+    rays = rays_at(rng, CENTER, 20.0, 3000)
+    ask = {"single": changed.cast_rays, "packets": lambda rays: changed.cast_rays(rays, coherent=True),
+           "all": changed.list_intersections, "occlusion": lambda rays: {"": changed.test_occlusions(rays)}}[query]
+    before = ask(rays)
+    changed.set_transform(0, matrix)
+    changed.set_transform(2, moved(14, 11, 12))
+    changed.remove(1)
+    changed.set_transform(0, transform=matrix @ moved(0.25, 0.5, 0.75))
+    np.testing.assert_array_equal(changed.transform(0), matrix @ moved(0.25, 0.5, 0.75))
+
+    made = isospline.Scene()
+    made.add(surface, matrix @ moved(0.25, 0.5, 0.75))
+    made.remove(made.add(mesh))
+    made.add(mesh, moved(14, 11, 12))
+    expected = {"single": made.cast_rays, "packets": made.cast_rays, "all": made.list_intersections,
+                "occlusion": lambda rays: {"": made.test_occlusions(rays)}}[query](rays)
+    actual = ask(rays)
+    assert_same_hits(actual, expected)
+    assert any(before[name].shape != actual[name].shape or (before[name] != actual[name]).any() for name in actual)
+    np.testing.assert_array_equal(changed.bounds, made.bounds)
+
+
+def test_only_shapes_that_change_are_built():
+    surface, mesh = sphere(), mesh_sphere(3.0, 32)
+    scene = isospline.Scene([surface, mesh])
+    assert scene.build_count == 2
+    for x in range(20):
+        scene.set_transform(1, moved(x, 2 * x, -x))
+        assert scene.build_count == 2
+    scene.add(mesh, moved(5, 5, 5))
+    scene.set_visibility(0, camera=False)
+    scene.remove(1)
+    assert scene.build_count == 2
+    surface.level = 49.0
+    assert scene.build_count == 3
+    scene.add(triangle())
+    assert scene.build_count == 4
+
+
+def test_boxes_cover_the_instance_that_needs_the_widest(rng):
+    """Instances far from each other and of very different sizes: single precision rounds most in the smallest."""
+    surface = sphere()
+    scene = isospline.Scene()
+    scales, offsets = np.array([1e-4, 1.0, 300.0]), np.array([(0, 0, 0), (5e3, 1, 2), (-2e4, 7e3, 0)])
+    for scale, offset in zip(scales, offsets):
+        matrix = np.diag([scale, scale, scale, 1.0])
+        matrix[:3, 3] = offset
+        scene.add(surface, matrix)
+    for geometry_id, (scale, offset) in enumerate(zip(scales, offsets)):
+        center = offset + scale * CENTER
+        rays = rays_at(rng, center, 7.9 * scale / np.sqrt(3), 5000, 12 * scale)  # all of them hit
+        for coherent in (False, True):
+            hits = scene.cast_rays(rays, coherent=coherent, details=True)
+            assert (hits["geometry_ids"] == geometry_id).all()
+            radius = np.linalg.norm(hits["positions"] - center, axis=1)
+            np.testing.assert_allclose(radius, 8 * scale, rtol=1e-6, atol=1e-15 * np.abs(offset).max())
+
+
+# Instances
+
+
+def test_a_hundred_instances_take_the_memory_of_one(rng):
+    samples = rng.normal(size=(24, 24, 24))
+    for shape in (isospline.Isosurface(isospline.Volume(samples), 0.2), mesh_sphere(8.0)):
+        scene = isospline.Scene([shape])
+        one = scene.memory
+        for i in range(1, 100):
+            scene.add(shape, moved(30 * i, 0, 0))
+        assert scene.memory < one + 99 * 1000
+        copies = isospline.Scene([shape, type(shape)(*shape_arguments(shape))])
+        assert copies.memory > 1.8 * one
+
+
+def shape_arguments(shape):
+    return (shape.vertices, shape.faces) if isinstance(shape, isospline.Mesh) else (shape.volume, shape.level)
+
+
+def test_each_instance_is_met_where_it_is(rng):
+    """A lattice of rotated, scaled and mirrored spheres and meshes against closed forms."""
+    surface, mesh = sphere(), mesh_sphere(8.0)
+    scene = isospline.Scene()
+    centers, radii = [], []
+    for i in range(30):
+        rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        scale = rng.uniform(0.5, 1.5)
+        center = 30.0 * np.array([i % 5, i // 5 % 3, i // 15])
+        matrix = np.eye(4)
+        matrix[:3, :3] = scale * rotation
+        matrix[:3, 3] = center - matrix[:3, :3] @ (CENTER if i % 2 else np.zeros(3))
+        assert scene.add(surface if i % 2 else mesh, matrix) == i
+        centers.append(center)
+        radii.append(8 * scale)
+    assert scene.build_count <= 2
+    rays = rays_at(rng, np.array([60.0, 30.0, 15.0]), 70.0, 20000, 300.0)
+    all_t = np.stack([sphere_t(rays, center, radius) for center, radius in zip(centers, radii)])
+    t, nearest = all_t.min(axis=0), all_t.argmin(axis=0)
+    hits = scene.cast_rays(rays)
+    offset = np.asarray(centers)[:, None] - rays[:, :3]
+    length = np.linalg.norm(rays[:, 3:], axis=1)
+    distance = np.linalg.norm(np.cross(offset, rays[:, 3:]), axis=-1) / length
+    clear = (np.abs(distance - np.asarray(radii)[:, None]) > 0.05).all(axis=0)  # of silhouettes, which meshes coarsen
+    assert clear.mean() > 0.8
+    np.testing.assert_array_equal(np.isfinite(hits["t_hit"])[clear], np.isfinite(t)[clear])
+    hit = clear & np.isfinite(t)
+    np.testing.assert_array_equal(hits["geometry_ids"][hit], nearest[hit])
+    exact = hit & (nearest % 2 == 1)
+    assert (np.abs(hits["t_hit"][exact] - t[exact]) * length[exact]).max() < 1e-6
+    assert_same_hits(scene.cast_rays(rays, coherent=True), hits)
+
+
+# Visibility
+
+
+@pytest.mark.parametrize("kind", ["isosurface", "mesh"])
+def test_visibility(kind):
+    shape = sphere() if kind == "isosurface" else mesh_sphere(8.0, 64)
+    at = np.zeros(3) if kind == "isosurface" else CENTER
+    scene = isospline.Scene()
+    front = scene.add(shape, moved(*at), camera=False)
+    back = scene.add(shape, moved(*(at + (40, 0, 0))), shadow=False)
+    assert scene.visibility(front) == {"camera": False, "shadow": True}
+    ray = [(-20, 11.4, 11.3, 1, 0, 0)]
+
+    def seen():
+        singles, packets = scene.cast_rays(ray), scene.cast_rays(ray, coherent=True)
+        assert_same_hits(packets, singles)
+        crossings = scene.list_intersections(ray)["geometry_ids"].tolist()
+        assert crossings[:1] == [geometry for geometry in singles["geometry_ids"].tolist() if geometry in scene]
+        assert scene.count_intersections(ray)[0] == len(crossings)
+        in_front, behind = ({"t_near": t, "t_far": t + 50} for t in (0, 50))
+        return sorted(set(crossings)), [bool(scene.test_occlusions(ray, **limits)[0]) for limits in (in_front, behind)]
+
+    assert seen() == ([back], [True, False])
+    scene.set_visibility(front, camera=True)
+    assert scene.visibility(front) == {"camera": True, "shadow": True}
+    assert seen() == ([front, back], [True, False])
+    scene.set_visibility(front, shadow=False)
+    assert seen() == ([front, back], [False, False])
+    scene.set_visibility(back, camera=False, shadow=True)
+    assert seen() == ([front], [False, True])
+    for geometry in scene:
+        scene.set_visibility(geometry, camera=False, shadow=False)
+    assert seen() == ([], [False, False])
+    for geometry in scene:
+        scene.set_visibility(geometry, camera=True, shadow=True)
+    assert seen() == ([front, back], [True, True])
+
+
+def test_what_is_hidden_is_not_in_pictures():
+    scene = isospline.Scene([sphere(), sphere()])
+    scene.set_transform(1, moved(5, 0, 0))
+    camera = isospline.camera_for(scene)
+    scene.set_visibility(1, camera=False)
+    hidden = isospline.render(scene, camera, size=(64, 48))
+    assert set(np.unique(hidden.geometry_ids)) == {0, isospline.INVALID_ID}
+    scene.remove(1)
+    removed = isospline.render(scene, camera, size=(64, 48))
+    np.testing.assert_array_equal(hidden.color, removed.color)
+    scene.add(sphere(), moved(5, 0, 0))  # id 2, of two objects
+    assert set(np.unique(isospline.render(scene, camera, size=(64, 48)).geometry_ids)) == {0, 2, isospline.INVALID_ID}
+
+
+# Details
+
+
+def test_details_of_hits(rng):
+    surface, mesh = sphere(), isospline.Mesh([(0, 0, 30), (24, 0, 30), (0, 24, 31)], [(0, 1, 2)])
+    scene = isospline.Scene([surface, mesh])
+    rays = rays_at(rng, CENTER, 14.0, 4000).reshape(40, 100, 6)
+    plain, hits = scene.cast_rays(rays), scene.cast_rays(rays, details=True)
+    for name in plain:
+        np.testing.assert_array_equal(hits[name], plain[name])
+    assert {name: (hits[name].shape, hits[name].dtype) for name in hits.keys() - plain.keys()} == {
+        "positions": ((40, 100, 3), np.float64), "primitive_uvs": ((40, 100, 2), np.float32),
+        "gradient_magnitudes": ((40, 100), np.float64)}
+    assert_same_hits(scene.cast_rays(rays, details=True, coherent=True), hits)
+
+    on_surface, on_mesh = hits["geometry_ids"] == 0, hits["geometry_ids"] == 1
+    assert on_surface.sum() > 500 and on_mesh.sum() > 100
+    points = rays[..., :3] + hits["t_hit"][..., None] * rays[..., 3:]
+    hit = on_surface | on_mesh
+    np.testing.assert_allclose(hits["positions"][hit], points[hit], rtol=1e-14, atol=1e-12)
+    assert np.isnan(hits["positions"][~hit]).all()
+    gradient = surface.volume.sample(points[on_surface], derivative=1)
+    np.testing.assert_allclose(hits["gradient_magnitudes"][on_surface], np.linalg.norm(gradient, axis=1), rtol=1e-9)
+    assert (hits["gradient_magnitudes"][~on_surface] == 0).all()
+    u, v = np.moveaxis(hits["primitive_uvs"][on_mesh].astype(float), -1, 0)
+    corners = mesh.vertices
+    between = (1 - u - v)[:, None] * corners[0] + u[:, None] * corners[1] + v[:, None] * corners[2]
+    np.testing.assert_allclose(between, points[on_mesh], atol=1e-4)
+    assert (hits["primitive_uvs"][~on_mesh] == 0).all()
+
+
+# Both kinds in one picture, whatever traces it
+
+
+def interpenetrating():
+    """An isosurface sphere and a mesh sphere that cut into each other, and the camera's rays at them."""
+    scene = isospline.Scene([sphere(6.0)])
+    scene.add(mesh_sphere(6.0, 512), moved(16.0, 12.5, 10.5))
+    camera = isospline.PerspectiveCamera(eye=(14, -40, 20), target=(14, 11.5, 11.5), field_of_view=25)
+    return scene, camera.rays((320, 240))
+
+
+def test_a_picture_of_two_spheres_against_the_closed_form():
+    """Budget: 0.1% of the 76800 pixels, all of them along the silhouette and the cut, where facets leave the sphere."""
+    scene, rays = interpenetrating()
+    flat = rays.reshape(-1, 6)
+    t = np.stack([sphere_t(flat, CENTER, 6.0), sphere_t(flat, (16.0, 12.5, 10.5), 6.0)])
+    expected = np.where(np.isinf(t).all(axis=0), isospline.INVALID_ID, t.argmin(axis=0))
+    hits = scene.cast_rays(flat)
+    wrong = hits["geometry_ids"] != expected
+    assert wrong.mean() < 1e-3
+    assert [(expected == object_id).mean() > 0.05 for object_id in (0, 1, isospline.INVALID_ID)] == [True] * 3
+
+    # Those that are wrong are all within a facet's sagitta of a silhouette or of the cut.
+    sagitta = 6.0 * (1 - np.cos(np.pi / 256)) * 1.5
+    length = np.linalg.norm(flat[:, 3:], axis=1)
+    to_silhouette = np.abs(np.linalg.norm(np.cross(flat[:, :3] - (16.0, 12.5, 10.5), flat[:, 3:]), axis=1) / length - 6)
+    with np.errstate(invalid="ignore"):
+        depth_apart = np.abs(t[0] - t[1]) * length
+    assert ((to_silhouette < sagitta) | (depth_apart < 20 * sagitta))[wrong].all()
+    right = ~wrong & (expected == 0)
+    assert (np.abs(hits["t_hit"][right] - t[0, right]) * length[right]).max() < 1e-6
+    right = ~wrong & (expected == 1) & (to_silhouette > 0.2)
+    assert (np.abs(hits["t_hit"][right] - t[1, right]) * length[right]).max() < 5 * sagitta
+
+
+def test_threads_and_packets_find_the_same_bit_for_bit():
+    scene, rays = interpenetrating()
+    expected = scene.cast_rays(rays, details=True)
+    crossings = scene.list_intersections(rays)
+    occluded = scene.test_occlusions(rays)
+    np.testing.assert_array_equal(occluded, np.isfinite(expected["t_hit"]))
+    try:
+        for threads in (1, 2, 3, 8):
+            isospline.set_thread_count(threads)
+            for coherent in (False, True):
+                assert_same_hits(scene.cast_rays(rays, details=True, coherent=coherent), expected)
+            assert_same_hits(scene.list_intersections(rays), crossings)
+            np.testing.assert_array_equal(scene.test_occlusions(rays), occluded)
+    finally:
+        isospline.set_thread_count(0)
+
+
+# Memory
+
+
+def test_memory_returns_after_a_thousand_changes():
+    surface, mesh, ray = sphere(), mesh_sphere(6.0, 64), [(-20.0, 11.4, 11.3, 1.0, 0.0, 0.0)]
+    scene = isospline.Scene([surface])
+
+    def change(i):
+        added = [scene.add(mesh, moved(i % 7, 0, 0)), scene.add(surface, moved(0, i % 5, 0), shadow=i % 2 == 0),
+                 scene.add(sphere(4.0 + i % 3) if i % 50 == 0 else triangle())]
+        surface.level = 36.0 + i % 10
+        scene.cast_rays(ray)
+        scene.set_transform(added[0], moved(0, 0, i % 3))
+        scene.set_visibility(added[1], camera=i % 3 == 0)
+        scene.test_occlusions(ray)
+        for geometry in added:
+            scene.remove(geometry)
+
+    def settle():
+        surface.level = 64.0
+        scene.cast_rays(ray)
+        gc.collect()
+        return scene.memory
+
+    for i in range(10):
+        change(i)  # Embree's tables of objects keep the room that they once had
+    before = settle()
+    for i in range(300):
+        change(i)
+    assert settle() == before
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for i in range(300, 1000):
+        change(i)
+    assert settle() == before
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak  # kilobytes
+    assert grown < 20_000
+    assert scene.ids == [0]
+
+
+# Bad input, and objects and threads that come and go
+
+
+@pytest.mark.parametrize("call", [
+    lambda scene, geometry_id: scene.remove(geometry_id),
+    lambda scene, geometry_id: scene.set_transform(geometry_id, np.eye(4)),
+    lambda scene, geometry_id: scene.set_visibility(geometry_id, camera=True),
+    lambda scene, geometry_id: scene.transform(geometry_id),
+    lambda scene, geometry_id: scene.visibility(geometry_id),
+    lambda scene, geometry_id: scene.object(geometry_id),
+])
+def test_bad_ids(call):
+    scene = isospline.Scene([triangle(), triangle()])
+    scene.remove(0)
+    expected = "geometry_id: expected the geometry id of an object in the scene, got "
+    for bad, got in [(0, "0, which has been removed"), (2, "2"), (-1, "-1"), (2**32 + 1, "4294967297"),
+                     (isospline.INVALID_ID, "4294967295"), (10**30, "1" + 30 * "0")]:
+        with pytest.raises(ValueError, match=f"^{expected}{got}$"):
+            call(scene, bad)
+    with pytest.raises(TypeError, match="geometry_id: expected an int, got float"):
+        call(scene, 1.0)
+    assert scene.ids == [1]
+
+
+def test_removed_ids_in_hits_and_shading():
+    scene = isospline.Scene([triangle()])
+    hits = scene.cast_rays(DOWN)
+    scene.remove(0)
+    with pytest.raises(ValueError, match="hit: expected the geometry id .* got 0, which has been removed"):
+        scene.secondary_rays(DOWN, hits, [(0, 0, 1)])
+    scene.add(triangle())
+    camera = isospline.camera_for(scene)
+    with pytest.raises(ValueError, match="shading: expected geometry ids of objects in the scene, got 0"):
+        isospline.render(scene, camera, size=(8, 8), shading={0: isospline.Phong()})
+
+
+@pytest.mark.parametrize("matrix, message", [
+    (np.diag([1.0, 0.0, 1.0, 1.0]), "transform: expected an invertible map"),
+    (np.ones((4, 4)), "transform: expected an affine map"),
+    (np.full((4, 4), np.inf), "transform: expected finite numbers"),
+    (np.eye(3), r"transform: expected shape \(4, 4\)"),
+])
+def test_a_bad_transform_changes_nothing(matrix, message):
+    scene = isospline.Scene([triangle()])
+    with pytest.raises(ValueError, match=message):
+        scene.set_transform(0, matrix)
+    with pytest.raises(ValueError, match=message):
+        scene.add(triangle(), matrix)
+    np.testing.assert_array_equal(scene.transform(0), np.eye(4))
+    assert scene.ids == [0] and scene.cast_rays(DOWN)["t_hit"][0] == 10.0
+
+
+def test_degenerate_triangles_are_never_hit():
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0)]
+    scene = isospline.Scene([isospline.Mesh(vertices, [(0, 1, 3), (0, 0, 2), (1, 1, 1), (0, 1, 2)])])
+    for coherent in (False, True):
+        hits = scene.cast_rays([(0.2, 0.2, 1, 0, 0, -1), (0.5, 0.0, 1, 0, 0, -1), (1.5, 0, 1, 0, 0, -1)],
+                               coherent=coherent)
+        assert hits["primitive_ids"][0] == 3 and hits["primitive_ids"][1] in (3, isospline.INVALID_ID)
+        assert np.isinf(hits["t_hit"][2])
+    assert np.isfinite(hits["primitive_normals"]).all()
+    only_points = isospline.Scene([isospline.Mesh(vertices, [(0, 0, 0)])])
+    assert np.isinf(only_points.cast_rays([(0, 0, 1, 0, 0, -1)])["t_hit"][0])
+
+
+def test_objects_live_as_long_as_the_scene_needs_them():
+    surface, mesh = sphere(), triangle()
+    scene = isospline.Scene([surface])
+    scene.add(mesh, moved(0, 0, 30))
+    rays = [(11.4, 11.3, 60, 0, 0, -1), (0.2, 0.2, 60, 0, 0, -1)]
+    expected = scene.cast_rays(rays)
+    del surface, mesh
+    gc.collect()
+    assert_same_hits(scene.cast_rays(rays), expected)
+    assert isinstance(scene.object(0), isospline.Isosurface) and len(scene.object(1).faces) == 1
+    scene.object(0).level = 49.0
+    assert scene.cast_rays(rays)["t_hit"][0] > expected["t_hit"][0]
+
+
+def test_threads_query_one_scene(rng):
+    scene, rays = interpenetrating()
+    expected = scene.cast_rays(rays)
+    fresh, _ = interpenetrating()  # not committed: all threads want it to be
+    results = [None] * 6
+
+    def query(i):
+        results[i] = [fresh.cast_rays(rays, coherent=i % 2 == 0) for _ in range(3)]
+
+    threads = [threading.Thread(target=query, args=(i,)) for i in range(len(results))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for result in results:
+        for hits in result:
+            assert_same_hits(hits, expected)
+    assert fresh.build_count == 2
+
+
+def test_threads_change_a_scene_that_others_query():
+    """Every answer is that of the scene before or after a change, never of one in between."""
+    surface, mesh = sphere(), mesh_sphere(6.0, 64)
+    scene = isospline.Scene([surface])
+    rays = np.tile([(11.4, 11.3, 60.0, 0.0, 0.0, -1.0)], (5000, 1))
+    below, above = scene.cast_rays(rays)["t_hit"][0], None
+    probe = isospline.Scene()
+    probe.add(mesh, moved(11.5, 11.5, 40))
+    above = probe.cast_rays(rays)["t_hit"][0]
+    errors, answers, stop = [], set(), threading.Event()
+
+    def query():
+        try:
+            while not stop.is_set():
+                found = np.unique(np.round(scene.cast_rays(rays)["t_hit"], 3))
+                assert len(found) == 1
+                answers.add(float(found[0]))
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=query) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for _ in range(100):
+        added = scene.add(mesh, moved(11.5, 11.5, 40))
+        scene.cast_rays(rays[:1])
+        scene.remove(added)
+        scene.cast_rays(rays[:1])
+    stop.set()
+    for thread in threads:
+        thread.join()
+    assert not errors
+    assert answers <= {round(float(below), 3), round(float(above), 3)} and answers
