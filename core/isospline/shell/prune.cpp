@@ -9,6 +9,7 @@
 #include <hwy/aligned_allocator.h>
 
 #include <algorithm>
+#include <bit>
 #include <type_traits>
 #include <vector>
 
@@ -34,9 +35,7 @@ public:
         : threshold_(static_cast<Real>(threshold)),
           threshold_rest_(static_cast<Real>(threshold - static_cast<double>(threshold_))),
           tolerance_(std::is_same_v<Real, float> ? static_cast<Real>(rounding(depth)) : Real(0)),
-          queues_(static_cast<std::size_t>(depth)),
-          kept_(kept),
-          undecided_(undecided)
+          queues_(static_cast<std::size_t>(depth)), kept_(kept), undecided_(undecided)
     {
     }
 
@@ -119,8 +118,8 @@ private:
             auto largest = hn::Zero(lanes);
             for (std::size_t i = 0; i < coarse_count; ++i) {
                 const auto coefficient = hn::LoadU(lanes, coefficients + i * Queue::capacity);
-                const auto difference = hn::Sub(hn::Sub(coefficient, hn::Set(lanes, threshold_)),
-                                                hn::Set(lanes, threshold_rest_));
+                const auto difference =
+                    hn::Sub(hn::Sub(coefficient, hn::Set(lanes, threshold_)), hn::Set(lanes, threshold_rest_));
                 largest = hn::Max(largest, hn::Abs(difference));
                 hn::Store(difference, lanes, block + i * hn::Lanes(lanes));
             }
@@ -172,17 +171,14 @@ private:
         HWY_ALIGN Real upper[children * B::most_lanes];
         extremes_of_children<false>(finer, lower);
         extremes_of_children<true>(finer, upper);
-        HWY_ALIGN Real tolerances[B::most_lanes];
-        hn::Store(tolerance, lanes, tolerances);
         std::size_t cell_of_lane[B::most_lanes];
         std::copy_n(cells, lane_count, cell_of_lane);
         for (std::size_t child = 0; child < children; ++child) {
             const std::size_t at = child * hn::Lanes(lanes);
             const unsigned mixed =
                 signs(lanes, hn::Load(lanes, lower + at), hn::Load(lanes, upper + at), tolerance).maybe_mixed & open;
-            for (std::size_t lane = 0; lane < lane_count; ++lane)
-                if (mixed >> lane & 1)
-                    push(queues_[level + 1], cell_of_lane[lane], tolerances[lane], finer + lane, child);
+            if (mixed != 0)
+                push(queues_[level + 1], cell_of_lane, tolerance, finer, child, mixed);
         }
     }
 
@@ -210,18 +206,26 @@ private:
         B::template extremes_of_halves<1, 2 * 2, Largest>(along_y, extremes);
     }
 
-    /// Appends sub-cell `child`, bits x, y, z, of one lane's fine coefficients.
-    static void push(Queue& queue, std::size_t cell, Real tolerance, const Real* HWY_RESTRICT finer, std::size_t child)
+    /// Appends sub-cell `child`, bits x, y, z, of the fine coefficients of some lanes.
+    static HWY_INLINE void push(Queue& queue, const std::size_t* cells, hn::Vec<Lanes> tolerance,
+                                const Real* HWY_RESTRICT finer, std::size_t child, unsigned some)
     {
-        const std::size_t lane_count = hn::Lanes(Lanes());
+        // Whole vectors are stored, of which the first so many lanes count: there is room for them, see `capacity`.
+        const Lanes lanes;
+        const std::size_t lane_count = hn::Lanes(lanes);
+        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(some), static_cast<std::uint8_t>(some >> 8)};
+        const auto mask = hn::LoadMaskBits(lanes, bytes);
         const Real* corner = finer + ((child & 1) + fine * ((child >> 1 & 1) + fine * (child >> 2))) * lane_count;
         Real* out = queue.coefficients.get() + queue.size;
         for (std::size_t z = 0; z < coarse; ++z)
             for (std::size_t y = 0; y < coarse; ++y)
-                for (std::size_t x = 0; x < coarse; ++x, out += Queue::capacity)
-                    *out = corner[(x + fine * (y + fine * z)) * lane_count];
-        queue.tolerances[queue.size] = tolerance;
-        queue.cells[queue.size++] = cell;
+                for (std::size_t x = 0; x < coarse; ++x, out += Queue::capacity) {
+                    const auto coefficients = hn::Load(lanes, corner + (x + fine * (y + fine * z)) * lane_count);
+                    hn::StoreU(hn::Compress(coefficients, mask), lanes, out);
+                }
+        hn::StoreU(hn::Compress(tolerance, mask), lanes, queue.tolerances.get() + queue.size);
+        for (unsigned rest = some; rest != 0; rest &= rest - 1u)
+            queue.cells[queue.size++] = cells[std::countr_zero(rest)];
     }
 
     Real threshold_, threshold_rest_;
@@ -269,9 +273,12 @@ void prune(const Volume& volume, double threshold, int depth, std::span<const Br
            std::span<BrickCells> cells)
 {
     switch (volume.degree()) {
-    case 1: return prune_degree<1>(volume, threshold, depth, bricks, cells);
-    case 2: return prune_degree<2>(volume, threshold, depth, bricks, cells);
-    default: return prune_degree<3>(volume, threshold, depth, bricks, cells);
+    case 1:
+        return prune_degree<1>(volume, threshold, depth, bricks, cells);
+    case 2:
+        return prune_degree<2>(volume, threshold, depth, bricks, cells);
+    default:
+        return prune_degree<3>(volume, threshold, depth, bricks, cells);
     }
 }
 

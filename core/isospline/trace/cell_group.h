@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/cell_block.h"
 #include "isospline/trace/lattice_ray_packet.h"
 
 #include <glm/vec3.hpp>
@@ -25,8 +26,10 @@ struct CellGroup {
         return first_row + static_cast<std::uint32_t>(std::popcount(members & ((1u << cell) - 1u)));
     }
 
-    std::array<std::uint16_t, 3> corner;                ///< even cell indices
-    std::array<std::int8_t, capacity> slab_normal[3];   ///< surface_slab.h, cell by cell
+    std::array<std::uint16_t, 3> corner; ///< even cell indices
+    /// In each cell, the surface is where lower <= <normal, local> <= upper, local being coordinates in [0, 1]^3, in an
+    /// oriented slab; components of normals are at most 31.
+    std::array<std::int8_t, capacity> slab_normal[3];
     std::array<std::int8_t, capacity> slab_lower, slab_upper;
     std::uint32_t first_row;
     std::uint8_t members; ///< bit i: cell i is in the shell
@@ -35,7 +38,11 @@ struct CellGroup {
 /// The groups of a surface's shell, in its order.
 std::vector<CellGroup> cell_groups(const Isosurface& surface);
 
-/// The box, in lattice space, of what a group's cells have in common with their slabs.
+/// Sets the slabs of the members of a group. `corner` is the group's first cell, member or not.
+void set_slabs(CellGroup& group, const CellBlock& corner, int degree);
+
+/// The box, in lattice space, of what a group's cells have in common with their slabs, up to the rounding of single
+/// precision in [0, 2]; empty where that is nothing.
 Box bounds(const CellGroup& group);
 
 /// Where a ray enters the cells of a group that it meets.

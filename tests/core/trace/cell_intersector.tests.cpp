@@ -1,8 +1,8 @@
 #include "catch.h"
 
+#include "isospline/trace/cell_group.h"
 #include "isospline/trace/cell_intersector.h"
 #include "isospline/trace/ray_polynomial.h"
-#include "isospline/trace/surface_slab.h"
 
 #include <glm/geometric.hpp>
 
@@ -64,9 +64,13 @@ glm::dvec3 gradient(const Volume& volume, const CellBlock& cell, const LatticeRa
     }
 }
 
-SurfaceSlab slab_of(int degree, const CellBlock& cell)
+/// The group of a cell alone.
+CellGroup group_of(int degree, const CellBlock& cell)
 {
-    return degree == 1 ? surface_slab<1>(cell) : degree == 2 ? surface_slab<2>(cell) : surface_slab<3>(cell);
+    CellGroup group{};
+    group.members = 1;
+    set_slabs(group, cell, degree);
+    return group;
 }
 
 /// Rays of many kinds at the unit cube at `lower`: through two random points near it, along axes, from inside.
@@ -142,16 +146,16 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[trace
             ++found;
             // The hit is in the slab and in its box, up to the margin that cells have.
             const glm::dvec3 position = ray.at(root->t);
-            const SurfaceSlab slab = slab_of(degree, cell);
-            const Box box = bounds(slab);
+            const CellGroup group = group_of(degree, cell);
+            const Box box = bounds(group);
             for (int axis = 0; axis < 3; ++axis) {
-                REQUIRE(position[axis] - cell.lower[axis] >= box.lower[axis] - 1e-8);
-                REQUIRE(position[axis] - cell.lower[axis] <= box.upper[axis] + 1e-8);
+                REQUIRE(position[axis] - cell.lower[axis] >= box.lower[axis] - 1e-6);
+                REQUIRE(position[axis] - cell.lower[axis] <= box.upper[axis] + 1e-6);
             }
-            const glm::dvec3 normal(slab.normal[0], slab.normal[1], slab.normal[2]);
+            const glm::dvec3 normal(group.slab_normal[0][0], group.slab_normal[1][0], group.slab_normal[2][0]);
             const double along = glm::dot(normal, position - cell.lower);
-            REQUIRE(along >= slab.lower - 1e-6);
-            REQUIRE(along <= slab.upper + 1e-6);
+            REQUIRE(along >= group.slab_lower[0] - 1e-6);
+            REQUIRE(along <= group.slab_upper[0] + 1e-6);
             REQUIRE(value(volume, cell, ray, root->t) == Approx(0.0).margin(1e-10));
         }
     }
@@ -260,6 +264,47 @@ TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD
             found += check_packet(intersector, cell, random, active);
         }
         REQUIRE(found > 300);
+    });
+}
+
+TEST_CASE("the slabs of a group are those of its cells alone, on every SIMD target", "[trace]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const Volume volume = volume_of_coefficients(random_samples(210, static_cast<unsigned>(degree)), {6, 5, 7}, degree);
+    EachTarget::run([&] {
+        std::mt19937 random(37);
+        for (int repetition = 0; repetition < 200; ++repetition) {
+            const Cell corner{static_cast<std::uint16_t>(random() % 2), static_cast<std::uint16_t>(random() % 2),
+                              static_cast<std::uint16_t>(random() % 2)};
+            CellGroup group{};
+            group.members = static_cast<std::uint8_t>(random());
+            set_slabs(group, CellBlock(volume, 0.1, corner), degree);
+            Box together;
+            for (std::size_t i = 0; i < 8; ++i) {
+                if ((group.members >> i & 1u) == 0)
+                    continue;
+                const glm::dvec3 offset(i & 1, i >> 1 & 1, i >> 2);
+                const Cell cell{static_cast<std::uint16_t>(corner.x + (i & 1)),
+                                static_cast<std::uint16_t>(corner.y + (i >> 1 & 1)),
+                                static_cast<std::uint16_t>(corner.z + (i >> 2))};
+                const CellGroup alone = group_of(degree, CellBlock(volume, 0.1, cell));
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    REQUIRE(group.slab_normal[axis][i] == alone.slab_normal[axis][0]);
+                REQUIRE(group.slab_lower[i] == alone.slab_lower[0]);
+                REQUIRE(group.slab_upper[i] == alone.slab_upper[0]);
+                const Box box = bounds(alone);
+                if (box.empty())
+                    continue;
+                together.extend(offset + box.lower);
+                together.extend(offset + box.upper);
+            }
+            const Box box = bounds(group);
+            for (int axis = 0; axis < 3 && !together.empty(); ++axis) {
+                REQUIRE(box.lower[axis] == Approx(together.lower[axis]).margin(1e-6));
+                REQUIRE(box.upper[axis] == Approx(together.upper[axis]).margin(1e-6));
+            }
+            REQUIRE(box.empty() == together.empty());
+        }
     });
 }
 
