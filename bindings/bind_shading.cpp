@@ -99,12 +99,15 @@ two_sided : bool
     Turn normals to the viewer where <N, V> is negative, so that the inside of an open or cut surface is lit as its
     outside is. With False, it is the paper's formula to the letter.
 shadows : bool
-    Whether what lies between a point and a light, isosurface or mesh, hides the light from it.
+    Whether what lies between a point and a light, isosurface or mesh, hides the light from it, or lets through what its
+    opacity leaves.
+opacity : float
+    0 to 1; below 1 what is behind shows through, see `render`.
 
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite.
+    For numbers that are negative or not finite, and an opacity above 1.
 
 References
 ----------
@@ -118,14 +121,16 @@ Examples
 )")
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
-                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows) {
+                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, double opacity) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
-                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows});
+                                      as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows,
+                                      opacity});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
-             py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false)
+             py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false,
+             py::arg("opacity") = defaults.opacity)
         .def_property_readonly("color", [](const Phong& phong) { return to_object(phong.color); })
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
@@ -135,6 +140,7 @@ Examples
         .def_readonly("lights", &Phong::lights)
         .def_readonly("two_sided", &Phong::two_sided)
         .def_readonly("shadows", &Phong::shadows)
+        .def_readonly("opacity", &Phong::opacity)
         .def("__repr__", [](const Phong& phong) {
             std::ostringstream representation;
             representation << "Phong(color=" << to_text(phong.color) << ", ambient=" << phong.ambient
@@ -143,7 +149,8 @@ Examples
                            << ", ambient_light=" << to_text(phong.ambient_light)
                            << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
                            << ", two_sided=" << (phong.two_sided ? "True" : "False")
-                           << ", shadows=" << (phong.shadows ? "True" : "False") << ")";
+                           << ", shadows=" << (phong.shadows ? "True" : "False") << ", opacity=" << phong.opacity
+                           << ")";
             return representation.str();
         });
 }
@@ -165,11 +172,13 @@ color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or Col
     Linear colour of the lines, or what it follows from.
 surface_color : the same
     Of what lies between them. The colours of a mesh's vertices are multiplied by it.
+opacity : float
+    0 to 1; below 1 what is behind shows through, see `render`.
 
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite.
+    For numbers that are negative or not finite, and an opacity above 1.
 
 References
 ----------
@@ -180,19 +189,21 @@ Examples
 >>> import isospline
 >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
 )")
-        .def(py::init([](double exponent, const py::object& color, const py::object& surface_color) {
+        .def(py::init([](double exponent, const py::object& color, const py::object& surface_color, double opacity) {
                  return checked(Outline{exponent, as_surface_color(color, "color"),
-                                        as_surface_color(surface_color, "surface_color")});
+                                        as_surface_color(surface_color, "surface_color"), opacity});
              }),
              py::arg("exponent") = Outline().exponent, py::kw_only(), py::arg("color") = 1.0,
-             py::arg("surface_color") = 0.0)
+             py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity)
         .def_readonly("exponent", &Outline::exponent)
         .def_property_readonly("color", [](const Outline& outline) { return to_object(outline.color); })
         .def_property_readonly("surface_color", [](const Outline& outline) { return to_object(outline.surface_color); })
+        .def_readonly("opacity", &Outline::opacity)
         .def("__repr__", [](const Outline& outline) {
             std::ostringstream representation;
             representation << "Outline(exponent=" << outline.exponent << ", color=" << to_text(outline.color)
-                           << ", surface_color=" << to_text(outline.surface_color) << ")";
+                           << ", surface_color=" << to_text(outline.surface_color) << ", opacity=" << outline.opacity
+                           << ")";
             return representation.str();
         });
 }
@@ -204,8 +215,8 @@ void bind_ambient_occlusion(py::module_& module)
 
 .. math:: I = \frac{1}{\pi} \int_\Omega V(\omega) \langle N, \omega \rangle d\omega
 
-over the hemisphere about the normal N, which is turned to the viewer; V is 0 where a ray meets anything within
-`distance`, else 1.
+over the hemisphere about the normal N, which is turned to the viewer; V is 0 where a ray meets anything opaque within
+`distance`, the part that gets through where what it meets is translucent, else 1.
 
 Parameters
 ----------
@@ -213,8 +224,10 @@ samples : int
     Rays a hit, 1 to 65536.
 distance : float
     World units; what is farther away hides nothing.
-color : float or (3,) float
-    Linear colour of the surface.
+color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Linear colour of the surface, or what it follows from. The colours of a mesh's vertices are multiplied by it.
+opacity : float
+    0 to 1; below 1 what is behind shows through, see `render`.
 
 Raises
 ------
@@ -225,20 +238,21 @@ Examples
 --------
 >>> import isospline
 >>> isospline.AmbientOcclusion(64, distance=20.0)
-AmbientOcclusion(64, distance=20, color=(1, 1, 1))
+AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1)
 )")
-        .def(py::init([](int samples, double distance, const py::object& color) {
-                 return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color")});
+        .def(py::init([](int samples, double distance, const py::object& color, double opacity) {
+                 return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color"), opacity});
              }),
              py::arg("samples") = defaults.samples, py::kw_only(), py::arg("distance") = defaults.distance,
-             py::arg("color") = 1.0)
+             py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity)
         .def_readonly("samples", &AmbientOcclusion::samples)
         .def_readonly("distance", &AmbientOcclusion::distance)
         .def_property_readonly("color", [](const AmbientOcclusion& model) { return to_object(model.color); })
+        .def_readonly("opacity", &AmbientOcclusion::opacity)
         .def("__repr__", [](const AmbientOcclusion& model) {
             std::ostringstream representation;
             representation << "AmbientOcclusion(" << model.samples << ", distance=" << model.distance
-                           << ", color=" << to_text(model.color) << ")";
+                           << ", color=" << to_text(model.color) << ", opacity=" << model.opacity << ")";
             return representation.str();
         });
 }

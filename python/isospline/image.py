@@ -40,9 +40,12 @@ def render(
         Width and height of the image in pixels.
     shading : Phong, Outline, AmbientOcclusion, or dict of geometry id to one of them, optional
         The illumination model, of the whole scene or of each geometry; by default, and for geometries that a dict
-        leaves out, ``Phong()``.
+        leaves out, ``Phong()``. Where its opacity is below 1, all that a ray meets, entering and leaving, is composited
+        front to back by the over operator, up to the first surface that is opaque, in the exact order of
+        `Scene.list_intersections`; shadows and ambient occlusion let through what opacities leave.
     integrator : PathTracer, optional
-        Takes the place of the shading: light on all paths, by chance, with the variance of its noise in the image.
+        Takes the place of the shading: light on all paths, by chance, with the variance of its noise in the image. All
+        surfaces are opaque.
     background : float, (3,) float, (4,) float, optional
         Linear colour that shows where no surface is, with an opacity if there are four numbers; transparent by default.
     samples : int
@@ -98,13 +101,14 @@ def render(
 class Image:
     """A rendered image: colour, and what the rays through the centres of the pixels found.
 
-    Rows run from the top, pixels of a row from the left. The arrays share the image's memory.
+    All but colour is of the first surface whose opacity is not 0. Rows run from the top, pixels of a row from the left.
+    The arrays share the image's memory.
 
     Attributes
     ----------
     color : (height, width, 4) float32 array
         Linear red, green and blue, premultiplied by the fourth, alpha: the part of the pixel that surfaces, or an
-        opaque background, cover.
+        opaque background, cover, translucent ones as far as they are opaque.
     depth : (height, width) float32 array, world units
         Distance from the eye along the viewing direction (not along the ray), as in the Z channel of OpenEXR files: z
         of camera space. In a panorama it is the distance. Infinite where the ray met nothing.

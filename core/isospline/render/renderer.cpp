@@ -2,6 +2,7 @@
 
 #include "isospline/render/pixel_samples.h"
 #include "isospline/render/projection.h"
+#include "isospline/render/ray_batch.h"
 #include "isospline/render/surface_lookup.h"
 #include "isospline/render/visibility.h"
 #include "isospline/scene/scene.h"
@@ -48,10 +49,12 @@ public:
     {
         for (const auto& [geometry_id, shading] : options.shading_of_geometry)
             shading_of_geometry_.emplace(geometry_id, prepared(shading));
-        visibility_is_needed_ =
-            Visibility::is_needed_by(shading_) ||
-            std::any_of(shading_of_geometry_.begin(), shading_of_geometry_.end(),
-                        [](const auto& of_geometry) { return Visibility::is_needed_by(of_geometry.second); });
+        const auto any_shading = [&](const auto& is_so) {
+            return is_so(shading_) || std::any_of(shading_of_geometry_.begin(), shading_of_geometry_.end(),
+                                                  [&](const auto& of_geometry) { return is_so(of_geometry.second); });
+        };
+        visibility_is_needed_ = any_shading(Visibility::is_needed_by);
+        all_opaque_ = !any_shading([](const Shading& shading) { return opacity(shading) < 1.0; });
         validate_background(background_);
         image_.world_to_camera = projection_.world_to_camera();
         image_.world_to_ndc = projection_.world_to_ndc();
@@ -71,6 +74,8 @@ private:
         validate(shading);
         if (!scene_ && Visibility::is_needed_by(shading))
             throw_invalid("shading", "one without shadows and ambient occlusion, as there is no scene", "one with");
+        if (!scene_ && opacity(shading) < 1.0)
+            throw_invalid("opacity", "1, as there is no scene", opacity(shading));
         if (auto* phong = std::get_if<Phong>(&shading); phong && !phong->lights)
             phong->lights = camera_lights(projection_.right(), projection_.up(), projection_.forward());
         return shading;
@@ -82,14 +87,12 @@ private:
         return found == shading_of_geometry_.end() ? shading_ : found->second;
     }
 
-    Visibility visibility_of(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const glm::ivec2> pixels,
-                             std::size_t sample) const
+    Visibility visibility_of(const RayBatch& batch, std::size_t sample) const
     {
         if (!visibility_is_needed_)
             return {};
-        return {*scene_, rays,
-                hits,    [this](const Hit& hit) -> const Shading& { return shading_of(hit); },
-                pixels,  static_cast<std::uint32_t>(sample)};
+        return {*scene_, batch, [this](const Hit& hit) -> const Shading& { return shading_of(hit); }, all_opaque_,
+                static_cast<std::uint32_t>(sample)};
     }
 
     SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
@@ -106,7 +109,7 @@ private:
     const CastRays& cast_rays_;
     const CompletePoint& complete_point_;
     const Scene* scene_;
-    bool visibility_is_needed_ = false;
+    bool visibility_is_needed_ = false, all_opaque_ = true;
     Projection projection_;
     std::vector<PixelSample> samples_;
     Shading shading_;
@@ -122,44 +125,59 @@ void Renderer::render_tile(std::size_t tile)
     const std::size_t tiles_in_row = static_cast<std::size_t>(tiles_.x);
     const glm::ivec2 first = tile_side * glm::ivec2(tile % tiles_in_row, tile / tiles_in_row);
     const glm::ivec2 size = projection_.size();
-    std::vector<glm::ivec2> pixels;
+    RayBatch batch;
     for (int i = 0; i < tile_side * tile_side; ++i) {
         const glm::ivec2 pixel = first + z_order(i);
         if (pixel.x < size.x && pixel.y < size.y)
-            pixels.push_back(pixel);
+            batch.pixels.push_back(pixel);
     }
     const auto index = [&](const glm::ivec2& pixel) {
         return static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(pixel.x);
     };
 
     // One batch of rays a sample; the first goes through the centres.
-    std::vector<Ray> rays(pixels.size());
-    std::vector<Hit> hits(pixels.size());
-    std::vector<glm::dvec4> colors(pixels.size(), glm::dvec4(0.0));
+    const std::size_t ray_count = batch.pixels.size();
+    std::vector<glm::dvec4> colors(ray_count, glm::dvec4(0.0));
     for (const PixelSample& sample : samples_) {
-        for (std::size_t i = 0; i < pixels.size(); ++i)
-            rays[i] = projection_.ray(glm::dvec2(pixels[i]) + sample.position, lens_position(sample, pixels[i]));
-        cast_rays_(rays, hits);
-        const Visibility visibility =
-            visibility_of(rays, hits, pixels, static_cast<std::size_t>(&sample - &samples_.front()));
-        for (std::size_t i = 0; i < pixels.size(); ++i) {
-            if (!hits[i])
+        batch.resize(ray_count);
+        for (std::size_t i = 0; i < ray_count; ++i) {
+            const glm::ivec2& pixel = batch.pixels[i];
+            batch.rays[i] = projection_.ray(glm::dvec2(pixel) + sample.position, lens_position(sample, pixel));
+        }
+        cast_rays_(batch.rays, batch.hits);
+        if (!all_opaque_)
+            append_layers(batch, *scene_, [this](const Hit& hit) { return opacity(shading_of(hit)); });
+        const Visibility visibility = visibility_of(batch, static_cast<std::size_t>(&sample - &samples_.front()));
+        for (std::size_t i = 0; i < ray_count; ++i) {
+            if (!batch.hits[i])
                 continue;
-            const Shading& shading = shading_of(hits[i]);
-            const bool central = &sample == &samples_.front();
-            const bool with_curvature = (central && !image_.curvature.empty()) || needs_curvature(shading);
-            SurfacePoint point = point_of(hits[i], rays[i], with_curvature);
-            point.lit = visibility.lit(i);
-            point.openness = visibility.openness(i);
-            if (central)
-                store_center(index(pixels[i]), hits[i], point);
-            if (sample.weight > 0.0)
-                colors[i] += sample.weight * glm::dvec4(shade(shading, point), 1.0);
+            // Front to back, each layer over those behind it.
+            glm::dvec3 color(0.0);
+            double transmittance = 1.0;
+            const auto add_layer = [&](std::size_t layer) {
+                const Hit& hit = batch.hits[layer];
+                const Shading& shading = shading_of(hit);
+                const bool central = layer == i && &sample == &samples_.front();
+                const bool with_curvature = (central && !image_.curvature.empty()) || needs_curvature(shading);
+                SurfacePoint point = point_of(hit, batch.rays[layer], with_curvature);
+                point.lit = visibility.lit(layer);
+                point.openness = visibility.openness(layer);
+                if (central)
+                    store_center(index(batch.pixels[i]), hit, point);
+                if (sample.weight > 0.0)
+                    color += transmittance * opacity(shading) * shade(shading, point);
+                transmittance *= 1.0 - opacity(shading);
+            };
+            add_layer(i);
+            if (!batch.behind.empty())
+                for (std::size_t layer = batch.behind[i]; layer < batch.behind[i + 1]; ++layer)
+                    add_layer(layer);
+            colors[i] += sample.weight * glm::dvec4(color, 1.0 - transmittance);
         }
     }
 
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        store_color(index(pixels[i]), colors[i]);
+    for (std::size_t i = 0; i < ray_count; ++i)
+        store_color(index(batch.pixels[i]), colors[i]);
 }
 
 void Renderer::store_center(std::size_t pixel, const Hit& hit, const SurfacePoint& point)

@@ -43,12 +43,14 @@ using CompletePoint = std::function<void(SurfacePoint& point, const Hit& hit, bo
 ///
 /// Colour is the mean over the samples of a pixel, over the background; its alpha is the part of the pixel that
 /// surfaces cover, raised by an opaque background to 1. All the rest comes from the ray through the pixel's centre.
-/// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false. Shadows
-/// and ambient occlusion, which need more than first hits, are bad options here.
+/// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false. Shadows, ambient
+/// occlusion and opacities below 1, which need more than first hits, are bad options here.
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options,
              const Progress& progress = {}, const CompletePoint& complete_point = {});
 
-/// Renders a scene, which must be committed.
+/// Renders a scene, which must be committed. What a ray meets from front to back, up to the first opaque surface, is
+/// composited by the over operator; the rest of the image is of the first surface whose opacity is not 0. Light is
+/// attenuated by the surfaces that it goes through on its way to a point.
 Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress = {});
 
 } // namespace isospline

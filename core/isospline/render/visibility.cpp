@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -44,6 +45,36 @@ void append_sky(std::vector<Ray>& rays, const Scene& scene, const Hit& hit, cons
     }
 }
 
+/// The part of the light that gets along each ray.
+std::vector<double> transmittances(const Scene& scene, std::span<const Ray> rays, const OpacityOf* opacity_of)
+{
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.test_occlusions(rays, occluded);
+    std::vector<double> result(rays.size());
+    std::transform(occluded.begin(), occluded.end(), result.begin(),
+                   [](std::uint8_t hidden) { return hidden ? 0.0 : 1.0; });
+    if (opacity_of == nullptr)
+        return result;
+
+    std::vector<Ray> attenuated;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        if (occluded[i])
+            attenuated.push_back(rays[i]);
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> counts(attenuated.size());
+    scene.list_occluders(attenuated, crossings, counts);
+    auto next = crossings.cbegin();
+    auto count = counts.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (!occluded[i])
+            continue;
+        result[i] = 1.0;
+        for (const auto end = next + *count++; next != end; ++next)
+            result[i] *= 1.0 - (*opacity_of)(next->hit);
+    }
+    return result;
+}
+
 } // namespace
 
 bool Visibility::is_needed_by(const Shading& shading)
@@ -52,11 +83,12 @@ bool Visibility::is_needed_by(const Shading& shading)
     return (phong && phong->shadows) || std::holds_alternative<AmbientOcclusion>(shading);
 }
 
-Visibility::Visibility(const Scene& scene, std::span<const Ray> rays, std::span<const Hit> hits,
-                       const std::function<const Shading&(const Hit&)>& shading_of, std::span<const glm::ivec2> pixels,
+Visibility::Visibility(const Scene& scene, const RayBatch& batch,
+                       const std::function<const Shading&(const Hit&)>& shading_of, bool all_opaque,
                        std::uint32_t sample)
-    : to_lights_(hits.size()), to_sky_(hits.size())
+    : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
+    const std::vector<Hit>& hits = batch.hits;
     std::vector<Ray> shadow_rays;
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (!hits[i])
@@ -69,31 +101,29 @@ Visibility::Visibility(const Scene& scene, std::span<const Ray> rays, std::span<
                     std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
             to_lights_[i] = {first, shadow_rays.size() - first};
         } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
-            const bool away = glm::dot(hits[i].normal, rays[i].direction) > 0.0;
+            const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
             append_sky(shadow_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal, *occlusion,
-                       RandomSequence(pixels[i], sample));
+                       RandomSequence(batch.pixels[i], sample));
             to_sky_[i] = {first, shadow_rays.size() - first};
         }
     }
-    seen_.resize(shadow_rays.size());
-    scene.test_occlusions(shadow_rays, seen_);
-    for (std::uint8_t& seen : seen_)
-        seen = !seen;
+    const OpacityOf opacity_of = [&](const Hit& hit) { return opacity(shading_of(hit)); };
+    transmittances_ = transmittances(scene, shadow_rays, all_opaque ? nullptr : &opacity_of);
 }
 
-std::span<const std::uint8_t> Visibility::lit(std::size_t i) const
+std::span<const double> Visibility::lit(std::size_t i) const
 {
     if (to_lights_.empty())
         return {};
-    return std::span(seen_).subspan(to_lights_[i].first, to_lights_[i].count);
+    return std::span(transmittances_).subspan(to_lights_[i].first, to_lights_[i].count);
 }
 
 double Visibility::openness(std::size_t i) const
 {
     if (to_sky_.empty() || to_sky_[i].count == 0)
         return 1.0;
-    const auto seen = std::span(seen_).subspan(to_sky_[i].first, to_sky_[i].count);
-    return std::accumulate(seen.begin(), seen.end(), 0.0) / static_cast<double>(seen.size());
+    const auto of_hit = std::span(transmittances_).subspan(to_sky_[i].first, to_sky_[i].count);
+    return std::accumulate(of_hit.begin(), of_hit.end(), 0.0) / static_cast<double>(of_hit.size());
 }
 
 } // namespace isospline

@@ -14,7 +14,7 @@ namespace isospline {
 /// The queries that see different objects, each with a top scene of its own.
 enum TopScene : std::size_t {
     camera_top, ///< of cast_rays() and list_intersections()
-    shadow_top, ///< of test_occlusions()
+    shadow_top, ///< of test_occlusions() and list_occluders()
     top_scene_count
 };
 

@@ -26,7 +26,8 @@ void keep_triangle(const RTCFilterFunctionNArguments* arguments)
 
 } // namespace
 
-void Scene::Impl::list(const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const
+void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
+                       std::vector<Crossing>& crossings) const
 {
     crossings.clear();
     if (!prepare(ray, index, centre, centred_bounds, query.prepared))
@@ -37,7 +38,7 @@ void Scene::Impl::list(const Ray& ray, std::size_t index, RayQuery& query, std::
     set_ray(query.prepared.ray, ray_hit.ray);
     ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect_filtered(tops[camera_top].get(), query, ray_hit, keep_triangle);
+    embree::intersect_filtered(top, query, ray_hit, keep_triangle);
 
     for (const RawCrossing& raw : *query.all) {
         const Instance& instance = *instances[raw.slot];
@@ -67,20 +68,32 @@ void Scene::Impl::list(const Ray& ray, std::size_t index, RayQuery& query, std::
                      [](const Crossing& a, const Crossing& b) { return a.hit.t < b.hit.t; });
 }
 
-void Scene::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                               std::span<std::uint32_t> counts) const
+void Scene::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                       std::span<std::uint32_t> counts) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
-    impl_->require_commit();
-    RayQuery query(impl_->instances);
+    require_commit();
+    RayQuery query(instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
     std::vector<Crossing> of_ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        impl_->list(rays[i], i, query, of_ray);
+        list(top, rays[i], i, query, of_ray);
         crossings.insert(crossings.end(), of_ray.begin(), of_ray.end());
         counts[i] = static_cast<std::uint32_t>(of_ray.size());
     }
+}
+
+void Scene::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                               std::span<std::uint32_t> counts) const
+{
+    impl_->list(impl_->tops[camera_top].get(), rays, crossings, counts);
+}
+
+void Scene::list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                           std::span<std::uint32_t> counts) const
+{
+    impl_->list(impl_->seen_by_shadows, rays, crossings, counts);
 }
 
 } // namespace isospline

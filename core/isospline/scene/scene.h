@@ -25,7 +25,7 @@ namespace isospline {
 /// Which rays meet an object.
 struct SeenBy {
     bool camera = true; ///< those of cast_rays() and list_intersections()
-    bool shadow = true; ///< those of test_occlusions()
+    bool shadow = true; ///< those of test_occlusions() and list_occluders()
 };
 
 /// What a scene holds under a geometry id, where it is, and what sees it.
@@ -86,6 +86,10 @@ public:
     /// cast_rays() does.
     void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
                             std::span<std::uint32_t> counts) const;
+
+    /// The same of what test_occlusions() sees.
+    void list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                        std::span<std::uint32_t> counts) const;
 
     /// Where a ray that leaves a hit in the direction `towards` begins: off the surface, to the side that it goes to,
     /// just as far as rounding makes necessary (docs/method.md). Cast from there it does not meet the surface that it

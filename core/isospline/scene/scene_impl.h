@@ -36,8 +36,10 @@ struct Scene::Impl {
     template <int Size>
     void cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    /// All crossings of a ray, for Scene::list_intersections().
-    void list(const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
+    /// All crossings of rays with what a top scene holds, for Scene::list_intersections().
+    void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
+              std::span<std::uint32_t> counts) const;
+    void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
 
     std::shared_mutex mutex;           ///< of all below: changes and commits own it, queries may share it
     mutable std::mutex instance_mutex; ///< of what users may ask for at any time: changes own this one too

@@ -11,6 +11,7 @@ void validate(const AmbientOcclusion& occlusion)
     if (!(occlusion.distance > 0.0))
         throw_invalid("distance", "a number above 0", occlusion.distance);
     validate("color", occlusion.color);
+    check_fraction("opacity", occlusion.opacity);
 }
 
 glm::dvec3 albedo(const AmbientOcclusion& occlusion, const SurfacePoint& point)

@@ -12,14 +12,16 @@ namespace isospline {
 
 /// I = color / pi * integral over the hemisphere about N of V(w) <N, w> dw, with V(w) = 0 where a ray in direction w
 /// meets anything within the distance, else 1: the light that a sky of one brightness gives. N is turned to the viewer.
+/// Of what is translucent, V is the part that gets through.
 struct AmbientOcclusion {
     int samples = 16;                                          ///< rays a hit
     double distance = std::numeric_limits<double>::infinity(); ///< of what can still cover the sky, world units
     Color color = glm::dvec3(1.0);                             ///< of the surface
+    double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
 };
 
-/// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, and a
-/// colour that is negative or not finite.
+/// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, a
+/// colour that is negative or not finite, and an opacity outside of 0 to 1.
 void validate(const AmbientOcclusion& occlusion);
 
 /// The surface's colour without light.

@@ -15,6 +15,7 @@ void validate(const Outline& outline)
     check_not_negative("exponent", outline.exponent);
     validate("color", outline.color);
     validate("surface_color", outline.surface_color);
+    check_fraction("opacity", outline.opacity);
 }
 
 glm::dvec3 albedo(const Outline& outline, const SurfacePoint& point)

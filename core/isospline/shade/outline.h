@@ -16,9 +16,10 @@ struct Outline {
     double exponent = 2.0;                 ///< no
     Color color = glm::dvec3(1.0);         ///< of the lines
     Color surface_color = glm::dvec3(0.0); ///< of what lies between them
+    double opacity = 1.0;                  ///< of both, 0 to 1; below 1 what is behind shows through
 };
 
-/// Throws std::invalid_argument for numbers that are not finite or negative.
+/// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.
 void validate(const Outline& outline);
 
 /// The linear colour of the surface itself, without lines, at a point.

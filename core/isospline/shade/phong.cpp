@@ -16,6 +16,7 @@ void validate(const Phong& phong)
     check_not_negative("specular", phong.specular);
     check_not_negative("specular_exponent", phong.specular_exponent);
     check_not_negative("ambient_light", phong.ambient_light);
+    check_fraction("opacity", phong.opacity);
     if (phong.lights)
         for (const Light& light : *phong.lights)
             validate(light);
@@ -37,17 +38,18 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
     if (!phong.lights)
         return color;
     for (std::size_t k = 0; k < phong.lights->size(); ++k) {
-        if (!point.lit.empty() && !point.lit[k])
+        const double lit = point.lit.empty() ? 1.0 : point.lit[k];
+        if (lit == 0.0)
             continue;
         const auto add = [&](const auto& source) {
             const glm::dvec3 l = direction_to(source, point.position);
             const double n_l = glm::dot(n, l);
             const glm::dvec3 r = 2.0 * n_l * n - l;
             const double v_r = glm::dot(v, r);
-            color += source.intensity * phong.diffuse * std::max(n_l, 0.0) * surface_color;
+            color += lit * source.intensity * phong.diffuse * std::max(n_l, 0.0) * surface_color;
             // Zero stays dark also at an exponent of zero, where 0^0 would light it.
             if (v_r > 0.0)
-                color += source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);
+                color += lit * source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);
         };
         std::visit(add, (*phong.lights)[k]);
     }

@@ -29,9 +29,10 @@ struct Phong {
     /// Turns normals to the viewer where <N, V> < 0, so that the inside of an open surface is lit as its outside is.
     bool two_sided = true;
     bool shadows = false; ///< whether what lies between a point and a light hides it
+    double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
 };
 
-/// Throws std::invalid_argument for numbers that are not finite or negative.
+/// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.
 void validate(const Phong& phong);
 
 /// The linear colour of the surface itself at a point.

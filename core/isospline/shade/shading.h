@@ -21,6 +21,11 @@ inline glm::dvec3 shade(const Shading& shading, const SurfacePoint& point)
     return std::visit([&](const auto& model) { return shade(model, point); }, shading);
 }
 
+inline double opacity(const Shading& shading)
+{
+    return std::visit([](const auto& model) { return model.opacity; }, shading);
+}
+
 /// Whether the colour of a point follows from its curvature.
 bool needs_curvature(const Shading& shading);
 

@@ -5,7 +5,6 @@
 
 #include <glm/vec3.hpp>
 
-#include <cstdint>
 #include <span>
 
 namespace isospline {
@@ -17,7 +16,7 @@ struct SurfacePoint {
     double depth = 0.0;                  ///< as Projection::depth()
     glm::dvec3 vertex_color{1.0};        ///< of a mesh that has one, linear; the surface's colour is multiplied by it
     Curvature curvature = {};            ///< of an isosurface, world space
-    std::span<const std::uint8_t> lit{}; ///< whether each of the model's lights is seen from here; empty if all are
+    std::span<const double> lit{};       ///< the part of each of the model's lights that gets here; empty if all of it
     double openness = 1.0;               ///< as AmbientOcclusion's integral over pi
 };
 

@@ -57,6 +57,12 @@ inline void check_not_negative(const char* parameter, const glm::dvec3& vector)
         throw_invalid(parameter, "finite numbers of at least 0", to_text(vector));
 }
 
+inline void check_fraction(const char* parameter, double value)
+{
+    if (!(value >= 0.0 && value <= 1.0))
+        throw_invalid(parameter, "a number from 0 to 1", value);
+}
+
 inline void check_positive(const char* parameter, double value)
 {
     if (!(is_finite(value) && value > 0.0))

@@ -171,13 +171,16 @@ TEST_CASE("a Phong without lights is lit from the camera's side", "[render]")
     }
 }
 
-TEST_CASE("shadows and ambient occlusion need a scene", "[render]")
+TEST_CASE("shadows, ambient occlusion and transparency need a scene", "[render]")
 {
-    RenderOptions with_shadows, with_occlusion;
+    RenderOptions with_shadows, with_occlusion, with_transparency;
     with_shadows.shading.emplace<Phong>().shadows = true;
     REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_shadows), std::invalid_argument);
     with_occlusion.shading_of_geometry.emplace(7u, AmbientOcclusion{});
     REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_occlusion), std::invalid_argument);
+    with_transparency.shading.emplace<Outline>().opacity = 0.5;
+    REQUIRE_THROWS_WITH(render(cast_at_spheres, camera, with_transparency),
+                        "opacity: expected 1, as there is no scene, got 0.5");
 }
 
 TEST_CASE("rendering reports its progress and can be cancelled", "[render][threads]")

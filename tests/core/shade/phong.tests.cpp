@@ -98,16 +98,19 @@ TEST_CASE("Phong without lights, with a light on the point and with a zero expon
     require_close(shade(phong, {}), glm::dvec3(phong.ambient));
 }
 
-TEST_CASE("Phong leaves out the lights that a point does not see", "[shade]")
+TEST_CASE("Phong takes of each light the part that gets to the point", "[shade]")
 {
     const PositionalLight first{{0.0, 3.0, 4.0}}, second{{1.0, -2.0, 3.0}, {0.5, 0.25, 1.0}};
-    Phong both, only_second;
+    Phong both, only_second, dimmed;
     both.lights = {first, second};
     only_second.lights = {second};
+    dimmed.lights = {PositionalLight{first.position, 0.25 * first.intensity}, second};
     SurfacePoint point;
-    const std::uint8_t lit[] = {0, 1};
-    point.lit = lit;
+    const double hidden[] = {0.0, 1.0}, attenuated[] = {0.25, 1.0};
+    point.lit = hidden;
     require_close(shade(both, point), shade(only_second, SurfacePoint{}));
+    point.lit = attenuated;
+    require_close(shade(both, point), shade(dimmed, SurfacePoint{}));
 }
 
 TEST_CASE("Outline is (1 - <N, V>^2)^no, whichever way the normal points", "[shade]")

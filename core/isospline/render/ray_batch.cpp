@@ -1,0 +1,57 @@
+#include "isospline/render/ray_batch.h"
+
+#include "isospline/scene/scene.h"
+
+#include <cstdint>
+
+namespace isospline {
+
+void RayBatch::resize(std::size_t count)
+{
+    pixels.resize(count);
+    rays.resize(count);
+    hits.resize(count);
+    behind.clear();
+}
+
+void append_layers(RayBatch& batch, const Scene& scene, const OpacityOf& opacity_of)
+{
+    const std::size_t ray_count = batch.rays.size();
+    std::vector<Ray> translucent;
+    std::vector<std::uint8_t> is_translucent(ray_count);
+    for (std::size_t i = 0; i < ray_count; ++i) {
+        is_translucent[i] = batch.hits[i] && opacity_of(batch.hits[i]) < 1.0;
+        if (is_translucent[i])
+            translucent.push_back(batch.rays[i]);
+    }
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> counts(translucent.size());
+    scene.list_intersections(translucent, crossings, counts);
+
+    auto next = crossings.cbegin();
+    auto count = counts.cbegin();
+    for (std::size_t i = 0; i < ray_count; ++i) {
+        batch.behind.push_back(batch.hits.size());
+        if (!is_translucent[i])
+            continue;
+        const auto end = next + *count++;
+        if (next != end || opacity_of(batch.hits[i]) == 0.0)
+            batch.hits[i].clear();
+        for (double opacity = 0.0; next != end && opacity < 1.0; ++next) {
+            opacity = opacity_of(next->hit);
+            if (opacity == 0.0)
+                continue;
+            if (!batch.hits[i]) {
+                batch.hits[i] = next->hit;
+                continue;
+            }
+            batch.pixels.push_back(batch.pixels[i]);
+            batch.rays.push_back(batch.rays[i]);
+            batch.hits.push_back(next->hit);
+        }
+        next = end;
+    }
+    batch.behind.push_back(batch.hits.size());
+}
+
+} // namespace isospline
