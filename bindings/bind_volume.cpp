@@ -127,26 +127,38 @@ const EnumWords<Axes> axes_words{{"zyx", Axes::zyx}, {"xyz", Axes::xyz}};
 SampleType sample_type(const py::dtype& dtype)
 {
     switch (dtype.kind()) {
-    case 'b': return SampleType::uint8;
+    case 'b':
+        return SampleType::uint8;
     case 'u':
         switch (dtype.itemsize()) {
-        case 1: return SampleType::uint8;
-        case 2: return SampleType::uint16;
-        case 4: return SampleType::uint32;
-        default: return SampleType::uint64;
+        case 1:
+            return SampleType::uint8;
+        case 2:
+            return SampleType::uint16;
+        case 4:
+            return SampleType::uint32;
+        default:
+            return SampleType::uint64;
         }
     case 'i':
         switch (dtype.itemsize()) {
-        case 1: return SampleType::int8;
-        case 2: return SampleType::int16;
-        case 4: return SampleType::int32;
-        default: return SampleType::int64;
+        case 1:
+            return SampleType::int8;
+        case 2:
+            return SampleType::int16;
+        case 4:
+            return SampleType::int32;
+        default:
+            return SampleType::int64;
         }
     default:
         switch (dtype.itemsize()) {
-        case 2: return SampleType::float16;
-        case 4: return SampleType::float32;
-        default: return SampleType::float64;
+        case 2:
+            return SampleType::float16;
+        case 4:
+            return SampleType::float32;
+        default:
+            return SampleType::float64;
         }
     }
 }
@@ -244,16 +256,16 @@ py::array coefficients(const Volume& volume)
     const glm::ivec3 shape = volume.shape();
     const int padding = volume.padding();
     const double offset = volume.offset();
-    auto result = new_grid<float>(shape, volume.options().axes);
-    float* const to = result.mutable_data();
+    auto result = new_grid<double>(shape, volume.options().axes);
+    double* const to = result.mutable_data();
     const py::gil_scoped_release no_gil;
     parallel_for(static_cast<std::size_t>(shape.z), 1, [&](std::size_t begin, std::size_t end) {
         for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
             for (int y = 0; y < shape.y; ++y) {
                 const float* const row = volume.cell_coefficients(padding, y + padding, z + padding);
-                float* const to_row = to + shape.x * (y + static_cast<std::ptrdiff_t>(shape.y) * z);
+                double* const to_row = to + shape.x * (y + static_cast<std::ptrdiff_t>(shape.y) * z);
                 for (int x = 0; x < shape.x; ++x)
-                    to_row[x] = static_cast<float>(static_cast<double>(row[x]) + offset);
+                    to_row[x] = static_cast<double>(row[x]) + offset;
             }
     });
     return result;
@@ -290,8 +302,10 @@ void bind_volume(py::module_& module)
              py::arg("degree") = 2, py::arg("boundary") = "mirror", py::arg("filter") = "interpolate",
              py::arg("smoothing") = 0.0, py::arg("axes") = "zyx", py::arg("progress") = py::none())
         .def("sample", &sample, py::arg("points"), py::kw_only(), py::arg("derivative") = 0, sample_doc)
-        .def_property_readonly("coefficients", &coefficients,
-                               "float32 array of the data's shape: the coefficients, in a new array.")
+        .def_property_readonly(
+            "coefficients", &coefficients,
+            "float64 array of the data's shape: exactly the coefficients of the model, in a new array. The volume "
+            "keeps them in float32, less the middle of the data's range.")
         .def_property_readonly(
             "shape",
             [](const Volume& volume) {

@@ -91,7 +91,7 @@ def compare(targets, rays, oracle, settings, generator):
     seconds, hits = take_turns({name: lambda t=target: t.cast(rays) for name, target in targets.items()},
                                settings.repetitions)  # fmt: skip
     t_hit = {name: hit["t_hit"] for name, hit in hits.items()}
-    voxels_per_t = np.linalg.norm(oracle.to_index(rays)[1], axis=1)
+    voxels_per_t = oracle.voxels_per_t(rays)
     chosen = generator.choice(len(rays), min(settings.oracle_rays, len(rays)), replace=False)
     t_true = oracle.first_crossings(rays[chosen])
 

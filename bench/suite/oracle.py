@@ -35,22 +35,27 @@ class Oracle:
 
     def values(self, points):
         """f - level at (..., 3) points in index space."""
-        coordinates = np.moveaxis(points[..., ::-1], -1, 0)
+        coordinates = np.moveaxis(points[..., ::-1], -1, 0).astype(np.float64)
         values = ndimage.map_coordinates(
             self.coefficients, coordinates, np.float64, self.degree, self.mode, prefilter=False
         )
         return values - self.level
 
     def to_index(self, rays):
-        """Origins and directions of world rays (N, 6) in index space."""
-        rays = np.asarray(rays, dtype=np.float64)
-        linear = self.world_to_index[:3, :3].T
+        """Origins and directions of world rays (N, 6) in index space, in extended precision where the machine has it:
+        for grazing rays from far away the rounding of float64, at the eye, would be the largest error of all."""
+        rays = np.asarray(rays, dtype=np.longdouble)
+        linear = self.world_to_index[:3, :3].T.astype(np.longdouble)
         return rays[:, :3] @ linear + self.world_to_index[:3, 3], rays[:, 3:] @ linear
+
+    def voxels_per_t(self, rays):
+        """Length of the directions of world rays (N, 6) in index space."""
+        return np.linalg.norm(self.to_index(rays)[1], axis=1).astype(np.float64)
 
     def first_crossings(self, rays):
         """t >= 0 of the first crossing of world rays (N, 6), in units of the direction's length; inf for none."""
         origins, directions = self.to_index(rays)
-        return np.array([self.first_crossing(*ray) for ray in zip(origins, directions)])
+        return np.array([self.first_crossing(*ray) for ray in zip(origins, directions)], dtype=np.float64)
 
     def first_crossing(self, origin, direction):
         """The same for one ray in index space."""

@@ -10,7 +10,7 @@ BOUNDARY_MODES = {"mirror": "reflect", "periodic": "wrap"}
 
 def padded_coefficients(volume):
     """Coefficients as float64, with those beyond the border that the outer cells read."""
-    coefficients = volume.coefficients.astype(np.float64)
+    coefficients = volume.coefficients
     pad = volume.degree // 2
     # NumPy's "reflect" repeats single samples as mirroring does, for any width.
     return np.pad(coefficients, pad, mode=BOUNDARY_MODES[volume.boundary])

@@ -29,14 +29,14 @@ def test_oracle_finds_the_first_change_of_sign(bench, rng, degree):
     oracle = Oracle(data, 0.2, np.diag([0.5, 2.0, 1.0, 1.0]), degree, "mirror")
     rays = np.concatenate([rng.uniform(-4, 12, (60, 3)), rng.normal(size=(60, 3))], axis=1)
     rays[:20, 3:] = (rng.uniform(1, 6, (60, 3)) * [0.5, 2.0, 1.0] - rays[:, :3])[:20]
-    origins, directions = oracle.to_index(rays)
+    origins, directions = (array.astype(np.float64) for array in oracle.to_index(rays))
     found = 0
     for origin, direction, t_hit in zip(origins, directions, oracle.first_crossings(rays)):
         planes = oracle.plane_crossings(origin, direction)
         if len(planes) < 2:
             assert t_hit == np.inf
             continue
-        t = np.linspace(planes[0], planes[-1], 4000)
+        t = np.linspace(planes[0], planes[-1], 4000, dtype=np.float64)
         coordinates = (origin + t[:, None] * direction).T[::-1]
         above = ndimage.map_coordinates(data, coordinates, order=degree, mode="mirror") >= 0.2
         changes = np.flatnonzero(above[1:] != above[:-1])

@@ -29,7 +29,7 @@ def test_coefficients_are_scipys(rng, shape, degree, boundary, mode):
     data = rng.uniform(-1, 1, shape)
     volume = isospline.Volume(data, degree=degree, boundary=boundary)
     expected = scipy.ndimage.spline_filter(data, order=degree, output=np.float64, mode=mode)
-    assert volume.coefficients.dtype == np.float32
+    assert volume.coefficients.dtype == np.float64
     assert np.abs(volume.coefficients - expected).max() <= 1e-5 * np.abs(expected).max()
 
 

@@ -43,7 +43,7 @@ void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery
     for (const RawCrossing& raw : *query.all) {
         const Instance& instance = *instances[raw.slot];
         Crossing crossing{};
-        crossing.hit.t = (query.prepared.shift + raw.in_cell.root.t) / query.prepared.length;
+        crossing.hit.t = query.prepared.shift + raw.in_cell.root.t / query.prepared.length;
         crossing.hit.geometry_id = instance.id;
         crossing.hit.primitive_id = raw.primitive;
         crossing.hit.uv = raw.uv;

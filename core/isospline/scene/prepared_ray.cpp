@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <optional>
 
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -35,6 +36,23 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Doubles = hn::CappedTag<double, PreparedPacket::capacity>;
 
+// a * b + c with one rounding, whether the target has an instruction for it or not.
+HWY_INLINE hn::Vec<Doubles> FusedMulAdd(hn::Vec<Doubles> a, hn::Vec<Doubles> b, hn::Vec<Doubles> c)
+{
+#if HWY_NATIVE_FMA
+    return hn::MulAdd(a, b, c);
+#else
+    const Doubles d;
+    alignas(64) double factors[2][hn::MaxLanes(d)], sums[hn::MaxLanes(d)];
+    hn::Store(a, d, factors[0]);
+    hn::Store(b, d, factors[1]);
+    hn::Store(c, d, sums);
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
+        sums[lane] = std::fma(factors[0][lane], factors[1][lane], sums[lane]);
+    return hn::Load(d, sums);
+#endif
+}
+
 // The operations of prepare(), in its order. Rays that are not valid have no meaning afterwards.
 Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, const Box& box, PreparedPacket& prepared)
 {
@@ -55,7 +73,7 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
     const V zero = hn::Zero(d);
     Preparation preparation{0, 0};
     for (std::size_t first = 0; first < PreparedPacket::capacity; first += hn::Lanes(d)) {
-        V origin[3], direction[3];
+        V origin[3], direction[3], given_direction[3], rest[3];
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = hn::Load(d, prepared.origin[axis] + first);
             direction[axis] = hn::Load(d, prepared.direction[axis] + first);
@@ -74,7 +92,11 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
         auto inside = finite;
         for (int axis = 0; axis < 3; ++axis) {
             const V lower = hn::Set(d, box.lower[axis]), upper = hn::Set(d, box.upper[axis]);
-            origin[axis] = hn::Sub(origin[axis], hn::Set(d, centre[axis]));
+            const V from = origin[axis], to = hn::Set(d, centre[axis]);
+            origin[axis] = hn::Sub(from, to);
+            const V back = hn::Sub(origin[axis], from);
+            rest[axis] = hn::Sub(hn::Sub(from, hn::Sub(origin[axis], back)), hn::Add(to, back));
+            given_direction[axis] = direction[axis];
             direction[axis] = hn::Mul(direction[axis], scale);
             const auto parallel = hn::Lt(hn::Abs(direction[axis]), hn::Set(d, smallest_with_inverse));
             const auto outside = hn::Or(hn::Lt(origin[axis], lower), hn::Gt(origin[axis], upper));
@@ -86,12 +108,14 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
             t_far = hn::IfThenElse(parallel, t_far, hn::Min(t_far, hn::Max(to_lower, to_upper)));
         }
         inside = hn::And(inside, hn::Le(t_near, t_far));
+        const V shift = hn::Mul(t_near, scale);
         for (int axis = 0; axis < 3; ++axis) {
-            hn::Store(hn::Add(origin[axis], hn::Mul(t_near, direction[axis])), d, prepared.origin[axis] + first);
+            const V begin = hn::Add(FusedMulAdd(shift, given_direction[axis], origin[axis]), rest[axis]);
+            hn::Store(begin, d, prepared.origin[axis] + first);
             hn::Store(direction[axis], d, prepared.direction[axis] + first);
         }
         hn::Store(hn::Sub(t_far, t_near), d, prepared.t_far + first);
-        hn::Store(t_near, d, prepared.shift + first);
+        hn::Store(shift, d, prepared.shift + first);
         hn::Store(length, d, prepared.length + first);
         preparation.valid |= ToLaneMask(d, finite, first);
         preparation.inside |= ToLaneMask(d, inside, first);
@@ -146,18 +170,26 @@ bool prepare(const Ray& ray, std::size_t index, const glm::dvec3& centre, const 
     if (box.empty())
         return false;
     Ray& unit = prepared.ray;
+    const double scale = 1.0 / length;
     unit.origin = ray.origin - centre;
-    unit.direction = ray.direction * (1.0 / length);
+    unit.direction = ray.direction * scale;
     unit.t_near = ray.t_near * length;
     unit.t_far = ray.t_far * length;
     const std::optional<Interval> inside = clip(unit, box);
     if (!inside)
         return false;
-    unit.origin = unit.at(inside->t_near);
+    prepared.shift = inside->t_near * scale;
+    prepared.length = length;
+    for (int axis = 0; axis < 3; ++axis) {
+        // What rounding took from the difference, and a fused product: the ray begins where it does up to the rounding
+        // of a place in the scene, however far the eye is away.
+        const double from = ray.origin[axis], to = centre[axis];
+        const double back = unit.origin[axis] - from;
+        const double rest = (from - (unit.origin[axis] - back)) - (to + back);
+        unit.origin[axis] = std::fma(prepared.shift, ray.direction[axis], unit.origin[axis]) + rest;
+    }
     unit.t_near = 0.0;
     unit.t_far = inside->t_far - inside->t_near;
-    prepared.shift = inside->t_near;
-    prepared.length = length;
     return true;
 }
 

@@ -18,7 +18,7 @@ namespace isospline {
 
 struct PreparedRay {
     Ray ray;
-    double shift;  ///< length that was skipped
+    double shift;  ///< the t of the original ray where this one begins
     double length; ///< of the original direction
 };
 
