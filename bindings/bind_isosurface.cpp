@@ -4,6 +4,7 @@
 #include "long_call.h"
 
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
 
 #include <glm/geometric.hpp>
@@ -74,6 +75,11 @@ mask : bool array of the volume's shape, optional
     its corners (odd degrees).
 clip : HalfSpace, Box or a sequence of them, optional
     In the volume's world space. What lies outside of any of them is cut away, with a straight cut.
+capped : bool
+    Whether scenes close the solid where `clip` cuts it: rays meet a face on the plane of the cut wherever
+    `contains` would be true there. Its hits have the plane's normal, and primitive ids from ``shell.count`` on, in the
+    order of the half-spaces of `clip`, six for a Box (lower and upper x, y, z). Where the solid goes on to the volume's
+    border, it stays open unless the clip is there, as ``Box(*volume.bounds)`` is; so does what `mask` cuts.
 method : {"exact", "reference", "bracket"}
     How rays find the surface in a cell. "exact" misses no root; "reference" is the same in float64 throughout, and
     slow; "bracket" is the paper's: opposite signs at the ends of the cell, then Brent's method.
@@ -190,7 +196,7 @@ std::vector<HalfSpace> as_clip(const py::object& value)
 /// Says that rays will miss, and why.
 void warn_of_empty_shell(const Isosurface& surface)
 {
-    if (surface.shell().count() > 0)
+    if (surface.shell().count() > 0 || !cap_boxes(surface).empty())
         return;
     const double lower = surface.volume().minimum(), upper = surface.volume().maximum();
     const bool out_of_range = surface.level() < lower || surface.level() > upper;
@@ -215,7 +221,7 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
 
 std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, double level, int prune_depth,
                                             bool prune_border, const py::object& mask, const py::object& clip,
-                                            const std::string& method, const std::string& inside,
+                                            bool capped, const std::string& method, const std::string& inside,
                                             const py::object& progress)
 {
     IsosurfaceOptions options;
@@ -224,6 +230,7 @@ std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, doub
     if (!mask.is_none())
         options.shell.mask = as_mask(mask, "mask", volume->shape(), volume->options().axes);
     options.clip = as_clip(clip);
+    options.capped = capped;
     options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
     return build(std::move(volume), level, std::move(options), nullptr, progress);
@@ -326,8 +333,8 @@ void bind_isosurface(py::module_& module)
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
         .def(py::init(&make_isosurface), py::arg("volume").none(false), py::arg("level"), py::kw_only(),
              py::arg("prune_depth") = 2, py::arg("prune_border") = true, py::arg("mask") = py::none(),
-             py::arg("clip") = py::none(), py::arg("method") = "exact", py::arg("inside") = "above",
-             py::arg("progress") = py::none())
+             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("method") = "exact",
+             py::arg("inside") = "above", py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
@@ -344,6 +351,9 @@ void bind_isosurface(py::module_& module)
         .def_property_readonly(
             "inside", [](const Isosurface& surface) { return to_word(inside_words, surface.options().inside); },
             "The side of the surface that is the solid: \"above\" or \"below\".")
+        .def_property_readonly(
+            "capped", [](const Isosurface& surface) { return surface.options().capped; },
+            "Whether scenes close the solid where the clip cuts it.")
         .def_property_readonly(
             "prune_depth", [](const Isosurface& surface) { return surface.options().shell.prune_depth; },
             "Levels of subdivision that the shell was pruned with.")

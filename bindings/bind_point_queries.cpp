@@ -85,8 +85,8 @@ ValueError
 Notes
 -----
 What `mask` and `clip` cut away is not there; the nearest point may lie on the rim of a cut, or of the volume, but not
-on the cut's plane. The error bound is above the tolerance only where too many parts of the surface are almost equally
-near, as in the centre of a sphere: the search ends after 16384 parts.
+on the cut's plane, capped or not. The error bound is above the tolerance only where too many parts of the surface are
+almost equally near, as in the centre of a sphere: the search ends after 16384 parts.
 
 The bound is one on the distance. A point of the surface that is farther by e than the nearest, at a distance d, may be
 some sqrt(2 e d) away from it; most points are nevertheless found to rounding, as Newton's method ends at them.

@@ -75,14 +75,14 @@ Returns
 dict
     ``t_hit``: (...) float64, inf where the ray misses.
     ``geometry_ids``: (...) uint32, the object's; `INVALID_ID` where the ray misses.
-    ``primitive_ids``: (...) uint32, row of `Isosurface.shell.cells` or face of the mesh; `INVALID_ID` where the ray
-    misses.
+    ``primitive_ids``: (...) uint32, row of `Isosurface.shell.cells`, ``shell.count`` + half-space of a capped cut, or
+    face of the mesh; `INVALID_ID` where the ray misses.
     ``primitive_normals``: (..., 3) float64, unit and outward, in world space: along the exact gradient of an
-    isosurface, away from its `inside`; zero where the ray misses.
+    isosurface, away from its `inside`, or of a capped cut's plane; zero where the ray misses.
 
     With `details` also: ``positions``, (..., 3) float64, in world space, NaN where the ray misses; ``primitive_uvs``,
     (..., 2) float32, weights of a triangle's second and third corner, 0 for isosurfaces; ``gradient_magnitudes``,
-    (...) float64, of an isosurface's model, in values per world unit, 0 for meshes.
+    (...) float64, of an isosurface's model, also on caps, in values per world unit, 0 for meshes.
 
 Raises
 ------
@@ -94,7 +94,8 @@ TypeError
 
 constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
 
-Each crossing is listed once, also where it lies on a face between cells, or on an edge or a corner of triangles.
+Each crossing is listed once, also where it lies on a face between cells, or on an edge or a corner of triangles. Those
+of an isosurface that is closed, as by capped cuts, enter and leave in turn.
 
 Parameters
 ----------
@@ -333,7 +334,7 @@ void bind_scene(py::module_& module)
         .def_property_readonly(
             "bounds", [](Scene& scene) { return to_array(read_committed(scene, [&] { return scene.bounds(); })); },
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes and all cells of "
-            "shells, visible or not; inf, -inf where there are none.")
+            "shells and caps, visible or not; inf, -inf where there are none.")
         .def_property_readonly(
             "memory", [](Scene& scene) { return read_committed(scene, [&] { return scene.memory(); }); },
             "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them. Objects that were "

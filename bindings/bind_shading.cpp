@@ -103,6 +103,9 @@ shadows : bool
     opacity leaves.
 opacity : float
     0 to 1; below 1 what is behind shows through, see `render`.
+cap_color : the same, optional
+    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    that of the surface.
 
 Raises
 ------
@@ -121,16 +124,18 @@ Examples
 )")
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
-                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, double opacity) {
+                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, double opacity,
+                         const py::object& cap_color) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
                                       as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows,
-                                      opacity});
+                                      opacity, as_cap_color(cap_color, "cap_color")});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
              py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false,
-             py::arg("opacity") = defaults.opacity)
+             py::arg("opacity") = defaults.opacity, py::arg("cap_color") = py::none())
+        .def_property_readonly("cap_color", [](const Phong& phong) { return to_object(phong.cap_color); })
         .def_property_readonly("color", [](const Phong& phong) { return to_object(phong.color); })
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
@@ -150,7 +155,7 @@ Examples
                            << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
                            << ", two_sided=" << (phong.two_sided ? "True" : "False")
                            << ", shadows=" << (phong.shadows ? "True" : "False") << ", opacity=" << phong.opacity
-                           << ")";
+                           << ", cap_color=" << to_text(phong.cap_color) << ")";
             return representation.str();
         });
 }
@@ -174,6 +179,9 @@ surface_color : the same
     Of what lies between them. The colours of a mesh's vertices are multiplied by it.
 opacity : float
     0 to 1; below 1 what is behind shows through, see `render`.
+cap_color : the same, optional
+    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    `surface_color`.
 
 Raises
 ------
@@ -189,12 +197,15 @@ Examples
 >>> import isospline
 >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
 )")
-        .def(py::init([](double exponent, const py::object& color, const py::object& surface_color, double opacity) {
+        .def(py::init([](double exponent, const py::object& color, const py::object& surface_color, double opacity,
+                         const py::object& cap_color) {
                  return checked(Outline{exponent, as_surface_color(color, "color"),
-                                        as_surface_color(surface_color, "surface_color"), opacity});
+                                        as_surface_color(surface_color, "surface_color"), opacity,
+                                        as_cap_color(cap_color, "cap_color")});
              }),
              py::arg("exponent") = Outline().exponent, py::kw_only(), py::arg("color") = 1.0,
-             py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity)
+             py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity, py::arg("cap_color") = py::none())
+        .def_property_readonly("cap_color", [](const Outline& outline) { return to_object(outline.cap_color); })
         .def_readonly("exponent", &Outline::exponent)
         .def_property_readonly("color", [](const Outline& outline) { return to_object(outline.color); })
         .def_property_readonly("surface_color", [](const Outline& outline) { return to_object(outline.surface_color); })
@@ -203,7 +214,7 @@ Examples
             std::ostringstream representation;
             representation << "Outline(exponent=" << outline.exponent << ", color=" << to_text(outline.color)
                            << ", surface_color=" << to_text(outline.surface_color) << ", opacity=" << outline.opacity
-                           << ")";
+                           << ", cap_color=" << to_text(outline.cap_color) << ")";
             return representation.str();
         });
 }
@@ -228,6 +239,9 @@ color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or Col
     Linear colour of the surface, or what it follows from. The colours of a mesh's vertices are multiplied by it.
 opacity : float
     0 to 1; below 1 what is behind shows through, see `render`.
+cap_color : the same, optional
+    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    that of the surface.
 
 Raises
 ------
@@ -238,13 +252,16 @@ Examples
 --------
 >>> import isospline
 >>> isospline.AmbientOcclusion(64, distance=20.0)
-AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1)
+AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1, cap_color=None)
 )")
-        .def(py::init([](int samples, double distance, const py::object& color, double opacity) {
-                 return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color"), opacity});
+        .def(py::init([](int samples, double distance, const py::object& color, double opacity,
+                         const py::object& cap_color) {
+                 return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color"), opacity,
+                                                 as_cap_color(cap_color, "cap_color")});
              }),
              py::arg("samples") = defaults.samples, py::kw_only(), py::arg("distance") = defaults.distance,
-             py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity)
+             py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity, py::arg("cap_color") = py::none())
+        .def_property_readonly("cap_color", [](const AmbientOcclusion& model) { return to_object(model.cap_color); })
         .def_readonly("samples", &AmbientOcclusion::samples)
         .def_readonly("distance", &AmbientOcclusion::distance)
         .def_property_readonly("color", [](const AmbientOcclusion& model) { return to_object(model.color); })
@@ -252,7 +269,8 @@ AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1)
         .def("__repr__", [](const AmbientOcclusion& model) {
             std::ostringstream representation;
             representation << "AmbientOcclusion(" << model.samples << ", distance=" << model.distance
-                           << ", color=" << to_text(model.color) << ", opacity=" << model.opacity << ")";
+                           << ", color=" << to_text(model.color) << ", opacity=" << model.opacity
+                           << ", cap_color=" << to_text(model.cap_color) << ")";
             return representation.str();
         });
 }

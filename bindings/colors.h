@@ -52,11 +52,22 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
     return as_color(value, parameter);
 }
 
+/// The same, or None.
+inline CapColor as_cap_color(const pybind11::object& value, const char* parameter)
+{
+    return value.is_none() ? CapColor() : as_surface_color(value, parameter);
+}
+
 inline pybind11::object to_object(const Color& color)
 {
     if (const auto* constant = std::get_if<glm::dvec3>(&color))
         return to_array(*constant);
     return pybind11::cast(color);
+}
+
+inline pybind11::object to_object(const CapColor& color)
+{
+    return color ? to_object(*color) : pybind11::none();
 }
 
 /// As in the constructor of a shading.
@@ -65,6 +76,11 @@ inline std::string to_text(const Color& color)
     if (const auto* constant = std::get_if<glm::dvec3>(&color))
         return to_text(*constant);
     return pybind11::repr(pybind11::cast(color)).cast<std::string>();
+}
+
+inline std::string to_text(const CapColor& color)
+{
+    return color ? to_text(*color) : "None";
 }
 
 /// A colour and an opacity, which is 1 where it is not given; None is transparent.

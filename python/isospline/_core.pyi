@@ -129,6 +129,7 @@ class Isosurface:
         prune_border: bool = True,
         mask: ArrayLike | None = None,
         clip: HalfSpace | Box | Sequence[HalfSpace | Box] | None = None,
+        capped: bool = False,
         method: Literal["exact", "reference", "bracket"] = "exact",
         inside: Literal["above", "below"] = "above",
         progress: _Progress = None,
@@ -141,6 +142,8 @@ class Isosurface:
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
     ) -> NDArray[np.float64]: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
+    @property
+    def capped(self) -> bool: ...
     @property
     def inside(self) -> Literal["above", "below"]: ...
     @property
@@ -445,11 +448,14 @@ class Phong:
         two_sided: bool = True,
         shadows: bool = False,
         opacity: float = 1.0,
+        cap_color: _Color | None = None,
     ) -> None: ...
     @property
     def ambient(self) -> float: ...
     @property
     def ambient_light(self) -> NDArray[np.float64]: ...
+    @property
+    def cap_color(self) -> _Color | None: ...
     @property
     def color(self) -> _Color: ...
     @property
@@ -469,8 +475,16 @@ class Phong:
 
 class AmbientOcclusion:
     def __init__(
-        self, samples: int = 16, *, distance: float = ..., color: _Color = 1.0, opacity: float = 1.0
+        self,
+        samples: int = 16,
+        *,
+        distance: float = ...,
+        color: _Color = 1.0,
+        opacity: float = 1.0,
+        cap_color: _Color | None = None,
     ) -> None: ...
+    @property
+    def cap_color(self) -> _Color | None: ...
     @property
     def color(self) -> _Color: ...
     @property
@@ -577,8 +591,16 @@ class ProgressiveRenderer:
 
 class Outline:
     def __init__(
-        self, exponent: float = 2.0, *, color: _Color = 1.0, surface_color: _Color = 0.0, opacity: float = 1.0
+        self,
+        exponent: float = 2.0,
+        *,
+        color: _Color = 1.0,
+        surface_color: _Color = 0.0,
+        opacity: float = 1.0,
+        cap_color: _Color | None = None,
     ) -> None: ...
+    @property
+    def cap_color(self) -> _Color | None: ...
     @property
     def color(self) -> _Color: ...
     @property

@@ -62,7 +62,8 @@ SurfaceLookup::SurfaceLookup(const Scene& scene)
 void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const
 {
     const Entry& entry = entries_.at(hit.geometry_id);
-    if (entry.surface && with_curvature) {
+    point.on_cap = entry.surface && entry.surface->is_cap(hit.primitive_id);
+    if (entry.surface && with_curvature && !point.on_cap) {
         // Index coordinates are a function x -> M x of world coordinates: M^T g and M^T H M are the derivatives there.
         const Volume& volume = entry.surface->volume();
         const glm::dvec3 position_index = transform_point(entry.scene_to_object, point.position);

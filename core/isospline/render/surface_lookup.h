@@ -13,8 +13,8 @@
 
 namespace isospline {
 
-/// Looks up, for hits of a scene, normals and colours that lie between the vertices of a mesh, and curvatures of
-/// isosurfaces. The scene's surfaces must not change meanwhile.
+/// Looks up, for hits of a scene, normals and colours that lie between the vertices of a mesh, and curvatures and caps
+/// of isosurfaces. The scene's surfaces must not change meanwhile.
 class SurfaceLookup {
 public:
     explicit SurfaceLookup(const Scene& scene);

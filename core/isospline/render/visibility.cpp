@@ -6,7 +6,6 @@
 
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -45,33 +44,24 @@ void append_sky(std::vector<Ray>& rays, const Scene& scene, const Hit& hit, cons
     }
 }
 
-/// The part of the light that gets along each ray.
+/// The part of the light that gets along each ray; without opacities, all or nothing.
 std::vector<double> transmittances(const Scene& scene, std::span<const Ray> rays, const OpacityOf* opacity_of)
 {
-    std::vector<std::uint8_t> occluded(rays.size());
-    scene.test_occlusions(rays, occluded);
-    std::vector<double> result(rays.size());
-    std::transform(occluded.begin(), occluded.end(), result.begin(),
-                   [](std::uint8_t hidden) { return hidden ? 0.0 : 1.0; });
-    if (opacity_of == nullptr)
+    std::vector<double> result(rays.size(), 1.0);
+    if (opacity_of == nullptr) {
+        std::vector<std::uint8_t> occluded(rays.size());
+        scene.test_occlusions(rays, occluded);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            result[i] = occluded[i] ? 0.0 : 1.0;
         return result;
-
-    std::vector<Ray> attenuated;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        if (occluded[i])
-            attenuated.push_back(rays[i]);
-    std::vector<Crossing> crossings;
-    std::vector<std::uint32_t> counts(attenuated.size());
-    scene.list_occluders(attenuated, crossings, counts);
-    auto next = crossings.cbegin();
-    auto count = counts.cbegin();
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (!occluded[i])
-            continue;
-        result[i] = 1.0;
-        for (const auto end = next + *count++; next != end; ++next)
-            result[i] *= 1.0 - (*opacity_of)(next->hit);
     }
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> counts(rays.size());
+    scene.list_occluders(rays, crossings, counts);
+    auto next = crossings.cbegin();
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        for (const auto end = next + counts[i]; next != end; ++next)
+            result[i] *= 1.0 - (*opacity_of)(next->hit);
     return result;
 }
 

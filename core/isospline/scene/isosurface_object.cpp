@@ -48,6 +48,11 @@ Box IsosurfaceObject::local_bounds()
         bounds_.lower = glm::min(bounds_.lower, lower);
         bounds_.upper = glm::max(bounds_.upper, lower + 1.0);
     }
+    cap_boxes_ = cap_boxes(*surface_);
+    for (const Box& box : cap_boxes_) {
+        bounds_.lower = glm::min(bounds_.lower, box.lower);
+        bounds_.upper = glm::max(bounds_.upper, box.upper);
+    }
     bounds_version_ = surface_->version();
     return bounds_;
 }
@@ -64,8 +69,9 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
     built_version_ = 0;
     groups_ = cell_groups(*surface_);
+    local_bounds(); // and the caps' boxes
     embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(groups_.size()));
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(groups_.size() + cap_boxes_.size()));
     rtcSetGeometryUserData(geometry.get(), this);
     rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
@@ -74,11 +80,20 @@ void IsosurfaceObject::build(Device& device, double rounding_error_local, const 
     built_version_ = surface_->version();
 }
 
+std::size_t IsosurfaceObject::memory() const
+{
+    return groups_.capacity() * sizeof(CellGroup) + cap_boxes_.capacity() * sizeof(Box);
+}
+
 void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                                 const Placement& placement) const
 {
     hit.position = ray_world.at(hit.t);
     set_surface_normal(hit, gradient_local, surface_->options().inside, placement.world_to_local);
+    if (surface_->is_cap(hit.primitive_id)) {
+        const HalfSpace& cut = surface_->clip_lattice()[hit.primitive_id - surface_->shell().count()];
+        hit.normal = -glm::normalize(transform_gradient(placement.world_to_local, cut.normal));
+    }
 }
 
 bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
@@ -98,7 +113,9 @@ bool IsosurfaceObject::is_same_crossing(const Crossing& a, const Crossing& b, co
 void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    const Box box = isospline::bounds(self.groups_[arguments->primID]);
+    const std::size_t primitive = arguments->primID, group_count = self.groups_.size();
+    const Box box =
+        primitive < group_count ? isospline::bounds(self.groups_[primitive]) : self.cap_boxes_[primitive - group_count];
     const auto margin = static_cast<float>(self.box_margin_);
     RTCBounds& bounds = *arguments->bounds_o;
     bounds.lower_x = static_cast<float>(box.lower.x) - margin;
@@ -125,13 +142,18 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     auto& query = static_cast<RayQuery&>(*arguments.context);
     auto& [ray, hit] = *reinterpret_cast<RTCRayHit*>(arguments.rayhit);
     const unsigned int slot = query.instID[0];
-    LatticeRay* const in_lattice = query.in_lattice(slot, surface_->clip_lattice());
-    if (in_lattice == nullptr)
+    query.enter(slot, *surface_);
+    if (!query.clip_leaves_any)
         return;
-
-    LatticeRay& lattice_ray = *in_lattice;
-    if (query.all != nullptr)
-        return collect_all(arguments.primID, query, lattice_ray);
+    const bool of_caps = arguments.primID >= groups_.size();
+    LatticeRay& lattice_ray = query.in_lattice;
+    if (query.all != nullptr) {
+        if (!of_caps)
+            collect_all(arguments.primID, query, lattice_ray);
+        return;
+    }
+    if (of_caps || query.enters_cap)
+        return intersect_caps(arguments, query);
 
     // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
     lattice_ray.t_far = std::min({lattice_ray.t_far, query.nearest.t, static_cast<double>(ray.tfar)});
@@ -175,13 +197,17 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
 {
     auto& query = static_cast<PacketQuery&>(*arguments.context);
     const unsigned int slot = query.instID[0];
-    query.enter(slot, surface_->clip_lattice());
+    query.enter(slot, *surface_);
     const unsigned int size = arguments.N;
     LaneMask active = 0;
     for (unsigned int lane = 0; lane < size; ++lane)
         active |= static_cast<LaneMask>(arguments.valid[lane] == -1) << lane;
     active &= query.clip_leaves;
-    if (active == 0)
+    const bool of_caps = arguments.primID >= groups_.size();
+    if (const LaneMask at_caps = of_caps ? active : active & query.enters_cap; at_caps != 0)
+        intersect_caps(arguments, query, at_caps);
+    active &= ~query.enters_cap;
+    if (of_caps || active == 0)
         return;
 
     RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
@@ -224,16 +250,23 @@ void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* ar
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
     auto& query = static_cast<RayQuery&>(*arguments->context);
     auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    const LatticeRay* const in_lattice = query.in_lattice(query.instID[0], self.surface_->clip_lattice());
-    if (in_lattice == nullptr)
-        return;
-    const CellGroup& group = self.groups_[arguments->primID];
-    const GroupEntries entries = self.culler_.entries(group, *in_lattice, static_cast<float>(self.box_margin_));
+    query.enter(query.instID[0], *self.surface_);
+    if (query.clip_leaves_any && self.is_occluded(arguments->primID, query))
+        ray.tfar = -std::numeric_limits<float>::infinity();
+}
+
+bool IsosurfaceObject::is_occluded(unsigned int primitive, const RayQuery& query) const
+{
+    if (query.enters_cap)
+        return true;
+    if (primitive >= groups_.size())
+        return query.chord.leaves_cap(*surface_);
+    const CellGroup& group = groups_[primitive];
+    const GroupEntries entries = culler_.entries(group, query.in_lattice, static_cast<float>(box_margin_));
     for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u)
-        if (self.intersector_.any_root(self.cell_block(group.row(std::countr_zero(rest))), *in_lattice)) {
-            ray.tfar = -std::numeric_limits<float>::infinity();
-            return;
-        }
+        if (intersector_.any_root(cell_block(group.row(std::countr_zero(rest))), query.in_lattice))
+            return true;
+    return false;
 }
 
 } // namespace isospline

@@ -1,18 +1,22 @@
-// An isosurface as Embree user geometry: one box a block of 2 x 2 x 2 cells of the shell, in lattice space.
+// An isosurface as Embree user geometry: one box a block of 2 x 2 x 2 cells of the shell, in lattice space, then those
+// of its caps.
 #pragma once
 
 #include "isospline/scene/object.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/cap.h"
 #include "isospline/trace/cell_group.h"
 #include "isospline/trace/cell_intersector.h"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace isospline {
 
 struct RayQuery;
+struct PacketQuery;
 
 class IsosurfaceObject final : public Object {
 public:
@@ -23,7 +27,7 @@ public:
     bool has_changed() const override { return built_version_ != surface_->version(); }
     bool is_stale(double rounding_error_local) const override;
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
-    std::size_t memory() const override { return groups_.capacity() * sizeof(CellGroup); }
+    std::size_t memory() const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
@@ -41,6 +45,16 @@ private:
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
     void collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
+    bool is_occluded(unsigned int primitive, const RayQuery& query) const;
+
+    /// The first cap along a chord, if any, as a root.
+    struct CapHit {
+        RootInCell root;
+        std::uint32_t primitive;
+    };
+    std::optional<CapHit> first_cap(const CappedChord& chord, bool enters_cap, double t_limit) const;
+    void intersect_caps(const RTCIntersectFunctionNArguments& arguments, RayQuery& query) const;
+    void intersect_caps(const RTCIntersectFunctionNArguments& arguments, PacketQuery& query, LaneMask active) const;
 
     static void bounds_function(const RTCBoundsFunctionArguments* arguments);
     static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
@@ -50,6 +64,7 @@ private:
     CellIntersector intersector_;
     GroupCuller culler_;
     std::vector<CellGroup> groups_;
+    std::vector<Box> cap_boxes_;
     Box bounds_;
     std::uint64_t bounds_version_ = 0, built_version_ = 0;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side

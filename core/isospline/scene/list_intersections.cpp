@@ -4,6 +4,9 @@
 #include "isospline/util/error.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <optional>
 #include <tuple>
 
 namespace isospline {
@@ -25,6 +28,40 @@ void keep_triangle(const RTCFilterFunctionNArguments* arguments)
 }
 
 } // namespace
+
+void Scene::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
+                           std::vector<Crossing>& crossings) const
+{
+    const CappedChord& chord = of_instance.chord;
+    const Isosurface& surface = *of_instance.surface;
+    const Instance& instance = *instances[of_instance.slot];
+    const auto begin = std::partition_point(crossings.begin(), crossings.end(), [&](const Crossing& crossing) {
+        return crossing.hit.geometry_id < instance.id;
+    });
+    const auto end = std::partition_point(
+        begin, crossings.end(), [&](const Crossing& crossing) { return crossing.hit.geometry_id == instance.id; });
+    std::optional<bool> first_enters, last_enters;
+    if (begin != end) {
+        first_enters = begin->entering;
+        last_enters = std::prev(end)->entering;
+    }
+    const CappedEnds ends = chord.capped_ends(surface, first_enters, last_enters);
+    const auto cap_at = [&](double t, int face, bool entering) {
+        Crossing crossing{};
+        crossing.hit.t = prepared.shift + t / prepared.length;
+        crossing.hit.geometry_id = instance.id;
+        crossing.hit.primitive_id =
+            static_cast<std::uint32_t>(surface.shell().count()) + static_cast<std::uint32_t>(face);
+        instance.object->complete(crossing.hit, ray, gradient_lattice(surface, chord.at(t)), instance.placement);
+        crossing.entering = entering;
+        return crossing;
+    };
+    const std::ptrdiff_t first = begin - crossings.begin();
+    if (ends.exit)
+        crossings.insert(end, cap_at(chord.t_far, chord.exit, false));
+    if (ends.entry)
+        crossings.insert(crossings.begin() + first, cap_at(chord.t_near, chord.entry, true));
+}
 
 void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
                        std::vector<Crossing>& crossings) const
@@ -64,8 +101,12 @@ void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery
         return instance.object->is_same_crossing(a, b, ray, instance.placement);
     };
     crossings.erase(std::unique(crossings.begin(), crossings.end(), is_same), crossings.end());
-    std::stable_sort(crossings.begin(), crossings.end(),
-                     [](const Crossing& a, const Crossing& b) { return a.hit.t < b.hit.t; });
+    for (const ChordOfInstance& chord : query.chords)
+        add_caps(chord, ray, query.prepared, crossings);
+    // Of caps that coincide the last one added is the first, as for cast_rays().
+    std::stable_sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+        return a.hit.t < b.hit.t || (a.hit.t == b.hit.t && a.hit.geometry_id > b.hit.geometry_id);
+    });
 }
 
 void Scene::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,

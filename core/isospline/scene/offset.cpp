@@ -5,6 +5,7 @@
 #include "isospline/scene/mesh_object.h"
 #include "isospline/trace/cell_block.h"
 #include "isospline/trace/lattice_ray.h"
+#include "isospline/trace/value_error.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
@@ -12,31 +13,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
+#include <vector>
 
 namespace isospline {
 
 namespace {
-
-/// Error of f - level at one point of one cell, and of all that the library computes of a ray that begins there: its
-/// Bernstein coefficients and what their subdivision adds.
-template <int Degree>
-double value_error(const CellBlock& cell, double coordinate_error)
-{
-    constexpr double unit_roundoff = 0x1p-53;
-    constexpr double polynomial = 128.0, evaluation = 80.0, subdivisions = 48.0 * 3 * Degree;
-    double magnitude = 0.0;
-    for (int k = 0; k <= Degree; ++k)
-        for (int j = 0; j <= Degree; ++j)
-            for (int i = 0; i <= Degree; ++i) {
-                const auto coefficient =
-                    static_cast<double>(cell.coefficients[i + j * cell.row_stride + k * cell.slice_stride]);
-                magnitude = std::max(magnitude, std::abs(coefficient - cell.threshold));
-            }
-    constexpr double rounding = unit_roundoff * (polynomial + evaluation + subdivisions);
-    return magnitude * (rounding + 2.0 * 6.0 * coordinate_error);
-}
 
 /// Looks at one isosurface from points about its hits, in the scene's world space.
 template <int Degree>
@@ -69,6 +53,13 @@ public:
                     least = std::min(least, side * value - value_error<Degree>(cell, coordinate_error_));
                 }
         return least;
+    }
+
+    /// By how much a point is proven to be in a half-space of lattice space.
+    double operator()(const glm::dvec3& position, const HalfSpace& half_space) const
+    {
+        const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
+        return glm::dot(half_space.normal, lattice) - half_space.offset - 4.0 * coordinate_error_;
     }
 
     /// Of the hit's own cell: at degree 1 that of a neighbour at the same point is another one.
@@ -131,6 +122,51 @@ glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm:
     return position + first_step * away;
 }
 
+/// Something that is to hold where a ray begins: a clearance above zero, which grows in a direction.
+struct Condition {
+    std::function<double(const glm::dvec3& position)> clearance;
+    glm::dvec3 direction; ///< unit, or zero where it is not known
+};
+
+/// Goes as far as it takes until all conditions hold, in the middle between the directions of those that do not.
+glm::dvec3 offset_until_all_hold(const std::vector<Condition>& conditions, const glm::dvec3& position,
+                                 const glm::dvec3& towards, double cell_size)
+{
+    std::vector<bool> has_failed(conditions.size());
+    const auto all_hold = [&](const glm::dvec3& at) {
+        bool all = true;
+        for (std::size_t i = 0; i < conditions.size(); ++i)
+            if (!(conditions[i].clearance(at) > 0.0)) {
+                has_failed[i] = true;
+                all = false;
+            }
+        return all;
+    };
+    if (all_hold(position))
+        return position;
+    const double first_step =
+        std::max(8.0 * 0x1p-53 * std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}),
+                 1e-15 * cell_size);
+    glm::dvec3 away(0.0);
+    for (double step = first_step; step < 0.25 * cell_size; step *= 2.0) {
+        away = glm::dvec3(0.0);
+        for (std::size_t i = 0; i < conditions.size(); ++i)
+            if (has_failed[i])
+                away += conditions[i].direction;
+        away = glm::normalize(glm::length(away) > 1e-6 ? away : towards);
+        const glm::dvec3 moved = position + step * away;
+        if (all_hold(moved))
+            return moved;
+    }
+    return position + first_step * away;
+}
+
+glm::dvec3 unit_or_zero(const glm::dvec3& vector)
+{
+    const double length = glm::length(vector);
+    return length > 0.0 ? vector / length : glm::dvec3(0.0);
+}
+
 /// The largest column sum of magnitudes of a matrix.
 double norm_of(const glm::dmat3& matrix)
 {
@@ -145,17 +181,34 @@ double norm_of(const glm::dmat3& matrix)
 glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
                                              const Placement& placement) const
 {
-    if (hit.primitive_id >= surface_->shell().count())
-        throw_invalid("hit", "a primitive id below " + std::to_string(surface_->shell().count()), hit.primitive_id);
+    if (hit.primitive_id >= surface_->primitive_count())
+        throw_invalid("hit", "a primitive id below " + std::to_string(surface_->primitive_count()), hit.primitive_id);
     const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(placement.centred_to_local)));
     const auto of_degree = [&]<int Degree>() {
-        const Clearance<Degree> clearance(*surface_, placement.centred_to_local, centre, hit.position);
-        const glm::dvec3 gradient =
-            transform_gradient(placement.centred_to_local,
-                               clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
+        const glm::dmat4& to_lattice = placement.centred_to_local;
+        const Clearance<Degree> clearance(*surface_, to_lattice, centre, hit.position);
         // The normal decides, as its user sees it: the gradient here is rounded otherwise.
         const bool outward = glm::dot(hit.normal, towards) >= 0.0;
         const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
+        const auto in_half_space = [&](const HalfSpace& half_space) {
+            return Condition{[&clearance, half_space](const glm::dvec3& at) { return clearance(at, half_space); },
+                             unit_or_zero(transform_gradient(to_lattice, half_space.normal))};
+        };
+        if (outward && surface_->is_cap(hit.primitive_id)) {
+            const auto& [normal, offset] = surface_->clip_lattice()[hit.primitive_id - surface_->shell().count()];
+            return offset_until_all_hold({in_half_space({-normal, -offset})}, hit.position, towards, cell_size);
+        }
+        if (!outward && surface_->options().capped) {
+            const glm::dvec3 lattice = transform_point(to_lattice, hit.position - centre);
+            const glm::dvec3 inwards = side * transform_gradient(to_lattice, gradient_lattice(*surface_, lattice));
+            std::vector<Condition> in_solid{
+                {[&](const glm::dvec3& at) { return clearance(at, side); }, unit_or_zero(inwards)}};
+            for (const HalfSpace& half_space : surface_->clip_lattice())
+                in_solid.push_back(in_half_space(half_space));
+            return offset_until_all_hold(in_solid, hit.position, towards, cell_size);
+        }
+        const glm::dvec3 gradient = transform_gradient(
+            to_lattice, clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
         return offset_from_isosurface(clearance, gradient, side, hit.position, towards, cell_size);
     };
     switch (surface_->volume().degree()) {

@@ -7,7 +7,8 @@
 #include "isospline/scene/embree_api.h"
 #include "isospline/scene/instance.h"
 #include "isospline/scene/prepared_ray.h"
-#include "isospline/shell/cutout.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/cap.h"
 #include "isospline/trace/lattice_ray.h"
 #include "isospline/trace/lattice_ray_packet.h"
 
@@ -31,6 +32,13 @@ struct RawCrossing {
     std::uint32_t slot, primitive;
 };
 
+/// What the clip of a capped isosurface leaves of a ray that is to be listed.
+struct ChordOfInstance {
+    CappedChord chord;
+    const Isosurface* surface;
+    std::uint32_t slot;
+};
+
 /// The query of one ray.
 struct RayQuery : embree::QueryContext {
     explicit RayQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
@@ -40,19 +48,23 @@ struct RayQuery : embree::QueryContext {
     {
         nearest.t = prepared.ray.t_far;
         cached_slot = RTC_INVALID_GEOMETRY_ID;
+        chords.clear();
     }
 
-    /// The ray in an instance's lattice space, limited to what its cutouts leave; nothing where they leave nothing. The
-    /// ray stays in one instance for many cells, so the last one is remembered.
-    LatticeRay* in_lattice(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice);
+    /// Makes `in_lattice` and what follows it those of an instance. The ray stays in one instance for many cells, so
+    /// the last one is remembered.
+    void enter(std::uint32_t slot, const Isosurface& surface);
 
     Instances instances;
     PreparedRay prepared;
     RootInCell nearest; ///< root of an isosurface so far; t is the ray's t_far where there is none
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
-    LatticeRay cached_ray;
+    LatticeRay in_lattice; ///< limited to what the clip leaves
     bool clip_leaves_any = false;
+    CappedChord chord;                       ///< of a capped surface: what the clip leaves
+    bool enters_cap = false;                 ///< whether it begins on a cap, behind which nothing is the first
     std::vector<RawCrossing>* all = nullptr; ///< where crossings go if all are wanted, and none ends the ray
+    std::vector<ChordOfInstance> chords;     ///< in this case, those of capped surfaces
 };
 
 /// The query of a packet of rays.
@@ -67,8 +79,8 @@ struct PacketQuery : embree::QueryContext {
         cached_slot = RTC_INVALID_GEOMETRY_ID;
     }
 
-    /// Makes `in_lattice` and `clip_leaves` those of an instance.
-    void enter(std::uint32_t slot, const std::vector<HalfSpace>& clip_lattice);
+    /// As of RayQuery, for all lanes.
+    void enter(std::uint32_t slot, const Isosurface& surface);
 
     Instances instances;
     PreparedPacket prepared;
@@ -76,7 +88,9 @@ struct PacketQuery : embree::QueryContext {
     LaneMask used = 0;  ///< lanes that hold a ray
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRayPacket in_lattice;
-    LaneMask clip_leaves = 0; ///< lanes of which the cutouts leave anything
+    LaneMask clip_leaves = 0; ///< lanes of which the clip leaves anything
+    CappedChord chords[LatticeRayPacket::capacity];
+    LaneMask enters_cap = 0;
 };
 
 } // namespace isospline

@@ -97,8 +97,8 @@ public:
     /// throws std::invalid_argument for ids that are not the scene's.
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards) const;
 
-    /// The box, in world space, of all meshes and all cells of shells, as of the last commit; empty where there are
-    /// none.
+    /// The box, in world space, of all meshes and all cells of shells and caps, as of the last commit; empty where
+    /// there are none.
     Box bounds() const;
     /// What is under a geometry id. Throws std::invalid_argument for one that is not in the scene.
     PlacedObject object(std::uint32_t geometry_id) const;

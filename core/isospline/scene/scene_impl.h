@@ -3,6 +3,7 @@
 
 #include "isospline/scene/device.h"
 #include "isospline/scene/instance.h"
+#include "isospline/scene/prepared_ray.h"
 #include "isospline/scene/scene.h"
 
 #include <array>
@@ -15,6 +16,7 @@
 
 namespace isospline {
 
+struct ChordOfInstance;
 struct RayQuery;
 
 struct Scene::Impl {
@@ -40,6 +42,9 @@ struct Scene::Impl {
     void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
               std::span<std::uint32_t> counts) const;
     void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
+    /// Adds those with the caps of an instance to its others, which are in order.
+    void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
+                  std::vector<Crossing>& crossings) const;
 
     std::shared_mutex mutex;           ///< of all below: changes and commits own it, queries may share it
     mutable std::mutex instance_mutex; ///< of what users may ask for at any time: changes own this one too

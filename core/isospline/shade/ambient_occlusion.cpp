@@ -12,11 +12,13 @@ void validate(const AmbientOcclusion& occlusion)
         throw_invalid("distance", "a number above 0", occlusion.distance);
     validate("color", occlusion.color);
     check_fraction("opacity", occlusion.opacity);
+    if (occlusion.cap_color)
+        validate("cap_color", *occlusion.cap_color);
 }
 
 glm::dvec3 albedo(const AmbientOcclusion& occlusion, const SurfacePoint& point)
 {
-    return color_at(occlusion.color, point) * point.vertex_color;
+    return color_at(occlusion.color, occlusion.cap_color, point) * point.vertex_color;
 }
 
 glm::dvec3 shade(const AmbientOcclusion& occlusion, const SurfacePoint& point)

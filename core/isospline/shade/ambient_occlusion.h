@@ -18,6 +18,7 @@ struct AmbientOcclusion {
     double distance = std::numeric_limits<double>::infinity(); ///< of what can still cover the sky, world units
     Color color = glm::dvec3(1.0);                             ///< of the surface
     double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
+    CapColor cap_color{}; ///< of capped cuts
 };
 
 /// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, a

@@ -67,4 +67,9 @@ glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
     return std::visit([&](const auto& given) { return color_at(given, point); }, color);
 }
 
+glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point)
+{
+    return color_at(point.on_cap && cap_color ? *cap_color : color, point);
+}
+
 } // namespace isospline

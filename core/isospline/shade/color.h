@@ -42,11 +42,16 @@ struct ColorByDepth {
 /// Linear red, green and blue, or a rule that gives them.
 using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth>;
 
+/// The colour of what is on caps; nothing stands for the surface's own.
+using CapColor = std::optional<Color>;
+
 /// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and as the colour map
 /// does.
 void validate(const char* parameter, const Color& color);
 
 /// The linear colour at a point.
 glm::dvec3 color_at(const Color& color, const SurfacePoint& point);
+/// The same where it may be on a cap.
+glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point);
 
 } // namespace isospline

@@ -16,11 +16,13 @@ void validate(const Outline& outline)
     validate("color", outline.color);
     validate("surface_color", outline.surface_color);
     check_fraction("opacity", outline.opacity);
+    if (outline.cap_color)
+        validate("cap_color", *outline.cap_color);
 }
 
 glm::dvec3 albedo(const Outline& outline, const SurfacePoint& point)
 {
-    return color_at(outline.surface_color, point) * point.vertex_color;
+    return color_at(outline.surface_color, outline.cap_color, point) * point.vertex_color;
 }
 
 glm::dvec3 shade(const Outline& outline, const SurfacePoint& point)

@@ -17,6 +17,7 @@ struct Outline {
     Color color = glm::dvec3(1.0);         ///< of the lines
     Color surface_color = glm::dvec3(0.0); ///< of what lies between them
     double opacity = 1.0;                  ///< of both, 0 to 1; below 1 what is behind shows through
+    CapColor cap_color{};                  ///< of capped cuts, in place of surface_color
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.

@@ -17,6 +17,8 @@ void validate(const Phong& phong)
     check_not_negative("specular_exponent", phong.specular_exponent);
     check_not_negative("ambient_light", phong.ambient_light);
     check_fraction("opacity", phong.opacity);
+    if (phong.cap_color)
+        validate("cap_color", *phong.cap_color);
     if (phong.lights)
         for (const Light& light : *phong.lights)
             validate(light);
@@ -24,7 +26,7 @@ void validate(const Phong& phong)
 
 glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point)
 {
-    return color_at(phong.color, point) * point.vertex_color;
+    return color_at(phong.color, phong.cap_color, point) * point.vertex_color;
 }
 
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)

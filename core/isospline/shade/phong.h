@@ -30,6 +30,7 @@ struct Phong {
     bool two_sided = true;
     bool shadows = false; ///< whether what lies between a point and a light hides it
     double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
+    CapColor cap_color{}; ///< of capped cuts
 };
 
 /// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.

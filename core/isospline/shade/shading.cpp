@@ -1,43 +1,39 @@
 #include "isospline/shade/shading.h"
 
-#include <array>
 #include <type_traits>
 
 namespace isospline {
 
 namespace {
 
-/// The colours of a model, const if that is.
-template <typename Model>
-auto colors_of(Model& model)
+/// Calls `visit` with each colour of a model, const if that is.
+template <typename Model, typename Visit>
+void for_each_color(Model& model, const Visit& visit)
 {
+    visit(model.color);
     if constexpr (std::is_same_v<std::remove_const_t<Model>, Outline>)
-        return std::array{&model.color, &model.surface_color};
-    else
-        return std::array{&model.color};
+        visit(model.surface_color);
+    if (model.cap_color)
+        visit(*model.cap_color);
 }
 
 } // namespace
 
 bool needs_curvature(const Shading& shading)
 {
-    const auto needed = [](const auto& model) {
-        for (const Color* color : colors_of(model))
-            if (std::holds_alternative<ColorByCurvature>(*color))
-                return true;
-        return false;
-    };
-    return std::visit(needed, shading);
+    bool needed = false;
+    const auto look = [&](const Color& color) { needed = needed || std::holds_alternative<ColorByCurvature>(color); };
+    std::visit([&](const auto& model) { for_each_color(model, look); }, shading);
+    return needed;
 }
 
 void fit_depth_limits(Shading& shading, const glm::dvec2& limits)
 {
-    const auto fit = [&](auto& model) {
-        for (Color* color : colors_of(model))
-            if (auto* by_depth = std::get_if<ColorByDepth>(color); by_depth && by_depth->fit_limits)
-                by_depth->map.limits = limits;
+    const auto fit = [&](Color& color) {
+        if (auto* by_depth = std::get_if<ColorByDepth>(&color); by_depth && by_depth->fit_limits)
+            by_depth->map.limits = limits;
     };
-    std::visit(fit, shading);
+    std::visit([&](auto& model) { for_each_color(model, fit); }, shading);
 }
 
 } // namespace isospline

@@ -16,6 +16,7 @@ struct SurfacePoint {
     double depth = 0.0;                  ///< as Projection::depth()
     glm::dvec3 vertex_color{1.0};        ///< of a mesh that has one, linear; the surface's colour is multiplied by it
     Curvature curvature = {};            ///< of an isosurface, world space
+    bool on_cap = false;                 ///< of a capped cut of an isosurface
     std::span<const double> lit{};       ///< the part of each of the model's lights that gets here; empty if all of it
     double openness = 1.0;               ///< as AmbientOcclusion's integral over pi
 };

@@ -40,18 +40,23 @@ std::vector<HalfSpace> half_spaces(const Box& box)
     return sides;
 }
 
-std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces)
+std::optional<Chord> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces)
 {
-    Interval inside{ray.t_near, ray.t_far};
-    for (const HalfSpace& half_space : half_spaces) {
+    Chord inside{{ray.t_near, ray.t_far}};
+    for (std::size_t i = 0; i < half_spaces.size(); ++i) {
+        const HalfSpace& half_space = half_spaces[i];
         const double distance = half_space.offset - glm::dot(half_space.normal, ray.origin);
         const double speed = glm::dot(half_space.normal, ray.direction);
-        if (speed > 0.0)
-            inside.t_near = std::max(inside.t_near, distance / speed);
-        else if (speed < 0.0)
-            inside.t_far = std::min(inside.t_far, distance / speed);
-        else if (distance > 0.0)
+        const double t = distance / speed;
+        if (speed > 0.0 && (t > inside.t_near || (t == inside.t_near && inside.entry < 0))) {
+            inside.t_near = std::max(inside.t_near, t);
+            inside.entry = static_cast<int>(i);
+        } else if (speed < 0.0 && (t < inside.t_far || (t == inside.t_far && inside.exit < 0))) {
+            inside.t_far = std::min(inside.t_far, t);
+            inside.exit = static_cast<int>(i);
+        } else if (speed == 0.0 && distance > 0.0) {
             return std::nullopt;
+        }
     }
     if (!(inside.t_near <= inside.t_far))
         return std::nullopt;

@@ -30,8 +30,14 @@ HalfSpace pull_back(const HalfSpace& half_space, const glm::dmat4& map);
 /// for a box without an inside.
 std::vector<HalfSpace> half_spaces(const Box& box);
 
+/// The part of a ray inside all of some half-spaces, and through which of them it comes in and goes out; -1 where it is
+/// the ray that begins or ends there.
+struct Chord : Interval {
+    int entry = -1, exit = -1;
+};
+
 /// The part of a ray inside all of the half-spaces, or nothing. The ray is in the half-spaces' space.
-std::optional<Interval> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces);
+std::optional<Chord> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces);
 
 /// One byte a sample, x fastest, 0 where the sample is cut away. A cell is cut away with any sample that it is centred
 /// on (even degrees) or that is one of its corners (odd degrees, the rule of VTK's blanking).

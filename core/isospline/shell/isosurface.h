@@ -25,6 +25,7 @@ enum class Inside {
 struct IsosurfaceOptions {
     ShellOptions shell;
     std::vector<HalfSpace> clip; ///< in the volume's world space; the parts outside of any are cut away
+    bool capped = false;         ///< whether scenes close the solid where the clip cuts it
     Method method = Method::exact;
     Inside inside = Inside::above;
 };
@@ -57,6 +58,10 @@ public:
     const std::shared_ptr<const ValueBounds>& shared_bounds() const { return bounds_; }
     /// The clip half-spaces in lattice space.
     const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
+    /// Whether a primitive id is that of a cap: shell().count() + position of its half-space in the clip.
+    bool is_cap(std::uint32_t primitive_id) const { return primitive_id >= shell_.count(); }
+    /// How many primitive ids there are: cells and caps.
+    std::size_t primitive_count() const { return shell_.count() + (options_.capped ? clip_lattice_.size() : 0); }
     /// Grows with every change of the shell; scenes rebuild by it.
     std::uint64_t version() const { return version_; }
 

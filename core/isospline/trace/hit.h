@@ -19,7 +19,8 @@ struct Hit {
     double gradient_magnitude = 0.0; ///< |gradient of f| in world units; 0 for a mesh
     glm::vec2 uv{0.0f};              ///< weights of a triangle's second and third corner; 0 for an isosurface
     std::uint32_t geometry_id = invalid_id;
-    std::uint32_t primitive_id = invalid_id; ///< position in Shell::cells() of an isosurface, triangle of a mesh
+    std::uint32_t primitive_id =
+        invalid_id; ///< position in Shell::cells(), or Isosurface::is_cap(); triangle of a mesh
 
     /// Makes it a miss.
     void clear()

@@ -50,6 +50,8 @@ VoxelHopper::VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelH
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)),
       shape_(surface_->volume().cell_shape())
 {
+    if (surface_->options().capped)
+        throw_invalid("surface", "one whose cuts are open, as only scenes have caps", "one that is capped");
     build();
 }
 

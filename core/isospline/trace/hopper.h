@@ -44,6 +44,7 @@ struct VoxelHopperOptions {
 /// Cells, and the root finder in a cell, are the isosurface's own: the same hits as in a scene, with geometry id 0.
 class VoxelHopper {
 public:
+    /// Throws std::invalid_argument for a surface with capped cuts.
     explicit VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelHopperOptions& options = {});
 
     /// Follows the surface's level; cheap where it has not changed.

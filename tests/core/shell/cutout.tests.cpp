@@ -101,6 +101,17 @@ TEST_CASE("a ray clipped by the sides of a box is the ray clipped by the box", "
             ++hits;
             REQUIRE(found->t_near == Approx(expected->t_near));
             REQUIRE(found->t_far == Approx(expected->t_far));
+            // Each end is the ray's own, or on the plane of the side that it names.
+            const auto distance = [&](int side, double t) {
+                const HalfSpace half_space = half_spaces(box).at(static_cast<std::size_t>(side));
+                return glm::dot(half_space.normal, ray.at(t)) - half_space.offset;
+            };
+            REQUIRE((found->entry < 0) == (found->t_near == ray.t_near));
+            REQUIRE((found->exit < 0) == (found->t_far == ray.t_far));
+            if (found->entry >= 0)
+                REQUIRE(std::abs(distance(found->entry, found->t_near)) < 1e-12);
+            if (found->exit >= 0)
+                REQUIRE(std::abs(distance(found->exit, found->t_far)) < 1e-12);
         }
     }
     REQUIRE(hits > 100);
@@ -113,6 +124,11 @@ TEST_CASE("a ray without half-spaces is whole, and a ray along a plane is on one
     REQUIRE(whole);
     REQUIRE(whole->t_near == 2.0);
     REQUIRE(whole->t_far == infinity);
+    REQUIRE(whole->entry == -1);
+    REQUIRE(whole->exit == -1);
+    const auto begun_on_plane = clip(ray, {HalfSpace{{1.0, 0.0, 0.0}, 2.0}});
+    REQUIRE(begun_on_plane);
+    REQUIRE(begun_on_plane->entry == 0);
     REQUIRE(clip(ray, {HalfSpace{{0.0, 0.0, 1.0}, 0.5}}));
     REQUIRE(clip(ray, {HalfSpace{{0.0, 0.0, 1.0}, 1.0}}));
     REQUIRE(!clip(ray, {HalfSpace{{0.0, 0.0, 1.0}, 1.5}}));

@@ -1,0 +1,160 @@
+#include "isospline/trace/cap.h"
+
+#include "isospline/shell/brick.h"
+#include "isospline/trace/lattice_ray.h"
+#include "isospline/trace/point_in_cell.h"
+#include "isospline/trace/value_error.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace isospline {
+
+namespace {
+
+/// Where a point is, as far as double precision can tell.
+enum class Side { outside, undecided, inside };
+
+template <int Degree>
+Side side_in_cell(const PointInCell& point, double coordinate_error, Inside inside)
+{
+    const double value = value_in_cell<Degree>(point.cell, point.local);
+    const double error = value_error<Degree>(point.cell, coordinate_error);
+    const double inward = inside == Inside::above ? value : -value;
+    if (inward > error)
+        return Side::inside;
+    // A cell that is wholly at the level has no error, and no inside.
+    return inward > -error ? Side::undecided : Side::outside;
+}
+
+/// Of the solid: in the domain, which cells exceed by their margin, not cut away by the mask, on the inner side.
+Side side_of(const Isosurface& surface, const CappedChord& chord, double t)
+{
+    const Volume& volume = surface.volume();
+    const glm::dvec3 lattice = chord.at(t);
+    const glm::dvec3 shape(volume.cell_shape());
+    double size = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(lattice[axis] >= -cell_margin && lattice[axis] <= shape[axis] + cell_margin))
+            return Side::outside;
+        size = std::max(size, std::abs(chord.origin[axis]) + std::abs(t * chord.direction[axis]));
+    }
+    const PointInCell point(surface, lattice);
+    const Mask& mask = surface.options().shell.mask;
+    if (!mask.empty() && is_cut_by_mask(point.index, mask, volume))
+        return Side::outside;
+
+    const double coordinate_error = 8.0 * 0x1p-53 * size;
+    const Inside inside = surface.options().inside;
+    switch (volume.degree()) {
+    case 1:
+        return side_in_cell<1>(point, coordinate_error, inside);
+    case 2:
+        return side_in_cell<2>(point, coordinate_error, inside);
+    default:
+        return side_in_cell<3>(point, coordinate_error, inside);
+    }
+}
+
+/// Room for rounding where boxes are narrowed.
+constexpr double box_margin = 1e-6;
+
+/// Whether the coefficients of a brick, as far as rounding can tell, leave any of it to the solid.
+bool may_hold_solid(const ValueBounds::Range& range, double threshold, Inside inside)
+{
+    const double lower = static_cast<double>(range.lower) - threshold;
+    const double upper = static_cast<double>(range.upper) - threshold;
+    const double error = 1e-6 * std::max(std::abs(lower), std::abs(upper));
+    return inside == Inside::above ? upper > -error : lower < error;
+}
+
+/// Narrows a box, axis by axis, to what a half-space can leave of it.
+void narrow(Box& box, const HalfSpace& half_space)
+{
+    const glm::dvec3& normal = half_space.normal;
+    const glm::dvec3 most = glm::max(normal * box.lower, normal * box.upper);
+    for (int axis = 0; axis < 3; ++axis) {
+        // Narrowing by other axes is enough where this one hardly matters.
+        if (std::abs(normal[axis]) < 1e-3)
+            continue;
+        const double rest = half_space.offset - (most.x + most.y + most.z - most[axis]);
+        if (normal[axis] > 0.0)
+            box.lower[axis] = std::max(box.lower[axis], rest / normal[axis] - box_margin);
+        else
+            box.upper[axis] = std::min(box.upper[axis], rest / normal[axis] + box_margin);
+    }
+}
+
+} // namespace
+
+bool CappedChord::enters_cap(const Isosurface& surface) const
+{
+    return entry >= 0 && t_near < t_far && side_of(surface, *this, t_near) != Side::outside;
+}
+
+bool CappedChord::leaves_cap(const Isosurface& surface) const
+{
+    return exit >= 0 && t_near < t_far && side_of(surface, *this, t_far) != Side::outside;
+}
+
+CappedEnds CappedChord::capped_ends(const Isosurface& surface, std::optional<bool> first_enters,
+                                    std::optional<bool> last_enters) const
+{
+    if (!(t_near < t_far))
+        return {};
+    const Side first = side_of(surface, *this, t_near), last = side_of(surface, *this, t_far);
+    // Without a crossing in between, both ends are on the same side.
+    const auto decide = [](Side side, std::optional<bool> by_crossing, Side other) {
+        if (side == Side::undecided && by_crossing)
+            return *by_crossing;
+        return (side == Side::undecided ? other : side) != Side::outside;
+    };
+    const std::optional<bool> first_leaves = first_enters ? std::optional(!*first_enters) : std::nullopt;
+    return {entry >= 0 && decide(first, first_leaves, last), exit >= 0 && decide(last, last_enters, first)};
+}
+
+glm::dvec3 gradient_lattice(const Isosurface& surface, const glm::dvec3& lattice)
+{
+    const PointInCell point(surface, lattice);
+    switch (surface.volume().degree()) {
+    case 1:
+        return gradient_in_cell<1>(point.cell, point.local);
+    case 2:
+        return gradient_in_cell<2>(point.cell, point.local);
+    default:
+        return gradient_in_cell<3>(point.cell, point.local);
+    }
+}
+
+std::vector<Box> cap_boxes(const Isosurface& surface)
+{
+    std::vector<Box> boxes;
+    if (!surface.options().capped)
+        return boxes;
+    const std::vector<HalfSpace>& clip = surface.clip_lattice();
+    const std::vector<ValueBounds::Range>& ranges = surface.shared_bounds()->ranges();
+    for (std::size_t index = 0; index < ranges.size(); ++index) {
+        if (!may_hold_solid(ranges[index], surface.threshold(), surface.options().inside))
+            continue;
+        const Brick brick = brick_at(surface.volume().cell_shape(), index);
+        const Box cells{glm::dvec3(brick.first), glm::dvec3(brick.first + brick.size)};
+        for (const HalfSpace& plane : clip) {
+            const double distance = glm::dot(plane.normal, cells.center()) - plane.offset;
+            if (std::abs(distance) > 0.5 * glm::dot(glm::abs(plane.normal), cells.size()) + box_margin)
+                continue;
+            Box box = cells;
+            narrow(box, {-plane.normal, -plane.offset});
+            for (const HalfSpace& half_space : clip)
+                narrow(box, half_space);
+            if (!box.empty())
+                boxes.push_back(box);
+        }
+    }
+    return boxes;
+}
+
+} // namespace isospline

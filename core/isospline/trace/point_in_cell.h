@@ -1,0 +1,31 @@
+// A point of a volume's domain, as a place in one of its cells.
+#pragma once
+
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/cell_block.h"
+
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+
+namespace isospline {
+
+/// The cell that holds a point, in lattice space, and the point in it. The last cell along an axis has both of its
+/// faces; a point that is not in the domain goes to the cell that is next to it.
+struct PointInCell {
+    PointInCell(const Isosurface& surface, const glm::dvec3& lattice)
+        : index(glm::clamp(glm::ivec3(glm::floor(lattice)), glm::ivec3(0), surface.volume().cell_shape() - 1)),
+          cell(surface.volume(), surface.threshold(),
+               Cell{static_cast<std::uint16_t>(index.x), static_cast<std::uint16_t>(index.y),
+                    static_cast<std::uint16_t>(index.z)}),
+          local(lattice - cell.lower)
+    {
+    }
+
+    glm::ivec3 index;
+    CellBlock cell;
+    glm::dvec3 local;
+};
+
+} // namespace isospline
