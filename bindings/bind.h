@@ -6,6 +6,8 @@
 namespace isospline {
 
 void bind_volume(pybind11::module_& module);
+void bind_color(pybind11::module_& module);
+void bind_material(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
@@ -14,7 +16,6 @@ void bind_scene_objects(pybind11::module_& module);
 void bind_secondary_rays(pybind11::module_& module);
 void bind_hopper(pybind11::module_& module);
 void bind_camera(pybind11::module_& module);
-void bind_color(pybind11::module_& module);
 void bind_shading(pybind11::module_& module);
 void bind_area_lights(pybind11::module_& module);
 void bind_render(pybind11::module_& module);

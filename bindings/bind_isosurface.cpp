@@ -3,6 +3,7 @@
 #include "arrays.h"
 #include "long_call.h"
 
+#include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
@@ -85,6 +86,8 @@ method : {"exact", "reference", "bracket"}
     slow; "bracket" is the paper's: opposite signs at the ends of the cell, then Brent's method.
 inside : {"above", "below"}
     The side of the surface that is the solid. Normals point to the other one.
+material : Material, optional
+    What it is made of, for a `PathTracer` that has no other one for its geometry id.
 progress : callable, optional
     Called with the finished fraction; cancels where it returns False.
 
@@ -222,7 +225,7 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
 std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, double level, int prune_depth,
                                             bool prune_border, const py::object& mask, const py::object& clip,
                                             bool capped, const std::string& method, const std::string& inside,
-                                            const py::object& progress)
+                                            std::shared_ptr<Material> material, const py::object& progress)
 {
     IsosurfaceOptions options;
     options.shell.prune_depth = prune_depth;
@@ -233,6 +236,7 @@ std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, doub
     options.capped = capped;
     options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
+    options.material = std::move(material);
     return build(std::move(volume), level, std::move(options), nullptr, progress);
 }
 
@@ -334,7 +338,7 @@ void bind_isosurface(py::module_& module)
         .def(py::init(&make_isosurface), py::arg("volume").none(false), py::arg("level"), py::kw_only(),
              py::arg("prune_depth") = 2, py::arg("prune_border") = true, py::arg("mask") = py::none(),
              py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("method") = "exact",
-             py::arg("inside") = "above", py::arg("progress") = py::none())
+             py::arg("inside") = "above", py::arg("material") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
@@ -354,6 +358,9 @@ void bind_isosurface(py::module_& module)
         .def_property_readonly(
             "capped", [](const Isosurface& surface) { return surface.options().capped; },
             "Whether scenes close the solid where the clip cuts it.")
+        .def_property_readonly(
+            "material", [](const Isosurface& surface) { return std::const_pointer_cast<Material>(surface.material()); },
+            "What it is made of, as given; None where nothing was.")
         .def_property_readonly(
             "prune_depth", [](const Isosurface& surface) { return surface.options().shell.prune_depth; },
             "Levels of subdivision that the shell was pruned with.")

@@ -3,6 +3,7 @@
 #include "hits.h"
 
 #include "isospline/scene/mesh.h"
+#include "isospline/shade/material.h"
 
 #include <pybind11/numpy.h>
 
@@ -32,7 +33,9 @@ normals : (V, 3) array_like of numbers, optional
     return those of the faces.
 colors : (V, 3) array_like of numbers, optional
     Colours at the vertices, with what lies between them in between: linear, or sRGB from 0 to 255 where the type is
-    uint8. The colour of a `Phong`, white unless told otherwise, multiplies them.
+    uint8. The colour of a `Phong`, white unless told otherwise, multiplies them, and so does that of a `Material`.
+material : Material, optional
+    What it is made of, for a `PathTracer` that has no other one for its geometry id.
 
 Raises
 ------
@@ -94,7 +97,7 @@ py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& v
 }
 
 std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces, const py::object& normals,
-                                const py::object& colors)
+                                const py::object& colors, std::shared_ptr<Material> material)
 {
     std::vector<glm::dvec3> vertex_list = as_vectors(vertices, "vertices");
     std::vector<glm::dvec3> normal_list = as_vertex_vectors(normals, "normals", vertex_list.size());
@@ -114,7 +117,7 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
             face_list[i][corner] = static_cast<unsigned int>(index);
         }
     return std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list), std::move(normal_list),
-                                  std::move(color_list));
+                                  std::move(color_list), std::move(material));
 }
 
 } // namespace
@@ -123,7 +126,7 @@ void bind_mesh(py::module_& module)
 {
     py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh", mesh_doc)
         .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"), py::arg("normals") = py::none(),
-             py::arg("colors") = py::none())
+             py::arg("colors") = py::none(), py::arg("material") = py::none())
         .def_property_readonly(
             "vertices",
             [](const py::object& self) {
@@ -147,6 +150,9 @@ void bind_mesh(py::module_& module)
         .def_property_readonly(
             "colors", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().colors()); },
             "(V, 3) float64 array, linear; read-only. None where there are none.")
+        .def_property_readonly(
+            "material", [](const Mesh& mesh) { return std::const_pointer_cast<Material>(mesh.material()); },
+            "As given; None where there is none.")
         .def_property_readonly(
             "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
             "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")

@@ -28,14 +28,14 @@ using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
 using GivenShading = std::variant<Shading, ShadingOfGeometry>;
 
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
-                                    const py::object& background, int samples, bool curvature,
+                                    const py::object& background, int samples, bool curvature, int ambient_occlusion,
                                     const py::object& progress)
 {
     RenderOptions options;
     options.size = {size[0], size[1]};
     options.background = as_background(background, "background");
     options.samples = samples;
-    options.curvature = curvature;
+    options.layers = {curvature, ambient_occlusion};
     if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
         options.shading_of_geometry = std::move(*by_geometry);
     else
@@ -60,6 +60,15 @@ py::array_t<Value> view(const py::object& image, std::vector<Element> Image::*ar
     return py::array_t<Value>(shape, reinterpret_cast<Value*>((pixels.*array).data()), image);
 }
 
+/// The same, or None where the image has none.
+template <typename Value, typename Element>
+py::object view_if_any(const py::object& image, std::vector<Element> Image::*array)
+{
+    if ((image.cast<Image&>().*array).empty())
+        return py::none();
+    return view<Value>(image, array);
+}
+
 void bind_image(py::module_& module)
 {
     py::class_<Image>(module, "Image", "The arrays of an image; isospline.Image has the rest.")
@@ -72,21 +81,18 @@ void bind_image(py::module_& module)
         .def_property_readonly("gradient_magnitude",
                                [](const py::object& self) { return view<float>(self, &Image::gradient_magnitude); })
         .def_property_readonly("curvature",
-                               [](const py::object& self) -> py::object {
-                                   if (self.cast<const Image&>().curvature.empty())
-                                       return py::none();
-                                   return view<float>(self, &Image::curvature);
-                               })
+                               [](const py::object& self) { return view_if_any<float>(self, &Image::curvature); })
+        .def_property_readonly(
+            "ambient_occlusion",
+            [](const py::object& self) { return view_if_any<float>(self, &Image::ambient_occlusion); })
+        .def_property_readonly("direct",
+                               [](const py::object& self) { return view_if_any<float>(self, &Image::direct); })
         .def_property_readonly("geometry_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
         .def_property_readonly("primitive_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::primitive_ids); })
         .def_property_readonly("variance",
-                               [](const py::object& self) -> py::object {
-                                   if (self.cast<Image&>().variance.empty())
-                                       return py::none();
-                                   return view<float>(self, &Image::variance);
-                               })
+                               [](const py::object& self) { return view_if_any<float>(self, &Image::variance); })
         .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })
         .def_property_readonly("world_to_ndc",
                                [](const Image& image) -> std::optional<py::array_t<double>> {
@@ -122,8 +128,8 @@ void bind_render(py::module_& module)
     py::register_local_exception_translator(translate_file_error);
     bind_image(module);
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
-               py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("curvature"), py::arg("progress"),
-               "The arrays of isospline.render().");
+               py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("curvature"),
+               py::arg("ambient_occlusion"), py::arg("progress"), "The arrays of isospline.render().");
 }
 
 } // namespace isospline

@@ -9,6 +9,8 @@ PYBIND11_MODULE(_core, module)
     pybind11::register_exception<isospline::Cancelled>(module, "Cancelled", PyExc_RuntimeError).doc() =
         "Raised by an operation whose progress callable returned False.";
     isospline::bind_volume(module);
+    isospline::bind_color(module);
+    isospline::bind_material(module);
     isospline::bind_isosurface(module);
     isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
@@ -17,7 +19,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_secondary_rays(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
-    isospline::bind_color(module);
     isospline::bind_shading(module);
     isospline::bind_area_lights(module);
     isospline::bind_render(module);

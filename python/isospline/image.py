@@ -24,6 +24,8 @@ def render(
     background=None,
     samples=1,
     curvature=False,
+    ambient_occlusion=0,
+    direct=False,
     progress=None,
 ):
     """Render a scene.
@@ -54,6 +56,10 @@ def render(
         that is not colour.
     curvature : bool
         Whether `Image.curvature` is wanted, which takes the model's Hessian at every pixel.
+    ambient_occlusion : int
+        Rays that `Image.ambient_occlusion` is the mean of at every pixel, to 65536; 0 where it is not wanted.
+    direct : bool
+        Whether `Image.direct` is wanted, beside an integrator.
     progress : callable, optional
         Called with the finished fraction a few times a second; cancels the rendering by returning False.
 
@@ -64,7 +70,8 @@ def render(
     Raises
     ------
     ValueError
-        For a size, a background or a number of samples that makes no sense.
+        For a size, a background or a number of rays that makes no sense, and for a geometry id of a shading or material
+        that is not in the scene.
     Cancelled
         Where `progress` returned False.
 
@@ -83,17 +90,20 @@ def render(
     if integrator is not None:
         if shading is not None:
             raise ValueError("shading: expected None beside an integrator, got " + type(shading).__name__)
-        if curvature:
-            raise ValueError("curvature: expected False beside an integrator, got True")
-        renderer = _core.ProgressiveRenderer(scene, camera, size=size, integrator=integrator, background=background)
+        renderer = _core.ProgressiveRenderer(
+            scene, camera, size=size, integrator=integrator, background=background, curvature=curvature,
+            ambient_occlusion=ambient_occlusion, direct=direct,
+        )  # fmt: skip
         renderer.step(samples, progress=progress)
         return Image(renderer.image())
+    if direct:
+        raise ValueError("direct: expected False without an integrator, got True")
     if shading is None:
         shading = _core.Phong()
     return Image(
         _core.render(
             scene, camera, size=size, shading=shading, background=background, samples=samples, curvature=curvature,
-            progress=progress,
+            ambient_occlusion=ambient_occlusion, progress=progress,
         )  # fmt: skip
     )
 
@@ -116,13 +126,19 @@ class Image:
         The point that was hit, and the unit outward normal there, of a mesh with normals the one that lies between
         them; zero where the ray met nothing.
     albedo : (height, width, 3) float32 array
-        Linear colour of the surface itself, without light: what `Phong(color=...)` or `Outline(surface_color=...)`
-        gives, times the colour of a mesh's vertices. Zero where the ray met nothing.
+        Linear colour of the surface itself, without light: what `Phong(color=...)`, `Outline(surface_color=...)` or
+        `Material(base_color)` gives, times the colour of a mesh's vertices. Zero where the ray met nothing.
     gradient_magnitude : (height, width) float32 array, value / world unit
         Length of the gradient of an isosurface's model; zero for meshes and where the ray met nothing.
     curvature : (height, width, 2) float32 array, 1 / world unit and 1 / world unit^2, or None
         Mean and Gaussian curvature of isosurfaces, as `ColorByCurvature` has them; zero for meshes and where the ray
         met nothing. None unless `render` was told to.
+    ambient_occlusion : (height, width) float32 array, or None
+        How open the surroundings are, from 0 to 1: the integral of `AmbientOcclusion` for a white surface; zero where
+        the ray met nothing. None unless `render` was told to.
+    direct : (height, width, 3) float32 array, or None
+        Of a path traced `color`, the light that came after one hit at most, and not from surface to surface: that of
+        the lights and of what the camera sees of them. The rest is indirect. None unless `render` was told to.
     geometry_ids, primitive_ids : (height, width) uint32 array
         As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
     variance : (height, width, 3) float32 array, or None
@@ -144,6 +160,8 @@ class Image:
     albedo = property(lambda self: self._arrays.albedo)
     gradient_magnitude = property(lambda self: self._arrays.gradient_magnitude)
     curvature = property(lambda self: self._arrays.curvature)
+    ambient_occlusion = property(lambda self: self._arrays.ambient_occlusion)
+    direct = property(lambda self: self._arrays.direct)
     geometry_ids = property(lambda self: self._arrays.geometry_ids)
     primitive_ids = property(lambda self: self._arrays.primitive_ids)
     variance = property(lambda self: self._arrays.variance)
@@ -176,13 +194,10 @@ class Image:
         ImportError
             Where the package pyoidn is not installed.
         """
-        try:
-            import pyoidn
-        except ImportError as error:
-            raise ImportError("Image.denoise needs Open Image Denoise: pip install pyoidn") from error
+        denoise = denoiser()
         result = Image(self._arrays.copy())
         # Colour alone: albedo and normal, which are those of the pixel's centre, bring their jagged edges along.
-        result.color[..., :3] = pyoidn.denoise(np.ascontiguousarray(self.color[..., :3]), hdr=True)
+        result.color[..., :3] = denoise(np.ascontiguousarray(self.color[..., :3]), hdr=True)
         return result
 
     def write(self, path, *, half=False):
@@ -192,9 +207,9 @@ class Image:
         ----------
         path : str or path-like
             Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, albedo.R
-            albedo.G albedo.B, gradient_magnitude, curvature.mean, curvature.gaussian and variance.R variance.G
-            variance.B if there are, id.geometry and id.primitive, and the camera's matrices in the header; or in
-            ``.png`` for sRGB colour of 8 bits.
+            albedo.G albedo.B, gradient_magnitude, id.geometry and id.primitive, if there are curvature.mean,
+            curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B and variance.R variance.G variance.B, and
+            the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
 
@@ -227,6 +242,15 @@ class Image:
         height, width = self.depth.shape
         covered = np.count_nonzero(np.isfinite(self.depth)) / self.depth.size
         return f"Image({width} x {height}, {covered:.0%} covered)"
+
+
+def denoiser():
+    """The function that takes the noise out of colours."""
+    try:
+        from pyoidn import denoise
+    except ImportError as error:
+        raise ImportError("Image.denoise needs Open Image Denoise: pip install pyoidn") from error
+    return denoise
 
 
 @contextlib.contextmanager

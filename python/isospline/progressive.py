@@ -22,7 +22,7 @@ class ProgressiveRenderer:
         Width and height of the image in pixels.
     integrator : PathTracer, optional
         Materials and lights; by default ``PathTracer()``.
-    background : float, (3,) float, (4,) float, optional
+    background, curvature, ambient_occlusion, direct
         As for `render`.
 
     Examples
@@ -43,11 +43,15 @@ class ProgressiveRenderer:
     0
     """
 
-    def __init__(self, scene, camera, *, size=(640, 360), integrator=None, background=None):
+    def __init__(
+        self, scene, camera, *, size=(640, 360), integrator=None, background=None, curvature=False,
+        ambient_occlusion=0, direct=False,
+    ):  # fmt: skip
         integrator = _core.PathTracer() if integrator is None else integrator
         self._renderer = _core.ProgressiveRenderer(
-            scene, camera, size=size, integrator=integrator, background=background
-        )
+            scene, camera, size=size, integrator=integrator, background=background, curvature=curvature,
+            ambient_occlusion=ambient_occlusion, direct=direct,
+        )  # fmt: skip
 
     def step(self, samples=1, *, progress=None):
         """Add samples to every pixel.
@@ -83,7 +87,7 @@ class ProgressiveRenderer:
         return self._renderer.samples
 
 
-def render_progressive(scene, camera, *, size=(640, 360), integrator=None, background=None, samples=None):
+def render_progressive(scene, camera, *, samples=None, **options):
     """Iterate over ever better path traced images of a scene.
 
     Samples double from image to image, so that each is better to see than the one before. Leave the loop, or close the
@@ -91,10 +95,12 @@ def render_progressive(scene, camera, *, size=(640, 360), integrator=None, backg
 
     Parameters
     ----------
-    scene, camera, size, integrator, background
+    scene, camera
         As for `ProgressiveRenderer`.
     samples : int, optional
         Samples a pixel of the last image; by default there is no last one.
+    **options
+        Of `ProgressiveRenderer`, such as size and integrator.
 
     Yields
     ------
@@ -114,7 +120,7 @@ def render_progressive(scene, camera, *, size=(640, 360), integrator=None, backg
     """
     if samples is not None and samples < 1:
         raise ValueError(f"samples: expected None or a number of at least 1, got {samples}")
-    renderer = ProgressiveRenderer(scene, camera, size=size, integrator=integrator, background=background)
+    renderer = ProgressiveRenderer(scene, camera, **options)
     return _images(renderer, samples)
 
 

@@ -1,4 +1,4 @@
-"""Albedo, gradient magnitude and curvature of images against closed forms."""
+"""Albedo, gradient magnitude, curvature, ambient occlusion and direct light of images against closed forms."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,162 @@ def test_curvature(image):
     assert not image.curvature[~ball].any()
 
 
-def test_curvature_is_there_only_where_it_is_wanted():
+def test_layers_are_there_only_where_they_are_wanted():
     camera = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0))
-    image = isospline.render(isospline.Scene(), camera, size=(4, 3))
-    assert image.curvature is None and image.albedo.shape == (3, 4, 3)
+    for integrator in (None, isospline.PathTracer()):
+        image = isospline.render(isospline.Scene(), camera, size=(4, 3), integrator=integrator)
+        assert image.curvature is None and image.ambient_occlusion is None and image.direct is None
+        assert image.albedo.shape == (3, 4, 3)
+
+
+def square(side, *, height=0.0):
+    corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0.0)]) * side + (0, 0, height)
+    return isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)])
+
+
+def ball(radius=6.3):
+    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
+    return isospline.Isosurface(isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12)), radius**2, inside="below")
+
+
+INSIDE = isospline.PerspectiveCamera((2, -1, 0.5), (-3, 4, 1), field_of_view=80)
+OUTSIDE = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
+
+
+@pytest.mark.parametrize("scene, camera, openness", [
+    (isospline.Scene([square(50)]), OUTSIDE, 1),
+    (isospline.Scene([ball()]), OUTSIDE, 1),
+    (isospline.Scene([ball()]), INSIDE, 0),
+], ids=["plane", "outside of a ball", "inside"])  # fmt: skip
+@pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
+def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator):
+    image = isospline.render(scene, camera, size=SIZE, integrator=integrator, samples=2, ambient_occlusion=16)
+    hit = image.geometry_ids == 0
+    assert hit.sum() > 500 and image.ambient_occlusion.shape == SIZE[::-1]
+    assert (image.ambient_occlusion[hit] == openness).all() and not image.ambient_occlusion[~hit].any()
+
+
+def test_openness_before_a_wall_is_the_form_factor():
+    """A wall of height h, and as good as no end, at the distance d hides (1 - d / sqrt(d^2 + h^2)) / 2 of the sky."""
+    height = 3.0
+    wall = [(-150, 0, 0), (150, 0, 0), (150, 0, height), (-150, 0, height)]
+    scene = isospline.Scene([square(200), isospline.Mesh(wall, [(0, 1, 2), (0, 2, 3)])])
+    camera = isospline.PerspectiveCamera((0, -30, 20), (0, -4, 0), field_of_view=25)
+    image = isospline.render(scene, camera, size=SIZE, ambient_occlusion=4096)
+    floor = (image.geometry_ids == 0) & (image.position[..., 1] < 0)
+    distance = -image.position[floor][:, 1]
+    assert floor.sum() > 2000 and distance.min() < 1 and distance.max() > 8
+    expected = (1 + distance / np.hypot(distance, height)) / 2
+    np.testing.assert_allclose(image.ambient_occlusion[floor], expected, atol=6e-3)
+
+
+def test_openness_is_what_the_shading_shows():
+    """Of one sample a pixel, and so the same rays."""
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    shading = isospline.AmbientOcclusion(16)
+    image = isospline.render(scene, OUTSIDE, size=SIZE, shading=shading, ambient_occlusion=16)
+    np.testing.assert_array_equal(image.ambient_occlusion, image.color[..., 0])
+    assert len(np.unique(image.ambient_occlusion)) > 5
+
+    try:
+        isospline.set_thread_count(1)
+        other = isospline.render(scene, OUTSIDE, size=SIZE, samples=3, ambient_occlusion=16)
+    finally:
+        isospline.set_thread_count(0)
+    np.testing.assert_array_equal(other.ambient_occlusion, image.ambient_occlusion)
+
+
+LAMPS = [isospline.SphereLight((4, -9, 9), 1.5, radiance=20), isospline.EnvironmentLight(0.3)]
+
+
+def test_direct_light_is_that_of_one_bounce():
+    """With the same random numbers, bit for bit."""
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    whole, once, shown = (
+        isospline.render(
+            scene, OUTSIDE, size=SIZE, samples=4, background=background, direct=True,
+            integrator=isospline.PathTracer(lights=LAMPS, max_bounces=bounces),
+        )
+        for bounces, background in ((16, None), (1, None), (1, (0.1, 0.2, 0.3)))
+    )  # fmt: skip
+    np.testing.assert_array_equal(once.direct, once.color[..., :3])
+    np.testing.assert_array_equal(whole.direct, once.direct)
+    assert (whole.direct <= whole.color[..., :3]).all()
+    assert (whole.color[..., 0] > 1.05 * whole.direct[..., 0]).mean() > 0.1
+    np.testing.assert_array_equal(shown.direct, once.direct)
+    assert (shown.color > once.color).any()
+
+
+def test_direct_light_in_an_integrating_sphere():
+    """A lamp in the middle of a hollow ball: each bounce after the first sends back the albedo's part of the last."""
+    part, radius, bounces = 0.5, 6.3, 3
+    integrator = isospline.PathTracer(
+        isospline.Material(part, specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
+    )
+    image = isospline.render(
+        isospline.Scene([ball(radius)]), INSIDE, size=SIZE, integrator=integrator, samples=2, direct=True
+    )
+    direct = part / np.pi / radius**2
+    np.testing.assert_allclose(image.direct, np.full_like(image.direct, direct), rtol=2e-3)
+    np.testing.assert_allclose(image.color[..., :3], (1 + part + part**2) * image.direct, rtol=2e-3)
+
+
+def test_curvature_beside_a_path_tracer():
+    scene = isospline.Scene([ball()])
+    traced, plain = (
+        isospline.render(scene, OUTSIDE, size=SIZE, integrator=integrator, curvature=True)
+        for integrator in (isospline.PathTracer(), None)
+    )
+    assert plain.curvature.any()
+    np.testing.assert_array_equal(traced.curvature, plain.curvature)
+
+
+def test_layers_are_in_the_file(tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    integrator = isospline.PathTracer(lights=LAMPS)
+    image = isospline.render(
+        scene, OUTSIDE, size=SIZE, integrator=integrator, samples=2, curvature=True, ambient_occlusion=8, direct=True
+    )
+    image.write(tmp_path / "all.exr", half=True)
+    with openexr.File(str(tmp_path / "all.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+    expected = {"ambient_occlusion": image.ambient_occlusion, "curvature.gaussian": image.curvature[..., 1]}
+    expected |= {f"direct.{name}": image.direct[..., axis] for axis, name in enumerate("RGB")}
+    for name, layer in expected.items():
+        assert channels[name].dtype == np.float32 and len(np.unique(layer)) > 8
+        np.testing.assert_array_equal(channels[name], layer)
+    isospline.render(scene, OUTSIDE, size=SIZE).write(tmp_path / "plain.exr")
+    with openexr.File(str(tmp_path / "plain.exr"), separate_channels=True) as file:
+        assert not {"ambient_occlusion", "direct.R", "curvature.mean"} & set(file.channels())
+
+
+@pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
+def test_bad_layers(integrator):
+    options = dict(size=(4, 3), integrator=integrator)
+    for rays in (-1, 65537):
+        with pytest.raises(ValueError, match="^ambient_occlusion: expected .* got "):
+            isospline.render(isospline.Scene(), OUTSIDE, ambient_occlusion=rays, **options)
+    if integrator is None:
+        with pytest.raises(ValueError, match="^direct: expected False without an integrator, got True"):
+            isospline.render(isospline.Scene(), OUTSIDE, direct=True, **options)
+
+
+@pytest.mark.parametrize("opacity", [0.0, 0.3, 1.0])
+def test_openness_below_a_translucent_ball(opacity):
+    """It covers cos(angle to its centre) (radius / distance)^2 of the sky, of which its two sides absorb a part."""
+    radius, center = 4.0, np.array((0, 0, 9.0))
+    move = np.eye(4)
+    move[:3, 3] = center
+    scene = isospline.Scene([square(50)])
+    scene.add(ball(radius), move)
+    camera = isospline.PerspectiveCamera((0, -30, 15), (0, 0, 0), field_of_view=30)
+    shading = {1: isospline.Phong(opacity=opacity)}
+    image = isospline.render(scene, camera, size=(40, 30), shading=shading, ambient_occlusion=1024)
+    floor = image.geometry_ids == 0
+    offset = center - image.position[floor]
+    distance = np.linalg.norm(offset, axis=-1)
+    covered = offset[:, 2] / distance * (radius / distance) ** 2
+    assert floor.sum() > 500 and covered.max() > 0.15
+    expected = 1 - covered * (1 - (1 - opacity) ** 2)
+    np.testing.assert_allclose(image.ambient_occlusion[floor], expected, atol=1e-2)

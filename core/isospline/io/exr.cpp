@@ -106,6 +106,11 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
         channels.add("curvature.mean", Imf::FLOAT, image.curvature);
         channels.add("curvature.gaussian", Imf::FLOAT, image.curvature, sizeof(float));
     }
+    if (!image.ambient_occlusion.empty())
+        channels.add("ambient_occlusion", Imf::FLOAT, image.ambient_occlusion);
+    const char* const direct_names[] = {"direct.R", "direct.G", "direct.B"};
+    for (std::size_t part = 0; part < 3 && !image.direct.empty(); ++part)
+        channels.add(direct_names[part], Imf::FLOAT, image.direct, part * sizeof(float));
     const char* const variance_names[] = {"variance.R", "variance.G", "variance.B"};
     for (std::size_t part = 0; part < 3 && !image.variance.empty(); ++part)
         channels.add(variance_names[part], Imf::FLOAT, image.variance, part * sizeof(float));

@@ -16,11 +16,18 @@
 
 namespace isospline {
 
+/// What images have only where it is asked for, as it takes memory and time.
+struct Layers {
+    bool curvature = false;    ///< Image::curvature
+    int ambient_occlusion = 0; ///< rays a hit that Image::ambient_occlusion is the mean of, to 65536; 0 for none
+    bool direct = false;       ///< Image::direct, of a path tracer
+};
+
 /// Colour, and what the rays through the centres of the pixels found; rows from the top, pixels of a row from the left.
 struct Image {
     Image() = default;
-    /// An image of rays that all missed; curvature takes memory and time, and is there only where it is asked for.
-    explicit Image(glm::ivec2 image_size, bool with_curvature = false)
+    /// An image of rays that all missed.
+    explicit Image(glm::ivec2 image_size, const Layers& layers = {})
         : size(image_size),
           color(pixel_count(), glm::vec4(0.0f)),
           depth(pixel_count(), std::numeric_limits<float>::infinity()),
@@ -28,7 +35,9 @@ struct Image {
           normal(pixel_count(), glm::vec3(0.0f)),
           albedo(pixel_count(), glm::vec3(0.0f)),
           gradient_magnitude(pixel_count(), 0.0f),
-          curvature(with_curvature ? pixel_count() : 0, glm::vec2(0.0f)),
+          curvature(layers.curvature ? pixel_count() : 0, glm::vec2(0.0f)),
+          ambient_occlusion(layers.ambient_occlusion > 0 ? pixel_count() : 0, 0.0f),
+          direct(layers.direct ? pixel_count() : 0, glm::vec3(0.0f)),
           geometry_ids(pixel_count(), invalid_id),
           primitive_ids(pixel_count(), invalid_id)
     {
@@ -44,6 +53,8 @@ struct Image {
     std::vector<glm::vec3> albedo;            ///< linear colour of the surface itself; zero on a miss
     std::vector<float> gradient_magnitude;    ///< of an isosurface's f, per world unit; zero on a miss and for meshes
     std::vector<glm::vec2> curvature;         ///< mean and Gaussian, or empty; zero on a miss and for meshes
+    std::vector<float> ambient_occlusion;     ///< openness, as of AmbientOcclusion, or empty; zero on a miss
+    std::vector<glm::vec3> direct;            ///< the part of the colour that is light after one hit at most, or empty
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
     std::vector<glm::vec3> variance;          ///< of the colour, where it is an estimate; empty unless path traced

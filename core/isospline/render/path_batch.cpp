@@ -1,11 +1,11 @@
 #include "isospline/render/path_batch.h"
 
 #include "isospline/math/frame.h"
+#include "isospline/render/projection.h"
 #include "isospline/render/surface_lookup.h"
 #include "isospline/scene/scene.h"
 #include "isospline/trace/hit.h"
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -71,9 +71,10 @@ struct Candidate {
 
 class PathBatch {
 public:
-    PathBatch(const Scene& scene, const PathTracer& path_tracer, std::span<const Ray> camera_rays,
-              std::span<RandomSequence> random, std::span<PathResult> results)
-        : scene_(scene), lookup_(scene), path_tracer_(path_tracer), random_(random), results_(results)
+    PathBatch(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+              std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results)
+        : scene_(scene), lookup_(scene), path_tracer_(path_tracer), projection_(projection), random_(random),
+          results_(results)
     {
         // Lights that next-event estimation chooses from, each with the same chance.
         for (const Emitter& light : path_tracer.lights) {
@@ -99,10 +100,10 @@ public:
             candidates_.clear();
             shadow_rays_.clear();
             for (std::size_t i = 0; i < paths_.size(); ++i) {
-                if (arrive(paths_[i], rays_[i], hits_[i]) && bounce < path_tracer_.max_bounces)
+                if (arrive(paths_[i], rays_[i], hits_[i], bounce) && bounce < path_tracer_.max_bounces)
                     scatter(paths_[i], rays_[i], hits_[i], bounce);
             }
-            add_candidates();
+            add_candidates(bounce);
             paths_.swap(next_paths_);
             rays_.swap(next_rays_);
         }
@@ -112,10 +113,17 @@ private:
     /// The chance of a light to be chosen, for the density of what meets it otherwise.
     double chance() const { return 1.0 / static_cast<double>(chosen_from_.size()); }
 
-    /// Adds light that the ray itself meets; returns whether it goes on to a surface.
-    bool arrive(const Path& path, const Ray& ray, const Hit& hit)
+    /// Adds light that a path has after it was scattered so many times.
+    void add(std::size_t index, const glm::dvec3& radiance, int scatterings)
     {
-        PathResult& result = results_[path.index];
+        results_[index].radiance += radiance;
+        if (scatterings <= 1)
+            results_[index].direct += radiance;
+    }
+
+    /// Adds light that the ray itself meets; returns whether it goes on to a surface.
+    bool arrive(const Path& path, const Ray& ray, const Hit& hit, int bounce)
+    {
         const bool from_camera = path.density == infinity;
         const Ray up_to_hit{path.position, ray.direction, ray.t_near, std::min(ray.t_far, hit.t)};
         std::optional<Emission> nearest;
@@ -137,21 +145,21 @@ private:
             const double weight = from_camera || nearest->density == 0.0
                                       ? 1.0
                                       : power_heuristic(path.density, chance() * nearest->density);
-            result.radiance += weight * path.throughput * nearest->radiance;
+            add(path.index, weight * path.throughput * nearest->radiance, bounce);
         }
         if (from_camera)
-            result.covered = nearest || hit;
+            results_[path.index].covered = nearest || hit;
         return !nearest && hit && hit.normal != glm::dvec3(0.0);
     }
 
     void scatter(const Path& path, const Ray& ray, const Hit& hit, int bounce)
     {
         const auto found = path_tracer_.material_of_geometry.find(hit.geometry_id);
-        Material material = found == path_tracer_.material_of_geometry.end() ? path_tracer_.material : found->second;
-        SurfacePoint point{hit.position, hit.normal, -ray.direction};
-        lookup_.complete(point, hit, false);
-        material.base_color *= glm::min(point.vertex_color, 1.0);
-        const Scattering scattering(material);
+        const Material& material =
+            found == path_tracer_.material_of_geometry.end() ? path_tracer_.material : found->second;
+        SurfacePoint point{hit.position, hit.normal, -ray.direction, projection_.depth(hit.position)};
+        lookup_.complete(point, hit, needs_curvature(material.base_color));
+        const Scattering scattering(material, point);
         const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
         const Frame frame(away ? -hit.normal : hit.normal);
         const glm::dvec3 to_viewer = frame.to_local(-ray.direction);
@@ -208,13 +216,13 @@ private:
             shadow_rays_.push_back({origin, position + drawn->distance * drawn->direction - origin, 0.0, 1.0});
     }
 
-    void add_candidates()
+    void add_candidates(int bounce)
     {
         hidden_.resize(shadow_rays_.size());
         scene_.test_occlusions(shadow_rays_, hidden_);
         for (std::size_t i = 0; i < candidates_.size(); ++i)
             if (!hidden_[i] && !is_hidden_by_light(shadow_rays_[i], candidates_[i].light))
-                results_[candidates_[i].index].radiance += candidates_[i].radiance;
+                add(candidates_[i].index, candidates_[i].radiance, bounce + 1);
     }
 
     /// Lights have no place in the scene, but they end rays as surfaces do. None hides itself.
@@ -238,6 +246,7 @@ private:
     const Scene& scene_;
     const SurfaceLookup lookup_;
     const PathTracer& path_tracer_;
+    const Projection& projection_;
     std::span<RandomSequence> random_;
     std::span<PathResult> results_;
     std::vector<const Emitter*> chosen_from_;
@@ -250,10 +259,10 @@ private:
 
 } // namespace
 
-void trace_paths(const Scene& scene, const PathTracer& path_tracer, std::span<const Ray> camera_rays,
-                 std::span<RandomSequence> random, std::span<PathResult> results)
+void trace_paths(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+                 std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results)
 {
-    PathBatch(scene, path_tracer, camera_rays, random, results).trace();
+    PathBatch(scene, path_tracer, projection, camera_rays, random, results).trace();
 }
 
 } // namespace isospline

@@ -14,17 +14,20 @@
 
 namespace isospline {
 
+class Projection;
 class Scene;
 
 /// What came along one path.
 struct PathResult {
     glm::dvec3 radiance{0.0};
-    bool covered = false; ///< whether the camera's ray met a surface, a light, or an environment that is visible
+    glm::dvec3 direct{0.0}; ///< the part of it that was scattered once at most
+    bool covered = false;   ///< whether the camera's ray met a surface, a light, or an environment that is visible
 };
 
 /// Traces one path from each of the rays, whose directions need not be of unit length; `random` has one sequence each.
-/// The lights, material and depth are those of the path tracer, which must be valid, and the scene committed.
-void trace_paths(const Scene& scene, const PathTracer& path_tracer, std::span<const Ray> camera_rays,
-                 std::span<RandomSequence> random, std::span<PathResult> results);
+/// The lights, materials and bounces are those of the path tracer, which must be valid, and the scene committed. The
+/// projection tells the depth of points.
+void trace_paths(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+                 std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results);
 
 } // namespace isospline

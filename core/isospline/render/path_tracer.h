@@ -24,8 +24,8 @@ using Emitter = std::variant<PositionalLight, DirectionalLight, RectangleLight, 
 /// Random numbers are a function of pixel, sample and seed: the picture is the same for any number of threads, bit for
 /// bit. Materials are the same on both sides of a surface.
 struct PathTracer {
-    Material material;
-    std::map<std::uint32_t, Material> material_of_geometry; ///< by geometry id, instead of `material`
+    Material material;                                      ///< of objects that have none of their own
+    std::map<std::uint32_t, Material> material_of_geometry; ///< by geometry id, instead of the object's own
     std::vector<Emitter> lights{EnvironmentLight{}};        ///< of environments one at most
     int max_bounces = 16;                                   ///< hits of a path that scatter; 0 shows nothing but lights
     std::uint32_t seed = 0;

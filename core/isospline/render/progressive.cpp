@@ -7,10 +7,13 @@
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
+#include <glm/common.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <variant>
 
 namespace isospline {
 
@@ -28,7 +31,8 @@ Phong unlit(const Material& material)
     return phong;
 }
 
-RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const glm::vec4& background)
+RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const glm::vec4& background,
+                           const Layers& layers)
 {
     RenderOptions options;
     options.size = size;
@@ -36,18 +40,42 @@ RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const
     for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
         options.shading_of_geometry.emplace(geometry_id, unlit(material));
     options.background = background;
+    options.layers = layers;
+    options.layers.direct = false;
     return options;
+}
+
+/// A path tracer with a material for every object of a scene, and with depths that fit to it.
+PathTracer prepared(PathTracer path_tracer, const Scene& scene, const Projection& projection)
+{
+    for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
+        if (!scene.contains(geometry_id))
+            throw_invalid("materials", "geometry ids of objects in the scene", geometry_id);
+    for (const std::uint32_t geometry_id : scene.ids()) {
+        const auto material =
+            std::visit([](const auto& object) { return object->material(); }, scene.object(geometry_id).object);
+        if (material)
+            path_tracer.material_of_geometry.emplace(geometry_id, *material);
+    }
+    validate(path_tracer);
+
+    const glm::dvec2 depths = projection.depth_range(scene.bounds());
+    fit_depth_limits(path_tracer.material.base_color, depths);
+    for (auto& [geometry_id, material] : path_tracer.material_of_geometry)
+        fit_depth_limits(material.base_color, depths);
+    return path_tracer;
 }
 
 } // namespace
 
 ProgressiveRenderer::ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size,
-                                         PathTracer path_tracer, glm::vec4 background)
+                                         PathTracer path_tracer, glm::vec4 background, const Layers& layers)
     : scene_(scene), camera_(camera), projection_(camera, size), path_tracer_(std::move(path_tracer)),
-      background_(background)
+      background_(background), layers_(layers)
 {
     validate(path_tracer_);
     validate_background(background);
+    validate(layers);
     reset();
 }
 
@@ -60,9 +88,10 @@ void ProgressiveRenderer::reset(const Camera& camera)
 
 void ProgressiveRenderer::reset()
 {
-    centers_ = Image(projection_.size());
+    centers_ = Image(projection_.size(), layers_);
     has_centers_ = false;
     sums_.assign(centers_.pixel_count(), Sum());
+    directs_.assign(centers_.direct.size(), glm::dvec3(0.0));
     tile_samples_.assign(tile_count(), 0);
 }
 
@@ -82,11 +111,8 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
     if (samples < 1)
         throw_invalid("samples", "a number of at least 1", samples);
     const int wanted = this->samples() + samples;
-    if (!has_centers_) {
-        centers_ = render(scene_, camera_, centers_only(path_tracer_, projection_.size(), background_),
-                          part_of(progress, 0.0, 0.05));
-        has_centers_ = true;
-    }
+    if (!has_centers_)
+        begin(part_of(progress, 0.0, 0.05));
     // Sample by sample, so that all of the picture is equally good wherever it is cancelled.
     const Progress of_samples = part_of(progress, 0.05, 1.0);
     for (int done = 0; done < samples; ++done)
@@ -97,6 +123,15 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
                     render_tile(tile, wanted - samples + done + 1);
             },
             part_of(of_samples, static_cast<double>(done) / samples, static_cast<double>(done + 1) / samples));
+}
+
+void ProgressiveRenderer::begin(const Progress& progress)
+{
+    prepared_ = prepared(path_tracer_, scene_, projection_);
+    centers_ = render(scene_, camera_, centers_only(prepared_, projection_.size(), background_, layers_), progress);
+    for (glm::vec3& albedo : centers_.albedo)
+        albedo = glm::min(albedo, 1.0f);
+    has_centers_ = true;
 }
 
 void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
@@ -122,16 +157,19 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
                 random.push_back(sequence);
             }
         results.resize(rays.size());
-        trace_paths(scene_, path_tracer_, rays, random, results);
+        trace_paths(scene_, prepared_, projection_, rays, random, results);
 
         std::size_t i = 0;
         for (int y = first.y; y < last.y; ++y)
             for (int x = first.x; x < last.x; ++x, ++i) {
-                Sum& sum =
-                    sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)];
+                const std::size_t pixel =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x);
+                Sum& sum = sums_[pixel];
                 sum.radiance += results[i].radiance;
                 sum.squares += results[i].radiance * results[i].radiance;
                 sum.covered += results[i].covered;
+                if (layers_.direct)
+                    directs_[pixel] += results[i].direct;
             }
     }
 }
@@ -139,6 +177,7 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
 Image ProgressiveRenderer::image() const
 {
     Image image = centers_;
+    image.direct.assign(directs_.size(), glm::vec3(0.0f));
     image.variance.assign(image.pixel_count(), glm::vec3(std::numeric_limits<float>::infinity()));
     const glm::ivec2 size = projection_.size();
     const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
@@ -151,6 +190,8 @@ Image ProgressiveRenderer::image() const
         const glm::dvec3 mean = sum.radiance / n;
         const double coverage = sum.covered / n, behind = (1.0 - coverage) * static_cast<double>(background_.a);
         image.color[pixel] = glm::vec4(mean + behind * glm::dvec3(background_), coverage + behind);
+        if (layers_.direct)
+            image.direct[pixel] = glm::vec3(directs_[pixel] / n);
         if (n > 1.0)
             image.variance[pixel] = glm::vec3(glm::max(sum.squares / n - mean * mean, 0.0) / (n - 1.0));
     }

@@ -24,12 +24,13 @@ class Scene;
 /// thread at a time may call.
 class ProgressiveRenderer {
 public:
-    /// Throws std::invalid_argument for a bad path tracer, camera, size or background (as of RenderOptions).
+    /// Throws std::invalid_argument for a bad path tracer, camera, size, background or layers (as of RenderOptions).
     ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
-                        glm::vec4 background = glm::vec4(0.0f));
+                        glm::vec4 background = glm::vec4(0.0f), const Layers& layers = {});
 
     /// Adds samples to every pixel. Where `progress` returns false it throws Cancelled; tiles that were done then have
-    /// more samples than others, until the next step makes up for it.
+    /// more samples than others, until the next step makes up for it. Throws std::invalid_argument for a bad number of
+    /// samples or material of an object, and a geometry id that is not in the scene.
     void step(int samples = 1, const Progress& progress = {});
 
     /// Begins again; with another camera, or with the same after a change of the scene. Where this throws nothing has
@@ -51,17 +52,21 @@ private:
         double covered = 0.0;
     };
 
+    void begin(const Progress& progress);
     void render_tile(std::size_t tile, int samples);
     std::size_t tile_count() const;
 
     const Scene& scene_;
     Camera camera_;
     Projection projection_;
-    PathTracer path_tracer_;
+    PathTracer path_tracer_; ///< as given
+    PathTracer prepared_;    ///< with the materials of all objects, as of the first step
     glm::vec4 background_;
-    std::vector<Sum> sums_;         ///< of the pixels of the image
-    std::vector<int> tile_samples_; ///< of every tile
-    Image centers_;                 ///< what the rays through the centres found
+    Layers layers_;
+    std::vector<Sum> sums_;           ///< of the pixels of the image
+    std::vector<glm::dvec3> directs_; ///< sums of direct light, where it is asked for
+    std::vector<int> tile_samples_;   ///< of every tile
+    Image centers_;                   ///< what the rays through the centres found
     bool has_centers_ = false;
 };
 

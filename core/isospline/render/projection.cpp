@@ -2,13 +2,16 @@
 
 #include "isospline/util/check.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace isospline {
 
@@ -125,6 +128,18 @@ double Projection::depth(const glm::dvec3& position) const
     if (kind_ == Kind::panoramic)
         return glm::distance(position, eye_);
     return glm::dot(forward_, position - eye_);
+}
+
+glm::dvec2 Projection::depth_range(const Box& box) const
+{
+    double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+        const glm::bvec3 upper(corner & 1, corner & 2, corner & 4);
+        const double corner_depth = depth(glm::mix(box.lower, box.upper, upper));
+        nearest = std::min(nearest, std::max(corner_depth, 0.0));
+        farthest = std::max(farthest, corner_depth);
+    }
+    return nearest < farthest ? glm::dvec2(nearest, farthest) : glm::dvec2(0.0, 1.0);
 }
 
 glm::dmat4 Projection::world_to_camera() const

@@ -1,6 +1,7 @@
 // A camera in front of an image of a given size: the rays of its pixels, and its matrices.
 #pragma once
 
+#include "isospline/math/box.h"
 #include "isospline/math/ray.h"
 #include "isospline/render/camera.h"
 
@@ -46,6 +47,8 @@ public:
     bool has_lens() const { return aperture_radius_ > 0.0; }
     /// Camera-space z of a point: its distance from the eye along the viewing direction; in a panorama its distance.
     double depth(const glm::dvec3& position) const;
+    /// The depths of a box, from its nearest corner in front of the camera to the farthest.
+    glm::dvec2 depth_range(const Box& box) const;
 
     /// Unit axes of camera space, in world space. They are orthogonal also where the edges of the image are not:
     /// then `right` is the one that is kept.

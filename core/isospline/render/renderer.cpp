@@ -45,7 +45,7 @@ public:
           shading_(prepared(options.shading)),
           background_(options.background),
           tiles_((options.size + tile_side - 1) / tile_side),
-          image_(options.size, options.curvature)
+          image_(options.size, options.layers)
     {
         for (const auto& [geometry_id, shading] : options.shading_of_geometry)
             shading_of_geometry_.emplace(geometry_id, prepared(shading));
@@ -56,6 +56,16 @@ public:
         visibility_is_needed_ = any_shading(Visibility::is_needed_by);
         all_opaque_ = !any_shading([](const Shading& shading) { return opacity(shading) < 1.0; });
         validate_background(background_);
+        validate(options.layers);
+        if (options.layers.direct)
+            throw_invalid("direct", "false without a path tracer", "true");
+        if (!scene_ && options.layers.ambient_occlusion > 0)
+            throw_invalid("ambient_occlusion", "0, as there is no scene", options.layers.ambient_occlusion);
+        if (options.layers.ambient_occlusion > 0) {
+            openness_ = openness_of(shading_, options.layers.ambient_occlusion);
+            for (const auto& [geometry_id, shading] : shading_of_geometry_)
+                openness_of_geometry_.emplace(geometry_id, openness_of(shading, options.layers.ambient_occlusion));
+        }
         image_.world_to_camera = projection_.world_to_camera();
         image_.world_to_ndc = projection_.world_to_ndc();
         image_.pixel_aspect_ratio = projection_.pixel_aspect_ratio();
@@ -95,6 +105,26 @@ private:
                 static_cast<std::uint32_t>(sample)};
     }
 
+    /// The model of Image::ambient_occlusion, as translucent as the one that is shown.
+    static Shading openness_of(const Shading& shading, int samples)
+    {
+        AmbientOcclusion model;
+        model.samples = samples;
+        model.opacity = opacity(shading);
+        return model;
+    }
+
+    /// What the first hits of a batch, one a ray, see of the sky.
+    Visibility sky_of(RayBatch batch, std::size_t ray_count) const
+    {
+        batch.resize(ray_count);
+        const auto model_of = [this](const Hit& hit) -> const Shading& {
+            const auto found = openness_of_geometry_.find(hit.geometry_id);
+            return found == openness_of_geometry_.end() ? openness_ : found->second;
+        };
+        return {*scene_, batch, model_of, all_opaque_, 0};
+    }
+
     SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
     {
         SurfacePoint point{hit.position, hit.normal, -glm::normalize(ray.direction), projection_.depth(hit.position)};
@@ -114,6 +144,8 @@ private:
     std::vector<PixelSample> samples_;
     Shading shading_;
     std::map<std::uint32_t, Shading> shading_of_geometry_;
+    Shading openness_; ///< the model of Image::ambient_occlusion
+    std::map<std::uint32_t, Shading> openness_of_geometry_;
     glm::vec4 background_;
     glm::ivec2 tiles_;
     Image image_;
@@ -147,6 +179,12 @@ void Renderer::render_tile(std::size_t tile)
         cast_rays_(batch.rays, batch.hits);
         if (!all_opaque_)
             append_layers(batch, *scene_, [this](const Hit& hit) { return opacity(shading_of(hit)); });
+        if (&sample == &samples_.front() && !image_.ambient_occlusion.empty()) {
+            const Visibility sky = sky_of(batch, ray_count);
+            for (std::size_t i = 0; i < ray_count; ++i)
+                if (batch.hits[i])
+                    image_.ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));
+        }
         const Visibility visibility = visibility_of(batch, static_cast<std::size_t>(&sample - &samples_.front()));
         for (std::size_t i = 0; i < ray_count; ++i) {
             if (!batch.hits[i])
@@ -201,19 +239,6 @@ void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
     image_.color[pixel] = glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind);
 }
 
-/// The depths that a camera sees of a box, from the nearest corner in front of it to the farthest.
-glm::dvec2 depth_range(const Projection& projection, const Box& box)
-{
-    double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
-    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
-        const glm::bvec3 upper(corner & 1, corner & 2, corner & 4);
-        const double depth = projection.depth(glm::mix(box.lower, box.upper, upper));
-        nearest = std::min(nearest, std::max(depth, 0.0));
-        farthest = std::max(farthest, depth);
-    }
-    return nearest < farthest ? glm::dvec2(nearest, farthest) : glm::dvec2(0.0, 1.0);
-}
-
 Image render(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene, const Camera& camera,
              const RenderOptions& options, const Progress& progress)
 {
@@ -239,6 +264,12 @@ void validate_background(const glm::vec4& background)
         throw_invalid("background", "an opacity of at most 1", background.a);
 }
 
+void validate(const Layers& layers)
+{
+    if (layers.ambient_occlusion < 0 || layers.ambient_occlusion > 65536)
+        throw_invalid("ambient_occlusion", "rays a hit, from 0 to 65536", layers.ambient_occlusion);
+}
+
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options, const Progress& progress,
              const CompletePoint& complete_point)
 {
@@ -258,7 +289,7 @@ Image render(const Scene& scene, const Camera& camera, const RenderOptions& opti
         if (!scene.contains(geometry_id))
             throw_invalid("shading", "geometry ids of objects in the scene", geometry_id);
     RenderOptions fitted = options;
-    const glm::dvec2 depths = depth_range(Projection(camera, options.size), scene.bounds());
+    const glm::dvec2 depths = Projection(camera, options.size).depth_range(scene.bounds());
     fit_depth_limits(fitted.shading, depths);
     for (auto& [geometry_id, shading] : fitted.shading_of_geometry)
         fit_depth_limits(shading, depths);

@@ -26,11 +26,14 @@ struct RenderOptions {
     std::map<std::uint32_t, Shading> shading_of_geometry; ///< by geometry id, instead of `shading`
     glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of what shows where no surface is
     int samples = 1;            ///< rays of a pixel that make its colour
-    bool curvature = false;     ///< whether Image::curvature is wanted
+    Layers layers;              ///< all but `direct`
 };
 
 /// Throws std::invalid_argument for numbers that are negative or not finite, and for an opacity above 1.
 void validate_background(const glm::vec4& background);
+
+/// Throws std::invalid_argument for a number of rays outside of 0 to 65536.
+void validate(const Layers& layers);
 
 /// Finds the first hit of each ray; called from many threads at once.
 using CastRays = std::function<void(std::span<const Ray> rays, std::span<Hit> hits)>;

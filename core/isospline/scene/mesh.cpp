@@ -22,8 +22,9 @@ void check_attribute(const char* parameter, const std::vector<glm::dvec3>& value
 } // namespace
 
 Mesh::Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals,
-           std::vector<glm::dvec3> colors)
-    : vertices_(std::move(vertices)), faces_(std::move(faces)), normals_(std::move(normals)), colors_(std::move(colors))
+           std::vector<glm::dvec3> colors, std::shared_ptr<const Material> material)
+    : vertices_(std::move(vertices)), faces_(std::move(faces)), normals_(std::move(normals)),
+      colors_(std::move(colors)), material_(std::move(material))
 {
     check_attribute("normals", normals_, vertices_.size());
     check_attribute("colors", colors_, vertices_.size());

@@ -6,18 +6,22 @@
 #include <glm/vec3.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace isospline {
 
+struct Material;
+
 /// A triangle mesh. Immutable: any number of threads may read it.
 class Mesh {
 public:
-    /// `normals` and linear `colors` are one a vertex, or none; surfaces are shaded with what lies between them.
+    /// `normals` and linear `colors` are one a vertex, or none; surfaces are shaded with what lies between them. The
+    /// material, if any, is what path tracers take.
     /// Throws std::invalid_argument for a vertex that is not finite, a face that names a missing vertex, normals and
     /// colours that are not finite or not as many as vertices, and a negative colour.
     Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals = {},
-         std::vector<glm::dvec3> colors = {});
+         std::vector<glm::dvec3> colors = {}, std::shared_ptr<const Material> material = nullptr);
 
     const std::vector<glm::dvec3>& vertices() const { return vertices_; }
     const std::vector<glm::uvec3>& faces() const { return faces_; }
@@ -25,6 +29,8 @@ public:
     const std::vector<glm::dvec3>& normals() const { return normals_; }
     /// Of the vertices, linear; empty where there are none.
     const std::vector<glm::dvec3>& colors() const { return colors_; }
+    /// What it is made of, or nothing.
+    const std::shared_ptr<const Material>& material() const { return material_; }
     /// The box of all vertices; empty where there are none.
     const Box& bounds() const { return bounds_; }
 
@@ -32,6 +38,7 @@ private:
     std::vector<glm::dvec3> vertices_;
     std::vector<glm::uvec3> faces_;
     std::vector<glm::dvec3> normals_, colors_;
+    std::shared_ptr<const Material> material_;
     Box bounds_;
 };
 

@@ -62,6 +62,17 @@ void validate(const char* parameter, const Color& color)
         validate(by_depth->map);
 }
 
+bool needs_curvature(const Color& color)
+{
+    return std::holds_alternative<ColorByCurvature>(color);
+}
+
+void fit_depth_limits(Color& color, const glm::dvec2& limits)
+{
+    if (auto* by_depth = std::get_if<ColorByDepth>(&color); by_depth && by_depth->fit_limits)
+        by_depth->map.limits = limits;
+}
+
 glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
 {
     return std::visit([&](const auto& given) { return color_at(given, point); }, color);

@@ -6,6 +6,7 @@
 #include "isospline/spline/volume.h"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <memory>
@@ -48,6 +49,12 @@ using CapColor = std::optional<Color>;
 /// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and as the colour map
 /// does.
 void validate(const char* parameter, const Color& color);
+
+/// Whether the colour of a point follows from its curvature.
+bool needs_curvature(const Color& color);
+
+/// Puts limits into a colour by depth that is to fit to the scene.
+void fit_depth_limits(Color& color, const glm::dvec2& limits);
 
 /// The linear colour at a point.
 glm::dvec3 color_at(const Color& color, const SurfacePoint& point);

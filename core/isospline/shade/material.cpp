@@ -5,9 +5,11 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 namespace isospline {
 
@@ -49,17 +51,28 @@ double masking(const glm::dvec3& w, double alpha)
 
 void validate(const Material& material)
 {
-    for (int channel = 0; channel < 3; ++channel)
-        if (!(material.base_color[channel] >= 0.0 && material.base_color[channel] <= 1.0))
-            throw_invalid("base_color", "numbers from 0 to 1", to_text(material.base_color));
+    validate("base_color", material.base_color);
+    if (const auto* constant = std::get_if<glm::dvec3>(&material.base_color))
+        if (glm::any(glm::greaterThan(*constant, glm::dvec3(1.0))))
+            throw_invalid("base_color", "numbers from 0 to 1", to_text(*constant));
     check_part("metallic", material.metallic);
     check_part("roughness", material.roughness);
     check_part("specular", material.specular);
 }
 
-Scattering::Scattering(const Material& material)
-    : diffuse_((1.0 - material.metallic) * material.base_color),
-      f0_(glm::mix(glm::dvec3(0.08 * material.specular), material.base_color, material.metallic)),
+glm::dvec3 albedo(const Material& material, const SurfacePoint& point)
+{
+    return glm::min(color_at(material.base_color, point) * point.vertex_color, 1.0);
+}
+
+Scattering::Scattering(const Material& material, const SurfacePoint& point)
+    : Scattering(material, albedo(material, point))
+{
+}
+
+Scattering::Scattering(const Material& material, const glm::dvec3& base_color)
+    : diffuse_((1.0 - material.metallic) * base_color),
+      f0_(glm::mix(glm::dvec3(0.08 * material.specular), base_color, material.metallic)),
       alpha_(std::pow(std::max(material.roughness, 0.03), 2.0)), coat_f0_(0.08 * material.specular),
       coat_f90_(std::min(2.0 * material.specular, 1.0)), f90_(glm::mix(coat_f90_, 1.0, material.metallic))
 {

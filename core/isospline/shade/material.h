@@ -1,6 +1,9 @@
 // How surfaces scatter light: a diffuse base below a rough dielectric coat, or a rough conductor.
 #pragma once
 
+#include "isospline/shade/color.h"
+#include "isospline/shade/surface_point.h"
+
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -16,14 +19,17 @@ namespace isospline {
 ///
 /// With specular = 0 and metallic = 0 it is Lambert's law, exactly.
 struct Material {
-    glm::dvec3 base_color{0.8}; ///< linear, at most 1
-    double metallic = 0.0;      ///< 0 to 1
-    double roughness = 0.5;     ///< 0 to 1; below 0.03 it is taken as that
-    double specular = 0.5;      ///< 0 to 1
+    Color base_color = glm::dvec3(0.8); ///< at most 1; what of a rule, or of a mesh's vertices, is above is cut off
+    double metallic = 0.0;              ///< 0 to 1
+    double roughness = 0.5;             ///< 0 to 1; below 0.03 it is taken as that
+    double specular = 0.5;              ///< 0 to 1
 };
 
-/// Throws std::invalid_argument for numbers outside of these ranges.
+/// Throws std::invalid_argument for numbers outside of these ranges, and as the colour's rule does.
 void validate(const Material& material);
+
+/// The base colour at a point, times that of a mesh's vertices.
+glm::dvec3 albedo(const Material& material, const SurfacePoint& point);
 
 struct ScatterSample {
     glm::dvec3 direction{0.0}; ///< unit
@@ -34,7 +40,8 @@ struct ScatterSample {
 /// A material at a point. Directions are unit, in a frame whose z is the normal, and lead away from the surface.
 class Scattering {
 public:
-    explicit Scattering(const Material& material);
+    /// A constant base colour needs no point.
+    explicit Scattering(const Material& material, const SurfacePoint& point = {});
 
     /// f; zero where either direction is below the surface.
     glm::dvec3 evaluate(const glm::dvec3& to_viewer, const glm::dvec3& to_light) const;
@@ -46,6 +53,8 @@ public:
     std::optional<ScatterSample> sample(const glm::dvec3& to_viewer, double choice, const glm::dvec2& u) const;
 
 private:
+    Scattering(const Material& material, const glm::dvec3& base_color);
+
     glm::dvec3 fresnel(double cosine) const;
     /// The part of the light that the coat keeps from the diffuse base.
     double coat(double cosine) const;

@@ -22,17 +22,14 @@ void for_each_color(Model& model, const Visit& visit)
 bool needs_curvature(const Shading& shading)
 {
     bool needed = false;
-    const auto look = [&](const Color& color) { needed = needed || std::holds_alternative<ColorByCurvature>(color); };
+    const auto look = [&](const Color& color) { needed = needed || needs_curvature(color); };
     std::visit([&](const auto& model) { for_each_color(model, look); }, shading);
     return needed;
 }
 
 void fit_depth_limits(Shading& shading, const glm::dvec2& limits)
 {
-    const auto fit = [&](Color& color) {
-        if (auto* by_depth = std::get_if<ColorByDepth>(&color); by_depth && by_depth->fit_limits)
-            by_depth->map.limits = limits;
-    };
+    const auto fit = [&](Color& color) { fit_depth_limits(color, limits); };
     std::visit([&](auto& model) { for_each_color(model, fit); }, shading);
 }
 

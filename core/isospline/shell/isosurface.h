@@ -9,6 +9,8 @@
 
 namespace isospline {
 
+struct Material;
+
 /// How the root in a cell is found.
 enum class Method {
     exact,     ///< Bernstein form of the polynomial along the ray: never misses a root
@@ -28,6 +30,7 @@ struct IsosurfaceOptions {
     bool capped = false;         ///< whether scenes close the solid where the clip cuts it
     Method method = Method::exact;
     Inside inside = Inside::above;
+    std::shared_ptr<const Material> material; ///< what it is made of, for path tracers, or nothing
 };
 
 /// The surface f = level of a volume's model, of degree 1, 2 or 3.
@@ -49,6 +52,7 @@ public:
     const Volume& volume() const { return *volume_; }
     const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
     const IsosurfaceOptions& options() const { return options_; }
+    const std::shared_ptr<const Material>& material() const { return options_.material; }
     double level() const { return level_; }
     /// Throws std::invalid_argument where the level is not finite. Nothing changes where this throws or is cancelled.
     void set_level(double level, const Progress& progress = {});

@@ -47,7 +47,7 @@ const PerspectiveCamera camera{{3, -5, 2}, {0.5, 0.2, 0.1}, {0, 0, 1}, 35.0};
 Image some_image()
 {
     const Projection projection(camera, {7, 5});
-    Image image({7, 5}, true);
+    Image image({7, 5}, {true, 1, true});
     image.world_to_camera = projection.world_to_camera();
     image.world_to_ndc = projection.world_to_ndc();
     image.pixel_aspect_ratio = 1.5;
@@ -62,6 +62,8 @@ Image some_image()
         image.albedo[i] = vector();
         image.gradient_magnitude[i] = uniform(random);
         image.curvature[i] = {uniform(random) - 0.5f, uniform(random) - 0.5f};
+        image.ambient_occlusion[i] = uniform(random);
+        image.direct[i] = vector();
         image.geometry_ids[i] = static_cast<std::uint32_t>(i % 3);
         image.primitive_ids[i] = 4000000000u + static_cast<std::uint32_t>(i);
     }
@@ -105,10 +107,12 @@ TEST_CASE("an EXR file holds every channel bit for bit", "[io]")
         require_part((std::string("P.") + "XYZ"[axis]).c_str(), image.position, axis);
         require_part((std::string("N.") + "XYZ"[axis]).c_str(), image.normal, axis);
         require_part((std::string("albedo.") + "RGB"[axis]).c_str(), image.albedo, axis);
+        require_part((std::string("direct.") + "RGB"[axis]).c_str(), image.direct, axis);
     }
     require_part("curvature.mean", image.curvature, 0);
     require_part("curvature.gaussian", image.curvature, 1);
     REQUIRE(channel("gradient_magnitude") == image.gradient_magnitude);
+    REQUIRE(channel("ambient_occlusion") == image.ambient_occlusion);
     REQUIRE(channel("Z") == image.depth);
     REQUIRE(read_channel<std::uint32_t>(file, "id.geometry", Imf::UINT) == image.geometry_ids);
     REQUIRE(read_channel<std::uint32_t>(file, "id.primitive", Imf::UINT) == image.primitive_ids);

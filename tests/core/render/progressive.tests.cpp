@@ -61,3 +61,45 @@ TEST_CASE("progressive rendering refuses bad input by name", "[render]")
     REQUIRE(renderer.samples() == 1);
     REQUIRE(renderer.image().color == std::vector<glm::vec4>(16, glm::vec4(0.0f)));
 }
+
+TEST_CASE("objects bring materials of their own, and layers are there where they are asked for", "[render]")
+{
+    const std::vector<glm::dvec3> corners{{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
+    const std::vector<glm::uvec3> faces{{0, 1, 2}, {0, 2, 3}};
+    Material own, bad;
+    own.base_color = glm::dvec3(0.25, 0.5, 0.75);
+    bad.metallic = 2.0;
+    Scene scene;
+    const auto add = [&](const Material& material) {
+        return scene.add(std::make_shared<Mesh>(corners, faces, std::vector<glm::dvec3>(), std::vector<glm::dvec3>(),
+                                                std::make_shared<const Material>(material)));
+    };
+    const std::uint32_t first = add(own);
+    scene.commit();
+
+    const PerspectiveCamera above{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 20.0};
+    ProgressiveRenderer renderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {true, 8, true});
+    REQUIRE(renderer.image().direct.size() == 24);
+    renderer.step();
+    const Image image = renderer.image();
+    REQUIRE(image.albedo == std::vector<glm::vec3>(24, {0.25f, 0.5f, 0.75f}));
+    REQUIRE(image.ambient_occlusion == std::vector<float>(24, 1.0f));
+    REQUIRE(image.curvature.size() == 24);
+    REQUIRE(image.direct[0] == glm::vec3(image.color[0]));
+
+    PathTracer path_tracer;
+    path_tracer.material_of_geometry[first].base_color = glm::dvec3(1.0, 0.0, 0.0);
+    ProgressiveRenderer other(scene, above, {6, 4}, path_tracer);
+    other.step();
+    REQUIRE(other.image().albedo == std::vector<glm::vec3>(24, {1.0f, 0.0f, 0.0f}));
+    REQUIRE(other.image().direct.empty());
+    REQUIRE(other.image().ambient_occlusion.empty());
+
+    path_tracer.material_of_geometry[first + 1] = own;
+    REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, path_tracer).step(), ContainsSubstring("materials"));
+    REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {false, -1, false}),
+                        ContainsSubstring("ambient_occlusion"));
+    add(bad);
+    scene.commit();
+    REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}).step(), ContainsSubstring("metallic"));
+}

@@ -95,7 +95,7 @@ TEST_CASE("materials draw directions with the density that they tell", "[shade]"
 
 TEST_CASE("a material without coat and metal is Lambert's law, to rounding", "[shade]")
 {
-    const Scattering scattering({{1.0, 0.5, 0.25}, 0.0, 0.2, 0.0});
+    const Scattering scattering({glm::dvec3(1.0, 0.5, 0.25), 0.0, 0.2, 0.0});
     for (int i = 0; i < 1000; ++i) {
         RandomSequence random({i, 0}, 0);
         const glm::dvec3 viewer = cosine_direction(random.next2());
