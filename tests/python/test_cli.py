@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import time
+import types
 
 import numpy as np
 import pytest
@@ -103,6 +104,9 @@ def test_info_of_raw_samples(tmp_path, capsys):
     ["--view", "-x", "--projection", "orthographic", "--background", "none"],
     ["--view", "-1,2,0.5", "--up", "0,1,0", "--degree", "3", "--prune-depth", "0"],
     ["--method", "bracket", "--filter", "smoothing", "--smoothing", "0.1", "--boundary", "periodic"],
+    ["--light", "1,-1,2", "--light", "-x", "--shadows"],
+    ["--shading", "ambient-occlusion", "--samples", "1"],
+    ["--shading", "path-trace", "--samples", "2", "--environment", "0.5", "--light", "-1,-1,2,3"],
     ["--degree", "1", "--filter", "none", "--inside", "below", "--color", "1,0.5,0.2", "--background", "white"],
 ], ids=" ".join)  # fmt: skip
 def test_render_writes_a_picture(ball, picture, capsys, options):
@@ -142,6 +146,136 @@ def test_render_colors_as_the_library_does(ball, picture, options, color):
         assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
         expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
         np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
+
+
+def pixels(path):
+    return np.asarray(pytest.importorskip("PIL.Image").open(path))
+
+
+def rendered(ball, levels=(0,), meshes=(), samples=1, **options):
+    """What the library makes of the ball."""
+    volume = isospline.Volume(np.load(ball))
+    scene = isospline.Scene([*(isospline.Isosurface(volume, level) for level in levels), *meshes])
+    camera = isospline.camera_for(scene, size=(48, 32))
+    return isospline.render(scene, camera, size=(48, 32), background=0, samples=samples, **options)
+
+
+RIGHT, LEFT = isospline.DirectionalLight((-1, 0, 0)), isospline.DirectionalLight((1, 1, -2), intensity=0.25)
+SUN = isospline.DirectionalLight((1, 1, -2), intensity=0.25 * np.pi)
+RED = isospline.Material((0.8, 0.2, 0.1))
+
+
+@pytest.mark.parametrize("options, expected", [
+    (["--light", "+x", "--light", "-1,-1,2,0.25"], dict(shading=isospline.Phong(lights=[RIGHT, LEFT]))),
+    (["--light", "right", "--shadows"], dict(shading=isospline.Phong(lights=[RIGHT], shadows=True))),
+    (["--shading", "ambient-occlusion", "--color", "0.8,0.2,0.1"],
+     dict(shading=isospline.AmbientOcclusion(color=(0.8, 0.2, 0.1)))),
+    (["--shading", "outline", "--color", "0.8,0.2,0.1"],
+     dict(shading=isospline.Outline(surface_color=(0.8, 0.2, 0.1)))),
+    (["--shading", "path-trace"], dict(integrator=isospline.PathTracer())),
+    (["--shading", "path-trace", "--color", "0.8,0.2,0.1", "--light", "-1,-1,2,0.25"],
+     dict(integrator=isospline.PathTracer(RED, lights=[SUN]))),
+    (["--shading", "path-trace", "--color-by", "normal", "--environment", "0.5,0.6,0.7", "--light", "-1,-1,2,0.25"],
+     dict(integrator=isospline.PathTracer(isospline.Material(isospline.ColorByNormal()),
+                                          lights=[SUN, isospline.EnvironmentLight((0.5, 0.6, 0.7))]))),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else "")  # fmt: skip
+def test_render_lights_as_the_library_does(ball, picture, options, expected):
+    common = ["-l", "0", "--size", "48x32", "--samples", "1"]
+    assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+    np.testing.assert_array_equal(pixels(picture), rendered(ball, **expected).to_srgb())
+
+
+def test_path_tracing_takes_more_samples(ball, picture):
+    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--shading", "path-trace", "-o", str(picture)]) == 0
+    expected = rendered(ball, integrator=isospline.PathTracer(), samples=64)
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+
+
+def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    sky = rng.uniform(0, 1, (4, 8, 3)).astype(np.float32)
+    header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
+    with OpenEXR.File(header, {"RGB": sky}) as file:
+        file.write(str(tmp_path / "sky.exr"))
+    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--samples", "2", "--shading", "path-trace",
+                 "--environment", str(tmp_path / "sky.exr"), "-o", str(tmp_path / "a.png")]) == 0
+    integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(image=sky)])
+    expected = rendered(ball, samples=2, integrator=integrator)
+    np.testing.assert_array_equal(pixels(tmp_path / "a.png"), expected.to_srgb())
+
+
+@pytest.fixture
+def plate(tmp_path):
+    """A square below the ball, as a file."""
+    pytest.importorskip("trimesh")
+    text = "OFF\n4 2 0\n0 0 1\n23 0 1\n23 21 1\n0 21 1\n3 0 1 2\n3 0 2 3\n"
+    (tmp_path / "plate.off").write_text(text)
+    return tmp_path / "plate.off"
+
+
+@pytest.mark.parametrize("shading", ["phong", "path-trace"])
+def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
+    colors = [(1, 0.1, 0.1), (0.1, 1, 0.1), (0.1, 0.1, 1)]
+    options = [part for color in colors for part in ("--color", ",".join(map(str, color)))]
+    assert main(["render", str(ball), "-l", "400", "-l", "0", "--mesh", str(plate), "--size", "48x32", "--samples", "1",
+                 "--shading", shading, *options, "-o", str(picture)]) == 0
+    if shading == "phong":
+        look = dict(shading={number: isospline.Phong(color=color) for number, color in enumerate(colors)})
+    else:
+        materials = {number: isospline.Material(color) for number, color in enumerate(colors)}
+        look = dict(integrator=isospline.PathTracer(materials=materials))
+    expected = rendered(ball, (400, 0), [isospline.read_mesh(plate)], **look)
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+    assert {1, 2} <= set(np.unique(expected.geometry_ids))
+    cells = sum(isospline.Isosurface(isospline.Volume(np.load(ball)), level).shell.count for level in (400, 0))
+    assert f", {cells} cells" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("shading", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
+def test_render_of_translucent_levels(ball, picture, shading):
+    name = {isospline.Phong: "phong", isospline.Outline: "outline"}.get(shading, "ambient-occlusion")
+    common = ["--size", "48x32", "--samples", "1", "--shading", name, "-o", str(picture)]
+    images = []
+    for given, opacities in ((["0.25", "1"], (0.25, 1)), (["0.5"], (0.5, 0.5))):
+        options = [part for opacity in given for part in ("--opacity", opacity)]
+        assert main(["render", str(ball), "-l", "0", "-l", "400", *common, *options]) == 0
+        look = {number: shading(opacity=opacity) for number, opacity in enumerate(opacities)}
+        images.append(pixels(picture))
+        np.testing.assert_array_equal(images[-1], rendered(ball, (0, 400), shading=look).to_srgb())
+    assert (images[0] != images[1]).any()
+
+
+def test_one_color_is_that_of_all(ball, plate, picture):
+    assert main(["render", str(ball), "-l", "0", "--mesh", str(plate), "--size", "48x32", "--samples", "1",
+                 "--color", "1,0.5,0.2", "-o", str(picture)]) == 0
+    shading = isospline.Phong(color=(1, 0.5, 0.2))
+    expected = rendered(ball, meshes=[isospline.read_mesh(plate)], shading=shading)
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+
+
+def test_render_denoises(ball, picture, monkeypatch, capsys):
+    arguments = ["render", str(ball), "-l", "0", "--size", "48x32", "--shading", "path-trace", "--denoise",
+                 "--samples", "1", "-o", str(picture)]  # fmt: skip
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    fails(capsys, 1, "pip install pyoidn", *arguments)
+    assert not picture.exists()
+    flat = types.SimpleNamespace(denoise=lambda color, **_: np.full_like(color, 0.25))
+    monkeypatch.setitem(sys.modules, "pyoidn", flat)
+    assert main(arguments) == 0
+    assert np.unique(pixels(picture)[..., :3]).tolist() == [137]  # sRGB of 0.25
+
+
+def test_render_stores_layers(ball, tmp_path):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--samples", "2", "--shading", "path-trace",
+                 "--curvature", "--ambient-occlusion", "8", "--direct", "-o", str(tmp_path / "a.exr")]) == 0
+    layers = dict(curvature=True, ambient_occlusion=8, direct=True)
+    expected = rendered(ball, samples=2, integrator=isospline.PathTracer(), **layers)
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+    np.testing.assert_array_equal(channels["direct.G"], expected.direct[..., 1])
+    np.testing.assert_array_equal(channels["ambient_occlusion"], expected.ambient_occlusion)
+    np.testing.assert_array_equal(channels["curvature.mean"], expected.curvature[..., 0])
 
 
 def test_render_through_a_lens_stores_curvature(ball, tmp_path):
@@ -234,6 +368,35 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     lens = ("--level", "0", "--aperture", "1")
     fails(capsys, 2, "--aperture: expected a perspective", *render, *lens, "--projection", "orthographic")
     fails(capsys, 2, "focus_distance: expected", *render, *lens, "--focus", "-1")
+    traced = ("--level", "0", "--shading", "path-trace")
+    fails(capsys, 2, "--light: expected 3 or 4 numbers with commas or one of .*, front, .* got 'above'",
+          *render, "--light", "above")
+    fails(capsys, 2, "--light: expected a side, which is not 0,0,0", *render, "--light", "0,0,0")
+    fails(capsys, 2, "intensity: expected", *render, "--light", "0,0,1,-1")
+    fails(capsys, 2, "--light: expected --shading phong or path-trace beside it, got outline",
+          *render, "--light", "top", "--shading", "outline")
+    fails(capsys, 2, "--shadows: expected --shading phong beside it, got path-trace", *render, *traced, "--shadows")
+    for option in (("--environment", "1"), ("--direct",), ("--denoise",)):
+        fails(capsys, 2, f"{option[0]}: expected --shading path-trace beside it, got phong",
+              "render", ball, "-o", ball.parent / "a.exr", *option)
+    fails(capsys, 2, "--environment: expected 1 or 3 numbers with commas or a file that ends in .exr, got 'blue'",
+          *render, *traced, "--environment", "blue")
+    fails(capsys, 2, r"no\.exr: No such file", *render, *traced, "--environment", ball.parent / "no.exr")
+    fails(capsys, 2, "radiance: expected", *render, *traced, "--environment", "-1")
+    fails(capsys, 2, "base_color: expected numbers from 0 to 1", *render, *traced, "--color", "2,1,1")
+    fails(capsys, 2, "--color: expected 1, or 3 for all levels and meshes, got 2",
+          *render, "--color", "1,1,1", "--color", "1,1,1", "-l", "0", "-l", "1", "--mesh", "a.stl")
+    fails(capsys, 2, "--opacity: expected 1, or 2 for all levels and meshes, got 3",
+          *render, "-l", "0", "-l", "1", *(["--opacity", "0.5"] * 3))
+    fails(capsys, 2, "--opacity: expected --shading phong, outline or ambient-occlusion beside it, got path-trace",
+          *render, *traced, "--opacity", "0.5")
+    fails(capsys, 2, "opacity: expected", *render, "--opacity", "2")
+    fails(capsys, 2, "--color: expected it without --color-by", *render, "--color", "1,1,1", "--color-by", "normal")
+    fails(capsys, 2, r"no\.stl: No such file", *render, "--mesh", ball.parent / "no.stl")
+    fails(capsys, 2, "--curvature: expected the name of a picture that has layers", *render, "--curvature")
+    fails(capsys, 2, "--ambient-occlusion: expected .* in .exr", *render, "--ambient-occlusion", "4")
+    fails(capsys, 2, "ambient_occlusion: expected rays a hit", "render", ball, "--level", "0",
+          "--ambient-occlusion", "-1", "-o", ball.parent / "a.exr")
     assert not leftovers(picture.parent)
 
 
@@ -247,6 +410,13 @@ def test_bad_files_are_told(tmp_path, picture, capsys):
           "--shape", "3,3,3", "--dtype", "uint8")
     np.save(tmp_path / "nan.npy", np.full((3, 3, 3), np.nan))
     fails(capsys, 2, "finite", "render", tmp_path / "nan.npy", "--level", "0", "-o", picture)
+    (tmp_path / "a.exr").write_bytes(b"nonsense")
+    np.save(tmp_path / "ball.npy", volumes.sphere(0.7).samples(8))
+    fails(capsys, 2, r"a\.exr: cannot be read as OpenEXR", "render", tmp_path / "ball.npy", "--level", "0",
+          "--shading", "path-trace", "--environment", tmp_path / "a.exr", "-o", picture)
+    (tmp_path / "a.off").write_text("nonsense")
+    fails(capsys, 2, r"a\.off: cannot be read as a mesh", "render", tmp_path / "ball.npy", "--level", "0",
+          "--mesh", tmp_path / "a.off", "-o", picture)
     np.save(tmp_path / "flat.npy", np.ones((3, 3, 3)))
     fails(capsys, 2, r"flat\.npy: expected samples that differ", "render", tmp_path / "flat.npy", "-o", picture)
     assert not picture.exists()
