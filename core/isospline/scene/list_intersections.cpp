@@ -48,7 +48,7 @@ void Scene::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, c
     const CappedEnds ends = chord.capped_ends(surface, first_enters, last_enters);
     const auto cap_at = [&](double t, int face, bool entering) {
         Crossing crossing{};
-        crossing.hit.t = prepared.shift + t / prepared.length;
+        crossing.hit.t = prepared.original_t(t);
         crossing.hit.geometry_id = instance.id;
         crossing.hit.primitive_id =
             static_cast<std::uint32_t>(surface.shell().count()) + static_cast<std::uint32_t>(face);
@@ -80,7 +80,7 @@ void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery
     for (const RawCrossing& raw : *query.all) {
         const Instance& instance = *instances[raw.slot];
         Crossing crossing{};
-        crossing.hit.t = query.prepared.shift + raw.in_cell.root.t / query.prepared.length;
+        crossing.hit.t = query.prepared.original_t(raw.in_cell.root.t);
         crossing.hit.geometry_id = instance.id;
         crossing.hit.primitive_id = raw.primitive;
         crossing.hit.uv = raw.uv;

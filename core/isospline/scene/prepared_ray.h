@@ -17,6 +17,9 @@
 namespace isospline {
 
 struct PreparedRay {
+    /// The t of the original ray, given that of this one.
+    double original_t(double t) const { return shift + t / length; }
+
     Ray ray;
     double shift;  ///< the t of the original ray where this one begins
     double length; ///< of the original direction
@@ -25,6 +28,8 @@ struct PreparedRay {
 /// The same for up to 16 rays, one a lane. All begin at t = 0.
 struct PreparedPacket {
     static constexpr int capacity = LatticeRayPacket::capacity;
+
+    double original_t(int lane, double t) const { return shift[lane] + t / length[lane]; }
 
     alignas(64) double origin[3][capacity];
     alignas(64) double direction[3][capacity];

@@ -25,7 +25,7 @@ void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) c
             continue;
         // The nearest root is kept in double precision; only a triangle can be nearer than that.
         const double t = std::min(query.nearest.t, static_cast<double>(ray_hit.ray.tfar));
-        hits[i].t = query.prepared.shift + t / query.prepared.length;
+        hits[i].t = query.prepared.original_t(t);
         const Instance& instance = *instances[ray_hit.hit.instID[0]];
         hits[i].geometry_id = instance.id;
         hits[i].primitive_id = ray_hit.hit.primID;
@@ -59,7 +59,7 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
                 continue;
             const std::size_t i = first + static_cast<std::size_t>(lane);
             const double t = std::min(query.nearest.t[lane], static_cast<double>(packet.ray.tfar[lane]));
-            hits[i].t = query.prepared.shift[lane] + t / query.prepared.length[lane];
+            hits[i].t = query.prepared.original_t(lane, t);
             const Instance& instance = *instances[packet.hit.instID[0][lane]];
             hits[i].geometry_id = instance.id;
             hits[i].primitive_id = packet.hit.primID[lane];
