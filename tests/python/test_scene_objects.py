@@ -1,46 +1,19 @@
 """Objects of a scene: added, moved, hidden and removed, alone and as instances, from one thread and from several."""
 
 import gc
-import resource
 import threading
 
 import numpy as np
 import pytest
+from spheres import CENTER, mesh_sphere, moved, sphere, sphere_t
 
 import isospline
 
-CENTER = np.full(3, 11.5)
 DOWN = np.array([(0.2, 0.2, 10.0, 0.0, 0.0, -1.0)])
-
-
-def sphere(radius=8.0, size=24):
-    """An isosurface that is a sphere about CENTER to within rounding: its model is |x - CENTER|^2."""
-    x = np.arange(size) - (size - 1) / 2
-    square = x**2 - 0.25
-    volume = isospline.Volume(square[:, None, None] + square[:, None] + square, filter="none")
-    return isospline.Isosurface(volume, radius**2, inside="below")
-
-
-def mesh_sphere(radius, meridians=256):
-    """A mesh whose vertices lie on a sphere about the origin."""
-    polar, azimuth = np.meshgrid(np.linspace(0, np.pi, meridians // 2 + 1),
-                                 np.linspace(0, 2 * np.pi, meridians, endpoint=False), indexing="ij")
-    vertices = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
-    index = np.arange(polar.size).reshape(polar.shape)
-    a, b = index[:-1], index[1:]
-    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
-    quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
-    return isospline.Mesh(radius * vertices.reshape(-1, 3), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
 
 
 def triangle():
     return isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
-
-
-def moved(x, y, z):
-    matrix = np.eye(4)
-    matrix[:3, 3] = x, y, z
-    return matrix
 
 
 def rays_at(rng, center, radius, count, distance=60.0):
@@ -48,14 +21,6 @@ def rays_at(rng, center, radius, count, distance=60.0):
     origins *= distance / np.linalg.norm(origins, axis=1, keepdims=True)
     targets = radius * rng.uniform(-1, 1, size=(count, 3))
     return np.hstack([center + origins, targets - origins])
-
-
-def sphere_t(rays, center, radius):
-    """First t at which rays from outside meet a sphere, inf where they miss."""
-    offset, direction = rays[:, :3] - center, rays[:, 3:]
-    a, b = (direction**2).sum(axis=1), (offset * direction).sum(axis=1)
-    discriminant = b**2 - a * ((offset**2).sum(axis=1) - radius**2)
-    return np.where(discriminant > 0, (-b - np.sqrt(np.maximum(discriminant, 0))) / a, np.inf)
 
 
 def assert_same_hits(actual, expected):
@@ -289,97 +254,6 @@ def test_details_of_hits(rng):
     assert (hits["primitive_uvs"][~on_mesh] == 0).all()
 
 
-# Both kinds in one picture, whatever traces it
-
-
-def interpenetrating():
-    """An isosurface sphere and a mesh sphere that cut into each other, and the camera's rays at them."""
-    scene = isospline.Scene([sphere(6.0)])
-    scene.add(mesh_sphere(6.0, 512), moved(16.0, 12.5, 10.5))
-    camera = isospline.PerspectiveCamera(eye=(14, -40, 20), target=(14, 11.5, 11.5), field_of_view=25)
-    return scene, camera.rays((320, 240))
-
-
-def test_a_picture_of_two_spheres_against_the_closed_form():
-    """Budget: 0.1% of the 76800 pixels, all of them along the silhouette and the cut, where facets leave the sphere."""
-    scene, rays = interpenetrating()
-    flat = rays.reshape(-1, 6)
-    t = np.stack([sphere_t(flat, CENTER, 6.0), sphere_t(flat, (16.0, 12.5, 10.5), 6.0)])
-    expected = np.where(np.isinf(t).all(axis=0), isospline.INVALID_ID, t.argmin(axis=0))
-    hits = scene.cast_rays(flat)
-    wrong = hits["geometry_ids"] != expected
-    assert wrong.mean() < 1e-3
-    assert [(expected == object_id).mean() > 0.05 for object_id in (0, 1, isospline.INVALID_ID)] == [True] * 3
-
-    # Those that are wrong are all within a facet's sagitta of a silhouette or of the cut.
-    sagitta = 6.0 * (1 - np.cos(np.pi / 256)) * 1.5
-    length = np.linalg.norm(flat[:, 3:], axis=1)
-    to_silhouette = np.abs(np.linalg.norm(np.cross(flat[:, :3] - (16.0, 12.5, 10.5), flat[:, 3:]), axis=1) / length - 6)
-    with np.errstate(invalid="ignore"):
-        depth_apart = np.abs(t[0] - t[1]) * length
-    assert ((to_silhouette < sagitta) | (depth_apart < 20 * sagitta))[wrong].all()
-    right = ~wrong & (expected == 0)
-    assert (np.abs(hits["t_hit"][right] - t[0, right]) * length[right]).max() < 1e-6
-    right = ~wrong & (expected == 1) & (to_silhouette > 0.2)
-    assert (np.abs(hits["t_hit"][right] - t[1, right]) * length[right]).max() < 5 * sagitta
-
-
-def test_threads_and_packets_find_the_same_bit_for_bit():
-    scene, rays = interpenetrating()
-    expected = scene.cast_rays(rays, details=True)
-    crossings = scene.list_intersections(rays)
-    occluded = scene.test_occlusions(rays)
-    np.testing.assert_array_equal(occluded, np.isfinite(expected["t_hit"]))
-    try:
-        for threads in (1, 2, 3, 8):
-            isospline.set_thread_count(threads)
-            for coherent in (False, True):
-                assert_same_hits(scene.cast_rays(rays, details=True, coherent=coherent), expected)
-            assert_same_hits(scene.list_intersections(rays), crossings)
-            np.testing.assert_array_equal(scene.test_occlusions(rays), occluded)
-    finally:
-        isospline.set_thread_count(0)
-
-
-# Memory
-
-
-def test_memory_returns_after_a_thousand_changes():
-    surface, mesh, ray = sphere(), mesh_sphere(6.0, 64), [(-20.0, 11.4, 11.3, 1.0, 0.0, 0.0)]
-    scene = isospline.Scene([surface])
-
-    def change(i):
-        added = [scene.add(mesh, moved(i % 7, 0, 0)), scene.add(surface, moved(0, i % 5, 0), shadow=i % 2 == 0),
-                 scene.add(sphere(4.0 + i % 3) if i % 50 == 0 else triangle())]
-        surface.level = 36.0 + i % 10
-        scene.cast_rays(ray)
-        scene.set_transform(added[0], moved(0, 0, i % 3))
-        scene.set_visibility(added[1], camera=i % 3 == 0)
-        scene.test_occlusions(ray)
-        for geometry in added:
-            scene.remove(geometry)
-
-    def settle():
-        surface.level = 64.0
-        scene.cast_rays(ray)
-        gc.collect()
-        return scene.memory
-
-    for i in range(10):
-        change(i)  # Embree's tables of objects keep the room that they once had
-    before = settle()
-    for i in range(300):
-        change(i)
-    assert settle() == before
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    for i in range(300, 1000):
-        change(i)
-    assert settle() == before
-    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak  # kilobytes
-    assert grown < 20_000
-    assert scene.ids == [0]
-
-
 # Bad input, and objects and threads that come and go
 
 
@@ -457,6 +331,14 @@ def test_objects_live_as_long_as_the_scene_needs_them():
     assert isinstance(scene.object(0), isospline.Isosurface) and len(scene.object(1).faces) == 1
     scene.object(0).level = 49.0
     assert scene.cast_rays(rays)["t_hit"][0] > expected["t_hit"][0]
+
+
+def interpenetrating():
+    """An isosurface sphere and a mesh sphere that cut into each other, and the camera's rays at them."""
+    scene = isospline.Scene([sphere(6.0)])
+    scene.add(mesh_sphere(6.0, 512), moved(16.0, 12.5, 10.5))
+    camera = isospline.PerspectiveCamera(eye=(14, -40, 20), target=(14, 11.5, 11.5), field_of_view=25)
+    return scene, camera.rays((320, 240))
 
 
 def test_threads_query_one_scene(rng):

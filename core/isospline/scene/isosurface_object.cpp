@@ -146,7 +146,7 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     if (!query.clip_leaves_any)
         return;
     const bool of_caps = arguments.primID >= groups_.size();
-    LatticeRay& lattice_ray = query.in_lattice;
+    const LatticeRay& lattice_ray = query.in_lattice;
     if (query.all != nullptr) {
         if (!of_caps)
             collect_all(arguments.primID, query, lattice_ray);
@@ -155,21 +155,21 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     if (of_caps || query.enters_cap)
         return intersect_caps(arguments, query);
 
-    // The ray ends at the nearest root so far, kept exactly, or at the nearest triangle.
-    lattice_ray.t_far = std::min({lattice_ray.t_far, query.nearest.t, static_cast<double>(ray.tfar)});
+    // Nothing counts behind the nearest root so far, kept exactly, or the nearest triangle. The ray in a cell does not
+    // end there, though: a root would depend, in its last bit, on the order in which cells and triangles are visited.
+    query.nearest.t = std::min(query.nearest.t, static_cast<double>(ray.tfar));
     const CellGroup& group = groups_[arguments.primID];
     GroupEntries entries = culler_.entries(group, lattice_ray, static_cast<float>(box_margin_));
     while (entries.cells != 0) {
         const int cell = nearest_cell(entries);
-        if (static_cast<double>(entries.t_near[cell]) > lattice_ray.t_far)
+        if (static_cast<double>(entries.t_near[cell]) > query.nearest.t)
             return;
         entries.cells &= ~(1u << cell);
         const std::uint32_t row = group.row(cell);
         const std::optional<RootInCell> root = intersector_.first_root(cell_block(row), lattice_ray);
-        if (!root)
+        if (!root || root->t > query.nearest.t)
             continue;
         query.nearest = *root;
-        lattice_ray.t_far = root->t;
         ray.tfar = rounded_up(root->t);
         hit.Ng_x = hit.Ng_y = hit.Ng_z = 0.0f;
         hit.u = hit.v = 0.0f;
@@ -213,10 +213,9 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
     float* const t_far = &RTCRayN_tfar(rays, size, 0);
     for (unsigned int lane = 0; lane < size; ++lane)
-        query.in_lattice.t_far[lane] =
-            std::min({query.in_lattice.t_far[lane], query.nearest.t[lane], static_cast<double>(t_far[lane])});
+        query.nearest.t[lane] = std::min(query.nearest.t[lane], static_cast<double>(t_far[lane]));
     const CellGroup& group = groups_[arguments.primID];
-    const auto lanes = culler_.lanes(group, query.in_lattice, active, static_cast<float>(box_margin_));
+    const auto lanes = culler_.lanes(group, query.in_lattice, query.nearest.t, active, static_cast<float>(box_margin_));
 
     // Nearest cells first, as the first ray has them.
     RTCHitN* const hits = RTCRayHitN_HitN(arguments.rayhit, size);
@@ -232,7 +231,6 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         const LaneMask found = intersector_.first_roots(cell_block(row), query.in_lattice, lanes[cell], query.nearest);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const auto lane = static_cast<unsigned int>(std::countr_zero(rest));
-            query.in_lattice.t_far[lane] = query.nearest.t[lane];
             t_far[lane] = rounded_up(query.nearest.t[lane]);
             RTCHitN_u(hits, size, lane) = RTCHitN_v(hits, size, lane) = 0.0f;
             RTCHitN_geomID(hits, size, lane) = 0;

@@ -86,8 +86,8 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
 }
 
 // Lanes are the rays.
-std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const LatticeRayPacket& rays, LaneMask active,
-                                                float margin)
+std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const LatticeRayPacket& rays,
+                                                const double* t_limit, LaneMask active, float margin)
 {
     const hn::CappedTag<double, LatticeRayPacket::capacity> doubles;
     const hn::Rebind<float, decltype(doubles)> to_float;
@@ -100,7 +100,8 @@ std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const La
                       corner[axis] + first);
         }
         hn::Store(hn::DemoteTo(to_float, hn::Load(doubles, rays.t_near + first)), to_float, t_near + first);
-        hn::Store(hn::DemoteTo(to_float, hn::Load(doubles, rays.t_far + first)), to_float, t_far + first);
+        const auto end = hn::Min(hn::Load(doubles, rays.t_far + first), hn::LoadU(doubles, t_limit + first));
+        hn::Store(hn::DemoteTo(to_float, end), to_float, t_far + first);
     }
 
     std::array<LaneMask, CellGroup::capacity> lanes{};

@@ -56,9 +56,9 @@ struct GroupEntries {
 struct GroupCuller {
     /// The cells of which a ray meets a part that is in the slab, before t_far.
     GroupEntries (*entries)(const CellGroup& group, const LatticeRay& ray, float margin);
-    /// For each cell, the rays of a packet that do so.
+    /// For each cell, the rays of a packet that do so, before t_limit as well, of which there is one a lane.
     std::array<LaneMask, CellGroup::capacity> (*lanes)(const CellGroup& group, const LatticeRayPacket& rays,
-                                                       LaneMask active, float margin);
+                                                       const double* t_limit, LaneMask active, float margin);
 };
 
 /// The culler of the widest SIMD target that the machine has.

@@ -78,7 +78,7 @@ constexpr CellIntersector one_by_one{
         LaneMask found = 0;
         for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
-            if (const auto root = first_root(cell, rays.ray(lane))) {
+            if (const auto root = first_root(cell, rays.ray(lane)); root && root->t <= roots.t[lane]) {
                 found |= LaneMask{1} << lane;
                 roots.set(lane, *root);
             }

@@ -28,7 +28,8 @@ struct CellIntersector {
     bool (*any_root)(const CellBlock& cell, const LatticeRay& ray);
     /// Appends all of them, in ascending order; with Method::bracket the one that it finds.
     void (*all_roots)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
-    /// The same for the active lanes of a packet: returns those that have a root, and sets these lanes of `roots`.
+    /// The same for the active lanes of a packet: returns those that have a root at roots.t or before, and sets these
+    /// lanes of `roots`. What is found there does not depend on roots.t, and so on the order of the cells.
     LaneMask (*first_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots);
     LaneMask (*any_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active);
 };

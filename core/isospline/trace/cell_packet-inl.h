@@ -170,12 +170,12 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
                                   hn::Sub(search.t_far, search.t_near), search.t_near);
             const auto arrived =
                 hn::And(RefineRoot<Degree>(d, coefficients, cell.lower, search), ToMask(d, wanted, first));
-            hn::BlendedStore(search.t, arrived, d, roots.t + first);
+            const auto nearest = hn::And(arrived, hn::Le(search.t, hn::Load(d, roots.t + first)));
+            hn::BlendedStore(search.t, nearest, d, roots.t + first);
             for (int axis = 0; axis < 3; ++axis)
-                hn::BlendedStore(search.gradient[axis], arrived, d, roots.gradient[axis] + first);
-            const LaneMask refined = ToLaneMask(d, arrived, first);
-            found |= refined;
-            verdict.undecided |= wanted & ~refined;
+                hn::BlendedStore(search.gradient[axis], nearest, d, roots.gradient[axis] + first);
+            found |= ToLaneMask(d, nearest, first);
+            verdict.undecided |= wanted & ~ToLaneMask(d, arrived, first);
         }
     }
 
@@ -184,7 +184,7 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
         const int lane = std::countr_zero(rest);
         const auto root = FirstRoot<Degree>(cell, rays.origin_of(lane), rays.direction_of(lane),
                                             {segments.t_near[lane], segments.t_far[lane]});
-        if (!root)
+        if (!root || root->t > roots.t[lane])
             continue;
         found |= LaneMask{1} << lane;
         roots.set(lane, *root);

@@ -191,7 +191,7 @@ TEST_CASE("the single precision filter is as sure for values far from zero and f
 namespace {
 
 /// Packets against rays alone, in the lanes given: the same roots and gradients, bit for bit, and no other lane
-/// touched.
+/// touched; nor those whose root is beyond a limit.
 int check_packet(const CellIntersector& intersector, const CellBlock& cell, std::mt19937& random, LaneMask active)
 {
     LatticeRayPacket packet;
@@ -201,13 +201,23 @@ int check_packet(const CellIntersector& intersector, const CellBlock& cell, std:
         packet.set(lane, rays.back());
     }
     RootPacket roots;
-    constexpr double untouched = -7.0;
+    constexpr double untouched = 1e30;
     for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane)
         roots.set(lane, {untouched, glm::dvec3(untouched)});
     const LaneMask found = intersector.first_roots(cell, packet, active, roots);
     const LaneMask any = intersector.any_roots(cell, packet, active);
     REQUIRE(found == any);
     REQUIRE((found & ~active) == 0);
+
+    RootPacket limited = roots;
+    LaneMask within = 0;
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+        if (lane % 2 != 0)
+            limited.t[lane] = std::nextafter(limited.t[lane], 0.0);
+        else
+            within |= found & LaneMask{1} << lane;
+    }
+    REQUIRE(intersector.first_roots(cell, packet, active, limited) == within);
     int count = 0;
     for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
         const bool is_active = (active >> lane & 1u) != 0, is_found = (found >> lane & 1u) != 0;
