@@ -1,6 +1,7 @@
 #include "isospline/scene/instance.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/util/check.h"
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
@@ -9,10 +10,14 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <string>
 
 namespace isospline {
 
 namespace {
+
+/// Products of three lengths, which tests of triangles compute, are finite in single precision.
+constexpr double largest_length = 1e12;
 
 /// Largest change of a local coordinate by a world vector of length one.
 double stretch(const glm::dmat4& world_to_local)
@@ -55,12 +60,23 @@ Box Instance::bounds() const
     return transform_box(local_to_world(), object->local_bounds());
 }
 
-void Instance::place(const glm::dvec3& centre, double radius)
+Placement Instance::placed(const glm::dvec3& centre, double radius) const
 {
-    placement.transform = given.transform;
-    placement.world_to_local = glm::inverse(local_to_world());
-    placement.centred_to_local = glm::inverse(moved(local_to_world(), centre));
-    placement.rounding_error = traversal_rounding_error(radius, placement.centred_to_local);
+    Placement placed;
+    placed.transform = given.transform;
+    placed.world_to_local = glm::inverse(local_to_world());
+    placed.centred_to_local = glm::inverse(moved(local_to_world(), centre));
+    placed.rounding_error = traversal_rounding_error(radius, placed.centred_to_local);
+
+    const double scale = stretch(placed.centred_to_local);
+    const double reach = radius * scale + glm::length(glm::dvec3(placed.centred_to_local[3]));
+    for (const double length : {radius, scale, reach})
+        if (!(length <= largest_length))
+            throw_invalid("transform",
+                          "sizes and distances of at most " + to_text(largest_length) +
+                              ", in units of the world and of each object",
+                          to_text(length) + " for geometry id " + std::to_string(id));
+    return placed;
 }
 
 void Instance::update(Device& device, const glm::dvec3& centre)

@@ -21,8 +21,9 @@ enum TopScene : std::size_t {
 struct Instance {
     /// The box of the object in the scene's world space.
     Box bounds() const;
-    /// Computes `placement` in a scene of this radius about its centre.
-    void place(const glm::dvec3& centre, double radius);
+    /// Its placement in a scene of this radius about its centre. Throws std::invalid_argument where single precision
+    /// cannot hold rays there.
+    Placement placed(const glm::dvec3& centre, double radius) const;
     /// Hands the placement and the object's Embree scene on to Embree.
     void update(Device& device, const glm::dvec3& centre);
     /// Makes this the geometry `slot` of a top scene, or no part of it.

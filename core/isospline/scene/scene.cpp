@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <variant>
 
 namespace isospline {
@@ -33,6 +34,23 @@ void check_transform(const glm::dmat4& transform)
     const double determinant = glm::determinant(linear);
     if (!(std::abs(determinant) > 1e-12 * volume))
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
+}
+
+glm::dvec3 centre_of(const Box& box)
+{
+    return box.empty() ? glm::dvec3(0.0) : box.center();
+}
+
+double radius_of(const Box& box)
+{
+    return box.empty() ? 0.0 : 0.5 * glm::length(box.size());
+}
+
+/// Tells early what is wrong with an instance in any scene.
+void check_alone(const Instance& instance)
+{
+    const Box bounds = instance.bounds();
+    static_cast<void>(instance.placed(centre_of(bounds), radius_of(bounds)));
 }
 
 const void* address(const PlacedObject& placed)
@@ -68,15 +86,17 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
     ISOSPLINE_ASSERT(next_id, <, invalid_id);
     const auto known = objects.find(address(given));
     std::shared_ptr<Object> object = known == objects.end() ? make_object(given) : known->second;
+    auto added = std::make_unique<Instance>();
+    added->id = next_id;
+    added->object = std::move(object);
+    added->given = std::move(given);
+    check_alone(*added);
     if (free_slots.empty()) {
         free_slots.push_back(static_cast<std::uint32_t>(instances.size()));
         instances.emplace_back();
     }
-    auto added = std::make_unique<Instance>();
-    added->id = next_id;
     added->slot = free_slots.back();
-    added->object = objects[address(given)] = std::move(object);
-    added->given = std::move(given);
+    objects[address(added->given)] = added->object;
     instance_of_id[next_id] = added.get();
     free_slots.pop_back();
     instances[added->slot] = std::move(added);
@@ -138,8 +158,8 @@ void Scene::Impl::commit(const Progress& progress)
             bounds.extend(box.lower);
             bounds.extend(box.upper);
         }
-    centre = bounds.empty() ? glm::dvec3(0.0) : bounds.center();
-    const double radius = bounds.empty() ? 0.0 : 0.5 * glm::length(bounds.size());
+    centre = centre_of(bounds);
+    const double radius = radius_of(bounds);
     const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
     centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
 
@@ -147,7 +167,7 @@ void Scene::Impl::commit(const Progress& progress)
     std::unordered_map<const Object*, double> largest_error;
     bool shadows_differ = false;
     for (const auto& [id, instance] : instance_of_id) {
-        instance->place(centre, radius);
+        instance->placement = instance->placed(centre, radius);
         double& error = largest_error[instance->object.get()];
         error = std::max(error, instance->placement.rounding_error);
         const SeenBy& seen_by = instance->given.seen_by;
@@ -201,7 +221,14 @@ void Scene::set_transform(std::uint32_t geometry_id, const glm::dmat4& transform
     check_transform(transform);
     const std::unique_lock lock(impl_->mutex);
     const std::lock_guard instance_lock(impl_->instance_mutex);
-    impl_->instance(geometry_id, "geometry_id").given.transform = transform;
+    Instance& instance = impl_->instance(geometry_id, "geometry_id");
+    const glm::dmat4 before = std::exchange(instance.given.transform, transform);
+    try {
+        check_alone(instance);
+    } catch (...) {
+        instance.given.transform = before;
+        throw;
+    }
     impl_->has_changed = true;
 }
 
