@@ -14,6 +14,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
+#include <shared_mutex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -98,8 +100,8 @@ UserWarning
 
 Notes
 -----
-Another `level` re-uses the coefficients and visits only the bricks of cells that straddle it. Do not set it while
-another thread casts rays at the surface.
+Another `level` re-uses the coefficients and visits only the bricks of cells that straddle it. Any thread may set it:
+this waits for the queries that run.
 
 References
 ----------
@@ -247,7 +249,8 @@ std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, 
 
 void set_level(Isosurface& surface, double level)
 {
-    long_call(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
+    using Alone = std::unique_lock<std::shared_mutex>;
+    long_call<Alone>(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
     warn_of_empty_shell(surface);
 }
 

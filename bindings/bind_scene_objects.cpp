@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
+#include "long_call.h"
 #include "scene_objects.h"
 
 #include <pybind11/stl.h>
@@ -7,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <shared_mutex>
 #include <string>
 #include <variant>
 
@@ -142,6 +144,7 @@ template <typename Change>
 auto without_gil(const Change& change)
 {
     const py::gil_scoped_release no_gil;
+    const std::shared_lock lock(surfaces_in_use());
     return change();
 }
 

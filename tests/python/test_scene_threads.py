@@ -1,0 +1,78 @@
+"""A scene that several threads change while others query it: answers are those of states that there were."""
+
+import threading
+
+import numpy as np
+from spheres import mesh_sphere, moved, sphere
+
+import isospline
+
+
+def run(*calls):
+    """Runs calls in threads of their own; what one of them raises, this does."""
+    errors = []
+
+    def guarded(call):
+        try:
+            call()
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=guarded, args=(call,)) for call in calls]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if errors:
+        raise errors[0]
+
+
+def test_threads_see_one_state_of_a_scene():
+    """Levels, transforms and visibility change in two threads; every answer is that of a state that there was."""
+    surface, mesh = sphere(), mesh_sphere(6.0, 64)
+    scene = isospline.Scene([surface])
+    scene.add(mesh)
+    rays = np.tile([(11.4, 11.3, 60.0, 0.0, 0.0, -1.0)], (2000, 1))
+    camera = isospline.PerspectiveCamera((60, -40, 30), (11.5, 11.5, 15))
+    levels, places = [36.0, 49.0, 64.0], [moved(11.5, 11.5, z) for z in (0.0, 10.0, 30.0)]
+
+    def answer():
+        return scene.cast_rays(rays[:1])["t_hit"][0], isospline.render(scene, camera, size=(16, 12)).color.tobytes()
+
+    states = set()
+    for level in levels:
+        surface.level = level
+        for place in places:
+            scene.set_transform(1, place)
+            for seen in (True, False):
+                scene.set_visibility(1, camera=seen)
+                states.add(answer())
+    distances, pictures = ({state[part] for state in states} for part in (0, 1))
+    assert len(distances) == 5 and len(pictures) > 6
+    stop, found, seen = threading.Event(), set(), set()
+
+    def change_level():
+        for i in range(60):
+            surface.level = levels[i % 3]
+        stop.set()
+
+    def change_place():
+        while not stop.is_set():
+            for place in places:
+                scene.set_visibility(1, camera=True)
+                scene.set_transform(1, place)
+                scene.set_visibility(1, camera=False)
+
+    def query():
+        while not stop.is_set():
+            t = np.unique(scene.cast_rays(rays, coherent=True)["t_hit"])
+            assert len(t) == 1
+            found.add(t[0])
+
+    def draw():
+        while not stop.is_set():
+            seen.add(isospline.render(scene, camera, size=(16, 12)).color.tobytes())
+
+    run(change_level, change_place, query, draw)
+    assert found <= distances and seen <= pictures
+    assert len(found) > 1
