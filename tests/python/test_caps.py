@@ -429,6 +429,16 @@ def test_a_translucent_cut_ball_has_two_layers_everywhere():
     np.testing.assert_allclose(image.color[hit, 3], 1 - 0.75**2, rtol=1e-6)
 
 
+def test_white_furnace():
+    """Paths that leave caps and surface alike get to the even light in the end, and none is lost in the solid."""
+    scene = isospline.Scene([CLOSED["corner of a gyroid"]()])
+    integrator = isospline.PathTracer(isospline.Material(1, specular=0), max_bounces=10_000)
+    camera = isospline.camera_for(scene, view=(-0.3, 1, -0.6))
+    image = isospline.render(scene, camera, size=(80, 60), integrator=integrator, samples=4)
+    assert (image.color[..., 3] == 1).sum() > 500
+    np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
+
+
 def test_hoppers_have_no_caps():
     with pytest.raises(ValueError, match="^surface: expected one whose cuts are open"):
         isospline.VoxelHopper(ball())
