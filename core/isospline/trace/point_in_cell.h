@@ -15,7 +15,7 @@ namespace isospline {
 /// faces; a point that is not in the domain goes to the cell that is next to it.
 struct PointInCell {
     PointInCell(const Isosurface& surface, const glm::dvec3& lattice)
-        : index(glm::clamp(glm::ivec3(glm::floor(lattice)), glm::ivec3(0), surface.volume().cell_shape() - 1)),
+        : index(glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape() - 1))),
           cell(surface.volume(), surface.threshold(),
                Cell{static_cast<std::uint16_t>(index.x), static_cast<std::uint16_t>(index.y),
                     static_cast<std::uint16_t>(index.z)}),
