@@ -34,6 +34,8 @@ base_color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal o
     is taken as 1.
 metallic, roughness, specular : float
     0 to 1. A roughness below 0.03 is taken as that.
+cap_color : as base_color, optional
+    Of the faces of capped cuts (`Isosurface(..., capped=True)`); by default the base colour.
 
 Raises
 ------
@@ -62,15 +64,18 @@ Examples
 void bind_material(py::module_& module)
 {
     py::class_<Material, std::shared_ptr<Material>>(module, "Material", material_doc)
-        .def(py::init([](const py::object& base_color, double metallic, double roughness, double specular) {
-                 const Material material{as_surface_color(base_color, "base_color"), metallic, roughness, specular};
+        .def(py::init([](const py::object& base_color, double metallic, double roughness, double specular,
+                         const py::object& cap_color) {
+                 const Material material{as_surface_color(base_color, "base_color"), metallic, roughness, specular,
+                                         as_cap_color(cap_color, "cap_color")};
                  validate(material);
                  return material;
              }),
              py::arg("base_color") = std::get<glm::dvec3>(Material().base_color).x, py::kw_only(),
              py::arg("metallic") = 0.0, py::arg("roughness") = Material().roughness,
-             py::arg("specular") = Material().specular)
+             py::arg("specular") = Material().specular, py::arg("cap_color") = py::none())
         .def_property_readonly("base_color", [](const Material& material) { return to_object(material.base_color); })
+        .def_property_readonly("cap_color", [](const Material& material) { return to_object(material.cap_color); })
         .def_readonly("metallic", &Material::metallic)
         .def_readonly("roughness", &Material::roughness)
         .def_readonly("specular", &Material::specular)
@@ -111,7 +116,8 @@ ValueError
 )")
         .def("__repr__", [](const Material& material) {
             return "Material(" + to_text(material.base_color) + ", metallic=" + to_text(material.metallic) +
-                   ", roughness=" + to_text(material.roughness) + ", specular=" + to_text(material.specular) + ")";
+                   ", roughness=" + to_text(material.roughness) + ", specular=" + to_text(material.specular) +
+                   ", cap_color=" + to_text(material.cap_color) + ")";
         });
 }
 

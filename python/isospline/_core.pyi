@@ -542,11 +542,19 @@ class EnvironmentLight:
 
 class Material:
     def __init__(
-        self, base_color: _Color = 0.8, *, metallic: float = 0.0, roughness: float = 0.5, specular: float = 0.5
+        self,
+        base_color: _Color = 0.8,
+        *,
+        metallic: float = 0.0,
+        roughness: float = 0.5,
+        specular: float = 0.5,
+        cap_color: _Color | None = None,
     ) -> None: ...
     def evaluate(self, to_viewer: ArrayLike, to_light: ArrayLike) -> NDArray[np.float64]: ...
     @property
     def base_color(self) -> _Color: ...
+    @property
+    def cap_color(self) -> _Color | None: ...
     @property
     def metallic(self) -> float: ...
     @property

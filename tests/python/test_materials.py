@@ -149,6 +149,29 @@ def test_isosurfaces_carry_materials():
     assert hit.sum() > 20 and (renderer.image.albedo[hit] == (0, 1, 0)).all()
 
 
+@pytest.mark.parametrize("cap_color", [(0.2, 0.4, 0.6), RULES["volume"], isospline.ColorByDepth(RAMP), None])
+def test_capped_cuts_have_a_color_of_their_own(cap_color):
+    """Half a ball, in even light as convex as all of it."""
+    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
+    volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
+    half = isospline.HalfSpace((0, 0, 0), (0, 1, 0))
+    surface = isospline.Isosurface(volume, 36.0, inside="below", clip=half, capped=True)
+    scene = isospline.Scene([surface])
+    camera = isospline.PerspectiveCamera((15, -30, 8), (0, 0, 0), field_of_view=28)
+    material = isospline.Material(isospline.ColorByNormal(), specular=0, cap_color=cap_color)
+    image = isospline.render(scene, camera, size=SIZE, integrator=isospline.PathTracer(material), samples=4)
+    shading = isospline.Phong(color=isospline.ColorByNormal(), cap_color=cap_color)
+    plain = isospline.render(scene, camera, size=SIZE, shading=shading)
+    np.testing.assert_array_equal(image.albedo, plain.albedo)
+    cap = (image.primitive_ids == surface.shell.count) & (np.hypot(*np.moveaxis(image.position, -1, 0)[[0, 2]]) < 5.5)
+    assert cap.sum() > 300
+    np.testing.assert_allclose(image.color[cap][:, :3], image.albedo[cap], atol=0.02)
+    if cap_color is None:
+        np.testing.assert_allclose(image.albedo[cap], np.broadcast_to((0.5, 0, 0.5), (cap.sum(), 3)), atol=1e-6)
+    elif isinstance(cap_color, tuple):
+        np.testing.assert_allclose(image.color[cap][:, :3], np.broadcast_to(cap_color, (cap.sum(), 3)), rtol=1e-6)
+
+
 def test_bad_materials():
     mesh = isospline.Mesh(SQUARE, FACES)
     scene = isospline.Scene([mesh])
@@ -157,8 +180,9 @@ def test_bad_materials():
         lambda: isospline.PathTracer(material=isospline.Material(), materials={0: isospline.Material(1.5)}),
         lambda: isospline.Material(isospline.ColorByCurvature(limits=(1, 1))),
         lambda: isospline.Material((0.5, 0.5)),
+        lambda: isospline.Material(cap_color=2),
     ):
-        with pytest.raises(ValueError, match=r"^(materials|base_color|limits): expected .* got "):
+        with pytest.raises(ValueError, match=r"^(materials|base_color|cap_color|limits): expected .* got "):
             make()
     for make in (
         lambda: isospline.Mesh(SQUARE, FACES, material="red"),

@@ -158,7 +158,7 @@ private:
         const Material& material =
             found == path_tracer_.material_of_geometry.end() ? path_tracer_.material : found->second;
         SurfacePoint point{hit.position, hit.normal, -ray.direction, projection_.depth(hit.position)};
-        lookup_.complete(point, hit, needs_curvature(material.base_color));
+        lookup_.complete(point, hit, needs_curvature(material));
         const Scattering scattering(material, point);
         const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
         const Frame frame(away ? -hit.normal : hit.normal);

@@ -27,6 +27,7 @@ Phong unlit(const Material& material)
 {
     Phong phong;
     phong.color = material.base_color;
+    phong.cap_color = material.cap_color;
     phong.lights.emplace();
     return phong;
 }
@@ -60,9 +61,9 @@ PathTracer prepared(PathTracer path_tracer, const Scene& scene, const Projection
     validate(path_tracer);
 
     const glm::dvec2 depths = projection.depth_range(scene.bounds());
-    fit_depth_limits(path_tracer.material.base_color, depths);
+    fit_depth_limits(path_tracer.material, depths);
     for (auto& [geometry_id, material] : path_tracer.material_of_geometry)
-        fit_depth_limits(material.base_color, depths);
+        fit_depth_limits(material, depths);
     return path_tracer;
 }
 

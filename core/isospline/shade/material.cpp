@@ -21,6 +21,14 @@ void check_part(const char* parameter, double value)
         throw_invalid(parameter, "a number from 0 to 1", value);
 }
 
+void check_base_color(const char* parameter, const Color& color)
+{
+    validate(parameter, color);
+    if (const auto* constant = std::get_if<glm::dvec3>(&color))
+        if (glm::any(glm::greaterThan(*constant, glm::dvec3(1.0))))
+            throw_invalid(parameter, "numbers from 0 to 1", to_text(*constant));
+}
+
 double luminance(const glm::dvec3& color)
 {
     return glm::dot(color, glm::dvec3(0.2126, 0.7152, 0.0722));
@@ -51,18 +59,29 @@ double masking(const glm::dvec3& w, double alpha)
 
 void validate(const Material& material)
 {
-    validate("base_color", material.base_color);
-    if (const auto* constant = std::get_if<glm::dvec3>(&material.base_color))
-        if (glm::any(glm::greaterThan(*constant, glm::dvec3(1.0))))
-            throw_invalid("base_color", "numbers from 0 to 1", to_text(*constant));
+    check_base_color("base_color", material.base_color);
+    if (material.cap_color)
+        check_base_color("cap_color", *material.cap_color);
     check_part("metallic", material.metallic);
     check_part("roughness", material.roughness);
     check_part("specular", material.specular);
 }
 
+bool needs_curvature(const Material& material)
+{
+    return needs_curvature(material.base_color) || (material.cap_color && needs_curvature(*material.cap_color));
+}
+
+void fit_depth_limits(Material& material, const glm::dvec2& limits)
+{
+    fit_depth_limits(material.base_color, limits);
+    if (material.cap_color)
+        fit_depth_limits(*material.cap_color, limits);
+}
+
 glm::dvec3 albedo(const Material& material, const SurfacePoint& point)
 {
-    return glm::min(color_at(material.base_color, point) * point.vertex_color, 1.0);
+    return glm::min(color_at(material.base_color, material.cap_color, point) * point.vertex_color, 1.0);
 }
 
 Scattering::Scattering(const Material& material, const SurfacePoint& point)

@@ -23,10 +23,17 @@ struct Material {
     double metallic = 0.0;              ///< 0 to 1
     double roughness = 0.5;             ///< 0 to 1; below 0.03 it is taken as that
     double specular = 0.5;              ///< 0 to 1
+    CapColor cap_color = {};            ///< of capped cuts, in place of base_color
 };
 
 /// Throws std::invalid_argument for numbers outside of these ranges, and as the colour's rule does.
 void validate(const Material& material);
+
+/// Whether the colour of a point follows from its curvature.
+bool needs_curvature(const Material& material);
+
+/// Puts limits into the colours by depth that are to fit to the scene.
+void fit_depth_limits(Material& material, const glm::dvec2& limits);
 
 /// The base colour at a point, times that of a mesh's vertices.
 glm::dvec3 albedo(const Material& material, const SurfacePoint& point);
