@@ -20,10 +20,10 @@ def main(samples=96, size=(640, 480), folder="out"):
     }
     Path(folder).mkdir(exist_ok=True)
     image = isospline.render(scene, camera, size=size, shading=shading, samples=4)
-    image.write(Path(folder) / "120-shadows.png")
+    image.write(Path(folder) / "125-shadows.png")
     sky = isospline.AmbientOcclusion(samples=64)
     image = isospline.render(scene, camera, size=size, shading=sky)
-    image.write(Path(folder) / "120-ambient-occlusion.png")
+    image.write(Path(folder) / "125-ambient-occlusion.png")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ def main(samples=96, size=(640, 480), folder="out"):
         if np.sqrt(image.variance.mean()) < 0.015:
             break
     Path(folder).mkdir(exist_ok=True)
-    image.write(Path(folder) / "130-path-tracing.png")
+    image.write(Path(folder) / "135-path-tracing.png")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,44 @@
+"""One object many times, each in its place; and objects that the camera or the shadows do not see."""
+
+from pathlib import Path
+
+import numpy as np
+
+import isospline
+from isospline import volumes
+
+
+def place(x, y, size, turn):
+    """A transform: turned about z, scaled and moved."""
+    cosine, sine = size * np.cos(turn), size * np.sin(turn)
+    return np.array([[cosine, -sine, 0, x], [sine, cosine, 0, y], [0, 0, size, size], [0, 0, 0, 1.0]])
+
+
+def main(samples=96, size=(640, 400), folder="out"):
+    field = volumes.heart(periods=3.5, sharpness=8)
+    heart = isospline.Isosurface(isospline.Volume(field.samples(samples), **field.grid(samples)), field.level)
+    floor = isospline.Mesh([[-60, -60, 0], [60, -60, 0], [60, 60, 0], [-60, 60, 0]], [[0, 1, 2], [0, 2, 3]])
+    scene = isospline.Scene([floor])
+    lights = [isospline.DirectionalLight((0.7, 0.5, -1)), isospline.DirectionalLight((-1, 1, -1), intensity=0.25)]
+    shading = {0: isospline.Phong(color=(0.85, 0.84, 0.8), specular=0, ambient=0.15, lights=lights, shadows=True)}
+
+    # An instance is a transform: 169 of them are built, and stored, as one. Every fourth has a shadow alone, and every
+    # fourth has none.
+    random = np.random.default_rng(3)
+    for i, (x, y) in enumerate(np.stack(np.meshgrid(range(-6, 7), range(-6, 7)), axis=-1).reshape(-1, 2)):
+        where = 3.2 * np.array((x, y)) + random.uniform(-0.5, 0.5, 2)
+        transform = place(*where, random.uniform(0.75, 1.25), random.uniform(0, 2 * np.pi))
+        number = scene.add(heart, transform, camera=i % 4 != 1, shadow=i % 4 != 3)
+        color = (0.75, 0.15, 0.12) if number % 2 else (0.9, 0.62, 0.3)
+        shading[number] = isospline.Phong(color=color, ambient=0.15, lights=lights, shadows=True)
+    print(f"{len(scene)} objects, of which {scene.build_count} were built, in {scene.memory / 1e6:.1f} MB")
+
+    camera = isospline.PerspectiveCamera(eye=(14, -27, 17), target=(0.5, -3.5, 0), field_of_view=32)
+    image = isospline.render(scene, camera, size=size, shading=shading, background=(0.75, 0.8, 0.88), samples=4)
+    Path(folder).mkdir(exist_ok=True)
+    image.write(Path(folder) / "165-instances-and-masks.png")
+    return scene
+
+
+if __name__ == "__main__":
+    main()

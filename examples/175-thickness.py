@@ -1,0 +1,36 @@
+"""All crossings along rays: how thick a solid is, seen through from one side."""
+
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=96, size=(480, 400), folder="out"):
+    field = volumes.heart()
+    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+    camera = isospline.camera_for(scene, view="front", projection="orthographic", size=size)
+
+    # What leaves less what enters, along each ray: `ray_ids` tells the ray of each crossing.
+    rays = camera.rays(size).reshape(-1, 6)
+    crossings = scene.list_intersections(rays)
+    length = np.linalg.norm(rays[crossings["ray_ids"], 3:], axis=1) * crossings["t_hit"]
+    sign = np.where(crossings["entering"], -1, 1)
+    thickness = np.bincount(crossings["ray_ids"], weights=sign * length, minlength=len(rays)).reshape(size[::-1])
+    walls = np.bincount(crossings["ray_ids"], minlength=len(rays)) // 2
+    print(f"at most {thickness.max():.2f} thick, through at most {walls.max()} walls")
+
+    ramp = np.array([(0.02, 0.03, 0.08), (0.35, 0.06, 0.3), (0.85, 0.25, 0.2), (0.98, 0.7, 0.25), (1, 0.98, 0.85)])
+    at = thickness / (thickness.max() or 1) * (len(ramp) - 1)
+    color = np.stack([np.interp(at, range(len(ramp)), channel) for channel in ramp.T], axis=-1)
+    Path(folder).mkdir(exist_ok=True)
+    PIL.Image.fromarray(np.rint(255 * color).astype(np.uint8)).save(Path(folder) / "175-thickness.png")
+    return thickness
+
+
+if __name__ == "__main__":
+    main()

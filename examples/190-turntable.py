@@ -1,0 +1,29 @@
+"""A turn around a surface, as a sheet of its frames; isospline.write_video makes a film of the same images."""
+
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+
+import isospline
+from isospline import volumes
+
+
+def main(samples=96, size=(160, 150), folder="out", columns=4, rows=2):
+    field = volumes.heart(periods=3.5, sharpness=8)
+    volume = isospline.Volume(field.samples(samples), degree=3, **field.grid(samples))
+    scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
+    color = isospline.ridges_and_valleys(8, color=(0.55, 0.12, 0.1), valley=(0.1, 0.01, 0.01))
+    shading = isospline.Phong(color=color, specular=0.3)
+
+    cameras = isospline.turntable(scene, columns * rows, view=(0, -1, 0.25), size=size)
+    options = dict(size=size, shading=shading, background=1, samples=4)
+    frames = [isospline.render(scene, camera, **options) for camera in cameras]
+    pixels = np.stack([frame.to_srgb()[..., :3] for frame in frames])
+    sheet = pixels.reshape(rows, columns, *pixels.shape[1:]).swapaxes(1, 2).reshape(rows * size[1], -1, 3)
+    Path(folder).mkdir(exist_ok=True)
+    PIL.Image.fromarray(sheet).save(Path(folder) / "190-turntable.png")
+
+
+if __name__ == "__main__":
+    main()
