@@ -256,6 +256,7 @@ void set_level(Isosurface& surface, double level)
 
 py::array_t<std::int32_t> shell_cells(const ShellView& shell)
 {
+    const std::shared_lock lock(surfaces_in_use());
     auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(shell->count()), 3});
     std::int32_t* next = array.mutable_data();
     for (const Cell& cell : shell->cells()) {
@@ -268,6 +269,7 @@ py::array_t<std::int32_t> shell_cells(const ShellView& shell)
 
 py::array_t<bool> shell_mask(const ShellView& shell)
 {
+    const std::shared_lock lock(surfaces_in_use());
     const Volume& volume = shell.surface->volume();
     const glm::vec<3, std::size_t> shape(volume.cell_shape());
     auto array = new_grid<bool>(volume.cell_shape(), volume.options().axes);

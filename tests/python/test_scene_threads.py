@@ -76,3 +76,26 @@ def test_threads_see_one_state_of_a_scene():
     run(change_level, change_place, query, draw)
     assert found <= distances and seen <= pictures
     assert len(found) > 1
+
+
+def test_threads_read_the_cells_of_one_level():
+    surface, levels = sphere(), [4.0, 100.0]
+    expected = set()
+    for level in levels:
+        surface.level = level
+        expected.add(surface.shell.cells.tobytes())
+    assert len(expected) == 2
+    stop, found = threading.Event(), set()
+
+    def change():
+        for i in range(200):
+            surface.level = levels[i % 2]
+        stop.set()
+
+    def read():
+        while not stop.is_set():
+            found.add(surface.shell.cells.tobytes())
+            assert surface.shell.mask.sum() in [len(cells) // 12 for cells in expected]
+
+    run(change, read, read)
+    assert found == expected
