@@ -99,6 +99,7 @@ public:
     double operator()(std::size_t row, std::size_t column) const
     {
         const std::size_t at = row * columns_ + column;
+        // One of both is there. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
         return floats_ != nullptr ? static_cast<double>(floats_[at]) : doubles_[at];
     }
     /// Three columns from `column` on.

@@ -66,8 +66,8 @@ void bind_material(py::module_& module)
     py::class_<Material, std::shared_ptr<Material>>(module, "Material", material_doc)
         .def(py::init([](const py::object& base_color, double metallic, double roughness, double specular,
                          const py::object& cap_color) {
-                 const Material material{as_surface_color(base_color, "base_color"), metallic, roughness, specular,
-                                         as_cap_color(cap_color, "cap_color")};
+                 Material material{as_surface_color(base_color, "base_color"), metallic, roughness, specular,
+                                   as_cap_color(cap_color, "cap_color")};
                  validate(material);
                  return material;
              }),

@@ -16,6 +16,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 
 namespace py = pybind11;
@@ -113,7 +114,7 @@ void bind_image(py::module_& module)
 void translate_file_error(std::exception_ptr raised)
 {
     try {
-        std::rethrow_exception(raised);
+        std::rethrow_exception(std::move(raised));
     } catch (const std::filesystem::filesystem_error& error) {
         const py::object type = py::reinterpret_borrow<py::object>(PyExc_OSError);
         const py::object value = type(error.code().value(), error.code().message(), error.path1().string());

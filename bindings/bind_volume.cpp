@@ -290,7 +290,7 @@ void bind_volume(py::module_& module)
     py::register_local_exception_translator([](std::exception_ptr raised) {
         try {
             if (raised)
-                std::rethrow_exception(raised);
+                std::rethrow_exception(std::move(raised));
         } catch (const std::length_error& error) {
             PyErr_SetString(PyExc_MemoryError, error.what());
         }

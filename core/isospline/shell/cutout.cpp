@@ -85,7 +85,8 @@ void cut_by_half_space(BrickCells& cells, const Brick& brick, const HalfSpace& h
 {
     // Rounding of the distances of a grid of 65535 cells stays far below this; a cell kept for it does no harm.
     constexpr double margin = 1e-9;
-    const auto& [normal, offset] = half_space_lattice;
+    const glm::dvec3& normal = half_space_lattice.normal;
+    const double offset = half_space_lattice.offset;
     const double reach = 0.5 * (std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z));
 
     // Distances of the centres of all cells lie around that of the brick's.

@@ -81,6 +81,7 @@ BrickCells mixed_cells(const Volume& volume, const Brick& brick, double threshol
             slice_signs(first + z * volume.slice_stride(), volume.row_stride(), brick, degree, limit);
 
     // Along z. Rows shorter than eight cells have left bits that are no cells.
+    // A brick is 1 to 8 cells wide. NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult)
     const std::uint64_t cells_of_row = (1u << brick.size.x) - 1u;
     const std::uint64_t valid = cells_of_row * 0x0101010101010101u;
     BrickCells cells{};

@@ -25,7 +25,7 @@ int inside_index(long long i, int size, Boundary boundary);
 template <typename Real>
 struct LineFilter {
     LineFilter(const RecursiveFilter& filter, int line_size, Boundary boundary);
-    LineFilter(LineFilter&&) = default;
+    LineFilter(LineFilter&&) noexcept = default;
 
     int size;
     int order;

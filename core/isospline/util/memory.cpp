@@ -29,10 +29,10 @@ void prefer_huge_pages(void* data, std::size_t size)
 {
     // Whole pages inside of the array only; what surrounds it is not ours to give advice on.
     const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-    const auto begin = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
-    const auto end = (reinterpret_cast<std::uintptr_t>(data) + size) / page * page;
+    const auto address = reinterpret_cast<std::uintptr_t>(data);
+    const auto begin = (address + page - 1) / page * page, end = (address + size) / page * page;
     if (begin < end)
-        madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+        madvise(static_cast<char*>(data) + (begin - address), end - begin, MADV_HUGEPAGE);
 }
 #else
 void prefer_huge_pages(void*, std::size_t)
