@@ -68,6 +68,7 @@ def render(arguments):
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     look, lights = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
+    clip = _clip(arguments)
     if arguments.denoise:
         isospline.image.denoiser()  # is missed now and not after the work
     meshes = [isospline.read_mesh(path) for path in arguments.mesh]
@@ -81,8 +82,8 @@ def render(arguments):
         )  # fmt: skip
     with _progress("finding cells", arguments) as progress:
         first = isospline.Isosurface(
-            volume, levels[0], prune_depth=arguments.prune_depth, method=arguments.method, inside=arguments.inside,
-            progress=progress,
+            volume, levels[0], prune_depth=arguments.prune_depth, clip=clip, capped=arguments.capped,
+            method=arguments.method, inside=arguments.inside, progress=progress,
         )  # fmt: skip
         surfaces = [first, *(first.with_level(level) for level in levels[1:])]
     scene = isospline.Scene([*surfaces, *meshes])
@@ -96,6 +97,15 @@ def render(arguments):
     with _progress("rendering", arguments) as progress:
         written = _write(arguments, _images(scene, cameras, look, arguments, progress))
     print(f"{arguments.output}: {written}, {cells} cells, {time.perf_counter() - begin:.1f} s")
+
+
+def _clip(arguments):
+    """The half-spaces and boxes that cut the surfaces."""
+    clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
+    clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
+    if arguments.capped and not clip:
+        raise ValueError("--capped: expected --clip or --clip-box beside it, got none")
+    return clip
 
 
 def _suggested_level(data, path):

@@ -54,6 +54,15 @@ def make_parser(info, render):
     group.add_argument("--prune-depth", type=int, default=2, metavar="DEPTH", help="of the shell, 0 to 6 (default 2)")
     group.add_argument("--method", choices=("exact", "reference", "bracket"), default="exact", help="root finder")
 
+    group = command.add_argument_group("cuts, of all levels")
+    group.add_argument("--clip", type=_numbers(6), action="append", metavar="X,Y,Z,NX,NY,NZ", default=[],
+                       help="show what is on the side of a plane, through a point, that its normal points to; may be "
+                            "repeated")
+    group.add_argument("--clip-box", type=_numbers(6), action="append", metavar="X,Y,Z,X,Y,Z", default=[],
+                       help="show what is in a box between two corners; may be repeated")
+    group.add_argument("--capped", action="store_true",
+                       help="close the solid where it is cut; --color-by the volume itself shows its values there")
+
     group = command.add_argument_group("picture")
     group.add_argument("--size", type=_size, default=(640, 480), metavar="WxH", help="in pixels (default 640x480)")
     group.add_argument("--view", type=_view, default="iso", metavar="SIDE",

@@ -185,6 +185,25 @@ def test_render_lights_as_the_library_does(ball, picture, options, expected):
     np.testing.assert_array_equal(pixels(picture), rendered(ball, **expected).to_srgb())
 
 
+@pytest.mark.parametrize("options, clip", [
+    (["--clip", "11,10,9,-1,0.5,0"], [isospline.HalfSpace((11, 10, 9), (-1, 0.5, 0))]),
+    (["--clip", "11,10,9,0,0,-1", "--clip-box", "-1,0,0,12,11,10"],
+     [isospline.HalfSpace((11, 10, 9), (0, 0, -1)), isospline.Box((-1, 0, 0), (12, 11, 10))]),
+], ids=lambda value: " ".join(map(str, value)))  # fmt: skip
+@pytest.mark.parametrize("capped", [False, True])
+def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
+    options = [*options, "--view", "1,2,3", "--color-by", str(ball), *(["--capped"] if capped else [])]
+    common = ["-l", "0", "--size", "48x32", "--samples", "1"]
+    assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+    volume = isospline.Volume(np.load(ball))
+    scene = isospline.Scene([isospline.Isosurface(volume, 0, clip=clip, capped=capped)])
+    camera = isospline.camera_for(scene, view=(1, 2, 3), size=(48, 32))
+    shading = isospline.Phong(color=isospline.ColorByVolume(volume))
+    expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+    assert (scene.count_intersections(camera.rays((48, 32))) % 2 == 0).all() == capped
+
+
 def test_path_tracing_takes_more_samples(ball, picture):
     assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--shading", "path-trace", "-o", str(picture)]) == 0
     expected = rendered(ball, integrator=isospline.PathTracer(), samples=64)
@@ -354,6 +373,9 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "--shape: expected three counts", *render, "--shape", "1,2")
     fails(capsys, 2, "--dtype: expected a type such as uint8", *render, "--dtype", "integer")
     fails(capsys, 2, "--background: expected 3 or 4 numbers", *render, "--background", "mauve")
+    fails(capsys, 2, "--clip: expected 6 numbers with commas, got '1,2,3'", *render, "--clip", "1,2,3")
+    fails(capsys, 2, "--capped: expected --clip or --clip-box beside it, got none", *render, "--capped")
+    fails(capsys, 2, "normal", *render, "--clip", "1,2,3,0,0,0")
     fails(capsys, 2, "unrecognized arguments: --colour", *render, "--colour", "1,1,1")
     fails(capsys, 2, "view: expected one of", *render, "--level", "0", "--view", "within")
     fails(capsys, 2, "spacing: expected positive numbers", *render, "--spacing", "1,-1,1")
