@@ -270,10 +270,11 @@ struct RootSearch {
 };
 
 // Newton's method in double precision until a step is below 1e-9 of a voxel: the step after would be below rounding,
-// and the gradient is that of the root. Returns the lanes where it arrives, within [t_near, t_far].
+// and the gradient is that of the root. Returns the wanted lanes where it arrives, within [t_near, t_far]; others do not
+// hold these up.
 template <int Degree, class D, class V>
 HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, const glm::dvec3& lower,
-                                  RootSearch<V>& search)
+                                  hn::Mask<D> wanted, RootSearch<V>& search)
 {
     constexpr int iteration_limit = 5;
     V speed = hn::Zero(d);
@@ -281,7 +282,7 @@ HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, 
         speed = hn::Max(speed, hn::Abs(search.direction[axis]));
         search.gradient[axis] = hn::Zero(d);
     }
-    auto done = hn::Lt(speed, hn::Zero(d)); // nowhere
+    auto done = hn::Not(wanted);
     for (int iteration = 0; iteration < iteration_limit; ++iteration) {
         V local[3], gradient[3];
         for (int axis = 0; axis < 3; ++axis)
@@ -299,7 +300,7 @@ HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, 
         if (hn::AllTrue(d, done))
             break;
     }
-    return hn::And(done, hn::And(hn::Ge(search.t, search.t_near), hn::Le(search.t, search.t_far)));
+    return hn::And(hn::And(done, wanted), hn::And(hn::Ge(search.t, search.t_near), hn::Le(search.t, search.t_far)));
 }
 
 } // namespace HWY_NAMESPACE

@@ -168,8 +168,7 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
             search.t_far = hn::Load(d, segments.t_far + first);
             search.t = hn::MulAdd(hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
                                   hn::Sub(search.t_far, search.t_near), search.t_near);
-            const auto arrived =
-                hn::And(RefineRoot<Degree>(d, coefficients, cell.lower, search), ToMask(d, wanted, first));
+            const auto arrived = RefineRoot<Degree>(d, coefficients, cell.lower, ToMask(d, wanted, first), search);
             const auto nearest = hn::And(arrived, hn::Le(search.t, hn::Load(d, roots.t + first)));
             hn::BlendedStore(search.t, nearest, d, roots.t + first);
             for (int axis = 0; axis < 3; ++axis)

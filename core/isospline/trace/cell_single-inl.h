@@ -140,7 +140,7 @@ HWY_INLINE std::optional<RootInCell> FirstRoot(const CellBlock& cell, const glm:
         search.t_far = hn::Set(one, inside.t_far);
         search.t =
             hn::MulAdd(hn::Set(one, static_cast<double>(s)), hn::Sub(search.t_far, search.t_near), search.t_near);
-        if (hn::AllTrue(one, RefineRoot<Degree>(one, coefficients, cell.lower, search)))
+        if (hn::AllTrue(one, RefineRoot<Degree>(one, coefficients, cell.lower, hn::FirstN(one, 1), search)))
             return RootInCell{
                 hn::GetLane(search.t),
                 {hn::GetLane(search.gradient[0]), hn::GetLane(search.gradient[1]), hn::GetLane(search.gradient[2])}};
