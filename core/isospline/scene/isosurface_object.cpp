@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -19,6 +20,14 @@ namespace {
 
 /// Room for scenes of some hundred cells across, at no cost that shows.
 constexpr double least_box_margin = 0x1p-10;
+
+/// Bit i for lane i, for loops that a compiler makes vectors of.
+constexpr auto lane_bits = [] {
+    std::array<LaneMask, LatticeRayPacket::capacity> bits{};
+    for (std::size_t lane = 0; lane < bits.size(); ++lane)
+        bits[lane] = LaneMask{1} << lane;
+    return bits;
+}();
 
 /// Of the cells that a ray meets, the one that it meets first.
 int nearest_cell(const GroupEntries& entries)
@@ -96,6 +105,25 @@ void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3
     }
 }
 
+void IsosurfaceObject::complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes,
+                                const RootPacket& roots, const Placement& placement) const
+{
+    NormalPacket normals;
+    surface_normals(roots, surface_->options().inside, placement.world_to_local, normals);
+    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const auto i = static_cast<std::size_t>(lane);
+        Hit& hit = hits[i];
+        if (surface_->is_cap(hit.primitive_id)) {
+            complete(hit, rays_world[i], roots.root(lane).gradient, placement);
+            continue;
+        }
+        hit.position = rays_world[i].at(hit.t);
+        hit.normal = {normals.normal[0][lane], normals.normal[1][lane], normals.normal[2][lane]};
+        hit.gradient_magnitude = normals.magnitude[lane];
+    }
+}
+
 bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
 {
     return rising == (surface_->options().inside == Inside::above);
@@ -165,8 +193,7 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         if (static_cast<double>(entries.t_near[cell]) > query.nearest.t)
             return;
         entries.cells &= ~(1u << cell);
-        const std::uint32_t row = group.row(cell);
-        const std::optional<RootInCell> root = intersector_.first_root(cell_block(row), lattice_ray);
+        const std::optional<RootInCell> root = intersector_.first_root(cell_block(group, cell), lattice_ray);
         if (!root || root->t > query.nearest.t)
             continue;
         query.nearest = *root;
@@ -174,7 +201,7 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         hit.Ng_x = hit.Ng_y = hit.Ng_z = 0.0f;
         hit.u = hit.v = 0.0f;
         hit.geomID = 0;
-        hit.primID = row;
+        hit.primID = group.row(cell);
         hit.instID[0] = slot;
     }
 }
@@ -185,11 +212,11 @@ void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query, cons
     const GroupEntries entries = culler_.entries(group, ray, static_cast<float>(box_margin_));
     std::vector<CrossingInCell> crossings;
     for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u) {
-        const std::uint32_t row = group.row(std::countr_zero(rest));
+        const int cell = std::countr_zero(rest);
         crossings.clear();
-        intersector_.all_roots(cell_block(row), ray, crossings);
+        intersector_.all_roots(cell_block(group, cell), ray, crossings);
         for (const CrossingInCell& crossing : crossings)
-            query.all->push_back({crossing, glm::vec2(0.0f), query.instID[0], row});
+            query.all->push_back({crossing, glm::vec2(0.0f), query.instID[0], group.row(cell)});
     }
 }
 
@@ -201,7 +228,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     const unsigned int size = arguments.N;
     LaneMask active = 0;
     for (unsigned int lane = 0; lane < size; ++lane)
-        active |= static_cast<LaneMask>(arguments.valid[lane] == -1) << lane;
+        active |= static_cast<LaneMask>(arguments.valid[lane]) & lane_bits[lane];
     active &= query.clip_leaves;
     const bool of_caps = arguments.primID >= groups_.size();
     if (const LaneMask at_caps = of_caps ? active : active & query.enters_cap; at_caps != 0)
@@ -227,8 +254,12 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         const std::size_t cell = i ^ flip;
         if (lanes[cell] == 0)
             continue;
-        const std::uint32_t row = group.row(static_cast<int>(cell));
-        const LaneMask found = intersector_.first_roots(cell_block(row), query.in_lattice, lanes[cell], query.nearest);
+        const int member = static_cast<int>(cell);
+        const LaneMask found =
+            intersector_.first_roots(cell_block(group, member), query.in_lattice, lanes[cell], query.nearest);
+        if (found == 0)
+            continue;
+        const std::uint32_t row = group.row(member);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const auto lane = static_cast<unsigned int>(std::countr_zero(rest));
             t_far[lane] = rounded_up(query.nearest.t[lane]);
@@ -262,7 +293,7 @@ bool IsosurfaceObject::is_occluded(unsigned int primitive, const RayQuery& query
     const CellGroup& group = groups_[primitive];
     const GroupEntries entries = culler_.entries(group, query.in_lattice, static_cast<float>(box_margin_));
     for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u)
-        if (intersector_.any_root(cell_block(group.row(std::countr_zero(rest))), query.in_lattice))
+        if (intersector_.any_root(cell_block(group, std::countr_zero(rest)), query.in_lattice))
             return true;
     return false;
 }

@@ -30,6 +30,8 @@ public:
     std::size_t memory() const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
+    void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
+                  const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
                           const Placement& placement) const override;
@@ -37,9 +39,9 @@ public:
                                const Placement& placement) const override;
 
 private:
-    CellBlock cell_block(std::uint32_t row) const
+    CellBlock cell_block(const CellGroup& group, int cell) const
     {
-        return {surface_->volume(), surface_->threshold(), surface_->shell().cells()[row]};
+        return {surface_->volume(), surface_->threshold(), group.cell(cell)};
     }
 
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;

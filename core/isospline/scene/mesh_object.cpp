@@ -7,6 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vector_relational.hpp>
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -68,6 +69,15 @@ void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, con
         hit.t = t_plane;
     hit.position = ray_world.at(hit.t);
     hit.normal = area > 0.0 ? normal / area : glm::dvec3(0.0);
+}
+
+void MeshObject::complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket&,
+                          const Placement& placement) const
+{
+    for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
+        const auto i = static_cast<std::size_t>(std::countr_zero(rest));
+        complete(hits[i], rays_world[i], glm::dvec3(0.0), placement);
+    }
 }
 
 bool MeshObject::is_entering(const Hit& hit, const Ray& ray_world, bool) const

@@ -21,6 +21,8 @@ public:
     void build(Device& device, double rounding_error_local, const Progress& progress) override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
+    void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
+                  const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
                           const Placement& placement) const override;

@@ -5,10 +5,12 @@
 #include "isospline/math/ray.h"
 #include "isospline/scene/device.h"
 #include "isospline/trace/hit.h"
+#include "isospline/trace/lattice_ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 
 #include <cstddef>
+#include <span>
 
 namespace isospline {
 
@@ -43,6 +45,9 @@ public:
     /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
     /// is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
+                          const Placement& placement) const = 0;
+    /// The same, bit for bit, for hits of a packet: lane i is hits[i], whose ray is rays_world[i].
+    virtual void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
                           const Placement& placement) const = 0;
     /// Whether the ray goes to the inner side at a complete hit; `rising` tells of an isosurface that f grows there.
     virtual bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const = 0;

@@ -53,18 +53,32 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
             valid[lane] = -static_cast<int>(used >> lane & 1u);
         embree::intersect_coherent(tops[camera_top].get(), query, valid, packet);
 
+        LaneMask unfinished = 0;
         for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
             if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID)
                 continue;
-            const std::size_t i = first + static_cast<std::size_t>(lane);
+            unfinished |= LaneMask{1} << lane;
+            Hit& hit = hits[first + static_cast<std::size_t>(lane)];
             const double t = std::min(query.nearest.t[lane], static_cast<double>(packet.ray.tfar[lane]));
-            hits[i].t = query.prepared.original_t(lane, t);
-            const Instance& instance = *instances[packet.hit.instID[0][lane]];
-            hits[i].geometry_id = instance.id;
-            hits[i].primitive_id = packet.hit.primID[lane];
-            hits[i].uv = {packet.hit.u[lane], packet.hit.v[lane]};
-            instance.object->complete(hits[i], rays[i], query.nearest.root(lane).gradient, instance.placement);
+            hit.t = query.prepared.original_t(lane, t);
+            hit.primitive_id = packet.hit.primID[lane];
+            hit.uv = {packet.hit.u[lane], packet.hit.v[lane]};
+        }
+        while (unfinished != 0) {
+            const unsigned int slot = packet.hit.instID[0][std::countr_zero(unfinished)];
+            const Instance& instance = *instances[slot];
+            LaneMask of_instance = 0;
+            for (LaneMask rest = unfinished; rest != 0; rest &= rest - 1u) {
+                const int lane = std::countr_zero(rest);
+                if (packet.hit.instID[0][lane] != slot)
+                    continue;
+                of_instance |= LaneMask{1} << lane;
+                hits[first + static_cast<std::size_t>(lane)].geometry_id = instance.id;
+            }
+            instance.object->complete(hits.subspan(first, count), rays.subspan(first, count), of_instance,
+                                      query.nearest, instance.placement);
+            unfinished &= ~of_instance;
         }
     }
 }

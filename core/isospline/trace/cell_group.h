@@ -20,6 +20,15 @@ namespace isospline {
 struct CellGroup {
     static constexpr int capacity = 8;
 
+    /// Cell i of the block, member or not.
+    Cell cell(int i) const
+    {
+        const auto at = [&](std::size_t axis) {
+            return static_cast<std::uint16_t>(corner[axis] + (static_cast<unsigned>(i) >> axis & 1u));
+        };
+        return {at(0), at(1), at(2)};
+    }
+
     /// Row of Shell::cells() of a cell that is a member.
     std::uint32_t row(int cell) const
     {

@@ -270,8 +270,8 @@ struct RootSearch {
 };
 
 // Newton's method in double precision until a step is below 1e-9 of a voxel: the step after would be below rounding,
-// and the gradient is that of the root. Returns the wanted lanes where it arrives, within [t_near, t_far]; others do not
-// hold these up.
+// and the gradient is that of the root. Returns the wanted lanes where it arrives, within [t_near, t_far]; others do
+// not hold these up.
 template <int Degree, class D, class V>
 HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, const glm::dvec3& lower,
                                   hn::Mask<D> wanted, RootSearch<V>& search)
