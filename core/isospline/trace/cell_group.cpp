@@ -121,10 +121,14 @@ std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const La
                 along_direction = hn::MulAdd(normal, hn::Load(d, rays.direction_single[axis] + first), along_direction);
                 to_cell = hn::MulAdd(normal, to_lower, to_cell);
             }
-            ClipToOrientedSlab(d, hn::Set(d, static_cast<float>(group.slab_lower[cell]) - SlabMargin(margin)),
-                               hn::Set(d, static_cast<float>(group.slab_upper[cell]) + SlabMargin(margin)),
-                               along_direction, to_cell, near_t, far_t);
-            lanes[cell] |= ToLaneMask(d, hn::Le(near_t, far_t), first);
+            // <normal, local> where the ray enters the cell and where it leaves.
+            const V entry = hn::MulSub(along_direction, near_t, to_cell);
+            const V exit = hn::MulSub(along_direction, far_t, to_cell);
+            const V slab_lower = hn::Set(d, static_cast<float>(group.slab_lower[cell]) - SlabMargin(margin));
+            const V slab_upper = hn::Set(d, static_cast<float>(group.slab_upper[cell]) + SlabMargin(margin));
+            const auto in_slab =
+                hn::And(hn::Le(hn::Min(entry, exit), slab_upper), hn::Ge(hn::Max(entry, exit), slab_lower));
+            lanes[cell] |= ToLaneMask(d, hn::And(hn::Le(near_t, far_t), in_slab), first);
         }
         lanes[cell] &= active;
     }

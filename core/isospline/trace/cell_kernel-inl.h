@@ -147,11 +147,17 @@ HWY_INLINE void ContractX(const V (&wx)[Degree + 1], const V (&y)[2 * Degree + 1
             scaled[p + q] = hn::MulAdd(wx[p], y[q], scaled[p + q]);
 }
 
+// About where a polynomial has its root, and its derivative there.
+template <class V>
+struct RootEstimate {
+    V s, slope;
+};
+
 // The root in [0, 1] of polynomials in scaled Bernstein form that have exactly one: Newton's method on the monomial
 // form, kept inside a shrinking bracket, from where the control polygon crosses zero. Good for a start in double
 // precision, no more.
 template <int Order, class D, class V>
-HWY_INLINE V ApproximateRoot(D d, const V (&scaled)[Order + 1])
+HWY_INLINE RootEstimate<V> EstimateRoot(D d, const V (&scaled)[Order + 1])
 {
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     V b[Order + 1];
@@ -175,14 +181,17 @@ HWY_INLINE V ApproximateRoot(D d, const V (&scaled)[Order + 1])
     for (int k = 1; k < Order; ++k)
         b[k] = hn::Mul(b[k], hn::Set(d, static_cast<float>(binomials<Order>[k])));
 
-    V lower = zero, upper = one;
+    V lower = zero, upper = one, slope = zero;
     constexpr int steps = 3;
-    for (int step = 0; step < steps; ++step) {
-        V value = b[Order], slope = zero;
+    for (int step = 0;; ++step) {
+        V value = b[Order];
+        slope = zero;
         for (int k = Order - 1; k >= 0; --k) {
             slope = hn::MulAdd(slope, s, value);
             value = hn::MulAdd(value, s, b[k]);
         }
+        if (step == steps)
+            break;
         const auto right_of_root = hn::Xor(hn::Lt(value, zero), negative_at_0);
         lower = hn::IfThenElse(right_of_root, lower, s);
         upper = hn::IfThenElse(right_of_root, s, upper);
@@ -190,7 +199,7 @@ HWY_INLINE V ApproximateRoot(D d, const V (&scaled)[Order + 1])
         const auto inside = hn::And(hn::Ge(newton, lower), hn::Le(newton, upper));
         s = hn::IfThenElse(inside, newton, hn::Mul(hn::Set(d, 0.5f), hn::Add(lower, upper)));
     }
-    return s;
+    return {s, slope};
 }
 
 // Weights of the n+1 coefficients along one axis at local coordinates u, and their derivatives.
@@ -228,6 +237,29 @@ HWY_INLINE void PointWeights(D d, V u, V (&w)[Degree + 1], V (&dw)[Degree + 1])
     }
 }
 
+// f - level at local coordinates of a cell.
+template <int Degree, class D, class V>
+HWY_INLINE V Value(D d, const double* HWY_RESTRICT coefficients, const V (&local)[3])
+{
+    V x[Degree + 1], y[Degree + 1], z[Degree + 1], unused[Degree + 1];
+    PointWeights<Degree>(d, local[0], x, unused);
+    PointWeights<Degree>(d, local[1], y, unused);
+    PointWeights<Degree>(d, local[2], z, unused);
+    V value = hn::Zero(d);
+    for (int k = 0; k <= Degree; ++k) {
+        V plane = hn::Zero(d);
+        for (int j = 0; j <= Degree; ++j) {
+            const double* row = coefficients + (k * (Degree + 1) + j) * local_row;
+            V line = hn::Mul(x[0], hn::Set(d, row[0]));
+            for (int i = 1; i <= Degree; ++i)
+                line = hn::MulAdd(x[i], hn::Set(d, row[i]), line);
+            plane = hn::MulAdd(y[j], line, plane);
+        }
+        value = hn::MulAdd(z[k], plane, value);
+    }
+    return value;
+}
+
 // f - level and the gradient of f, by lattice coordinates, at local coordinates of a cell.
 template <int Degree, class D, class V>
 HWY_INLINE V ValueAndGradient(D d, const double* HWY_RESTRICT coefficients, const V (&local)[3], V (&gradient)[3])
@@ -261,17 +293,35 @@ HWY_INLINE V ValueAndGradient(D d, const double* HWY_RESTRICT coefficients, cons
     return value;
 }
 
-// Rays that have exactly one root in [t_near, t_far] each, and t near it.
+// Rays that have exactly one root in [t_near, t_far] each; t is near it, and slope about the derivative of f by t
+// there.
 template <class V>
 struct RootSearch {
+    // Begins where single precision has the root, on the way from t_near to t_far.
+    HWY_INLINE void begin(V near_limit, V far_limit, RootEstimate<V> estimate)
+    {
+        t_near = near_limit;
+        t_far = far_limit;
+        const V way = hn::Sub(t_far, t_near);
+        t = hn::MulAdd(estimate.s, way, t_near);
+        slope = hn::Div(estimate.slope, way);
+    }
+
+    template <class D>
+    HWY_INLINE void local(D d, const glm::dvec3& lower, V (&coordinates)[3]) const
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            coordinates[axis] = hn::Sub(hn::Add(origin[axis], hn::Mul(t, direction[axis])), hn::Set(d, lower[axis]));
+    }
+
     V origin[3], direction[3];
-    V t_near, t_far, t;
+    V t_near, t_far, t, slope;
     V gradient[3];
 };
 
-// Newton's method in double precision until a step is below 1e-9 of a voxel: the step after would be below rounding,
-// and the gradient is that of the root. Returns the wanted lanes where it arrives, within [t_near, t_far]; others do
-// not hold these up.
+// Newton's method in double precision, the first step with the slope that is given, until a step is below 1e-9 of a
+// voxel: the step after would be below rounding, and the gradient is that of the root. Returns the wanted lanes where
+// it arrives, within [t_near, t_far]; others do not hold these up.
 template <int Degree, class D, class V>
 HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, const glm::dvec3& lower,
                                   hn::Mask<D> wanted, RootSearch<V>& search)
@@ -282,12 +332,12 @@ HWY_INLINE hn::Mask<D> RefineRoot(D d, const double* HWY_RESTRICT coefficients, 
         speed = hn::Max(speed, hn::Abs(search.direction[axis]));
         search.gradient[axis] = hn::Zero(d);
     }
+    V local[3], gradient[3];
+    search.local(d, lower, local);
+    search.t = hn::Sub(search.t, hn::Div(Value<Degree>(d, coefficients, local), search.slope));
     auto done = hn::Not(wanted);
     for (int iteration = 0; iteration < iteration_limit; ++iteration) {
-        V local[3], gradient[3];
-        for (int axis = 0; axis < 3; ++axis)
-            local[axis] = hn::Sub(hn::Add(search.origin[axis], hn::Mul(search.t, search.direction[axis])),
-                                  hn::Set(d, lower[axis]));
+        search.local(d, lower, local);
         const V value = ValueAndGradient<Degree>(d, coefficients, local, gradient);
         V slope = hn::Mul(gradient[0], search.direction[0]);
         slope = hn::MulAdd(gradient[1], search.direction[1], slope);

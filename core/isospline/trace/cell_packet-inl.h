@@ -71,6 +71,7 @@ HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& ra
 struct PacketVerdict {
     LaneMask one_root, undecided;
     alignas(64) float s[LatticeRayPacket::capacity]; ///< with one root, about where it is
+    alignas(64) float slope[LatticeRayPacket::capacity];
 };
 
 template <int Degree>
@@ -126,8 +127,11 @@ HWY_INLINE PacketVerdict JudgePacket(const CellBlock& cell, const PacketSegments
         const LaneMask no_root = ToLaneMask(d, in_first, first), one_root = ToLaneMask(d, in_other, first) & wanted;
         verdict.one_root |= one_root;
         verdict.undecided |= wanted & ~no_root & ~one_root;
-        if (one_root != 0)
-            hn::Store(ApproximateRoot<order>(d, scaled), d, verdict.s + first);
+        if (one_root != 0) {
+            const RootEstimate<V> estimate = EstimateRoot<order>(d, scaled);
+            hn::Store(estimate.s, d, verdict.s + first);
+            hn::Store(estimate.slope, d, verdict.slope + first);
+        }
     }
     return verdict;
 }
@@ -164,10 +168,9 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
                 search.origin[axis] = hn::Load(d, rays.origin[axis] + first);
                 search.direction[axis] = hn::Load(d, rays.direction[axis] + first);
             }
-            search.t_near = hn::Load(d, segments.t_near + first);
-            search.t_far = hn::Load(d, segments.t_far + first);
-            search.t = hn::MulAdd(hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
-                                  hn::Sub(search.t_far, search.t_near), search.t_near);
+            search.begin(hn::Load(d, segments.t_near + first), hn::Load(d, segments.t_far + first),
+                         {hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
+                          hn::PromoteTo(d, hn::Load(to_float, verdict.slope + first))});
             const auto arrived = RefineRoot<Degree>(d, coefficients, cell.lower, ToMask(d, wanted, first), search);
             const auto nearest = hn::And(arrived, hn::Le(search.t, hn::Load(d, roots.t + first)));
             hn::BlendedStore(search.t, nearest, d, roots.t + first);

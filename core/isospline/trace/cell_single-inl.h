@@ -81,9 +81,10 @@ HWY_INLINE void SegmentPolynomial(const float* HWY_RESTRICT coefficients, const 
     }
 }
 
-// What single precision proves from `entry` to `exit`, and with one_root an approximation to where it is, in [0, 1].
+// What single precision proves from `entry` to `exit`, and with one_root about where it is, in [0, 1].
 template <int Degree>
-HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const glm::dvec3& exit, float& s)
+HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const glm::dvec3& exit,
+                         RootEstimate<float>& estimate)
 {
     alignas(64) float coefficients[local_count<Degree>];
     const float error = LoadReduced<Degree>(cell, coefficients);
@@ -112,7 +113,8 @@ HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const g
     const bool last_is_suffix = last != 0 && (last == rest || last == (rest & (rest - 1u)));
     if (!first_is_prefix || !last_is_suffix)
         return Verdict::undecided;
-    s = hn::GetLane(ApproximateRoot<order>(one, scaled));
+    const auto found = EstimateRoot<order>(one, scaled);
+    estimate = {hn::GetLane(found.s), hn::GetLane(found.slope)};
     return Verdict::one_root;
 }
 
@@ -123,8 +125,8 @@ HWY_INLINE std::optional<RootInCell> FirstRoot(const CellBlock& cell, const glm:
 {
     const glm::dvec3 entry = (origin + inside.t_near * direction) - cell.lower;
     const glm::dvec3 exit = (origin + inside.t_far * direction) - cell.lower;
-    float s;
-    switch (Judge<Degree>(cell, entry, exit, s)) {
+    RootEstimate<float> estimate;
+    switch (Judge<Degree>(cell, entry, exit, estimate)) {
     case Verdict::no_root:
         return std::nullopt;
     case Verdict::one_root: {
@@ -136,10 +138,9 @@ HWY_INLINE std::optional<RootInCell> FirstRoot(const CellBlock& cell, const glm:
             search.origin[axis] = hn::Set(one, origin[axis]);
             search.direction[axis] = hn::Set(one, direction[axis]);
         }
-        search.t_near = hn::Set(one, inside.t_near);
-        search.t_far = hn::Set(one, inside.t_far);
-        search.t =
-            hn::MulAdd(hn::Set(one, static_cast<double>(s)), hn::Sub(search.t_far, search.t_near), search.t_near);
+        search.begin(
+            hn::Set(one, inside.t_near), hn::Set(one, inside.t_far),
+            {hn::Set(one, static_cast<double>(estimate.s)), hn::Set(one, static_cast<double>(estimate.slope))});
         if (hn::AllTrue(one, RefineRoot<Degree>(one, coefficients, cell.lower, hn::FirstN(one, 1), search)))
             return RootInCell{
                 hn::GetLane(search.t),
@@ -167,9 +168,9 @@ bool SingleAnyRoot(const CellBlock& cell, const LatticeRay& ray)
     const Interval inside = ray.inside_cell(cell.lower);
     if (inside.t_near > inside.t_far)
         return false;
-    float s;
+    RootEstimate<float> estimate;
     const Verdict verdict =
-        Judge<Degree>(cell, ray.at(inside.t_near) - cell.lower, ray.at(inside.t_far) - cell.lower, s);
+        Judge<Degree>(cell, ray.at(inside.t_near) - cell.lower, ray.at(inside.t_far) - cell.lower, estimate);
     return verdict == Verdict::one_root ||
            (verdict == Verdict::undecided &&
             reference_first_root<Degree>(cell, ray.origin, ray.direction, inside).has_value());
