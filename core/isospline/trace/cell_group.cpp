@@ -138,18 +138,54 @@ std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const La
 // Lanes are the cells of a group, as many as there is room for.
 using Cells = hn::CappedTag<float, CellGroup::capacity>;
 
+// B-spline coefficients along a line to the Bernstein coefficients of the same polynomial in the cell.
+template <int Degree, class D, class Item>
+HWY_INLINE void LineToBernstein(D d, const Item& c)
+{
+    using V = hn::Vec<D>;
+    const V half = hn::Set(d, 0.5f);
+    if constexpr (Degree == 2) {
+        c(0) = hn::Mul(half, hn::Add(c(0), c(1)));
+        c(2) = hn::Mul(half, hn::Add(c(1), c(2)));
+    } else if constexpr (Degree == 3) {
+        // Knots are inserted where the cell begins and ends.
+        const auto third = [&](V near, V far) HWY_ATTR {
+            return hn::Mul(hn::Set(d, 1.0f / 3.0f), hn::MulAdd(hn::Set(d, 2.0f), near, far));
+        };
+        const V before = third(c(1), c(0)), after = third(c(2), c(3));
+        const V left = third(c(1), c(2)), right = third(c(2), c(1));
+        c(0) = hn::Mul(half, hn::Add(before, left));
+        c(1) = left;
+        c(2) = right;
+        c(3) = hn::Mul(half, hn::Add(right, after));
+    }
+}
+
+// The same along all axes of a cell, x being the last.
+template <int Degree, class D, class V>
+HWY_INLINE void CellToBernstein(D d, V (&c)[Degree + 1][Degree + 1][Degree + 1])
+{
+    const auto for_each_line = [](const auto& convert) HWY_ATTR {
+        for (int p = 0; p <= Degree; ++p)
+            for (int q = 0; q <= Degree; ++q)
+                convert(p, q);
+    };
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][q][i]; }); });
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][i][q]; }); });
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[i][p][q]; }); });
+}
+
 // Sets slabs along the mean gradients of the cells.
 //
-// B-splines reproduce linear functions: a linear l is the spline whose coefficients are its values at the Greville
-// abscissae, (n+1)/2 apart from the first knot. So f - l is the spline of the differences, and lies between the least
-// and the largest of them, as the weights are not negative and sum to one. Where f is the level, l is between the
-// negatives of these.
+// In Bernstein form, a linear l has its values at the Greville abscissae as coefficients, 1/n apart. So f - l has the
+// differences as coefficients, and lies between the least and the largest of them, as the weights are not negative and
+// sum to one. Where f is the level, l is between the negatives of these.
 template <int Degree>
 void SetSlabs(CellGroup& group, const CellBlock& corner)
 {
     // Positions of coefficients from the middle of the cell.
     constexpr int count = Degree + 1;
-    constexpr auto position = [](int i) { return static_cast<float>(i) - 0.5f * Degree; };
+    constexpr auto position = [](int i) { return static_cast<float>(i) / Degree - 0.5f; };
     float squares_of_positions = 0.0f;
     for (int i = 0; i < count; ++i)
         squares_of_positions += position(i) * position(i) * static_cast<float>(count * count);
@@ -167,12 +203,18 @@ void SetSlabs(CellGroup& group, const CellBlock& corner)
         V coefficients[count][count][count];
         V magnitude = zero, sums[3] = {zero, zero, zero};
         for (int k = 0; k < count; ++k)
-            for (int j = 0; j < count; ++j) {
-                V sum = zero;
+            for (int j = 0; j < count; ++j)
                 for (int i = 0; i < count; ++i) {
                     const V coefficient = hn::Sub(look_up(i, j, k), threshold);
                     coefficients[k][j][i] = coefficient;
                     magnitude = hn::Max(magnitude, hn::Abs(coefficient));
+                }
+        CellToBernstein<Degree>(d, coefficients);
+        for (int k = 0; k < count; ++k)
+            for (int j = 0; j < count; ++j) {
+                V sum = zero;
+                for (int i = 0; i < count; ++i) {
+                    const V coefficient = coefficients[k][j][i];
                     sum = hn::Add(sum, coefficient);
                     sums[0] = hn::MulAdd(hn::Set(d, position(i)), coefficient, sums[0]);
                 }
@@ -205,9 +247,9 @@ void SetSlabs(CellGroup& group, const CellBlock& corner)
                 }
             }
 
-        // A difference is off by at most 16 roundings of numbers of at most 5 times the magnitude, and the threshold's
-        // own.
-        const V rounding = hn::Mul(hn::Set(d, 0x1p-24f), hn::MulAdd(hn::Set(d, 80.0f), magnitude,
+        // A Bernstein coefficient is off by at most 4 roundings an axis, of numbers of at most 3 times the magnitude, a
+        // difference by 16 more, of at most 5 times the magnitude, and both by the threshold's own.
+        const V rounding = hn::Mul(hn::Set(d, 0x1p-24f), hn::MulAdd(hn::Set(d, 116.0f), magnitude,
                                                                     hn::Set(d, 2.0f * std::abs(single_threshold))));
         const V middle = hn::Mul(hn::Set(d, 0.5f), hn::Add(normal[0], hn::Add(normal[1], normal[2])));
         const V of_the_quotient = hn::Set(d, 1e-4f), least_byte = hn::Set(d, -128.0f), most_byte = hn::Set(d, 127.0f);
