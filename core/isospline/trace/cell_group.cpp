@@ -32,15 +32,15 @@ HWY_INLINE void ClipToSlab(V lower, V upper, V inverse_direction, V& t_near, V& 
     t_far = hn::Min(t_far, hn::Max(to_lower, to_upper));
 }
 
-// Narrows it to the slab lower <= <normal, x> <= upper, given the products of the normal with the ray's direction and
-// with the way from its origin to where x is 0.
-template <class D, class V>
-HWY_INLINE void ClipToOrientedSlab(D d, V lower, V upper, V along_direction, V to_corner, V& t_near, V& t_far)
+// Whether [t_near, t_far] is not empty and a part of it in the slab lower <= <normal, x> <= upper, given the products
+// of the normal with the ray's direction and with the way from its origin to where x is 0.
+template <class V>
+HWY_INLINE auto MeetsOrientedSlab(V lower, V upper, V along_direction, V to_corner, V t_near, V t_far)
 {
-    const V tiny = hn::Set(d, 1e-30f);
-    const auto parallel = hn::Lt(hn::Abs(along_direction), tiny);
-    const V inverse = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(parallel, tiny, along_direction));
-    ClipToSlab(hn::Add(lower, to_corner), hn::Add(upper, to_corner), inverse, t_near, t_far);
+    const V at_entry = hn::MulSub(along_direction, t_near, to_corner);
+    const V at_exit = hn::MulSub(along_direction, t_far, to_corner);
+    const auto in_slab = hn::And(hn::Le(hn::Min(at_entry, at_exit), upper), hn::Ge(hn::Max(at_entry, at_exit), lower));
+    return hn::And(hn::Le(t_near, t_far), in_slab);
 }
 
 // A margin in units of <normal, x>, given that along an axis: normals have three components of at most 31.
@@ -76,10 +76,11 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
             to_corner = hn::MulAdd(normal, to_lower, to_corner);
         }
         const V slab_margin = hn::Set(d, SlabMargin(margin));
-        ClipToOrientedSlab(d, hn::Sub(load(group.slab_lower), slab_margin),
-                           hn::Add(load(group.slab_upper), slab_margin), along_direction, to_corner, t_near, t_far);
+        const auto meets =
+            MeetsOrientedSlab(hn::Sub(load(group.slab_lower), slab_margin),
+                              hn::Add(load(group.slab_upper), slab_margin), along_direction, to_corner, t_near, t_far);
         hn::Store(t_near, d, entries.t_near + first);
-        entries.cells |= ToLaneMask(d, hn::Le(t_near, t_far), first);
+        entries.cells |= ToLaneMask(d, meets, first);
     }
     entries.cells &= group.members;
     return entries;
@@ -121,14 +122,10 @@ std::array<LaneMask, CellGroup::capacity> Lanes(const CellGroup& group, const La
                 along_direction = hn::MulAdd(normal, hn::Load(d, rays.direction_single[axis] + first), along_direction);
                 to_cell = hn::MulAdd(normal, to_lower, to_cell);
             }
-            // <normal, local> where the ray enters the cell and where it leaves.
-            const V entry = hn::MulSub(along_direction, near_t, to_cell);
-            const V exit = hn::MulSub(along_direction, far_t, to_cell);
             const V slab_lower = hn::Set(d, static_cast<float>(group.slab_lower[cell]) - SlabMargin(margin));
             const V slab_upper = hn::Set(d, static_cast<float>(group.slab_upper[cell]) + SlabMargin(margin));
-            const auto in_slab =
-                hn::And(hn::Le(hn::Min(entry, exit), slab_upper), hn::Ge(hn::Max(entry, exit), slab_lower));
-            lanes[cell] |= ToLaneMask(d, hn::And(hn::Le(near_t, far_t), in_slab), first);
+            const auto meets = MeetsOrientedSlab(slab_lower, slab_upper, along_direction, to_cell, near_t, far_t);
+            lanes[cell] |= ToLaneMask(d, meets, first);
         }
         lanes[cell] &= active;
     }
