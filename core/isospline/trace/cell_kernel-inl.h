@@ -166,13 +166,14 @@ HWY_INLINE RootEstimate<V> EstimateRoot(D d, const V (&scaled)[Order + 1])
     const auto negative_at_0 = hn::Lt(b[0], zero);
 
     // The two control points of opposite signs; there is one such pair.
-    V s = zero;
-    for (int r = 0; r < Order; ++r) {
+    V before = b[0], after = b[1], first = zero;
+    for (int r = 1; r < Order; ++r) {
         const auto crosses = hn::Xor(hn::Lt(b[r], zero), hn::Lt(b[r + 1], zero));
-        const V at = hn::Add(hn::Set(d, static_cast<float>(r)), hn::Div(b[r], hn::Sub(b[r], b[r + 1])));
-        s = hn::IfThenElse(crosses, at, s);
+        before = hn::IfThenElse(crosses, b[r], before);
+        after = hn::IfThenElse(crosses, b[r + 1], after);
+        first = hn::IfThenElse(crosses, hn::Set(d, static_cast<float>(r)), first);
     }
-    s = hn::Mul(s, hn::Set(d, 1.0f / Order));
+    V s = hn::Mul(hn::Add(first, hn::Div(before, hn::Sub(before, after))), hn::Set(d, 1.0f / Order));
 
     // Monomial coefficients: the k-th forward differences times C(Order, k).
     for (int k = 1; k <= Order; ++k)

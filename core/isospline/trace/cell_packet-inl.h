@@ -28,9 +28,9 @@ struct PacketSegments {
     alignas(64) float exit[3][LatticeRayPacket::capacity];
 };
 
-// Clips rays against a cell; returns those that are inside anywhere.
-HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active,
-                               PacketSegments& segments)
+// Clips rays against a cell; returns those that are inside anywhere before t_limit.
+HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& rays, const double* HWY_RESTRICT t_limit,
+                               LaneMask active, PacketSegments& segments)
 {
     const Doubles d;
     using V = hn::Vec<Doubles>;
@@ -52,7 +52,7 @@ HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& ra
             t_near = hn::Max(t_near, hn::Min(to_lower, to_upper));
             t_far = hn::Min(t_far, hn::Max(to_lower, to_upper));
         }
-        inside |= ToLaneMask(d, hn::Le(t_near, t_far), first);
+        inside |= ToLaneMask(d, hn::Le(t_near, hn::Min(t_far, hn::Load(d, t_limit + first))), first);
         hn::Store(t_near, d, segments.t_near + first);
         hn::Store(t_far, d, segments.t_far + first);
         for (int axis = 0; axis < 3; ++axis) {
@@ -140,7 +140,7 @@ template <int Degree>
 LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots)
 {
     PacketSegments segments;
-    const LaneMask inside = ClipPacket(cell, rays, active, segments);
+    const LaneMask inside = ClipPacket(cell, rays, roots.t, active, segments);
     if (inside == 0)
         return 0;
 
@@ -198,7 +198,7 @@ template <int Degree>
 LaneMask PacketAnyRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active)
 {
     PacketSegments segments;
-    const LaneMask inside = ClipPacket(cell, rays, active, segments);
+    const LaneMask inside = ClipPacket(cell, rays, rays.t_far, active, segments);
     if (inside == 0)
         return 0;
     const PacketVerdict verdict = JudgePacket<Degree>(cell, segments, inside);
