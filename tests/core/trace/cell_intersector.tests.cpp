@@ -3,6 +3,7 @@
 #include "isospline/trace/cell_group.h"
 #include "isospline/trace/cell_intersector.h"
 #include "isospline/trace/ray_polynomial.h"
+#include "isospline/trace/surface_hit.h"
 
 #include <glm/geometric.hpp>
 
@@ -274,6 +275,54 @@ TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD
             found += check_packet(intersector, cell, random, active);
         }
         REQUIRE(found > 300);
+    });
+}
+
+TEST_CASE("normals of a packet are those of hits alone, bit for bit, on every SIMD target", "[trace]")
+{
+    const Inside inside = GENERATE(Inside::above, Inside::below);
+    EachTarget::run([&] {
+        std::mt19937 random(41);
+        std::normal_distribution<double> value;
+        glm::dmat4 world_to_lattice(1.0);
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 3; ++row)
+                world_to_lattice[column][row] = value(random);
+        RootPacket roots;
+        for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane)
+            roots.set(lane, {value(random), {value(random), value(random), value(random)}});
+        roots.set(3, {0.0, glm::dvec3(0.0)});
+        NormalPacket normals;
+        surface_normals(roots, inside, world_to_lattice, normals);
+        for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+            Hit alone;
+            set_surface_normal(alone, roots.root(lane).gradient, inside, world_to_lattice);
+            REQUIRE(normals.magnitude[lane] == alone.gradient_magnitude);
+            for (int axis = 0; axis < 3; ++axis)
+                REQUIRE(normals.normal[axis][lane] == alone.normal[axis]);
+        }
+    });
+}
+
+TEST_CASE("the slab of a cell is no thicker than its Bernstein coefficients ask for", "[trace]")
+{
+    // f = x + a x^2 + a y^2 about the middle of the cell, as samples of degree 2: c = f - a/2, as the second derivative
+    // is 2a along both axes and c is f less an eighth of each. The Bernstein coefficients of a x^2 are a/4, -a/4, a/4.
+    const float a = 0.2f;
+    std::vector<float> samples;
+    for (int z = 0; z < 3; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+                samples.push_back(static_cast<float>(x) + a * static_cast<float>(x * x + y * y) - 0.5f * a);
+    const Volume volume = volume_of_coefficients(samples, {3, 3, 3}, 2);
+    EachTarget::run([&] {
+        const CellGroup group = group_of(2, CellBlock(volume, -volume.offset(), Cell{1, 1, 1}));
+        REQUIRE(group.slab_normal[0][0] == 31);
+        REQUIRE(group.slab_normal[1][0] == 0);
+        REQUIRE(group.slab_normal[2][0] == 0);
+        // f - x is between -a/2 and a/2: x between 0.5 - a/2 and 0.5 + a/2, times 31, rounded outwards.
+        REQUIRE(group.slab_lower[0] == 12);
+        REQUIRE(group.slab_upper[0] == 19);
     });
 }
 
