@@ -183,7 +183,7 @@ HWY_INLINE RootEstimate<V> EstimateRoot(D d, const V (&scaled)[Order + 1])
         b[k] = hn::Mul(b[k], hn::Set(d, static_cast<float>(binomials<Order>[k])));
 
     V lower = zero, upper = one, slope = zero;
-    constexpr int steps = 3;
+    constexpr int steps = 2;
     for (int step = 0;; ++step) {
         V value = b[Order];
         slope = zero;
