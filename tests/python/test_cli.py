@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import isospline
+from interrupts import obey_interrupts
 from isospline import volumes
 from isospline.cli import main
 from isospline.levels import histogram
@@ -489,7 +490,7 @@ def test_interrupting_leaves_no_file(tmp_path, ball):
     picture = tmp_path / "picture.png"
     command = [sys.executable, "-m", "isospline", "render", str(ball), "--size", "4096x4096", "--samples", "4096",
                "-o", str(picture)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=obey_interrupts)
     assert process.stderr.readline().startswith("isospline: level")
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)

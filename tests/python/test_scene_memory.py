@@ -6,7 +6,8 @@ import sys
 import pytest
 
 # A process of its own, whose resident memory is that of scenes alone. Before it is read, what the allocators of libc
-# and TBB keep for later goes back to the system. `leak` keeps a surface of each change, of a few thousand bytes.
+# and TBB keep for later goes back to the system. `leak` keeps a surface of each change, of a few thousand bytes. There
+# is one thread: what TBB's allocator keeps of others depends on how busy the machine is.
 CHANGES = """
 import ctypes
 import gc
@@ -15,6 +16,7 @@ import numpy as np
 import isospline
 from spheres import mesh_sphere, moved, sphere
 
+isospline.set_thread_count(1)
 leak, kept = sys.argv[1] == "leak", []
 libc = ctypes.CDLL(None)
 surface, mesh, ray = sphere(), mesh_sphere(6.0, 32), [(-20.0, 11.4, 11.3, 1.0, 0.0, 0.0)]

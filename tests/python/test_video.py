@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import isospline
+from interrupts import obey_interrupts
 from isospline import volumes
 from isospline.cli import main
 from test_cameras import corners_of, project
@@ -134,7 +135,8 @@ def test_a_full_disk_is_told_and_leaves_no_video(tmp_path):
 def test_interrupting_leaves_no_video(tmp_path, ball):
     command = [sys.executable, "-m", "isospline", "render", str(ball), "--level", "0", "--size", "640x480",
                "--samples", "64", "--turntable", "3600", "-o", str(tmp_path / "a.mp4")]  # fmt: skip
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True,
+                               preexec_fn=obey_interrupts)
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob(".*.mp4")) and time.monotonic() < deadline:
         time.sleep(0.05)
