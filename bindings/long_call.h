@@ -1,6 +1,8 @@
 // Long operations called from Python: the GIL released, progress reported, Ctrl-C obeyed.
 #pragma once
 
+#include "call_threads.h"
+
 #include "isospline/util/progress.h"
 
 #include <pybind11/pybind11.h>
@@ -21,7 +23,7 @@ inline std::shared_mutex& surfaces_in_use()
     return mutex;
 }
 
-/// Runs `operation(progress)` on a thread of its own, without the GIL, while the calling thread wakes up twenty times
+/// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
 /// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. A signal
 /// handler or a callable that raises, and a callable that returns False, cancel the operation; what was raised is
 /// raised again once the operation has ended. Meanwhile the operation has a `Lock` of surfaces_in_use().
@@ -35,7 +37,7 @@ void long_call(const pybind11::object& report, Operation operation)
 
     {
         const py::gil_scoped_release no_gil;
-        auto running = std::async(std::launch::async, [&] {
+        auto running = run_on_call_thread([&] {
             const Lock lock(surfaces_in_use());
             operation(Progress([&](double fraction) {
                 finished = fraction;

@@ -1,8 +1,12 @@
 """A scene that several threads change while others query it: answers are those of states that there were."""
 
+import os
+import subprocess
+import sys
 import threading
 
 import numpy as np
+import pytest
 from spheres import mesh_sphere, moved, sphere
 
 import isospline
@@ -99,3 +103,30 @@ def test_threads_read_the_cells_of_one_level():
 
     run(change, read, read)
     assert found == expected
+
+
+FORK = """
+import os
+import signal
+import numpy as np
+import isospline
+from spheres import sphere
+
+scene = isospline.Scene([sphere()])
+rays = np.tile([-20.0, 11.4, 11.3, 1.0, 0.0, 0.0], (5000, 1))
+before = scene.cast_rays(rays)["t_hit"]
+child = os.fork()
+signal.alarm(60)
+same = np.array_equal(scene.cast_rays(rays)["t_hit"], before)
+if child == 0:
+    os._exit(0 if same else 1)
+assert same
+assert os.waitpid(child, 0)[1] == 0
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_forked_processes_have_threads_of_their_own(repository):
+    """The threads that calls ran on before are not there in a child. Python itself warns of forks beside threads."""
+    command = [sys.executable, "-W", "ignore", "-c", FORK]
+    subprocess.run(command, cwd=repository / "tests" / "python", check=True, timeout=120)
