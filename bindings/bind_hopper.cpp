@@ -5,6 +5,7 @@
 #include "long_call.h"
 
 #include "isospline/trace/hopper.h"
+#include "isospline/util/turn.h"
 
 #include <limits>
 #include <memory>
@@ -87,22 +88,49 @@ constexpr const char* statistics_doc = R"(dict: what the rays of the last `cast_
 for, and ``mean_hop_length``, of hops and strides, in voxels (0 where there was none). Hops end on the faces of voxels:
 the way from the last face to the hit counts for none.)";
 
-/// A hopper, and the statistics of its last query.
-struct CountingHopper {
-    VoxelHopper hopper;
-    HopStatistics last;
+/// A hopper that follows the level of a surface, and the statistics of its last query.
+class FollowingHopper {
+public:
+    FollowingHopper(std::shared_ptr<Isosurface> surface, const VoxelHopperOptions& options)
+        : surface_(std::move(surface)), options_(options), level_(surface_->snapshot()),
+          hopper_(std::make_shared<const VoxelHopper>(level_, options_))
+    {
+    }
+
+    /// The hopper of the surface's present level.
+    std::shared_ptr<const VoxelHopper> hopper(const Progress& progress)
+    {
+        const Turn::Taken taken(turn_, progress);
+        if (auto level = surface_->snapshot(); level != level_) {
+            hopper_ = std::make_shared<const VoxelHopper>(level, options_);
+            level_ = std::move(level);
+        }
+        return hopper_;
+    }
+
+    const std::shared_ptr<Isosurface>& surface() const { return surface_; }
+    const VoxelHopperOptions& options() const { return options_; }
+
+    HopStatistics last; ///< needs the GIL
+
+private:
+    std::shared_ptr<Isosurface> surface_;
+    VoxelHopperOptions options_;
+    Turn turn_; ///< of what follows
+    std::shared_ptr<const IsosurfaceSnapshot> level_;
+    std::shared_ptr<const VoxelHopper> hopper_;
 };
 
-std::unique_ptr<CountingHopper> make_hopper(std::shared_ptr<Isosurface> surface, bool strides)
+std::unique_ptr<FollowingHopper> make_hopper(std::shared_ptr<Isosurface> surface, bool strides)
 {
-    auto counting = std::unique_ptr<CountingHopper>();
+    std::unique_ptr<FollowingHopper> following;
     long_call(py::none(), [&](const Progress&) {
-        counting.reset(new CountingHopper{VoxelHopper(std::move(surface), {strides}), {}});
+        following = std::make_unique<FollowingHopper>(std::move(surface), VoxelHopperOptions{strides});
     });
-    return counting;
+    return following;
 }
 
-py::dict cast_rays(CountingHopper& counting, const py::object& rays, double t_near, double t_far)
+py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far)
 {
     const RowArray rows(rays, "rays", 6);
     check_limits(t_near, t_far);
@@ -111,17 +139,24 @@ py::dict cast_rays(CountingHopper& counting, const py::object& rays, double t_ne
     HopStatistics statistics;
     std::mutex adding;
     long_call(py::none(), [&](const Progress& progress) {
-        counting.hopper.commit();
+        const auto hopper = following.hopper(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
-            const HopStatistics of_chunk = counting.hopper.cast_rays(chunk, hits);
+            const HopStatistics of_chunk = hopper->cast_rays(chunk, hits);
             arrays.set(hits, order, first);
             const std::lock_guard lock(adding);
             statistics += of_chunk;
         });
     });
-    counting.last = statistics;
+    following.last = statistics;
     return arrays.to_dict();
+}
+
+std::size_t memory(FollowingHopper& following)
+{
+    std::size_t bytes = 0;
+    long_call(py::none(), [&](const Progress& progress) { bytes = following.hopper(progress)->memory(); });
+    return bytes;
 }
 
 py::dict to_dict(const HopStatistics& statistics)
@@ -138,26 +173,19 @@ py::dict to_dict(const HopStatistics& statistics)
 
 void bind_hopper(py::module_& module)
 {
-    py::class_<CountingHopper>(module, "VoxelHopper", hopper_doc)
+    py::class_<FollowingHopper>(module, "VoxelHopper", hopper_doc)
         .def(py::init(&make_hopper), py::arg("surface").none(false), py::kw_only(), py::arg("strides") = false)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), cast_rays_doc)
         .def_property_readonly(
-            "statistics", [](const CountingHopper& counting) { return to_dict(counting.last); }, statistics_doc)
+            "statistics", [](const FollowingHopper& following) { return to_dict(following.last); }, statistics_doc)
+        .def_property_readonly("surface", &FollowingHopper::surface, "The surface.")
         .def_property_readonly(
-            "surface",
-            [](const CountingHopper& counting) {
-                return std::const_pointer_cast<Isosurface>(counting.hopper.shared_surface());
-            },
-            "The surface.")
-        .def_property_readonly(
-            "strides", [](const CountingHopper& counting) { return counting.hopper.options().strides; },
+            "strides", [](const FollowingHopper& following) { return following.options().strides; },
             "Whether empty bricks are crossed at once.")
-        .def_property_readonly(
-            "memory", [](const CountingHopper& counting) { return counting.hopper.memory(); },
-            "Bytes held by the binary array and its index.")
-        .def("__repr__", [](const CountingHopper& counting) {
-            return std::string("VoxelHopper(strides=") + (counting.hopper.options().strides ? "True" : "False") + ")";
+        .def_property_readonly("memory", &memory, "Bytes held by the binary array and its index.")
+        .def("__repr__", [](const FollowingHopper& following) {
+            return std::string("VoxelHopper(strides=") + (following.options().strides ? "True" : "False") + ")";
         });
 }
 

@@ -15,7 +15,6 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
-#include <shared_mutex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -138,9 +137,9 @@ struct Plane {
     glm::dvec3 normal;
 };
 
-/// The shell of a surface, whatever its level.
+/// The shell of a surface at the level that it had when it was asked for.
 struct ShellView {
-    std::shared_ptr<const Isosurface> surface;
+    std::shared_ptr<const IsosurfaceSnapshot> surface;
 
     const Shell& operator*() const { return surface->shell(); }
     const Shell* operator->() const { return &surface->shell(); }
@@ -199,7 +198,7 @@ std::vector<HalfSpace> as_clip(const py::object& value)
 }
 
 /// Says that rays will miss, and why.
-void warn_of_empty_shell(const Isosurface& surface)
+void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
 {
     if (surface.shell().count() > 0 || !cap_boxes(surface).empty())
         return;
@@ -220,7 +219,7 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
     long_call(progress, [&](const Progress& report) {
         surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(bounds), report);
     });
-    warn_of_empty_shell(*surface);
+    warn_of_empty_shell(*surface->snapshot());
     return surface;
 }
 
@@ -249,14 +248,12 @@ std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, 
 
 void set_level(Isosurface& surface, double level)
 {
-    using Alone = std::unique_lock<std::shared_mutex>;
-    long_call<Alone>(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
-    warn_of_empty_shell(surface);
+    long_call(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
+    warn_of_empty_shell(*surface.snapshot());
 }
 
 py::array_t<std::int32_t> shell_cells(const ShellView& shell)
 {
-    const std::shared_lock lock(surfaces_in_use());
     auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(shell->count()), 3});
     std::int32_t* next = array.mutable_data();
     for (const Cell& cell : shell->cells()) {
@@ -269,7 +266,6 @@ py::array_t<std::int32_t> shell_cells(const ShellView& shell)
 
 py::array_t<bool> shell_mask(const ShellView& shell)
 {
-    const std::shared_lock lock(surfaces_in_use());
     const Volume& volume = shell.surface->volume();
     const glm::vec<3, std::size_t> shape(volume.cell_shape());
     auto array = new_grid<bool>(volume.cell_shape(), volume.options().axes);
@@ -282,10 +278,11 @@ py::array_t<bool> shell_mask(const ShellView& shell)
 
 std::string representation(const Isosurface& surface)
 {
+    const auto snapshot = surface.snapshot();
     std::ostringstream text;
     text.precision(12);
-    text << "Isosurface(level=" << surface.level() << ", method=\"" << to_word(method_words, surface.options().method)
-         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\"), " << surface.shell().count()
+    text << "Isosurface(level=" << snapshot->level() << ", method=\"" << to_word(method_words, surface.options().method)
+         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\"), " << snapshot->shell().count()
          << " cells";
     return "<" + text.str() + ">";
 }
@@ -348,7 +345,7 @@ void bind_isosurface(py::module_& module)
              "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
         .def_property_readonly(
-            "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface}; },
+            "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface->snapshot()}; },
             "The cells that may hold a part of the surface, at its present level.")
         .def_property_readonly(
             "volume",

@@ -4,13 +4,13 @@
 
 #include "isospline/render/progressive.h"
 #include "isospline/scene/scene.h"
+#include "isospline/util/turn.h"
 
 #include <pybind11/stl.h>
 
 #include <array>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -57,36 +57,35 @@ Examples
 16
 )";
 
-/// A renderer, the scene that it sees, and one caller at a time.
+/// A renderer, and one caller at a time.
 struct SceneRenderer {
     SceneRenderer(Scene& rendered, const Camera& camera, const glm::ivec2& size, PathTracer path_tracer,
                   const glm::vec4& background, const Layers& layers)
-        : scene(rendered), renderer(rendered, camera, size, std::move(path_tracer), background, layers)
+        : renderer(rendered, camera, size, std::move(path_tracer), background, layers)
     {
     }
 
-    Scene& scene;
     ProgressiveRenderer renderer;
-    std::mutex mutex;
+    Turn turn;
 };
 
 void step(SceneRenderer& self, int samples, const py::object& progress)
 {
     long_call(progress, [&](const Progress& report) {
-        const std::lock_guard lock(self.mutex);
-        const auto held = self.renderer.samples() == 0 ? self.scene.hold() : self.scene.hold_committed();
+        const Turn::Taken taken(self.turn, report);
         self.renderer.step(samples, report);
     });
 }
 
 void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 {
-    const py::gil_scoped_release no_gil;
-    const std::lock_guard lock(self.mutex);
-    if (camera)
-        self.renderer.reset(*camera);
-    else
-        self.renderer.reset();
+    long_call(py::none(), [&](const Progress& progress) {
+        const Turn::Taken taken(self.turn, progress);
+        if (camera)
+            self.renderer.reset(*camera);
+        else
+            self.renderer.reset();
+    });
 }
 
 } // namespace
@@ -131,14 +130,20 @@ void bind_path_tracer(py::module_& module)
         .def("reset", &reset, py::arg("camera"))
         .def("image",
              [](SceneRenderer& self) {
-                 const py::gil_scoped_release no_gil;
-                 const std::lock_guard lock(self.mutex);
-                 return std::make_unique<Image>(self.renderer.image());
+                 auto image = std::make_unique<Image>();
+                 long_call(py::none(), [&](const Progress& progress) {
+                     const Turn::Taken taken(self.turn, progress);
+                     *image = self.renderer.image();
+                 });
+                 return image;
              })
         .def_property_readonly("samples", [](SceneRenderer& self) {
-            const py::gil_scoped_release no_gil;
-            const std::lock_guard lock(self.mutex);
-            return self.renderer.samples();
+            int samples = 0;
+            long_call(py::none(), [&](const Progress& progress) {
+                const Turn::Taken taken(self.turn, progress);
+                samples = self.renderer.samples();
+            });
+            return samples;
         });
 }
 

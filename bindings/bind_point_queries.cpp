@@ -159,13 +159,14 @@ py::array_t<bool> contains_points(const Isosurface& surface, const py::object& p
     const RowArray rows(points, "points", 3);
     auto result = new_array<bool>(rows.leading_shape());
     bool* const to = result.mutable_data();
+    const auto snapshot = surface.snapshot();
     long_call(py::none(), [&](const Progress& progress) {
         check_points(rows);
         parallel_for(
             rows.count(), 4096,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t row = begin; row < end; ++row)
-                    to[row] = contains(surface, rows.vector(row));
+                    to[row] = contains(*snapshot, rows.vector(row));
             },
             progress);
     });
@@ -174,7 +175,7 @@ py::array_t<bool> contains_points(const Isosurface& surface, const py::object& p
 
 /// Calls `visit(row, closest point)` in parallel for all points, without the GIL.
 template <typename Visit>
-void for_each_closest_point(const Isosurface& surface, const RowArray& points, double max_distance,
+void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& points, double max_distance,
                             const std::optional<double>& tolerance, const Visit& visit)
 {
     ClosestPointOptions options;
@@ -214,7 +215,8 @@ py::dict closest_points(const Isosurface& surface, const py::object& points, dou
     double *const to_position = positions.mutable_data(), *const to_normal = normals.mutable_data(),
                   *const to_distance = distances.mutable_data(), *const to_error = errors.mutable_data();
     std::uint32_t* const to_id = ids.mutable_data();
-    for_each_closest_point(surface, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
+    const auto snapshot = surface.snapshot();
+    for_each_closest_point(*snapshot, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
         std::copy_n(&closest.position[0], 3, to_position + 3 * row);
         std::copy_n(&closest.normal[0], 3, to_normal + 3 * row);
         to_distance[row] = closest.distance;
@@ -239,8 +241,9 @@ py::array_t<double> signed_distance(const Isosurface& surface, const py::object&
     std::atomic<std::size_t> uncertain = 0;
     const double aim =
         tolerance.value_or(1e-6 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge) * (1.0 + 1e-6);
-    for_each_closest_point(surface, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
-        to[row] = contains(surface, rows.vector(row)) ? -closest.distance : closest.distance;
+    const auto snapshot = surface.snapshot();
+    for_each_closest_point(*snapshot, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
+        to[row] = contains(*snapshot, rows.vector(row)) ? -closest.distance : closest.distance;
         uncertain += closest.error > aim;
     });
     if (uncertain > 0) {

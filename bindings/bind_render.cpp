@@ -44,8 +44,8 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
 
     auto image = std::make_unique<Image>();
     long_call(progress, [&](const Progress& report) {
-        const auto held = scene.hold(part_of(report, 0.0, 0.1));
-        *image = render(scene, camera, options, part_of(report, 0.1, 1.0));
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1));
+        *image = render(*snapshot, camera, options, part_of(report, 0.1, 1.0));
     });
     return image;
 }

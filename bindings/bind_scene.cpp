@@ -12,7 +12,6 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -37,8 +36,9 @@ build_quality : {"medium", "low", "high"}
 
 Notes
 -----
-Any number of threads may query a scene at a time, and others may change it: a change waits for the queries that run,
-and the next ones see it. Only an object's own `Isosurface.level` must not be set while a query runs.
+Any number of threads may query a scene at a time while others change it and set the levels of its isosurfaces. A query
+answers for the scene as it is when the query begins. A change waits for no query, and a query for no change: where
+something has changed, one of the queries builds what is new, and others of this scene that need it wait for that.
 
 Each isosurface and mesh is built once, however often it is added; moving, hiding and removing builds nothing.
 
@@ -185,10 +185,10 @@ py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t
     HitArrays arrays(rows.leading_shape(), details);
     const RayOrder order(rows.leading_shape(), coherent);
     long_call(py::none(), [&](const Progress& progress) {
-        const auto held = scene.hold(progress);
+        const auto snapshot = scene.snapshot(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
-            scene.cast_rays(chunk, hits, coherent);
+            snapshot->cast_rays(chunk, hits, coherent);
             arrays.set(hits, order, first);
         });
     });
@@ -203,10 +203,10 @@ py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t
     bool* const flags = result.mutable_data();
     const RayOrder order(rows.leading_shape(), false);
     long_call(py::none(), [&](const Progress& progress) {
-        const auto held = scene.hold(progress);
+        const auto snapshot = scene.snapshot(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<std::uint8_t> occluded(chunk.size());
-            scene.test_occlusions(chunk, occluded);
+            snapshot->test_occlusions(chunk, occluded);
             for (std::size_t i = 0; i < chunk.size(); ++i)
                 flags[first + i] = occluded[i] != 0;
         });
@@ -226,11 +226,11 @@ std::vector<CrossingChunk> crossings_of(Scene& scene, const RowArray& rows, doub
     std::vector<CrossingChunk> chunks((rows.count() + ray_chunk_size - 1) / ray_chunk_size);
     const RayOrder order(rows.leading_shape(), false);
     long_call(py::none(), [&](const Progress& progress) {
-        const auto held = scene.hold(progress);
+        const auto snapshot = scene.snapshot(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> rays, std::size_t first) {
             CrossingChunk& chunk = chunks[first / ray_chunk_size];
             chunk.counts.resize(rays.size());
-            scene.list_intersections(rays, chunk.crossings, chunk.counts);
+            snapshot->list_intersections(rays, chunk.crossings, chunk.counts);
         });
     });
     return chunks;
@@ -301,16 +301,12 @@ py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& ra
     return result;
 }
 
-/// What `read()` tells of a scene that is committed.
-template <typename Read>
-auto read_committed(Scene& scene, const Read& read)
+/// The scene as it is now.
+std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
 {
-    std::invoke_result_t<Read> result;
-    long_call(py::none(), [&](const Progress& progress) {
-        const auto held = scene.hold(progress);
-        result = read();
-    });
-    return result;
+    std::shared_ptr<const SceneSnapshot> snapshot;
+    long_call(py::none(), [&](const Progress& progress) { snapshot = scene.snapshot(progress); });
+    return snapshot;
 }
 
 } // namespace
@@ -332,15 +328,15 @@ void bind_scene(py::module_& module)
         .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
-            "bounds", [](Scene& scene) { return to_array(read_committed(scene, [&] { return scene.bounds(); })); },
+            "bounds", [](Scene& scene) { return to_array(snapshot_of(scene)->bounds()); },
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes and all cells of "
             "shells and caps, visible or not; inf, -inf where there are none.")
         .def_property_readonly(
-            "memory", [](Scene& scene) { return read_committed(scene, [&] { return scene.memory(); }); },
+            "memory", [](Scene& scene) { return snapshot_of(scene)->memory(); },
             "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them. Objects that were "
             "added many times count once.")
         .def_property_readonly(
-            "build_count", [](Scene& scene) { return read_committed(scene, [&] { return scene.build_count(); }); },
+            "build_count", [](Scene& scene) { return snapshot_of(scene)->build_count(); },
             "Acceleration structures of isosurfaces and meshes that have been built so far: more by one for each "
             "object that is new and each level that is, and no more for other changes.")
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });

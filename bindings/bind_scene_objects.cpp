@@ -1,6 +1,5 @@
 #include "arrays.h"
 #include "bind.h"
-#include "long_call.h"
 #include "scene_objects.h"
 
 #include <pybind11/stl.h>
@@ -8,7 +7,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <shared_mutex>
 #include <string>
 #include <variant>
 
@@ -139,12 +137,11 @@ glm::dmat4 as_transform(const py::object& transform)
     return transform.is_none() ? glm::dmat4(1.0) : as_matrix4(transform, "transform");
 }
 
-/// Changes wait for queries that run, and those of other threads may need the GIL to end.
+/// The first addition of a surface looks at all of its cells.
 template <typename Change>
 auto without_gil(const Change& change)
 {
     const py::gil_scoped_release no_gil;
-    const std::shared_lock lock(surfaces_in_use());
     return change();
 }
 

@@ -86,7 +86,7 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
     const double *const t = t_hit.data(), *const normal = normals.data();
     const std::uint32_t *const geometries = geometry_ids.data(), *const primitives = primitive_ids.data();
     long_call(py::none(), [&](const Progress& progress) {
-        const auto held = scene.hold(progress);
+        const auto snapshot = scene.snapshot(progress);
         for (std::size_t i = 0; i < rows.count(); ++i) {
             const auto in_ray = " in ray " + std::to_string(i);
             if (!std::isfinite(t[i]))
@@ -106,7 +106,7 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
                     hit.geometry_id = geometries[i];
                     hit.primitive_id = primitives[i];
                     const glm::dvec3 direction = towards.vector(i);
-                    const glm::dvec3 origin = scene.offset_position(hit, direction);
+                    const glm::dvec3 origin = snapshot->offset_position(hit, direction);
                     for (int axis = 0; axis < 3; ++axis) {
                         origins[6 * i + static_cast<std::size_t>(axis)] = origin[axis];
                         origins[6 * i + 3 + static_cast<std::size_t>(axis)] = direction[axis];

@@ -11,23 +11,14 @@
 #include <chrono>
 #include <exception>
 #include <future>
-#include <mutex>
-#include <shared_mutex>
 
 namespace isospline {
-
-/// What reads surfaces shares this, and what changes the level of one owns it: core does not synchronise them.
-inline std::shared_mutex& surfaces_in_use()
-{
-    static std::shared_mutex mutex;
-    return mutex;
-}
 
 /// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
 /// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. A signal
 /// handler or a callable that raises, and a callable that returns False, cancel the operation; what was raised is
-/// raised again once the operation has ended. Meanwhile the operation has a `Lock` of surfaces_in_use().
-template <typename Lock = std::shared_lock<std::shared_mutex>, typename Operation>
+/// raised again once the operation has ended.
+template <typename Operation>
 void long_call(const pybind11::object& report, Operation operation)
 {
     namespace py = pybind11;
@@ -38,7 +29,6 @@ void long_call(const pybind11::object& report, Operation operation)
     {
         const py::gil_scoped_release no_gil;
         auto running = run_on_call_thread([&] {
-            const Lock lock(surfaces_in_use());
             operation(Progress([&](double fraction) {
                 finished = fraction;
                 return !cancelled;

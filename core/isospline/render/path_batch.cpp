@@ -3,7 +3,7 @@
 #include "isospline/math/frame.h"
 #include "isospline/render/projection.h"
 #include "isospline/render/surface_lookup.h"
-#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/hit.h"
 
 #include <glm/geometric.hpp>
@@ -71,7 +71,7 @@ struct Candidate {
 
 class PathBatch {
 public:
-    PathBatch(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+    PathBatch(const SceneSnapshot& scene, const PathTracer& path_tracer, const Projection& projection,
               std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results)
         : scene_(scene), lookup_(scene), path_tracer_(path_tracer), projection_(projection), random_(random),
           results_(results)
@@ -243,7 +243,7 @@ private:
         });
     }
 
-    const Scene& scene_;
+    const SceneSnapshot& scene_;
     const SurfaceLookup lookup_;
     const PathTracer& path_tracer_;
     const Projection& projection_;
@@ -259,7 +259,7 @@ private:
 
 } // namespace
 
-void trace_paths(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+void trace_paths(const SceneSnapshot& scene, const PathTracer& path_tracer, const Projection& projection,
                  std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results)
 {
     PathBatch(scene, path_tracer, projection, camera_rays, random, results).trace();

@@ -15,7 +15,7 @@
 namespace isospline {
 
 class Projection;
-class Scene;
+class SceneSnapshot;
 
 /// What came along one path.
 struct PathResult {
@@ -25,9 +25,9 @@ struct PathResult {
 };
 
 /// Traces one path from each of the rays, whose directions need not be of unit length; `random` has one sequence each.
-/// The lights, materials and bounces are those of the path tracer, which must be valid, and the scene committed. The
+/// The lights, materials and bounces are those of the path tracer, which must be valid. The
 /// projection tells the depth of points.
-void trace_paths(const Scene& scene, const PathTracer& path_tracer, const Projection& projection,
+void trace_paths(const SceneSnapshot& scene, const PathTracer& path_tracer, const Projection& projection,
                  std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results);
 
 } // namespace isospline

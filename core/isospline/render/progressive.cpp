@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -47,7 +48,7 @@ RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const
 }
 
 /// A path tracer with a material for every object of a scene, and with depths that fit to it.
-PathTracer prepared(PathTracer path_tracer, const Scene& scene, const Projection& projection)
+PathTracer prepared(PathTracer path_tracer, const SceneSnapshot& scene, const Projection& projection)
 {
     for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
         if (!scene.contains(geometry_id))
@@ -69,8 +70,8 @@ PathTracer prepared(PathTracer path_tracer, const Scene& scene, const Projection
 
 } // namespace
 
-ProgressiveRenderer::ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size,
-                                         PathTracer path_tracer, glm::vec4 background, const Layers& layers)
+ProgressiveRenderer::ProgressiveRenderer(Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
+                                         glm::vec4 background, const Layers& layers)
     : scene_(scene), camera_(camera), projection_(camera, size), path_tracer_(std::move(path_tracer)),
       background_(background), layers_(layers)
 {
@@ -91,6 +92,7 @@ void ProgressiveRenderer::reset()
 {
     centers_ = Image(projection_.size(), layers_);
     has_centers_ = false;
+    snapshot_.reset();
     sums_.assign(centers_.pixel_count(), Sum());
     directs_.assign(centers_.direct.size(), glm::dvec3(0.0));
     tile_samples_.assign(tile_count(), 0);
@@ -114,6 +116,8 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
     const int wanted = this->samples() + samples;
     if (!has_centers_)
         begin(part_of(progress, 0.0, 0.05));
+    else if (!scene_.is_current(*snapshot_))
+        throw std::logic_error("the scene has changed since the first step: reset() the renderer before the next");
     // Sample by sample, so that all of the picture is equally good wherever it is cancelled.
     const Progress of_samples = part_of(progress, 0.05, 1.0);
     for (int done = 0; done < samples; ++done)
@@ -128,8 +132,10 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
 
 void ProgressiveRenderer::begin(const Progress& progress)
 {
-    prepared_ = prepared(path_tracer_, scene_, projection_);
-    centers_ = render(scene_, camera_, centers_only(prepared_, projection_.size(), background_, layers_), progress);
+    snapshot_ = scene_.snapshot(part_of(progress, 0.0, 0.5));
+    prepared_ = prepared(path_tracer_, *snapshot_, projection_);
+    centers_ = render(*snapshot_, camera_, centers_only(prepared_, projection_.size(), background_, layers_),
+                      part_of(progress, 0.5, 1.0));
     for (glm::vec3& albedo : centers_.albedo)
         albedo = glm::min(albedo, 1.0f);
     has_centers_ = true;
@@ -158,7 +164,7 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
                 random.push_back(sequence);
             }
         results.resize(rays.size());
-        trace_paths(scene_, prepared_, projection_, rays, random, results);
+        trace_paths(*snapshot_, prepared_, projection_, rays, random, results);
 
         std::size_t i = 0;
         for (int y = first.y; y < last.y; ++y)

@@ -11,26 +11,29 @@
 #include <glm/vec4.hpp>
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace isospline {
 
 class Scene;
+class SceneSnapshot;
 
 /// A path traced picture in the making. After any number of steps its image is the mean of as many samples a pixel, bit
 /// for bit the same for any number of threads and any division into steps.
 ///
-/// The scene must live as long as this, and be committed before every step; after a change of it call reset(). One
-/// thread at a time may call.
+/// It shows the scene as it is at the first step; after a change of the scene call reset(). The scene must live as long
+/// as this. One thread at a time may call.
 class ProgressiveRenderer {
 public:
     /// Throws std::invalid_argument for a bad path tracer, camera, size, background or layers (as of RenderOptions).
-    ProgressiveRenderer(const Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
+    ProgressiveRenderer(Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
                         glm::vec4 background = glm::vec4(0.0f), const Layers& layers = {});
 
     /// Adds samples to every pixel. Where `progress` returns false it throws Cancelled; tiles that were done then have
     /// more samples than others, until the next step makes up for it. Throws std::invalid_argument for a bad number of
-    /// samples or material of an object, and a geometry id that is not in the scene.
+    /// samples or material of an object, and a geometry id that is not in the scene, and std::logic_error where the
+    /// scene has changed since the first step.
     void step(int samples = 1, const Progress& progress = {});
 
     /// Begins again; with another camera, or with the same after a change of the scene. Where this throws nothing has
@@ -56,7 +59,8 @@ private:
     void render_tile(std::size_t tile, int samples);
     std::size_t tile_count() const;
 
-    const Scene& scene_;
+    Scene& scene_;
+    std::shared_ptr<const SceneSnapshot> snapshot_; ///< as of the first step
     Camera camera_;
     Projection projection_;
     PathTracer path_tracer_; ///< as given

@@ -1,6 +1,6 @@
 #include "isospline/render/ray_batch.h"
 
-#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_snapshot.h"
 
 #include <cstdint>
 
@@ -14,7 +14,7 @@ void RayBatch::resize(std::size_t count)
     behind.clear();
 }
 
-void append_layers(RayBatch& batch, const Scene& scene, const OpacityOf& opacity_of)
+void append_layers(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)
 {
     const std::size_t ray_count = batch.rays.size();
     std::vector<Ray> translucent;

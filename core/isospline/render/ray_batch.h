@@ -12,7 +12,7 @@
 
 namespace isospline {
 
-class Scene;
+class SceneSnapshot;
 
 /// One ray through each of some pixels, and what it meets first.
 ///
@@ -33,6 +33,6 @@ using OpacityOf = std::function<double(const Hit& hit)>;
 
 /// Appends what the rays of a batch meet up to their first opaque surface. Surfaces of opacity 0 are as if they were
 /// not there: where one was met first, that hit becomes the next one, or a miss.
-void append_layers(RayBatch& batch, const Scene& scene, const OpacityOf& opacity_of);
+void append_layers(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of);
 
 } // namespace isospline

@@ -5,7 +5,7 @@
 #include "isospline/render/ray_batch.h"
 #include "isospline/render/surface_lookup.h"
 #include "isospline/render/visibility.h"
-#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_snapshot.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
@@ -35,16 +35,11 @@ glm::ivec2 z_order(int i)
 class Renderer {
 public:
     /// Without a scene there is no visibility.
-    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene, const Camera& camera,
-             const RenderOptions& options)
-        : cast_rays_(cast_rays),
-          complete_point_(complete_point),
-          scene_(scene),
-          projection_(camera, options.size),
-          samples_(pixel_samples(options.samples, projection_.has_lens())),
-          shading_(prepared(options.shading)),
-          background_(options.background),
-          tiles_((options.size + tile_side - 1) / tile_side),
+    Renderer(const CastRays& cast_rays, const CompletePoint& complete_point, const SceneSnapshot* scene,
+             const Camera& camera, const RenderOptions& options)
+        : cast_rays_(cast_rays), complete_point_(complete_point), scene_(scene), projection_(camera, options.size),
+          samples_(pixel_samples(options.samples, projection_.has_lens())), shading_(prepared(options.shading)),
+          background_(options.background), tiles_((options.size + tile_side - 1) / tile_side),
           image_(options.size, options.layers)
     {
         for (const auto& [geometry_id, shading] : options.shading_of_geometry)
@@ -138,7 +133,7 @@ private:
 
     const CastRays& cast_rays_;
     const CompletePoint& complete_point_;
-    const Scene* scene_;
+    const SceneSnapshot* scene_;
     bool visibility_is_needed_ = false, all_opaque_ = true;
     Projection projection_;
     std::vector<PixelSample> samples_;
@@ -239,8 +234,8 @@ void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
     image_.color[pixel] = glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind);
 }
 
-Image render(const CastRays& cast_rays, const CompletePoint& complete_point, const Scene* scene, const Camera& camera,
-             const RenderOptions& options, const Progress& progress)
+Image render(const CastRays& cast_rays, const CompletePoint& complete_point, const SceneSnapshot* scene,
+             const Camera& camera, const RenderOptions& options, const Progress& progress)
 {
     Renderer renderer(cast_rays, complete_point, scene, camera, options);
     parallel_for(
@@ -276,7 +271,7 @@ Image render(const CastRays& cast_rays, const Camera& camera, const RenderOption
     return render(cast_rays, complete_point, nullptr, camera, options, progress);
 }
 
-Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
+Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
 {
     const CastRays cast_rays = [&scene](std::span<const Ray> rays, std::span<Hit> hits) {
         scene.cast_rays(rays, hits, true);

@@ -18,7 +18,7 @@
 
 namespace isospline {
 
-class Scene;
+class SceneSnapshot;
 
 struct RenderOptions {
     glm::ivec2 size{640, 360}; ///< width and height in pixels; the default is the paper's
@@ -51,9 +51,10 @@ using CompletePoint = std::function<void(SurfacePoint& point, const Hit& hit, bo
 Image render(const CastRays& cast_rays, const Camera& camera, const RenderOptions& options,
              const Progress& progress = {}, const CompletePoint& complete_point = {});
 
-/// Renders a scene, which must be committed. What a ray meets from front to back, up to the first opaque surface, is
+/// Renders a scene as it is in a snapshot. What a ray meets from front to back, up to the first opaque surface, is
 /// composited by the over operator; the rest of the image is of the first surface whose opacity is not 0. Light is
 /// attenuated by the surfaces that it goes through on its way to a point.
-Image render(const Scene& scene, const Camera& camera, const RenderOptions& options, const Progress& progress = {});
+Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+             const Progress& progress = {});
 
 } // namespace isospline

@@ -44,16 +44,16 @@ glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal,
 
 } // namespace
 
-SurfaceLookup::SurfaceLookup(const Scene& scene)
+SurfaceLookup::SurfaceLookup(const SceneSnapshot& scene)
 {
     for (const std::uint32_t id : scene.ids()) {
-        const PlacedObject placed = scene.object(id);
+        const SnapshotObject& placed = scene.object(id);
         Entry& entry = entries_[id];
         entry.scene_to_object = glm::inverse(placed.transform);
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&placed.object)) {
             entry.mesh = *mesh;
         } else {
-            entry.surface = std::get<std::shared_ptr<const Isosurface>>(placed.object);
+            entry.surface = std::get<std::shared_ptr<const IsosurfaceSnapshot>>(placed.object);
             entry.scene_to_object = entry.surface->volume().world_to_index() * entry.scene_to_object;
         }
     }

@@ -2,7 +2,7 @@
 
 #include "isospline/math/frame.h"
 #include "isospline/math/random.h"
-#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_snapshot.h"
 
 #include <glm/geometric.hpp>
 
@@ -14,7 +14,7 @@ namespace isospline {
 namespace {
 
 /// The way from a hit to a light.
-Ray towards(const Scene& scene, const Hit& hit, const PositionalLight& light)
+Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& light)
 {
     const glm::dvec3 origin = scene.offset_position(hit, light.position - hit.position);
     const glm::dvec3 to_light = light.position - origin;
@@ -22,7 +22,7 @@ Ray towards(const Scene& scene, const Hit& hit, const PositionalLight& light)
     return to_light == glm::dvec3(0.0) ? Ray{origin, {0.0, 0.0, 1.0}, 0.0, 0.0} : Ray{origin, to_light, 0.0, 1.0};
 }
 
-Ray towards(const Scene& scene, const Hit& hit, const DirectionalLight& light)
+Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& light)
 {
     const glm::dvec3 direction = -glm::normalize(light.direction);
     return {scene.offset_position(hit, direction), direction};
@@ -30,7 +30,7 @@ Ray towards(const Scene& scene, const Hit& hit, const DirectionalLight& light)
 
 /// Directions to the sky, in the order of Fibonacci's lattice on the unit square, shifted by chance from pixel to
 /// pixel.
-void append_sky(std::vector<Ray>& rays, const Scene& scene, const Hit& hit, const glm::dvec3& normal,
+void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& hit, const glm::dvec3& normal,
                 const AmbientOcclusion& occlusion, RandomSequence random)
 {
     const Frame frame(normal);
@@ -45,7 +45,7 @@ void append_sky(std::vector<Ray>& rays, const Scene& scene, const Hit& hit, cons
 }
 
 /// The part of the light that gets along each ray; without opacities, all or nothing.
-std::vector<double> transmittances(const Scene& scene, std::span<const Ray> rays, const OpacityOf* opacity_of)
+std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf* opacity_of)
 {
     std::vector<double> result(rays.size(), 1.0);
     if (opacity_of == nullptr) {
@@ -73,7 +73,7 @@ bool Visibility::is_needed_by(const Shading& shading)
     return (phong && phong->shadows) || std::holds_alternative<AmbientOcclusion>(shading);
 }
 
-Visibility::Visibility(const Scene& scene, const RayBatch& batch,
+Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
                        const std::function<const Shading&(const Hit&)>& shading_of, bool all_opaque,
                        std::uint32_t sample)
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())

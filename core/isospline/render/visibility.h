@@ -13,7 +13,7 @@
 
 namespace isospline {
 
-class Scene;
+class SceneSnapshot;
 
 /// The shadow rays of a batch of hits, cast at once.
 class Visibility {
@@ -23,8 +23,8 @@ public:
 
     /// Looks from all hits of the rays of some pixels' `sample`; misses are left out. `shading_of` is the model of a
     /// hit, with its lights; unless all of them are opaque, light loses what is absorbed by every surface on its way.
-    Visibility(const Scene& scene, const RayBatch& batch, const std::function<const Shading&(const Hit&)>& shading_of,
-               bool all_opaque, std::uint32_t sample);
+    Visibility(const SceneSnapshot& scene, const RayBatch& batch,
+               const std::function<const Shading&(const Hit&)>& shading_of, bool all_opaque, std::uint32_t sample);
     /// Nothing is hidden.
     Visibility() = default;
 

@@ -1,69 +1,176 @@
 #include "isospline/scene/device.h"
 
+#include <tbb/task_arena.h>
+#include <tbb/task_scheduler_observer.h>
+
+#include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <mutex>
 #include <new>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace isospline {
 
-Device::Device(BuildQuality quality)
-    : build_quality_(quality == BuildQuality::low    ? RTC_BUILD_QUALITY_LOW
-                     : quality == BuildQuality::high ? RTC_BUILD_QUALITY_HIGH
-                                                     : RTC_BUILD_QUALITY_MEDIUM),
-      device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
+namespace {
+
+using Count = std::shared_ptr<std::atomic<std::ptrdiff_t>>;
+
+/// What this thread allocates for.
+thread_local Count current_count;
+
+/// The first error that Embree has reported on this thread. Nothing is allocated to keep it.
+struct Error {
+    RTCError code;
+    char message[256];
+};
+thread_local constinit Error current_error{RTC_ERROR_NONE, {}};
+
+void keep_error(void*, RTCError code, const char* message) noexcept
+{
+    if (current_error.code != RTC_ERROR_NONE)
+        return;
+    current_error.code = code;
+    std::strncpy(current_error.message, message != nullptr ? message : "", sizeof(current_error.message) - 1);
+}
+
+bool count_bytes(void*, ssize_t bytes, bool) noexcept
+{
+    if (current_count)
+        current_count->fetch_add(bytes, std::memory_order_relaxed);
+    return true;
+}
+
+/// Where the threads of one commit work, and no others: what any of them allocates is counted.
+class BuildArena : public tbb::task_arena, public tbb::task_scheduler_observer {
+public:
+    BuildArena() : tbb::task_scheduler_observer(static_cast<tbb::task_arena&>(*this)) { observe(true); }
+    ~BuildArena() override { observe(false); }
+
+    void on_scheduler_entry(bool is_worker) override
+    {
+        if (is_worker)
+            current_count = count_;
+    }
+    void on_scheduler_exit(bool is_worker) override
+    {
+        if (is_worker)
+            current_count = nullptr;
+    }
+
+    /// What the threads that came to help have allocated since the last call.
+    std::ptrdiff_t take_count() { return count_->exchange(0); }
+
+private:
+    Count count_ = std::make_shared<std::atomic<std::ptrdiff_t>>(0);
+};
+
+/// Arenas that no commit uses now. They are kept, as TBB keeps memory for each that there has ever been.
+class IdleArenas {
+public:
+    static IdleArenas& instance()
+    {
+        static auto& idle = *new IdleArenas; // never destroyed: threads may use it until the process ends
+        return idle;
+    }
+
+    std::unique_ptr<BuildArena> take()
+    {
+        {
+            const std::lock_guard lock(mutex_);
+            if (!arenas_.empty()) {
+                auto arena = std::move(arenas_.back());
+                arenas_.pop_back();
+                return arena;
+            }
+        }
+        return std::make_unique<BuildArena>();
+    }
+
+    void give_back(std::unique_ptr<BuildArena> arena)
+    {
+        const std::lock_guard lock(mutex_);
+        arenas_.push_back(std::move(arena));
+    }
+
+private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<BuildArena>> arenas_;
+};
+
+/// Hands reports of Embree's to a Progress. No exception may cross Embree's frames: what the callback throws is carried
+/// around them.
+struct Monitor {
+    const Progress& progress;
+    std::mutex mutex;
+    std::exception_ptr raised;
+    bool cancelled = false;
+
+    static bool report(void* monitor, double fraction) noexcept
+    {
+        auto& self = *static_cast<Monitor*>(monitor);
+        const std::lock_guard lock(self.mutex);
+        try {
+            self.cancelled = self.cancelled || !self.progress(fraction);
+        } catch (...) {
+            self.raised = std::current_exception();
+            self.cancelled = true;
+        }
+        return !self.cancelled;
+    }
+};
+
+} // namespace
+
+EmbreeMemory::EmbreeMemory()
+    : count_(std::make_shared<std::atomic<std::ptrdiff_t>>(0)), before_(std::exchange(current_count, count_))
+{
+}
+
+EmbreeMemory::~EmbreeMemory()
+{
+    current_count = std::move(before_);
+}
+
+std::size_t EmbreeMemory::bytes() const
+{
+    return static_cast<std::size_t>(std::max<std::ptrdiff_t>(*count_, 0));
+}
+
+Device& Device::shared()
+{
+    static auto& device = *new Device; // never destroyed: threads may use it until the process ends
+    return device;
+}
+
+Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 {
     if (!device_)
         throw std::runtime_error("Embree cannot create a device: error " + std::to_string(rtcGetDeviceError(nullptr)));
     packet_size_ = embree::native_packet_size(device_.get());
-    rtcSetDeviceErrorFunction(
-        device_.get(),
-        [](void* self, RTCError code, const char* message) {
-            auto& device = *static_cast<Device*>(self);
-            const std::lock_guard lock(device.error_mutex_);
-            device.error_ = code;
-            device.error_message_ = message ? message : "";
-        },
-        this);
-    rtcSetDeviceMemoryMonitorFunction(
-        device_.get(),
-        [](void* self, ssize_t bytes, bool) {
-            static_cast<Device*>(self)->memory_ += bytes;
-            return true;
-        },
-        this);
+    rtcSetDeviceErrorFunction(device_.get(), keep_error, nullptr);
+    rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, nullptr);
 }
 
-void Device::commit(RTCScene scene, const Progress& progress)
+void Device::commit(RTCScene scene, const Progress& progress) const
 {
-    // No exception may cross Embree's frames: what the callback throws is carried around them.
-    struct Monitor {
-        const Progress& progress;
-        std::mutex mutex;
-        std::exception_ptr raised;
-        bool cancelled = false;
-    } monitor{progress, {}, {}, false};
+    check();
+    Monitor monitor{progress, {}, {}, false};
     if (progress)
-        rtcSetSceneProgressMonitorFunction(
-            scene,
-            [](void* pointer, double fraction) {
-                auto& self = *static_cast<Monitor*>(pointer);
-                const std::lock_guard lock(self.mutex);
-                try {
-                    self.cancelled = self.cancelled || !self.progress(fraction);
-                } catch (...) {
-                    self.raised = std::current_exception();
-                    self.cancelled = true;
-                }
-                return !self.cancelled;
-            },
-            &monitor);
-    rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, Monitor::report, &monitor);
+    auto arena = IdleArenas::instance().take();
+    arena->execute([&] { rtcCommitScene(scene); });
+    if (const std::ptrdiff_t by_helpers = arena->take_count(); current_count)
+        current_count->fetch_add(by_helpers, std::memory_order_relaxed);
+    IdleArenas::instance().give_back(std::move(arena));
     rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
 
     if (monitor.cancelled) {
-        const std::lock_guard lock(error_mutex_);
-        error_ = RTC_ERROR_NONE;
+        current_error.code = RTC_ERROR_NONE;
         if (monitor.raised)
             std::rethrow_exception(monitor.raised);
         throw Cancelled();
@@ -71,15 +178,13 @@ void Device::commit(RTCScene scene, const Progress& progress)
     check();
 }
 
-void Device::check()
+void Device::check() const
 {
-    const std::lock_guard lock(error_mutex_);
-    const RTCError error = error_;
-    error_ = RTC_ERROR_NONE;
-    if (error == RTC_ERROR_OUT_OF_MEMORY)
+    const RTCError code = std::exchange(current_error.code, RTC_ERROR_NONE);
+    if (code == RTC_ERROR_OUT_OF_MEMORY)
         throw std::bad_alloc();
-    if (error != RTC_ERROR_NONE)
-        throw std::runtime_error("Embree: " + error_message_);
+    if (code != RTC_ERROR_NONE)
+        throw std::runtime_error(std::string("Embree: ") + current_error.message);
 }
 
 } // namespace isospline

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace isospline {
 
@@ -50,22 +51,19 @@ glm::dmat4 moved(const glm::dmat4& local_to_world, const glm::dvec3& centre)
 
 } // namespace
 
-glm::dmat4 Instance::local_to_world() const
+Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform)
 {
-    return given.transform * object->local_to_object();
+    return transform_box(transform * local.to_object, local.bounds);
 }
 
-Box Instance::bounds() const
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const glm::dvec3& centre, double radius,
+                 std::uint32_t id)
 {
-    return transform_box(local_to_world(), object->local_bounds());
-}
-
-Placement Instance::placed(const glm::dvec3& centre, double radius) const
-{
+    const glm::dmat4 local_to_world = transform * local.to_object;
     Placement placed;
-    placed.transform = given.transform;
-    placed.world_to_local = glm::inverse(local_to_world());
-    placed.centred_to_local = glm::inverse(moved(local_to_world(), centre));
+    placed.transform = transform;
+    placed.world_to_local = glm::inverse(local_to_world);
+    placed.centred_to_local = glm::inverse(moved(local_to_world, centre));
     placed.rounding_error = traversal_rounding_error(radius, placed.centred_to_local);
 
     const double scale = stretch(placed.centred_to_local);
@@ -79,35 +77,25 @@ Placement Instance::placed(const glm::dvec3& centre, double radius) const
     return placed;
 }
 
-void Instance::update(Device& device, const glm::dvec3& centre)
+Instance::Instance(std::uint32_t geometry_id, std::shared_ptr<const Object> placed_object, SnapshotObject shown_object,
+                   const Placement& object_placement, const glm::dvec3& centre)
+    : id(geometry_id), object(std::move(placed_object)), shown(std::move(shown_object)), placement(object_placement)
 {
-    if (!geometry_) {
-        geometry_.reset(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
-        device.check();
-    }
-    const glm::mat4 single_precision(moved(local_to_world(), centre));
-    rtcSetGeometryInstancedScene(geometry_.get(), object->scene());
-    rtcSetGeometryTransform(geometry_.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, glm::value_ptr(single_precision));
-    rtcCommitGeometry(geometry_.get());
+    const Device& device = Device::shared();
+    geometry.reset(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE), embree::Release());
+    device.check();
+    const glm::mat4 single_precision(moved(shown.transform * object->local().to_object, centre));
+    rtcSetGeometryInstancedScene(geometry.get(), object->scene());
+    rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, glm::value_ptr(single_precision));
+    rtcCommitGeometry(geometry.get());
     device.check();
 }
 
-void Instance::attach(Device& device, TopScene which, RTCScene top, bool visible)
+bool Instance::is_same(const Object& other_object, const Placement& other_placement) const
 {
-    if (!visible)
-        return detach(which, top);
-    if (attached_[which])
-        return;
-    rtcAttachGeometryByID(top, geometry_.get(), slot);
-    device.check();
-    attached_[which] = true;
-}
-
-void Instance::detach(TopScene which, RTCScene top)
-{
-    if (attached_[which])
-        rtcDetachGeometry(top, slot);
-    attached_[which] = false;
+    return object.get() == &other_object && placement.transform == other_placement.transform &&
+           placement.centred_to_local == other_placement.centred_to_local &&
+           placement.rounding_error == other_placement.rounding_error;
 }
 
 } // namespace isospline

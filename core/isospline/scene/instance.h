@@ -2,45 +2,38 @@
 #pragma once
 
 #include "isospline/scene/object.h"
-#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_snapshot.h"
 
-#include <array>
-#include <cstddef>
+#include <glm/mat4x4.hpp>
+
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 
 namespace isospline {
 
-/// The queries that see different objects, each with a top scene of its own.
-enum TopScene : std::size_t {
-    camera_top, ///< of cast_rays() and list_intersections()
-    shadow_top, ///< of test_occlusions() and list_occluders()
-    top_scene_count
-};
+/// The box, in the scene's world space, of an object that is placed there.
+Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform);
 
+/// The placement of an object in a scene of this radius about its centre. Throws std::invalid_argument where single
+/// precision cannot hold rays there.
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const glm::dvec3& centre, double radius,
+                 std::uint32_t id);
+
+/// Part of one scene snapshot, or of several in a row: it never changes.
 struct Instance {
-    /// The box of the object in the scene's world space.
-    Box bounds() const;
-    /// Its placement in a scene of this radius about its centre. Throws std::invalid_argument where single precision
-    /// cannot hold rays there.
-    Placement placed(const glm::dvec3& centre, double radius) const;
-    /// Hands the placement and the object's Embree scene on to Embree.
-    void update(Device& device, const glm::dvec3& centre);
-    /// Makes this the geometry `slot` of a top scene, or no part of it.
-    void attach(Device& device, TopScene which, RTCScene top, bool visible);
-    void detach(TopScene which, RTCScene top);
+    /// Hands the placement and the object's Embree scene, which must be built, on to Embree.
+    Instance(std::uint32_t id, std::shared_ptr<const Object> object, SnapshotObject shown, const Placement& placement,
+             const glm::dvec3& centre);
 
-    std::uint32_t id;   ///< the geometry id that hits tell
-    std::uint32_t slot; ///< its number in Embree: unlike ids, used again
-    std::shared_ptr<Object> object;
-    PlacedObject given;
+    /// Whether one of this object, so placed, would be the same but for what sees it.
+    bool is_same(const Object& other_object, const Placement& other_placement) const;
+
+    std::uint32_t id; ///< the geometry id that hits tell
+    std::shared_ptr<const Object> object;
+    SnapshotObject shown;
     Placement placement;
-
-private:
-    glm::dmat4 local_to_world() const;
-
-    embree::GeometryHandle geometry_;
-    std::array<bool, top_scene_count> attached_{};
+    std::shared_ptr<std::remove_pointer_t<RTCGeometry>> geometry;
 };
 
 } // namespace isospline

@@ -29,6 +29,22 @@ constexpr auto lane_bits = [] {
     return bits;
 }();
 
+/// The box of the cells of the shell and of the caps, in lattice space.
+Box bounds_of(const IsosurfaceSnapshot& surface)
+{
+    Box bounds;
+    for (const Cell& cell : surface.shell().cells()) {
+        const glm::dvec3 lower(cell.x, cell.y, cell.z);
+        bounds.lower = glm::min(bounds.lower, lower);
+        bounds.upper = glm::max(bounds.upper, lower + 1.0);
+    }
+    for (const Box& box : cap_boxes(surface)) {
+        bounds.lower = glm::min(bounds.lower, box.lower);
+        bounds.upper = glm::max(bounds.upper, box.upper);
+    }
+    return bounds;
+}
+
 /// Of the cells that a ray meets, the one that it meets first.
 int nearest_cell(const GroupEntries& entries)
 {
@@ -41,55 +57,35 @@ int nearest_cell(const GroupEntries& entries)
 
 } // namespace
 
-IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const Isosurface> surface)
-    : surface_(std::move(surface)),
+IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface)
+    : Object({surface->volume().lattice_to_world(), bounds_of(*surface)}), surface_(std::move(surface)),
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), culler_(group_culler())
 {
 }
 
-Box IsosurfaceObject::local_bounds()
-{
-    if (bounds_version_ == surface_->version())
-        return bounds_;
-    bounds_ = Box();
-    for (const Cell& cell : surface_->shell().cells()) {
-        const glm::dvec3 lower(cell.x, cell.y, cell.z);
-        bounds_.lower = glm::min(bounds_.lower, lower);
-        bounds_.upper = glm::max(bounds_.upper, lower + 1.0);
-    }
-    cap_boxes_ = cap_boxes(*surface_);
-    for (const Box& box : cap_boxes_) {
-        bounds_.lower = glm::min(bounds_.lower, box.lower);
-        bounds_.upper = glm::max(bounds_.upper, box.upper);
-    }
-    bounds_version_ = surface_->version();
-    return bounds_;
-}
-
-bool IsosurfaceObject::is_stale(double rounding_error_local) const
+bool IsosurfaceObject::fits(double rounding_error_local) const
 {
     // Margins are built with room to grow, so that adding and moving objects does not rebuild all others.
-    return has_changed() || rounding_error_local > box_margin_ ||
-           (box_margin_ > least_box_margin && rounding_error_local < box_margin_ / 16.0);
+    return rounding_error_local <= box_margin_ &&
+           (box_margin_ <= least_box_margin || rounding_error_local >= box_margin_ / 16.0);
 }
 
-void IsosurfaceObject::build(Device& device, double rounding_error_local, const Progress& progress)
+embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, double rounding_error_local)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
-    built_version_ = 0;
     groups_ = cell_groups(*surface_);
-    local_bounds(); // and the caps' boxes
+    cap_boxes_ = cap_boxes(*surface_);
     embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
+    device.check();
     rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(groups_.size() + cap_boxes_.size()));
     rtcSetGeometryUserData(geometry.get(), this);
     rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
     rtcSetGeometryOccludedFunction(geometry.get(), occluded_function);
-    build_scene(device, geometry.get(), progress);
-    built_version_ = surface_->version();
+    return geometry;
 }
 
-std::size_t IsosurfaceObject::memory() const
+std::size_t IsosurfaceObject::own_memory() const
 {
     return groups_.capacity() * sizeof(CellGroup) + cap_boxes_.capacity() * sizeof(Box);
 }

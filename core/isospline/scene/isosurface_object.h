@@ -20,14 +20,9 @@ struct PacketQuery;
 
 class IsosurfaceObject final : public Object {
 public:
-    explicit IsosurfaceObject(std::shared_ptr<const Isosurface> surface);
+    explicit IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface);
 
-    glm::dmat4 local_to_object() const override { return surface_->volume().lattice_to_world(); }
-    Box local_bounds() override;
-    bool has_changed() const override { return built_version_ != surface_->version(); }
-    bool is_stale(double rounding_error_local) const override;
-    void build(Device& device, double rounding_error_local, const Progress& progress) override;
-    std::size_t memory() const override;
+    bool fits(double rounding_error_local) const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
@@ -39,6 +34,9 @@ public:
                                const Placement& placement) const override;
 
 private:
+    embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
+    std::size_t own_memory() const override;
+
     CellBlock cell_block(const CellGroup& group, int cell) const
     {
         return {surface_->volume(), surface_->threshold(), group.cell(cell)};
@@ -62,13 +60,11 @@ private:
     static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
     static void occluded_function(const RTCOccludedFunctionNArguments* arguments);
 
-    std::shared_ptr<const Isosurface> surface_;
+    std::shared_ptr<const IsosurfaceSnapshot> surface_;
     CellIntersector intersector_;
     GroupCuller culler_;
     std::vector<CellGroup> groups_;
     std::vector<Box> cap_boxes_;
-    Box bounds_;
-    std::uint64_t bounds_version_ = 0, built_version_ = 0;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };
 

@@ -1,6 +1,5 @@
 #include "isospline/scene/ray_query.h"
-#include "isospline/scene/scene.h"
-#include "isospline/scene/scene_impl.h"
+#include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/util/error.h"
 
 #include <algorithm>
@@ -29,11 +28,11 @@ void keep_triangle(const RTCFilterFunctionNArguments* arguments)
 
 } // namespace
 
-void Scene::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
-                           std::vector<Crossing>& crossings) const
+void SceneSnapshot::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
+                                   std::vector<Crossing>& crossings) const
 {
     const CappedChord& chord = of_instance.chord;
-    const Isosurface& surface = *of_instance.surface;
+    const IsosurfaceSnapshot& surface = *of_instance.surface;
     const Instance& instance = *instances[of_instance.slot];
     const auto begin = std::partition_point(crossings.begin(), crossings.end(), [&](const Crossing& crossing) {
         return crossing.hit.geometry_id < instance.id;
@@ -63,8 +62,8 @@ void Scene::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, c
         crossings.insert(crossings.begin() + first, cap_at(chord.t_near, chord.entry, true));
 }
 
-void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
-                       std::vector<Crossing>& crossings) const
+void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
+                               std::vector<Crossing>& crossings) const
 {
     crossings.clear();
     if (!prepare(ray, index, centre, centred_bounds, query.prepared))
@@ -109,11 +108,10 @@ void Scene::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery
     });
 }
 
-void Scene::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                       std::span<std::uint32_t> counts) const
+void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                               std::span<std::uint32_t> counts) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
-    require_commit();
     RayQuery query(instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
@@ -125,16 +123,16 @@ void Scene::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Cros
     }
 }
 
-void Scene::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                               std::span<std::uint32_t> counts) const
+void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                                       std::span<std::uint32_t> counts) const
 {
-    impl_->list(impl_->tops[camera_top].get(), rays, crossings, counts);
+    impl_->list(impl_->camera_top.get(), rays, crossings, counts);
 }
 
-void Scene::list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                           std::span<std::uint32_t> counts) const
+void SceneSnapshot::list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                                   std::span<std::uint32_t> counts) const
 {
-    impl_->list(impl_->seen_by_shadows, rays, crossings, counts);
+    impl_->list(impl_->shadow_top(), rays, crossings, counts);
 }
 
 } // namespace isospline

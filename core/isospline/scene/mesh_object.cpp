@@ -13,25 +13,26 @@
 
 namespace isospline {
 
+namespace {
+
+glm::dvec3 centre_of(const Mesh& mesh)
+{
+    return mesh.bounds().empty() ? glm::dvec3(0.0) : mesh.bounds().center();
+}
+
+} // namespace
+
 MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh)
-    : mesh_(std::move(mesh)), centre_(mesh_->bounds().empty() ? glm::dvec3(0.0) : mesh_->bounds().center())
+    : Object({glm::translate(glm::dmat4(1.0), centre_of(*mesh)),
+              {mesh->bounds().lower - centre_of(*mesh), mesh->bounds().upper - centre_of(*mesh)}}),
+      mesh_(std::move(mesh)), centre_(centre_of(*mesh_))
 {
 }
 
-glm::dmat4 MeshObject::local_to_object() const
-{
-    return glm::translate(glm::dmat4(1.0), centre_);
-}
-
-Box MeshObject::local_bounds()
-{
-    const Box& bounds = mesh_->bounds();
-    return {bounds.lower - centre_, bounds.upper - centre_};
-}
-
-void MeshObject::build(Device& device, double, const Progress& progress)
+embree::GeometryHandle MeshObject::make_geometry(const Device& device, double)
 {
     embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    device.check();
     const std::size_t vertex_count = mesh_->vertices().size(), face_count = mesh_->faces().size();
     if (face_count > 0) {
         auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -47,7 +48,7 @@ void MeshObject::build(Device& device, double, const Progress& progress)
             for (int corner = 0; corner < 3; ++corner)
                 faces[3 * i + static_cast<std::size_t>(corner)] = mesh_->faces()[i][corner];
     }
-    build_scene(device, geometry.get(), progress);
+    return geometry;
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const

@@ -14,11 +14,7 @@ class MeshObject final : public Object {
 public:
     explicit MeshObject(std::shared_ptr<const Mesh> mesh);
 
-    glm::dmat4 local_to_object() const override;
-    Box local_bounds() override;
-    bool has_changed() const override { return scene() == nullptr; }
-    bool is_stale(double) const override { return has_changed(); }
-    void build(Device& device, double rounding_error_local, const Progress& progress) override;
+    bool fits(double) const override { return true; }
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
@@ -30,6 +26,8 @@ public:
                                const Placement& placement) const override;
 
 private:
+    embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
+
     std::shared_ptr<const Mesh> mesh_;
     glm::dvec3 centre_;
 };

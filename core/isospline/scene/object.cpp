@@ -2,16 +2,21 @@
 
 namespace isospline {
 
-void Object::build_scene(Device& device, RTCGeometry geometry, const Progress& progress)
+void Object::build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress)
 {
-    rtcCommitGeometry(geometry);
+    const EmbreeMemory memory;
+    const Device& device = Device::shared();
+    const embree::GeometryHandle geometry = make_geometry(device, rounding_error_local);
+    rtcCommitGeometry(geometry.get());
     embree::SceneHandle scene(rtcNewScene(device.get()));
+    device.check();
     rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | embree::query_filter_flag);
-    rtcSetSceneBuildQuality(scene.get(), device.build_quality());
-    rtcAttachGeometryByID(scene.get(), geometry, 0);
+    rtcSetSceneBuildQuality(scene.get(), quality);
+    rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
     device.check();
     device.commit(scene.get(), progress);
     scene_ = std::move(scene);
+    embree_memory_ = memory.bytes();
 }
 
 } // namespace isospline

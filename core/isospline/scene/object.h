@@ -14,7 +14,7 @@
 
 namespace isospline {
 
-/// Where an instance of an object is, as of the last commit.
+/// Where an instance of an object is.
 struct Placement {
     glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
     glm::dmat4 world_to_local{1.0};
@@ -22,26 +22,28 @@ struct Placement {
     double rounding_error = 0.0;      ///< in local space, of a ray that Embree traverses in single precision
 };
 
+/// The space of an object's own Embree geometry, and the object's box in it.
+struct LocalSpace {
+    glm::dmat4 to_object; ///< to the object's world space
+    Box bounds;
+};
+
+/// Built once, by the thread that makes it; from then on any number of threads may use it, as it never changes.
 class Object {
 public:
-    Object() = default;
+    explicit Object(const LocalSpace& local) : local_(local) {}
     virtual ~Object() = default;
     Object(const Object&) = delete;
     Object& operator=(const Object&) = delete;
 
-    /// The space of the object's own Embree geometry to the object's world space.
-    virtual glm::dmat4 local_to_object() const = 0;
-    /// The box of the object in its local space.
-    virtual Box local_bounds() = 0;
-    /// Whether what the object shows has changed since it was built.
-    virtual bool has_changed() const = 0;
-    /// Whether a commit has to build the object's own Embree scene, given the largest single precision rounding error
-    /// that rays have in local space.
-    virtual bool is_stale(double rounding_error_local) const = 0;
+    const LocalSpace& local() const { return local_; }
+    bool is_built() const { return scene_ != nullptr; }
+    /// Whether what is built serves rays whose single precision rounding error in local space is this at most.
+    virtual bool fits(double rounding_error_local) const = 0;
     /// Builds the object's own Embree scene, its boxes wide enough for that rounding error.
-    virtual void build(Device& device, double rounding_error_local, const Progress& progress) = 0;
-    /// Bytes that the object holds for queries, Embree's not counted.
-    virtual std::size_t memory() const { return 0; }
+    void build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress);
+    /// Bytes that the object holds for queries.
+    std::size_t memory() const { return embree_memory_ + own_memory(); }
     /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
     /// is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
@@ -62,12 +64,15 @@ public:
     /// The object's own Embree scene, which instances place in the top scene.
     RTCScene scene() const { return scene_.get(); }
 
-protected:
-    /// Puts the geometry into a new Embree scene and builds that; the one before is kept where this fails.
-    void build_scene(Device& device, RTCGeometry geometry, const Progress& progress);
-
 private:
+    /// The geometry of the object's own Embree scene.
+    virtual embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) = 0;
+    /// Embree's not counted.
+    virtual std::size_t own_memory() const { return 0; }
+
+    LocalSpace local_;
     embree::SceneHandle scene_;
+    std::size_t embree_memory_ = 0;
 };
 
 } // namespace isospline

@@ -26,7 +26,7 @@ namespace {
 template <int Degree>
 class Clearance {
 public:
-    Clearance(const Isosurface& surface, const glm::dmat4& centred_to_local, const glm::dvec3& centre,
+    Clearance(const IsosurfaceSnapshot& surface, const glm::dmat4& centred_to_local, const glm::dvec3& centre,
               const glm::dvec3& position)
         : surface_(surface), to_lattice_(centred_to_local), centre_(centre)
     {
@@ -84,7 +84,7 @@ private:
         return CellBlock(surface_.volume(), surface_.threshold(), Cell{index.x, index.y, index.z});
     }
 
-    const Isosurface& surface_;
+    const IsosurfaceSnapshot& surface_;
     const glm::dmat4& to_lattice_;
     const glm::dvec3 centre_;
     double coordinate_error_ = 0.0;

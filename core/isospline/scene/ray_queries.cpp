@@ -1,6 +1,5 @@
 #include "isospline/scene/ray_query.h"
-#include "isospline/scene/scene.h"
-#include "isospline/scene/scene_impl.h"
+#include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/util/error.h"
 
 #include <algorithm>
@@ -8,7 +7,7 @@
 
 namespace isospline {
 
-void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
+void SceneSnapshot::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
 {
     RayQuery query(instances);
     RTCRayHit ray_hit;
@@ -20,7 +19,7 @@ void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) c
         set_ray(query.prepared.ray, ray_hit.ray);
         ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(tops[camera_top].get(), query, ray_hit);
+        embree::intersect(camera_top.get(), query, ray_hit);
         if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
             continue;
         // The nearest root is kept in double precision; only a triangle can be nearer than that.
@@ -35,7 +34,7 @@ void Scene::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) c
 }
 
 template <int Size>
-void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const
+void SceneSnapshot::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const
 {
     PacketQuery query(instances);
     alignas(64) RTCRayHitNt<Size> packet;
@@ -51,7 +50,7 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
         alignas(64) int valid[Size];
         for (int lane = 0; lane < Size; ++lane)
             valid[lane] = -static_cast<int>(used >> lane & 1u);
-        embree::intersect_coherent(tops[camera_top].get(), query, valid, packet);
+        embree::intersect_coherent(camera_top.get(), query, valid, packet);
 
         LaneMask unfinished = 0;
         for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
@@ -83,13 +82,12 @@ void Scene::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit> hits) c
     }
 }
 
-void Scene::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
+void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
-    impl_->require_commit();
     if (!coherent)
         return impl_->cast_singles(rays, hits);
-    switch (impl_->device.packet_size()) {
+    switch (Device::shared().packet_size()) {
     case 16:
         return impl_->cast_packets<16>(rays, hits);
     case 8:
@@ -99,10 +97,9 @@ void Scene::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coher
     }
 }
 
-void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
+void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
-    impl_->require_commit();
     RayQuery query(impl_->instances);
     RTCRay ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -111,7 +108,7 @@ void Scene::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> o
             continue;
         query.begin();
         set_ray(query.prepared.ray, ray);
-        embree::occluded(impl_->seen_by_shadows, query, ray);
+        embree::occluded(impl_->shadow_top(), query, ray);
         occluded[i] = ray.tfar < 0.0f;
     }
 }

@@ -8,7 +8,7 @@
 
 namespace isospline {
 
-void RayQuery::enter(std::uint32_t slot, const Isosurface& surface)
+void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
 {
     if (slot == cached_slot)
         return;
@@ -38,7 +38,7 @@ void RayQuery::enter(std::uint32_t slot, const Isosurface& surface)
         chords.push_back({chord, &surface, slot});
 }
 
-void PacketQuery::enter(std::uint32_t slot, const Isosurface& surface)
+void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
 {
     if (slot == cached_slot)
         return;

@@ -22,8 +22,8 @@
 
 namespace isospline {
 
-/// Instances by their slots, the numbers that Embree tells.
-using Instances = std::span<const std::unique_ptr<Instance>>;
+/// Instances by their slots, the numbers that Embree tells: in the order of their geometry ids.
+using Instances = std::span<const std::shared_ptr<const Instance>>;
 
 /// A crossing as Embree or a cell has it.
 struct RawCrossing {
@@ -35,7 +35,7 @@ struct RawCrossing {
 /// What the clip of a capped isosurface leaves of a ray that is to be listed.
 struct ChordOfInstance {
     CappedChord chord;
-    const Isosurface* surface;
+    const IsosurfaceSnapshot* surface;
     std::uint32_t slot;
 };
 
@@ -53,7 +53,7 @@ struct RayQuery : embree::QueryContext {
 
     /// Makes `in_lattice` and what follows it those of an instance. The ray stays in one instance for many cells, so
     /// the last one is remembered.
-    void enter(std::uint32_t slot, const Isosurface& surface);
+    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
 
     Instances instances;
     PreparedRay prepared;
@@ -80,7 +80,7 @@ struct PacketQuery : embree::QueryContext {
     }
 
     /// As of RayQuery, for all lanes.
-    void enter(std::uint32_t slot, const Isosurface& surface);
+    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
 
     Instances instances;
     PreparedPacket prepared;

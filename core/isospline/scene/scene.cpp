@@ -1,16 +1,16 @@
 #include "isospline/scene/scene.h"
 
-#include "isospline/math/affine.h"
-#include "isospline/scene/isosurface_object.h"
-#include "isospline/scene/mesh_object.h"
-#include "isospline/scene/scene_impl.h"
+#include "isospline/scene/snapshot_builder.h"
 #include "isospline/util/error.h"
+#include "isospline/util/turn.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -36,162 +36,157 @@ void check_transform(const glm::dmat4& transform)
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
 }
 
-glm::dvec3 centre_of(const Box& box)
+RTCBuildQuality to_embree(BuildQuality quality)
 {
-    return box.empty() ? glm::dvec3(0.0) : box.center();
+    switch (quality) {
+    case BuildQuality::low:
+        return RTC_BUILD_QUALITY_LOW;
+    case BuildQuality::high:
+        return RTC_BUILD_QUALITY_HIGH;
+    default:
+        return RTC_BUILD_QUALITY_MEDIUM;
+    }
 }
 
-double radius_of(const Box& box)
-{
-    return box.empty() ? 0.0 : 0.5 * glm::length(box.size());
-}
-
-/// Tells early what is wrong with an instance in any scene.
-void check_alone(const Instance& instance)
-{
-    const Box bounds = instance.bounds();
-    static_cast<void>(instance.placed(centre_of(bounds), radius_of(bounds)));
-}
-
-const void* address(const PlacedObject& placed)
-{
-    return std::visit([](const auto& object) -> const void* { return object.get(); }, placed.object);
-}
-
-std::shared_ptr<Object> make_object(const PlacedObject& placed)
-{
-    if (const auto* surface = std::get_if<std::shared_ptr<const Isosurface>>(&placed.object))
-        return std::make_shared<IsosurfaceObject>(*surface);
-    return std::make_shared<MeshObject>(std::get<std::shared_ptr<const Mesh>>(placed.object));
-}
+/// What the last placement to be checked was of: many instances of one object are often added in a row.
+struct CheckedObject {
+    std::weak_ptr<const void> shown;
+    LocalSpace local;
+};
 
 } // namespace
 
-Scene::Impl::Impl(BuildQuality quality) : device(quality)
+struct Scene::Impl {
+    explicit Impl(BuildQuality quality) : build_quality(to_embree(quality)) {}
+
+    std::uint32_t add(PlacedObject given);
+    /// Throws std::invalid_argument for a placement that does not do in any scene.
+    void check_alone(const PlacedObject& given, std::uint32_t id);
+    bool is_current(const SceneSnapshot* snapshot) const;
+    std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress);
+
+    /// These need the mutex. Entries that are given away do not change.
+    const PlacedObject& entry(std::uint32_t id) const;
+    Entries& entries_to_edit();
+
+    const RTCBuildQuality build_quality;
+    Turn turn;
+
+    mutable std::mutex mutex; ///< of all below, for moments only: nobody builds or waits while it is locked
+    std::shared_ptr<Entries> entries = std::make_shared<Entries>();
+    std::uint32_t next_id = 0;
+    std::uint64_t version = 1; ///< of the entries
+    std::shared_ptr<const SceneSnapshot> newest;
+    Objects left_over; ///< what a build that threw had built: the next one may need it
+    std::uint64_t build_count = 0;
+    CheckedObject checked;
+};
+
+void Scene::Impl::check_alone(const PlacedObject& given, std::uint32_t id)
 {
-    for (embree::SceneHandle& top : tops) {
-        top.reset(rtcNewScene(device.get()));
-        rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC | embree::query_filter_flag);
-        device.check();
-        device.commit(top.get());
+    check_transform(given.transform);
+    const ShownObject shown = shown_now(given.object);
+    std::optional<LocalSpace> local;
+    {
+        const std::lock_guard lock(mutex);
+        if (checked.shown.lock() == address(shown))
+            local = checked.local;
     }
-    seen_by_shadows = tops[camera_top].get();
+    if (!local) {
+        local = make_object(shown)->local();
+        const std::lock_guard lock(mutex);
+        checked = {address(shown), *local};
+    }
+    isospline::check_alone(*local, given.transform, id);
+}
+
+const PlacedObject& Scene::Impl::entry(std::uint32_t id) const
+{
+    if (const auto found = entries->find(id); found != entries->end())
+        return found->second;
+    throw_invalid("geometry_id", "the geometry id of an object in the scene",
+                  std::to_string(id) + (id < next_id ? ", which has been removed" : ""));
+}
+
+Entries& Scene::Impl::entries_to_edit()
+{
+    if (entries.use_count() > 1) // a build reads them
+        entries = std::make_shared<Entries>(*entries);
+    ++version;
+    return *entries;
 }
 
 std::uint32_t Scene::Impl::add(PlacedObject given)
 {
-    check_transform(given.transform);
-    const std::unique_lock lock(mutex);
-    const std::lock_guard instance_lock(instance_mutex);
-    ISOSPLINE_ASSERT(next_id, <, invalid_id);
-    const auto known = objects.find(address(given));
-    std::shared_ptr<Object> object = known == objects.end() ? make_object(given) : known->second;
-    auto added = std::make_unique<Instance>();
-    added->id = next_id;
-    added->object = std::move(object);
-    added->given = std::move(given);
-    check_alone(*added);
-    if (free_slots.empty()) {
-        free_slots.push_back(static_cast<std::uint32_t>(instances.size()));
-        instances.emplace_back();
+    std::uint32_t likely_id;
+    {
+        const std::lock_guard lock(mutex);
+        likely_id = next_id;
     }
-    added->slot = free_slots.back();
-    objects[address(added->given)] = added->object;
-    instance_of_id[next_id] = added.get();
-    free_slots.pop_back();
-    instances[added->slot] = std::move(added);
-    has_changed = true;
+    check_alone(given, likely_id);
+    const std::lock_guard lock(mutex);
+    ISOSPLINE_ASSERT(next_id, <, invalid_id);
+    entries_to_edit().emplace(next_id, std::move(given));
     return next_id++;
 }
 
-void Scene::Impl::remove(std::uint32_t id)
+bool Scene::Impl::is_current(const SceneSnapshot* snapshot) const
 {
-    const std::unique_lock lock(mutex);
-    const std::lock_guard instance_lock(instance_mutex);
-    Instance& removed = instance(id, "geometry_id");
-    free_slots.push_back(removed.slot);
-    for (const TopScene which : {camera_top, shadow_top})
-        removed.detach(which, tops[which].get());
-    if (removed.object.use_count() == 2) // this instance and the list of objects
-        objects.erase(address(removed.given));
-    instance_of_id.erase(id);
-    instances[removed.slot].reset();
-    has_changed = true;
-}
-
-Instance* Scene::Impl::find(std::uint32_t id) const
-{
-    const auto found = instance_of_id.find(id);
-    return found == instance_of_id.end() ? nullptr : found->second;
-}
-
-Instance& Scene::Impl::instance(std::uint32_t id, const char* parameter) const
-{
-    if (Instance* const found = find(id))
-        return *found;
-    throw_invalid(parameter, "the geometry id of an object in the scene",
-                  std::to_string(id) + (id < next_id ? ", which has been removed" : ""));
-}
-
-bool Scene::Impl::commit_is_due() const
-{
-    return has_changed ||
-           std::any_of(objects.begin(), objects.end(), [](const auto& item) { return item.second->has_changed(); });
-}
-
-void Scene::Impl::require_commit() const
-{
-    if (commit_is_due())
-        throw std::logic_error("the scene has changed: commit() it before casting rays");
-}
-
-void Scene::Impl::commit(const Progress& progress)
-{
-    const std::unique_lock lock(mutex);
-    if (!commit_is_due())
-        return;
-    has_changed = true; // until all is done: what throws below leaves the scene to the next commit
-
-    bounds = Box();
-    for (const auto& [id, instance] : instance_of_id)
-        if (const Box box = instance->bounds(); !box.empty()) {
-            bounds.extend(box.lower);
-            bounds.extend(box.upper);
-        }
-    centre = centre_of(bounds);
-    const double radius = radius_of(bounds);
-    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
-    centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
-
-    // An object is built for the instance that needs the widest boxes.
-    std::unordered_map<const Object*, double> largest_error;
-    bool shadows_differ = false;
-    for (const auto& [id, instance] : instance_of_id) {
-        instance->placement = instance->placed(centre, radius);
-        double& error = largest_error[instance->object.get()];
-        error = std::max(error, instance->placement.rounding_error);
-        const SeenBy& seen_by = instance->given.seen_by;
-        shadows_differ = shadows_differ || seen_by.camera != seen_by.shadow;
+    {
+        const std::lock_guard lock(mutex);
+        if (snapshot == nullptr || snapshot != newest.get() || snapshot->impl_->version != version)
+            return false;
     }
-    for (const auto& [id, instance] : instance_of_id) {
-        Object& object = *instance->object;
-        if (const double error = largest_error[&object]; object.is_stale(error)) {
-            object.build(device, error, progress);
-            ++build_count;
-        }
-    }
+    const std::vector<SurfaceAtLevel>& surfaces = snapshot->impl_->surfaces;
+    return std::all_of(surfaces.begin(), surfaces.end(),
+                       [](const SurfaceAtLevel& known) { return known.surface->snapshot() == known.shown; });
+}
 
-    // Shadow rays have a top scene of their own only where they see other objects than the camera does.
-    for (const auto& [id, instance] : instance_of_id) {
-        const SeenBy& seen_by = instance->given.seen_by;
-        instance->update(device, centre);
-        instance->attach(device, camera_top, tops[camera_top].get(), seen_by.camera);
-        instance->attach(device, shadow_top, tops[shadow_top].get(), shadows_differ && seen_by.shadow);
+std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progress)
+{
+    const auto current = [&]() -> std::shared_ptr<const SceneSnapshot> {
+        std::unique_lock lock(mutex);
+        std::shared_ptr<const SceneSnapshot> known = newest;
+        lock.unlock();
+        return is_current(known.get()) ? known : nullptr;
+    };
+    if (auto known = current())
+        return known;
+    const Turn::Taken taken(turn, progress);
+    if (auto known = current()) // what the thread before has built
+        return known;
+
+    SnapshotBuilder builder;
+    builder.quality = build_quality;
+    std::uint64_t built_version;
+    std::uint32_t ids;
+    {
+        const std::lock_guard lock(mutex);
+        builder.entries = entries;
+        builder.before = newest;
+        builder.known = left_over;
+        builder.build_count = build_count;
+        built_version = version;
+        ids = next_id;
     }
-    for (const embree::SceneHandle& top : tops)
-        device.commit(top.get());
-    seen_by_shadows = tops[shadows_differ ? shadow_top : camera_top].get();
-    has_changed = false;
+    const auto keep = [&](std::shared_ptr<const SceneSnapshot> built, Objects rest) {
+        const std::lock_guard lock(mutex);
+        if (built)
+            newest.swap(built);
+        left_over.swap(rest);
+        build_count = builder.build_count;
+    };
+    try {
+        std::unique_ptr<SceneSnapshot::Impl> built = builder.build(progress);
+        built->version = built_version;
+        built->next_id = ids;
+        const auto next = std::make_shared<const SceneSnapshot>(std::move(built));
+        keep(next, {});
+        return next;
+    } catch (...) {
+        keep(nullptr, std::move(builder.known));
+        throw;
+    }
 }
 
 Scene::Scene(BuildQuality quality) : impl_(std::make_unique<Impl>(quality))
@@ -213,105 +208,65 @@ std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& tra
 
 void Scene::remove(std::uint32_t geometry_id)
 {
-    impl_->remove(geometry_id);
+    Entries::node_type removed; // goes after the lock
+    const std::lock_guard lock(impl_->mutex);
+    static_cast<void>(impl_->entry(geometry_id));
+    removed = impl_->entries_to_edit().extract(geometry_id);
 }
 
 void Scene::set_transform(std::uint32_t geometry_id, const glm::dmat4& transform)
 {
-    check_transform(transform);
-    const std::unique_lock lock(impl_->mutex);
-    const std::lock_guard instance_lock(impl_->instance_mutex);
-    Instance& instance = impl_->instance(geometry_id, "geometry_id");
-    const glm::dmat4 before = std::exchange(instance.given.transform, transform);
-    try {
-        check_alone(instance);
-    } catch (...) {
-        instance.given.transform = before;
-        throw;
-    }
-    impl_->has_changed = true;
+    PlacedObject moved = object(geometry_id);
+    moved.transform = transform;
+    impl_->check_alone(moved, geometry_id);
+    const std::lock_guard lock(impl_->mutex);
+    static_cast<void>(impl_->entry(geometry_id));
+    impl_->entries_to_edit().at(geometry_id).transform = transform;
 }
 
 void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
 {
-    const std::unique_lock lock(impl_->mutex);
-    const std::lock_guard instance_lock(impl_->instance_mutex);
-    impl_->instance(geometry_id, "geometry_id").given.seen_by = seen_by;
-    impl_->has_changed = true;
+    const std::lock_guard lock(impl_->mutex);
+    static_cast<void>(impl_->entry(geometry_id));
+    impl_->entries_to_edit().at(geometry_id).seen_by = seen_by;
 }
 
-void Scene::commit(const Progress& progress)
+std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress)
 {
-    impl_->commit(progress);
+    return impl_->snapshot(progress);
 }
 
-std::shared_lock<std::shared_mutex> Scene::hold(const Progress& progress)
+bool Scene::is_current(const SceneSnapshot& snapshot) const
 {
-    while (true) {
-        std::shared_lock lock(impl_->mutex);
-        if (!impl_->commit_is_due())
-            return lock;
-        lock.unlock();
-        impl_->commit(progress);
-    }
-}
-
-std::shared_lock<std::shared_mutex> Scene::hold_committed() const
-{
-    std::shared_lock lock(impl_->mutex);
-    impl_->require_commit();
-    return lock;
-}
-
-glm::dvec3 Scene::offset_position(const Hit& hit, const glm::dvec3& towards) const
-{
-    const Instance& instance = impl_->instance(hit.geometry_id, "hit");
-    return instance.object->offset_position(hit, towards, impl_->centre, instance.placement);
-}
-
-Box Scene::bounds() const
-{
-    return impl_->bounds;
+    return impl_->is_current(&snapshot);
 }
 
 PlacedObject Scene::object(std::uint32_t geometry_id) const
 {
-    const std::lock_guard lock(impl_->instance_mutex);
-    return impl_->instance(geometry_id, "geometry_id").given;
+    const std::lock_guard lock(impl_->mutex);
+    return impl_->entry(geometry_id);
 }
 
 bool Scene::contains(std::uint32_t geometry_id) const
 {
-    const std::lock_guard lock(impl_->instance_mutex);
-    return impl_->find(geometry_id) != nullptr;
+    const std::lock_guard lock(impl_->mutex);
+    return impl_->entries->contains(geometry_id);
 }
 
 std::vector<std::uint32_t> Scene::ids() const
 {
-    const std::lock_guard lock(impl_->instance_mutex);
+    const std::lock_guard lock(impl_->mutex);
     std::vector<std::uint32_t> ids;
-    for (const auto& [id, instance] : impl_->instance_of_id)
+    ids.reserve(impl_->entries->size());
+    for (const auto& [id, entry] : *impl_->entries)
         ids.push_back(id);
     return ids;
 }
 
 std::size_t Scene::count() const
 {
-    const std::lock_guard lock(impl_->instance_mutex);
-    return impl_->instance_of_id.size();
-}
-
-std::uint64_t Scene::build_count() const
-{
-    return impl_->build_count;
-}
-
-std::size_t Scene::memory() const
-{
-    std::size_t bytes = impl_->device.memory() + impl_->instance_of_id.size() * sizeof(Instance);
-    for (const auto& [address, object] : impl_->objects)
-        bytes += object->memory();
-    return bytes;
+    const std::lock_guard lock(impl_->mutex);
+    return impl_->entries->size();
 }
 
 } // namespace isospline

@@ -50,27 +50,45 @@ void check_clip(const std::vector<HalfSpace>& clip)
 
 } // namespace
 
+IsosurfaceSnapshot::IsosurfaceSnapshot(const IsosurfaceSnapshot& other, double level, const Progress& progress)
+    : volume_(other.volume_), bounds_(other.bounds_), options_(other.options_), clip_lattice_(other.clip_lattice_),
+      level_(level), threshold_(level - volume_->offset()),
+      shell_(*volume_, *bounds_, threshold_, options_->shell, clip_lattice_, progress)
+{
+}
+
 Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
                        std::shared_ptr<const ValueBounds> bounds, const Progress& progress)
-    : volume_(std::move(volume)), bounds_(std::move(bounds)), options_(std::move(options))
 {
-    check_volume(volume_);
-    check_mask(options_.shell.mask, *volume_);
-    check_clip(options_.clip);
-    for (const HalfSpace& half_space : options_.clip)
-        clip_lattice_.push_back(pull_back(half_space, volume_->lattice_to_world()));
+    check_volume(volume);
+    check_mask(options.shell.mask, *volume);
+    check_clip(options.clip);
     check_level(level);
-    if (!bounds_)
-        bounds_ = std::make_shared<const ValueBounds>(*volume_);
-    set_level(level, progress);
+    IsosurfaceSnapshot common;
+    for (const HalfSpace& half_space : options.clip)
+        common.clip_lattice_.push_back(pull_back(half_space, volume->lattice_to_world()));
+    common.bounds_ = bounds ? std::move(bounds) : std::make_shared<const ValueBounds>(*volume);
+    common.options_ = std::make_shared<const IsosurfaceOptions>(std::move(options));
+    common.volume_ = std::move(volume);
+    snapshot_.reset(new IsosurfaceSnapshot(common, level, progress));
+}
+
+Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())
+{
+}
+
+std::shared_ptr<const IsosurfaceSnapshot> Isosurface::snapshot() const
+{
+    const std::lock_guard lock(mutex_);
+    return snapshot_;
 }
 
 void Isosurface::set_level(double level, const Progress& progress)
 {
     check_level(level);
-    shell_ = Shell(*volume_, *bounds_, level - volume_->offset(), options_.shell, clip_lattice_, progress);
-    level_ = level;
-    ++version_;
+    std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(*snapshot(), level, progress));
+    const std::lock_guard lock(mutex_);
+    snapshot_.swap(changed); // so that the one before goes after the lock
 }
 
 } // namespace isospline

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <vector>
 
 namespace isospline {
 
@@ -33,10 +35,45 @@ struct IsosurfaceOptions {
     std::shared_ptr<const Material> material; ///< what it is made of, for path tracers, or nothing
 };
 
+/// An isosurface as it is at one level. It never changes, so that any number of threads may trace it, and whoever holds
+/// it keeps it alive.
+class IsosurfaceSnapshot {
+public:
+    const Volume& volume() const { return *volume_; }
+    const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
+    const IsosurfaceOptions& options() const { return *options_; }
+    const std::shared_ptr<const Material>& material() const { return options_->material; }
+    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return bounds_; }
+    double level() const { return level_; }
+    /// The level that stored coefficients are compared with: level - volume().offset().
+    double threshold() const { return threshold_; }
+    const Shell& shell() const { return shell_; }
+    /// The clip half-spaces in lattice space.
+    const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
+    /// Whether a primitive id is that of a cap: shell().count() + position of its half-space in the clip.
+    bool is_cap(std::uint32_t primitive_id) const { return primitive_id >= shell_.count(); }
+    /// How many primitive ids there are: cells and caps.
+    std::size_t primitive_count() const { return shell_.count() + (options_->capped ? clip_lattice_.size() : 0); }
+
+private:
+    friend class Isosurface;
+    IsosurfaceSnapshot() = default;
+    /// The same surface at another level.
+    IsosurfaceSnapshot(const IsosurfaceSnapshot& other, double level, const Progress& progress);
+
+    std::shared_ptr<const Volume> volume_;
+    std::shared_ptr<const ValueBounds> bounds_;
+    std::shared_ptr<const IsosurfaceOptions> options_;
+    std::vector<HalfSpace> clip_lattice_;
+    double level_ = 0.0, threshold_ = 0.0;
+    Shell shell_;
+};
+
 /// The surface f = level of a volume's model, of degree 1, 2 or 3.
 ///
-/// Changing the level re-uses coefficients and value bounds: only bricks that straddle the level are visited. Not
-/// synchronised: do not change the level while another thread traces the surface.
+/// Changing the level re-uses coefficients and value bounds: only bricks that straddle the level are visited. Any
+/// number of threads may change the level and use the surface at a time. Whoever uses it takes a snapshot, which later
+/// changes of the level leave as it is; a change waits for nobody.
 ///
 /// Several surfaces of one volume share its value bounds: a copy shares them with the original, and the constructor
 /// takes those of another surface.
@@ -48,35 +85,26 @@ public:
     /// `bounds` are those of `volume`, and are computed where there are none.
     Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {},
                std::shared_ptr<const ValueBounds> bounds = nullptr, const Progress& progress = {});
+    Isosurface(const Isosurface& other);
+    Isosurface& operator=(const Isosurface&) = delete;
 
-    const Volume& volume() const { return *volume_; }
-    const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
-    const IsosurfaceOptions& options() const { return options_; }
-    const std::shared_ptr<const Material>& material() const { return options_.material; }
-    double level() const { return level_; }
-    /// Throws std::invalid_argument where the level is not finite. Nothing changes where this throws or is cancelled.
+    /// The surface at its present level.
+    std::shared_ptr<const IsosurfaceSnapshot> snapshot() const;
+    double level() const { return snapshot()->level(); }
+    /// Of two changes at a time, the last to be finished holds. Throws std::invalid_argument where the level is not
+    /// finite. Nothing changes where this throws or is cancelled.
     void set_level(double level, const Progress& progress = {});
-    /// The level that stored coefficients are compared with: level - volume().offset().
-    double threshold() const { return level_ - volume_->offset(); }
-    const Shell& shell() const { return shell_; }
-    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return bounds_; }
-    /// The clip half-spaces in lattice space.
-    const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
-    /// Whether a primitive id is that of a cap: shell().count() + position of its half-space in the clip.
-    bool is_cap(std::uint32_t primitive_id) const { return primitive_id >= shell_.count(); }
-    /// How many primitive ids there are: cells and caps.
-    std::size_t primitive_count() const { return shell_.count() + (options_.capped ? clip_lattice_.size() : 0); }
-    /// Grows with every change of the shell; scenes rebuild by it.
-    std::uint64_t version() const { return version_; }
+
+    // What all levels have in common.
+    const Volume& volume() const { return snapshot()->volume(); }
+    const std::shared_ptr<const Volume>& shared_volume() const { return snapshot()->shared_volume(); }
+    const IsosurfaceOptions& options() const { return snapshot()->options(); }
+    const std::shared_ptr<const Material>& material() const { return options().material; }
+    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return snapshot()->shared_bounds(); }
 
 private:
-    std::shared_ptr<const Volume> volume_;
-    std::shared_ptr<const ValueBounds> bounds_;
-    IsosurfaceOptions options_;
-    std::vector<HalfSpace> clip_lattice_;
-    double level_ = 0.0;
-    Shell shell_;
-    std::uint64_t version_ = 0;
+    mutable std::mutex mutex_; ///< of the pointer
+    std::shared_ptr<const IsosurfaceSnapshot> snapshot_;
 };
 
 } // namespace isospline

@@ -32,7 +32,7 @@ Side side_in_cell(const PointInCell& point, double coordinate_error, Inside insi
 }
 
 /// Of the solid: in the domain, which cells exceed by their margin, not cut away by the mask, on the inner side.
-Side side_of(const Isosurface& surface, const CappedChord& chord, double t)
+Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double t)
 {
     const Volume& volume = surface.volume();
     const glm::dvec3 lattice = chord.at(t);
@@ -91,17 +91,17 @@ void narrow(Box& box, const HalfSpace& half_space)
 
 } // namespace
 
-bool CappedChord::enters_cap(const Isosurface& surface) const
+bool CappedChord::enters_cap(const IsosurfaceSnapshot& surface) const
 {
     return entry >= 0 && t_near < t_far && side_of(surface, *this, t_near) != Side::outside;
 }
 
-bool CappedChord::leaves_cap(const Isosurface& surface) const
+bool CappedChord::leaves_cap(const IsosurfaceSnapshot& surface) const
 {
     return exit >= 0 && t_near < t_far && side_of(surface, *this, t_far) != Side::outside;
 }
 
-CappedEnds CappedChord::capped_ends(const Isosurface& surface, std::optional<bool> first_enters,
+CappedEnds CappedChord::capped_ends(const IsosurfaceSnapshot& surface, std::optional<bool> first_enters,
                                     std::optional<bool> last_enters) const
 {
     if (!(t_near < t_far))
@@ -117,7 +117,7 @@ CappedEnds CappedChord::capped_ends(const Isosurface& surface, std::optional<boo
     return {entry >= 0 && decide(first, first_leaves, last), exit >= 0 && decide(last, last_enters, first)};
 }
 
-glm::dvec3 gradient_lattice(const Isosurface& surface, const glm::dvec3& lattice)
+glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
 {
     const PointInCell point(surface, lattice);
     switch (surface.volume().degree()) {
@@ -130,7 +130,7 @@ glm::dvec3 gradient_lattice(const Isosurface& surface, const glm::dvec3& lattice
     }
 }
 
-std::vector<Box> cap_boxes(const Isosurface& surface)
+std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
 {
     std::vector<Box> boxes;
     if (!surface.options().capped)

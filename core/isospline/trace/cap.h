@@ -22,21 +22,21 @@ struct CappedChord : Chord {
     glm::dvec3 origin, direction;
 
     /// Whether the ray meets a cap where it comes in, or goes out, as far as double precision cannot rule that out.
-    bool enters_cap(const Isosurface& surface) const;
-    bool leaves_cap(const Isosurface& surface) const;
+    bool enters_cap(const IsosurfaceSnapshot& surface) const;
+    bool leaves_cap(const IsosurfaceSnapshot& surface) const;
     /// The same, given whether the first and the last of the ray's crossings with the surface on the chord, if there
     /// are any, enter the solid: they decide where rounding leaves it open, so that crossings enter and leave in turn.
-    CappedEnds capped_ends(const Isosurface& surface, std::optional<bool> first_enters,
+    CappedEnds capped_ends(const IsosurfaceSnapshot& surface, std::optional<bool> first_enters,
                            std::optional<bool> last_enters) const;
 
     glm::dvec3 at(double t) const { return origin + t * direction; }
 };
 
 /// Gradient of f, by lattice coordinates, at a point of the domain in lattice space.
-glm::dvec3 gradient_lattice(const Isosurface& surface, const glm::dvec3& lattice);
+glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice);
 
 /// Boxes, in lattice space, that hold all caps of a surface: of each half-space's plane, those of bricks of cells whose
 /// coefficients leave room for the solid. None where the surface is not capped.
-std::vector<Box> cap_boxes(const Isosurface& surface);
+std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface);
 
 } // namespace isospline

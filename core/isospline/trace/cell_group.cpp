@@ -153,7 +153,7 @@ bool are_together(const Cell& a, const Cell& b)
 
 } // namespace
 
-std::vector<CellGroup> cell_groups(const Isosurface& surface)
+std::vector<CellGroup> cell_groups(const IsosurfaceSnapshot& surface)
 {
     // Cells of a group follow each other: a group belongs to the chunk of rows in which it begins.
     const std::vector<Cell>& cells = surface.shell().cells();

@@ -45,7 +45,7 @@ struct CellGroup {
 };
 
 /// The groups of a surface's shell, in its order.
-std::vector<CellGroup> cell_groups(const Isosurface& surface);
+std::vector<CellGroup> cell_groups(const IsosurfaceSnapshot& surface);
 
 /// Sets the slabs of the members of a group. `corner` is the group's first cell, member or not.
 void set_slabs(CellGroup& group, const CellBlock& corner, int degree);

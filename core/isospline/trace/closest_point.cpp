@@ -36,7 +36,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         bool operator<(const Item& other) const { return bound > other.bound; } // the nearest is at the heap's top
     };
 
-    SearchOfDegree(const Isosurface& isosurface, const ClosestPointOptions& search_options)
+    SearchOfDegree(const IsosurfaceSnapshot& isosurface, const ClosestPointOptions& search_options)
         : surface(isosurface), options(search_options), metric(surface.volume().lattice_to_world()),
           nodes(surface.shell().tree().nodes())
     {
@@ -213,7 +213,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         bool is_free = false; ///< not on a face of the cell, a cut or the rim of the volume
     };
 
-    const Isosurface& surface;
+    const IsosurfaceSnapshot& surface;
     ClosestPointOptions options;
     const LatticeMetric metric;
     const std::vector<CellTree::Node>& nodes;
@@ -225,7 +225,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     std::vector<HalfSpace> half_spaces;    ///< faces of the cell that was entered, then cuts, in its local coordinates
 };
 
-ClosestPointFinder::ClosestPointFinder(const Isosurface& surface, const ClosestPointOptions& options)
+ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options)
 {
     if (!(options.max_distance >= 0.0))
         throw_invalid("max_distance", "a number of at least 0", options.max_distance);

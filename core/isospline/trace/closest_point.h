@@ -38,7 +38,7 @@ class ClosestPointFinder {
 public:
     /// Throws std::invalid_argument where an option is negative or not a number. Builds the tree of the shell, if it is
     /// the first.
-    explicit ClosestPointFinder(const Isosurface& surface, const ClosestPointOptions& options = {});
+    explicit ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options = {});
     ~ClosestPointFinder();
 
     /// Of a finite point in world space. One thread at a time: it re-uses its memory from one point to the next.

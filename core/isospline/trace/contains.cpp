@@ -7,7 +7,7 @@
 
 namespace isospline {
 
-bool contains(const Isosurface& surface, const glm::dvec3& position_world)
+bool contains(const IsosurfaceSnapshot& surface, const glm::dvec3& position_world)
 {
     const Volume& volume = surface.volume();
     const IsosurfaceOptions& options = surface.options();

@@ -20,7 +20,7 @@ struct Hit {
     glm::vec2 uv{0.0f};              ///< weights of a triangle's second and third corner; 0 for an isosurface
     std::uint32_t geometry_id = invalid_id;
     std::uint32_t primitive_id =
-        invalid_id; ///< position in Shell::cells(), or Isosurface::is_cap(); triangle of a mesh
+        invalid_id; ///< position in Shell::cells(), or IsosurfaceSnapshot::is_cap(); triangle of a mesh
 
     /// Makes it a miss.
     void clear()

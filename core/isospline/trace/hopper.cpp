@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace isospline {
 
@@ -45,24 +44,13 @@ HopStatistics& HopStatistics::operator+=(const HopStatistics& other)
     return *this;
 }
 
-VoxelHopper::VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelHopperOptions& options)
+VoxelHopper::VoxelHopper(std::shared_ptr<const IsosurfaceSnapshot> surface, const VoxelHopperOptions& options)
     : surface_(std::move(surface)), options_(options),
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)),
       shape_(surface_->volume().cell_shape())
 {
     if (surface_->options().capped)
         throw_invalid("surface", "one whose cuts are open, as only scenes have caps", "one that is capped");
-    build();
-}
-
-void VoxelHopper::commit()
-{
-    if (version_ != surface_->version())
-        build();
-}
-
-void VoxelHopper::build()
-{
     const glm::ivec3 bricks = brick_shape(shape_);
     const std::size_t brick_count = linear_index({0, 0, bricks.z}, bricks);
     const std::size_t cell_count = linear_index({0, 0, shape_.z}, shape_);
@@ -88,7 +76,6 @@ void VoxelHopper::build()
                     std::fill_n(&states_[cell_index(brick.first + glm::ivec3(0, y, z))], brick.size.x,
                                 cell_of_empty_brick);
         }
-    version_ = surface_->version();
 }
 
 std::size_t VoxelHopper::cell_index(const glm::ivec3& cell) const
@@ -145,9 +132,6 @@ std::optional<VoxelHopper::CellHit> VoxelHopper::hop(LatticeRay ray, HopStatisti
 HopStatistics VoxelHopper::cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
-    if (version_ != surface_->version())
-        throw std::logic_error("the surface's level has changed: commit() the hopper before casting rays");
-
     const glm::dmat4& world_to_lattice = surface_->volume().world_to_lattice();
     const Box grid{glm::dvec3(-cell_margin), glm::dvec3(shape_) + cell_margin};
     HopStatistics statistics;

@@ -45,18 +45,14 @@ struct VoxelHopperOptions {
 class VoxelHopper {
 public:
     /// Throws std::invalid_argument for a surface with capped cuts.
-    explicit VoxelHopper(std::shared_ptr<const Isosurface> surface, const VoxelHopperOptions& options = {});
-
-    /// Follows the surface's level; cheap where it has not changed.
-    void commit();
+    explicit VoxelHopper(std::shared_ptr<const IsosurfaceSnapshot> surface, const VoxelHopperOptions& options = {});
 
     /// First crossing of each ray within its [t_near, t_far]; one thread, the caller's. Throws std::invalid_argument
-    /// for a ray that is not finite or has no direction, and std::logic_error where the level has changed since the
-    /// last commit().
+    /// for a ray that is not finite or has no direction.
     HopStatistics cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const;
 
-    const Isosurface& surface() const { return *surface_; }
-    const std::shared_ptr<const Isosurface>& shared_surface() const { return surface_; }
+    const IsosurfaceSnapshot& surface() const { return *surface_; }
+    const std::shared_ptr<const IsosurfaceSnapshot>& shared_surface() const { return surface_; }
     const VoxelHopperOptions& options() const { return options_; }
     /// Bytes held by this object, the surface not counted.
     std::size_t memory() const;
@@ -67,20 +63,18 @@ private:
         Cell cell;
     };
 
-    void build();
     /// The hit of a ray that is inside the grid from its t_near on.
     std::optional<CellHit> hop(LatticeRay ray, HopStatistics& statistics) const;
     std::size_t cell_index(const glm::ivec3& cell) const;
     std::size_t brick_index(const glm::ivec3& cell) const;
     std::uint32_t position_in_shell(const Cell& cell) const;
 
-    std::shared_ptr<const Isosurface> surface_;
+    std::shared_ptr<const IsosurfaceSnapshot> surface_;
     VoxelHopperOptions options_;
     CellIntersector intersector_;
     glm::ivec3 shape_{0};                    ///< cells along x, y, z
     std::vector<std::uint8_t> states_;       ///< one byte a cell, x fastest: in the shell or not
     std::vector<std::uint32_t> brick_begin_; ///< position in Shell::cells() of each brick's first cell, and the end
-    std::uint64_t version_ = 0;
 };
 
 } // namespace isospline

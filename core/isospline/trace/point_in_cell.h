@@ -14,7 +14,7 @@ namespace isospline {
 /// The cell that holds a point, in lattice space, and the point in it. The last cell along an axis has both of its
 /// faces; a point that is not in the domain goes to the cell that is next to it.
 struct PointInCell {
-    PointInCell(const Isosurface& surface, const glm::dvec3& lattice)
+    PointInCell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
         : index(glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape() - 1))),
           cell(surface.volume(), surface.threshold(),
                Cell{static_cast<std::uint16_t>(index.x), static_cast<std::uint16_t>(index.y),

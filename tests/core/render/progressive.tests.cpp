@@ -19,7 +19,6 @@ TEST_CASE("a path traced picture does not depend on threads and steps", "[render
                                      std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}));
     scene.add(std::make_shared<Mesh>(std::vector<glm::dvec3>{{5, 5, 0}, {-5, 5, 0}, {5, 5, 5}, {-5, 5, 5}},
                                      std::vector<glm::uvec3>{{0, 1, 2}, {1, 3, 2}}));
-    scene.commit();
     PathTracer path_tracer;
     path_tracer.lights = {SphereLight{{0, 0, 4}, 0.5, glm::dvec3(10.0)}, EnvironmentLight{glm::dvec3(0.1)}};
     path_tracer.material_of_geometry[1] = Material{glm::dvec3(0.9), 1.0, 0.1};
@@ -47,7 +46,6 @@ TEST_CASE("a path traced picture does not depend on threads and steps", "[render
 TEST_CASE("progressive rendering refuses bad input by name", "[render]")
 {
     Scene scene;
-    scene.commit();
     PathTracer path_tracer;
     path_tracer.max_bounces = -1;
     REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, PerspectiveCamera{}, {4, 4}, path_tracer),
@@ -75,7 +73,6 @@ TEST_CASE("objects bring materials of their own, and layers are there where they
                                                 std::make_shared<const Material>(material)));
     };
     const std::uint32_t first = add(own);
-    scene.commit();
 
     const PerspectiveCamera above{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 20.0};
     ProgressiveRenderer renderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {true, 8, true});
@@ -100,6 +97,5 @@ TEST_CASE("objects bring materials of their own, and layers are there where they
     REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {false, -1, false}),
                         ContainsSubstring("ambient_occlusion"));
     add(bad);
-    scene.commit();
     REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}).step(), ContainsSubstring("metallic"));
 }

@@ -36,19 +36,21 @@ bool visit(const Shell& shell, std::uint32_t index, const Box& parent, std::vect
 TEST_CASE("The tree of a shell has each cell once, in boxes in boxes")
 {
     for (const glm::ivec3 shape : {glm::ivec3(2, 2, 2), glm::ivec3(31, 18, 23), glm::ivec3(9, 2, 40)}) {
-        const Isosurface surface(noise_volume(shape), 0.1);
-        std::vector<int> visits(surface.shell().count(), 0);
+        const auto snapshot = Isosurface(noise_volume(shape), 0.1).snapshot();
+        const Shell& shell = snapshot->shell();
+        std::vector<int> visits(shell.count(), 0);
         REQUIRE(!visits.empty());
-        CHECK(visit(surface.shell(), 0, surface.shell().tree().nodes()[0].box(), visits));
+        CHECK(visit(shell, 0, shell.tree().nodes()[0].box(), visits));
         CHECK(visits == std::vector<int>(visits.size(), 1));
     }
 }
 
 TEST_CASE("A shell without cells has a tree without nodes, and copies of a shell have its tree in common")
 {
-    const Isosurface surface(noise_volume({5, 5, 5}), 0.1), empty(noise_volume({5, 5, 5}), 100.0);
-    CHECK(empty.shell().tree().nodes().empty());
+    const auto surface = Isosurface(noise_volume({5, 5, 5}), 0.1).snapshot();
+    const auto empty = Isosurface(noise_volume({5, 5, 5}), 100.0).snapshot();
+    CHECK(empty->shell().tree().nodes().empty());
     CHECK(Shell().tree().nodes().empty());
-    const Shell copy = surface.shell();
-    CHECK(&copy.tree() == &surface.shell().tree());
+    const Shell copy = surface->shell();
+    CHECK(&copy.tree() == &surface->shell().tree());
 }

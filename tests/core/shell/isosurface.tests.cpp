@@ -17,32 +17,31 @@ TEST_CASE("another level re-uses the bounds and gives the shell of a new surface
     const auto volume = noise_volume({20, 12, 9}, 2);
     Isosurface surface(volume, 0.5);
     const auto bounds = surface.shared_bounds();
-    const std::uint64_t version = surface.version();
+    const auto before = surface.snapshot();
     surface.set_level(-0.25);
     REQUIRE(surface.level() == -0.25);
-    REQUIRE(surface.threshold() == -0.25 - volume->offset());
-    REQUIRE(surface.version() > version);
+    REQUIRE(surface.snapshot()->threshold() == -0.25 - volume->offset());
+    REQUIRE(before->level() == 0.5);
+    REQUIRE((before->shell().cells() == Isosurface(volume, 0.5).snapshot()->shell().cells()));
     REQUIRE(surface.shared_bounds() == bounds);
-    REQUIRE((surface.shell().cells() == Isosurface(volume, -0.25).shell().cells()));
-    REQUIRE((surface.shell().cells() == Isosurface(volume, -0.25, {}, bounds).shell().cells()));
+    REQUIRE((surface.snapshot()->shell().cells() == Isosurface(volume, -0.25).snapshot()->shell().cells()));
+    REQUIRE((surface.snapshot()->shell().cells() == Isosurface(volume, -0.25, {}, bounds).snapshot()->shell().cells()));
 
     Isosurface copy = surface;
     copy.set_level(0.5);
     REQUIRE(copy.shared_bounds() == bounds);
-    REQUIRE((copy.shell().cells() == Isosurface(volume, 0.5).shell().cells()));
+    REQUIRE((copy.snapshot()->shell().cells() == Isosurface(volume, 0.5).snapshot()->shell().cells()));
     REQUIRE(surface.level() == -0.25);
 }
 
 TEST_CASE("a level that throws or is cancelled changes nothing", "[shell]")
 {
     Isosurface surface(noise_volume({20, 12, 9}, 2), 0.5);
-    const auto cells = surface.shell().cells();
-    const std::uint64_t version = surface.version();
+    const auto before = surface.snapshot();
     REQUIRE_THROWS_AS(surface.set_level(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
     REQUIRE_THROWS_AS(surface.set_level(0.0, [](double) { return false; }), Cancelled);
     REQUIRE(surface.level() == 0.5);
-    REQUIRE(surface.version() == version);
-    REQUIRE((surface.shell().cells() == cells));
+    REQUIRE(surface.snapshot() == before);
 }
 
 TEST_CASE("the clip is given in world space and kept in lattice space", "[shell]")
@@ -53,7 +52,8 @@ TEST_CASE("the clip is given in world space and kept in lattice space", "[shell]
     const auto volume = noise_volume({16, 16, 16}, options);
     IsosurfaceOptions cut;
     cut.clip = half_spaces({{12.0, -1e9, -1e9}, {1e9, 1e9, 1e9}});
-    const Isosurface surface(volume, 0.0, cut);
+    const auto snapshot = Isosurface(volume, 0.0, cut).snapshot();
+    const IsosurfaceSnapshot& surface = *snapshot;
 
     const HalfSpace& side = surface.clip_lattice().front();
     REQUIRE(glm::length(side.normal) == Approx(1.0));
@@ -63,7 +63,7 @@ TEST_CASE("the clip is given in world space and kept in lattice space", "[shell]
     // x = 12 is index 4 and lattice coordinate 4.5: in cell 4.
     for (const Cell& cell : surface.shell().cells())
         REQUIRE(cell.x >= 4);
-    REQUIRE(surface.shell().count() < Isosurface(volume, 0.0).shell().count());
+    REQUIRE(surface.shell().count() < Isosurface(volume, 0.0).snapshot()->shell().count());
 }
 
 TEST_CASE("what an isosurface is made of is checked", "[shell]")
@@ -84,8 +84,8 @@ TEST_CASE("what an isosurface is made of is checked", "[shell]")
     REQUIRE_THROWS_AS(Isosurface(volume, 0.0, short_mask), std::invalid_argument);
 
     const double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const auto& half_space : {HalfSpace{{0.0, 0.0, 0.0}, 1.0}, HalfSpace{{nan, 0.0, 1.0}, 1.0},
-                                   HalfSpace{{0.0, 0.0, 1.0}, nan}}) {
+    for (const auto& half_space :
+         {HalfSpace{{0.0, 0.0, 0.0}, 1.0}, HalfSpace{{nan, 0.0, 1.0}, 1.0}, HalfSpace{{0.0, 0.0, 1.0}, nan}}) {
         IsosurfaceOptions bad_clip;
         bad_clip.clip = {half_space};
         REQUIRE_THROWS_AS(Isosurface(volume, 0.0, bad_clip), std::invalid_argument);

@@ -19,7 +19,7 @@ using namespace isospline;
 namespace {
 
 /// Noise, cut by a box and two oblique planes.
-Isosurface cut_noise(int degree, bool capped, Inside inside = Inside::above)
+std::shared_ptr<const IsosurfaceSnapshot> cut_noise(int degree, bool capped, Inside inside = Inside::above)
 {
     IsosurfaceOptions options;
     options.inside = inside;
@@ -27,11 +27,11 @@ Isosurface cut_noise(int degree, bool capped, Inside inside = Inside::above)
     options.clip = half_spaces({{2.25, 3.0, 1.5}, {17.75, 19.0, 16.5}});
     options.clip.push_back({{0.6, -0.3, 0.4}, 3.0});
     options.clip.push_back({{-1.0, -2.0, 0.5}, -38.0});
-    return {noise_volume({20, 22, 18}, degree), 0.1, options};
+    return Isosurface(noise_volume({20, 22, 18}, degree), 0.1, options).snapshot();
 }
 
 /// A ray in lattice space that is cut by a surface's clip.
-std::optional<CappedChord> random_chord(const Isosurface& surface, std::mt19937& random)
+std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, std::mt19937& random)
 {
     std::uniform_real_distribution<double> place(-2.0, 24.0), direction(-1.0, 1.0);
     const Ray ray{{place(random), place(random), place(random)},
@@ -48,7 +48,8 @@ TEST_CASE("ends of chords are on caps where the points beside them are in the so
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (const Inside inside : {Inside::above, Inside::below}) {
-            const Isosurface surface = cut_noise(degree, true, inside);
+            const auto snapshot = cut_noise(degree, true, inside);
+            const IsosurfaceSnapshot& surface = *snapshot;
             const glm::dmat4 to_world = surface.volume().lattice_to_world();
             const auto is_inside = [&](const CappedChord& chord, double t) {
                 return contains(surface, transform_point(to_world, chord.at(t)));
@@ -91,7 +92,8 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
     IsosurfaceOptions options;
     options.capped = true;
     options.clip = {{{0.0, 0.0, 1.0}, 2.0}, {{0.0, 0.0, -1.0}, -5.0}};
-    const Isosurface surface(volume, 4.0, options);
+    const auto snapshot = Isosurface(volume, 4.0, options).snapshot();
+    const IsosurfaceSnapshot& surface = *snapshot;
     const auto chord_of = [&](const glm::dvec3& from, const glm::dvec3& to) {
         const Ray ray{from, to - from, 0.0, 100.0};
         return CappedChord{*clip(ray, surface.clip_lattice()), ray.origin, ray.direction};
@@ -116,9 +118,10 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
 
 TEST_CASE("boxes hold all caps, and lie on their planes", "[trace]")
 {
-    REQUIRE(cap_boxes(cut_noise(2, false)).empty());
+    REQUIRE(cap_boxes(*cut_noise(2, false)).empty());
     for (int degree = 1; degree <= 3; ++degree) {
-        const Isosurface surface = cut_noise(degree, true);
+        const auto snapshot = cut_noise(degree, true);
+        const IsosurfaceSnapshot& surface = *snapshot;
         const std::vector<Box> boxes = cap_boxes(surface);
         std::mt19937 random(static_cast<unsigned>(degree));
         int caps = 0;
@@ -147,10 +150,11 @@ TEST_CASE("boxes hold all caps, and lie on their planes", "[trace]")
 
 TEST_CASE("primitive ids of caps follow those of cells", "[trace]")
 {
-    const Isosurface surface = cut_noise(2, true);
+    const auto snapshot = cut_noise(2, true);
+    const IsosurfaceSnapshot& surface = *snapshot;
     const auto cells = static_cast<std::uint32_t>(surface.shell().count());
     REQUIRE(!surface.is_cap(cells - 1));
     REQUIRE(surface.is_cap(cells));
     REQUIRE(surface.primitive_count() == cells + 8);
-    REQUIRE(cut_noise(2, false).primitive_count() == cells);
+    REQUIRE(cut_noise(2, false)->primitive_count() == cells);
 }

@@ -1,0 +1,73 @@
+#include "isospline/scene/scene_snapshot.h"
+
+#include "isospline/scene/scene_snapshot_impl.h"
+#include "isospline/util/error.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace isospline {
+
+const Instance* SceneSnapshot::Impl::find(std::uint32_t id) const
+{
+    const auto found =
+        std::lower_bound(instances.begin(), instances.end(), id,
+                         [](const auto& instance, std::uint32_t wanted) { return instance->id < wanted; });
+    return found == instances.end() || (*found)->id != id ? nullptr : found->get();
+}
+
+const Instance& SceneSnapshot::Impl::instance(std::uint32_t id, const char* parameter) const
+{
+    if (const Instance* const found = find(id))
+        return *found;
+    throw_invalid(parameter, "the geometry id of an object in the scene",
+                  std::to_string(id) + (id < next_id ? ", which has been removed" : ""));
+}
+
+SceneSnapshot::SceneSnapshot(std::unique_ptr<const Impl> impl) : impl_(std::move(impl))
+{
+}
+SceneSnapshot::~SceneSnapshot() = default;
+
+glm::dvec3 SceneSnapshot::offset_position(const Hit& hit, const glm::dvec3& towards) const
+{
+    const Instance& instance = impl_->instance(hit.geometry_id, "hit");
+    return instance.object->offset_position(hit, towards, impl_->centre, instance.placement);
+}
+
+Box SceneSnapshot::bounds() const
+{
+    return impl_->bounds;
+}
+
+const SnapshotObject& SceneSnapshot::object(std::uint32_t geometry_id) const
+{
+    return impl_->instance(geometry_id, "geometry_id").shown;
+}
+
+bool SceneSnapshot::contains(std::uint32_t geometry_id) const
+{
+    return impl_->find(geometry_id) != nullptr;
+}
+
+std::vector<std::uint32_t> SceneSnapshot::ids() const
+{
+    std::vector<std::uint32_t> ids;
+    ids.reserve(impl_->instances.size());
+    for (const auto& instance : impl_->instances)
+        ids.push_back(instance->id);
+    return ids;
+}
+
+std::uint64_t SceneSnapshot::build_count() const
+{
+    return impl_->build_count;
+}
+
+std::size_t SceneSnapshot::memory() const
+{
+    return impl_->memory;
+}
+
+} // namespace isospline

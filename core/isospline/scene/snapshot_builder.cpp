@@ -1,0 +1,178 @@
+#include "isospline/scene/snapshot_builder.h"
+
+#include "isospline/scene/isosurface_object.h"
+#include "isospline/scene/mesh_object.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+glm::dvec3 centre_of(const Box& box)
+{
+    return box.empty() ? glm::dvec3(0.0) : box.center();
+}
+
+double radius_of(const Box& box)
+{
+    return box.empty() ? 0.0 : 0.5 * glm::length(box.size());
+}
+
+/// An Embree scene of the instances that some rays see.
+embree::SceneHandle make_top(const std::vector<std::shared_ptr<const Instance>>& instances, bool SeenBy::*sees)
+{
+    const Device& device = Device::shared();
+    embree::SceneHandle top(rtcNewScene(device.get()));
+    device.check();
+    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | embree::query_filter_flag);
+    for (std::size_t slot = 0; slot < instances.size(); ++slot)
+        if (instances[slot]->shown.seen_by.*sees)
+            rtcAttachGeometryByID(top.get(), instances[slot]->geometry.get(), static_cast<unsigned int>(slot));
+    device.check();
+    device.commit(top.get());
+    return top;
+}
+
+} // namespace
+
+ShownObject shown_now(const std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>>& object)
+{
+    if (const auto* surface = std::get_if<std::shared_ptr<const Isosurface>>(&object))
+        return (*surface)->snapshot();
+    return std::get<std::shared_ptr<const Mesh>>(object);
+}
+
+std::shared_ptr<const void> address(const ShownObject& shown)
+{
+    return std::visit([](const auto& object) -> std::shared_ptr<const void> { return object; }, shown);
+}
+
+std::shared_ptr<Object> make_object(const ShownObject& shown)
+{
+    if (const auto* surface = std::get_if<std::shared_ptr<const IsosurfaceSnapshot>>(&shown))
+        return std::make_shared<IsosurfaceObject>(*surface);
+    return std::make_shared<MeshObject>(std::get<std::shared_ptr<const Mesh>>(shown));
+}
+
+void check_alone(const LocalSpace& local, const glm::dmat4& transform, std::uint32_t id)
+{
+    const Box bounds = placed_bounds(local, transform);
+    static_cast<void>(placed(local, transform, centre_of(bounds), radius_of(bounds), id));
+}
+
+std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& progress)
+{
+    next_ = std::make_unique<SceneSnapshot::Impl>();
+    if (before)
+        for (const auto& instance : before->impl_->instances)
+            known.emplace(address(instance->shown.object).get(), instance->object);
+    plan_instances();
+    place_instances();
+    build_objects(progress);
+    make_instances();
+    next_->build_count = build_count;
+    return std::move(next_);
+}
+
+void SnapshotBuilder::plan_instances()
+{
+    std::unordered_map<const Isosurface*, std::shared_ptr<const IsosurfaceSnapshot>> surfaces;
+    plans_.reserve(entries->size());
+    for (const auto& [id, placed_object] : *entries) {
+        SnapshotObject shown{{}, placed_object.transform, placed_object.seen_by};
+        if (const auto* surface = std::get_if<std::shared_ptr<const Isosurface>>(&placed_object.object)) {
+            std::shared_ptr<const IsosurfaceSnapshot>& at_level = surfaces[surface->get()];
+            if (!at_level) {
+                at_level = (*surface)->snapshot();
+                next_->surfaces.push_back({*surface, at_level});
+            }
+            shown.object = at_level;
+        } else {
+            shown.object = std::get<std::shared_ptr<const Mesh>>(placed_object.object);
+        }
+        const void* const what = address(shown.object).get();
+        Shape& shape = shapes_[what];
+        if (!shape.object) {
+            const auto found = known.find(what);
+            shape.object = found != known.end() ? found->second : make_object(shown.object);
+        }
+        plans_.push_back({id, std::move(shown), &shape, {}});
+    }
+}
+
+void SnapshotBuilder::place_instances()
+{
+    Box& bounds = next_->bounds;
+    for (const Plan& plan : plans_)
+        if (const Box box = placed_bounds(plan.shape->object->local(), plan.shown.transform); !box.empty()) {
+            bounds.extend(box.lower);
+            bounds.extend(box.upper);
+        }
+    next_->centre = centre_of(bounds);
+    const double radius = radius_of(bounds);
+    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
+    next_->centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
+    for (Plan& plan : plans_) {
+        Shape& shape = *plan.shape;
+        plan.placement = placed(shape.object->local(), plan.shown.transform, next_->centre, radius, plan.id);
+        shape.largest_error = std::max(shape.largest_error, plan.placement.rounding_error);
+    }
+}
+
+void SnapshotBuilder::build_objects(const Progress& progress)
+{
+    // An object is built for the instance that needs the widest boxes.
+    for (const Plan& plan : plans_) {
+        Shape& shape = *plan.shape;
+        if (shape.object->is_built() && shape.object->fits(shape.largest_error))
+            continue;
+        const std::shared_ptr<Object> built = make_object(plan.shown.object);
+        built->build(quality, shape.largest_error, progress);
+        shape.object = built;
+        known[address(plan.shown.object).get()] = built;
+        ++build_count;
+    }
+}
+
+void SnapshotBuilder::make_instances()
+{
+    const EmbreeMemory embree_memory;
+    bool shadows_differ = false;
+    const std::vector<std::shared_ptr<const Instance>> none;
+    const auto& old_instances = before ? before->impl_->instances : none;
+    auto old = old_instances.begin();
+    const auto old_end = old_instances.end();
+    next_->instances.reserve(plans_.size());
+    for (Plan& plan : plans_) {
+        shadows_differ = shadows_differ || plan.shown.seen_by.camera != plan.shown.seen_by.shadow;
+        const std::shared_ptr<const Object>& object = plan.shape->object;
+        // An instance that is where it was keeps its geometry.
+        while (old != old_end && (*old)->id < plan.id)
+            ++old;
+        const bool same = old != old_end && (*old)->id == plan.id && (*old)->is_same(*object, plan.placement);
+        if (same && (*old)->shown.seen_by == plan.shown.seen_by) {
+            next_->instances.push_back(*old);
+        } else if (same) {
+            auto instance = std::make_shared<Instance>(**old);
+            instance->shown.seen_by = plan.shown.seen_by;
+            next_->instances.push_back(std::move(instance));
+        } else {
+            next_->instances.push_back(std::make_shared<const Instance>(plan.id, object, std::move(plan.shown),
+                                                                        plan.placement, next_->centre));
+        }
+    }
+    next_->camera_top = make_top(next_->instances, &SeenBy::camera);
+    // Shadow rays have a scene of their own only where they see other objects than the camera does.
+    if (shadows_differ)
+        next_->own_shadow_top = make_top(next_->instances, &SeenBy::shadow);
+
+    next_->memory = embree_memory.bytes() + plans_.size() * sizeof(Instance);
+    for (const auto& [what, shape] : shapes_)
+        next_->memory += shape.object->memory();
+}
+
+} // namespace isospline
