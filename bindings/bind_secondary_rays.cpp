@@ -18,8 +18,7 @@ constexpr const char* secondary_rays_doc = R"(Rays that leave the surface where 
 
 A ray that began on a hit itself would often find it again, by rounding: acne in pictures. These begin off the surface,
 on the side that they go to, by a proven bound on that rounding and not by a distance that is left to the user: some
-1e-13 to 1e-11 of a voxel for isosurfaces, which are solved in double precision, some 1e-5 of the scene's size for
-meshes, which Embree traverses in single precision.
+1e-13 to 1e-11 of a voxel for isosurfaces, some 1e-13 of the scene's size for meshes.
 
 Parameters
 ----------

@@ -23,6 +23,13 @@ struct Box {
         lower = glm::min(lower, point);
         upper = glm::max(upper, point);
     }
+
+    /// Grows the box to hold another one.
+    void extend(const Box& box)
+    {
+        lower = glm::min(lower, box.lower);
+        upper = glm::max(upper, box.upper);
+    }
 };
 
 } // namespace isospline

@@ -25,9 +25,6 @@ using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Relea
 
 #if ISOSPLINE_EMBREE_VERSION_MAJOR >= 4
 
-/// Lets queries bring a filter of their own.
-inline constexpr RTCSceneFlags query_filter_flag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
-
 /// What a query carries to its callbacks; derive from it to carry more.
 using QueryContext = RTCRayQueryContext;
 
@@ -52,17 +49,6 @@ inline void occluded(RTCScene scene, QueryContext& context, RTCRay& ray)
     rtcOccluded1(scene, &ray, &arguments);
 }
 
-/// Offers every triangle that the ray meets to `filter`, which may reject it.
-inline void intersect_filtered(RTCScene scene, QueryContext& context, RTCRayHit& ray_hit, RTCFilterFunctionN filter)
-{
-    RTCIntersectArguments arguments;
-    rtcInitIntersectArguments(&arguments);
-    arguments.context = &context;
-    arguments.filter = filter;
-    arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
-    rtcIntersect1(scene, &ray_hit, &arguments);
-}
-
 /// Rays that begin and run close together, in a packet of 4, 8 or 16.
 template <int Size>
 inline void intersect_coherent(RTCScene scene, QueryContext& context, const int* valid, RTCRayHitNt<Size>& packet)
@@ -81,8 +67,6 @@ inline void intersect_coherent(RTCScene scene, QueryContext& context, const int*
 
 #else
 
-inline constexpr RTCSceneFlags query_filter_flag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
-
 using QueryContext = RTCIntersectContext;
 
 inline void initialize(QueryContext& context)
@@ -98,12 +82,6 @@ inline void intersect(RTCScene scene, QueryContext& context, RTCRayHit& ray_hit)
 inline void occluded(RTCScene scene, QueryContext& context, RTCRay& ray)
 {
     rtcOccluded1(scene, &context, &ray);
-}
-
-inline void intersect_filtered(RTCScene scene, QueryContext& context, RTCRayHit& ray_hit, RTCFilterFunctionN filter)
-{
-    context.filter = filter;
-    rtcIntersect1(scene, &context, &ray_hit);
 }
 
 template <int Size>

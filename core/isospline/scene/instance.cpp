@@ -44,11 +44,6 @@ double traversal_rounding_error(double radius, const glm::dmat4& centred_to_loca
     return 6.0 * unit_roundoff * (2.0 * reach + glm::length(translation) + 4.0 * reach);
 }
 
-glm::dmat4 moved(const glm::dmat4& local_to_world, const glm::dvec3& centre)
-{
-    return glm::translate(glm::dmat4(1.0), -centre) * local_to_world;
-}
-
 } // namespace
 
 Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform)
@@ -56,19 +51,24 @@ Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform)
     return transform_box(transform * local.to_object, local.bounds);
 }
 
-Placement placed(const LocalSpace& local, const glm::dmat4& transform, const glm::dvec3& centre, double radius,
-                 std::uint32_t id)
+Box placed_domain(const LocalSpace& local, const glm::dmat4& transform)
+{
+    return transform_box(transform * local.to_object, local.domain);
+}
+
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, std::uint32_t id)
 {
     const glm::dmat4 local_to_world = transform * local.to_object;
     Placement placed;
     placed.transform = transform;
+    placed.linear_inverse = glm::inverse(glm::dmat3(transform));
     placed.world_to_local = glm::inverse(local_to_world);
-    placed.centred_to_local = glm::inverse(moved(local_to_world, centre));
-    placed.rounding_error = traversal_rounding_error(radius, placed.centred_to_local);
+    placed.centred_to_local = centred_to_local(local_to_world, frame);
+    placed.rounding_error = traversal_rounding_error(frame.radius, placed.centred_to_local);
 
     const double scale = stretch(placed.centred_to_local);
-    const double reach = radius * scale + glm::length(glm::dvec3(placed.centred_to_local[3]));
-    for (const double length : {radius, scale, reach})
+    const double reach = frame.radius * scale + glm::length(glm::dvec3(placed.centred_to_local[3]));
+    for (const double length : {frame.radius, scale, reach})
         if (!(length <= largest_length))
             throw_invalid("transform",
                           "sizes and distances of at most " + to_text(largest_length) +
@@ -84,7 +84,8 @@ Instance::Instance(std::uint32_t geometry_id, std::shared_ptr<const Object> plac
     const Device& device = Device::shared();
     geometry.reset(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE), embree::Release());
     device.check();
-    const glm::mat4 single_precision(moved(shown.transform * object->local().to_object, centre));
+    const glm::mat4 single_precision(glm::translate(glm::dmat4(1.0), -centre) * shown.transform *
+                                     object->local().to_object);
     rtcSetGeometryInstancedScene(geometry.get(), object->scene());
     rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, glm::value_ptr(single_precision));
     rtcCommitGeometry(geometry.get());

@@ -3,6 +3,7 @@
 
 #include "isospline/scene/object.h"
 #include "isospline/scene/scene_snapshot.h"
+#include "isospline/trace/prepared_ray.h"
 
 #include <glm/mat4x4.hpp>
 
@@ -14,11 +15,11 @@ namespace isospline {
 
 /// The box, in the scene's world space, of an object that is placed there.
 Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform);
+/// One that holds that of every level.
+Box placed_domain(const LocalSpace& local, const glm::dmat4& transform);
 
-/// The placement of an object in a scene of this radius about its centre. Throws std::invalid_argument where single
-/// precision cannot hold rays there.
-Placement placed(const LocalSpace& local, const glm::dmat4& transform, const glm::dvec3& centre, double radius,
-                 std::uint32_t id);
+/// The placement of an object in a scene. Throws std::invalid_argument where single precision cannot hold rays there.
+Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, std::uint32_t id);
 
 /// Part of one scene snapshot, or of several in a row: it never changes.
 struct Instance {

@@ -32,16 +32,9 @@ constexpr auto lane_bits = [] {
 /// The box of the cells of the shell and of the caps, in lattice space.
 Box bounds_of(const IsosurfaceSnapshot& surface)
 {
-    Box bounds;
-    for (const Cell& cell : surface.shell().cells()) {
-        const glm::dvec3 lower(cell.x, cell.y, cell.z);
-        bounds.lower = glm::min(bounds.lower, lower);
-        bounds.upper = glm::max(bounds.upper, lower + 1.0);
-    }
-    for (const Box& box : cap_boxes(surface)) {
-        bounds.lower = glm::min(bounds.lower, box.lower);
-        bounds.upper = glm::max(bounds.upper, box.upper);
-    }
+    Box bounds = surface.shell().bounds();
+    for (const Box& box : cap_boxes(surface))
+        bounds.extend(box);
     return bounds;
 }
 
@@ -58,7 +51,8 @@ int nearest_cell(const GroupEntries& entries)
 } // namespace
 
 IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface)
-    : Object({surface->volume().lattice_to_world(), bounds_of(*surface)}), surface_(std::move(surface)),
+    : Object({surface->volume().lattice_to_world(), bounds_of(*surface), domain_lattice(surface->volume())}),
+      surface_(std::move(surface)),
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), culler_(group_culler())
 {
 }
@@ -125,15 +119,6 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
     return rising == (surface_->options().inside == Inside::above);
 }
 
-bool IsosurfaceObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
-                                        const Placement& placement) const
-{
-    // f is continuous: of two crossings in a row one enters and one leaves. Two of a kind are one, found in both cells
-    // of the face that it lies on.
-    const double speed = glm::length(transform_vector(placement.world_to_local, ray_world.direction));
-    return std::abs(a.hit.t - b.hit.t) * speed <= 8.0 * cell_margin;
-}
-
 void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
@@ -159,12 +144,25 @@ void IsosurfaceObject::intersect_function(const RTCIntersectFunctionNArguments* 
         self.intersect_packet(*arguments);
 }
 
+// What is behind a cap that a ray comes in through is not looked at; a cap that it goes out through is the first hit
+// only if no root is, and gives way to one at the same t.
+std::optional<IsosurfaceObject::CapHit> IsosurfaceObject::first_cap(const CappedChord& chord, bool enters_cap,
+                                                                    double t_limit) const
+{
+    const double t = enters_cap ? chord.t_near : chord.t_far;
+    const int face = enters_cap ? chord.entry : chord.exit;
+    if (!(t <= t_limit) || !(enters_cap || chord.leaves_cap(*surface_)))
+        return std::nullopt;
+    const auto primitive = static_cast<std::uint32_t>(surface_->shell().count()) + static_cast<std::uint32_t>(face);
+    return CapHit{{t, gradient_lattice(*surface_, chord.at(t))}, primitive};
+}
+
 void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
 {
     if (arguments.valid[0] != -1)
         return;
     auto& query = static_cast<RayQuery&>(*arguments.context);
-    auto& [ray, hit] = *reinterpret_cast<RTCRayHit*>(arguments.rayhit);
+    RTCRay& ray = reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray;
     const unsigned int slot = query.instID[0];
     query.enter(slot, *surface_);
     if (!query.clip_leaves_any)
@@ -176,12 +174,15 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
             collect_all(arguments.primID, query, lattice_ray);
         return;
     }
-    if (of_caps || query.enters_cap)
-        return intersect_caps(arguments, query);
+    if (of_caps || query.enters_cap) {
+        const double t_limit = std::min(query.nearest.t, static_cast<double>(ray.tfar));
+        if (const std::optional<CapHit> cap = first_cap(query.chord, query.enters_cap, t_limit))
+            query.record(cap->root, {slot, cap->primitive, true}, ray);
+        return;
+    }
 
-    // Nothing counts behind the nearest root so far, kept exactly, or the nearest triangle. The ray in a cell does not
-    // end there, though: a root would depend, in its last bit, on the order in which cells and triangles are visited.
-    query.nearest.t = std::min(query.nearest.t, static_cast<double>(ray.tfar));
+    // Nothing counts behind the nearest hit so far, kept exactly. The ray in a cell does not end there, though: a root
+    // would depend, in its last bit, on the order in which cells are visited.
     const CellGroup& group = groups_[arguments.primID];
     GroupEntries entries = culler_.entries(group, lattice_ray, static_cast<float>(box_margin_));
     while (entries.cells != 0) {
@@ -189,16 +190,8 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         if (static_cast<double>(entries.t_near[cell]) > query.nearest.t)
             return;
         entries.cells &= ~(1u << cell);
-        const std::optional<RootInCell> root = intersector_.first_root(cell_block(group, cell), lattice_ray);
-        if (!root || root->t > query.nearest.t)
-            continue;
-        query.nearest = *root;
-        ray.tfar = rounded_up(root->t);
-        hit.Ng_x = hit.Ng_y = hit.Ng_z = 0.0f;
-        hit.u = hit.v = 0.0f;
-        hit.geomID = 0;
-        hit.primID = group.row(cell);
-        hit.instID[0] = slot;
+        if (const std::optional<RootInCell> root = intersector_.first_root(cell_block(group, cell), lattice_ray))
+            query.record(*root, {slot, group.row(cell), false}, ray);
     }
 }
 
@@ -209,10 +202,12 @@ void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query, cons
     std::vector<CrossingInCell> crossings;
     for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u) {
         const int cell = std::countr_zero(rest);
+        const CellBlock block = cell_block(group, cell);
         crossings.clear();
-        intersector_.all_roots(cell_block(group, cell), ray, crossings);
+        intersector_.all_roots(block, ray, crossings);
+        const double t_begin = ray.inside_cell(block.lower).t_near;
         for (const CrossingInCell& crossing : crossings)
-            query.all->push_back({crossing, glm::vec2(0.0f), query.instID[0], group.row(cell)});
+            query.all->push_back({crossing, t_begin, query.instID[0], group.row(cell)});
     }
 }
 
@@ -227,42 +222,37 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         active |= static_cast<LaneMask>(arguments.valid[lane]) & lane_bits[lane];
     active &= query.clip_leaves;
     const bool of_caps = arguments.primID >= groups_.size();
-    if (const LaneMask at_caps = of_caps ? active : active & query.enters_cap; at_caps != 0)
-        intersect_caps(arguments, query, at_caps);
+    float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
+    for (LaneMask rest = of_caps ? active : active & query.enters_cap; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const double t_limit = std::min(query.nearest.t[lane], static_cast<double>(t_far[lane]));
+        const bool enters_cap = (query.enters_cap >> lane & 1u) != 0;
+        if (const std::optional<CapHit> cap = first_cap(query.chords[lane], enters_cap, t_limit))
+            query.record(lane, cap->root, {slot, cap->primitive, true}, t_far[lane]);
+    }
     active &= ~query.enters_cap;
     if (of_caps || active == 0)
         return;
 
-    RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
-    float* const t_far = &RTCRayN_tfar(rays, size, 0);
-    for (unsigned int lane = 0; lane < size; ++lane)
-        query.nearest.t[lane] = std::min(query.nearest.t[lane], static_cast<double>(t_far[lane]));
     const CellGroup& group = groups_[arguments.primID];
     const auto lanes = culler_.lanes(group, query.in_lattice, query.nearest.t, active, static_cast<float>(box_margin_));
 
     // Nearest cells first, as the first ray has them.
-    RTCHitN* const hits = RTCRayHitN_HitN(arguments.rayhit, size);
     const int any_lane = std::countr_zero(active);
     std::size_t flip = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
         flip |= static_cast<std::size_t>(query.in_lattice.direction[axis][any_lane] < 0.0) << axis;
+    RootPacket roots;
     for (std::size_t i = 0; i < CellGroup::capacity; ++i) {
         const std::size_t cell = i ^ flip;
         if (lanes[cell] == 0)
             continue;
         const int member = static_cast<int>(cell);
         const LaneMask found =
-            intersector_.first_roots(cell_block(group, member), query.in_lattice, lanes[cell], query.nearest);
-        if (found == 0)
-            continue;
-        const std::uint32_t row = group.row(member);
+            intersector_.first_roots(cell_block(group, member), query.in_lattice, query.nearest.t, lanes[cell], roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
-            const auto lane = static_cast<unsigned int>(std::countr_zero(rest));
-            t_far[lane] = rounded_up(query.nearest.t[lane]);
-            RTCHitN_u(hits, size, lane) = RTCHitN_v(hits, size, lane) = 0.0f;
-            RTCHitN_geomID(hits, size, lane) = 0;
-            RTCHitN_primID(hits, size, lane) = row;
-            RTCHitN_instID(hits, size, lane, 0) = slot;
+            const int lane = std::countr_zero(rest);
+            query.record(lane, roots.root(lane), {slot, group.row(member), false}, t_far[lane]);
         }
     }
 }

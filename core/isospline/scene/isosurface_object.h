@@ -28,9 +28,7 @@ public:
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
                   const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
-    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
-                          const Placement& placement) const override;
-    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                const Placement& placement) const override;
 
 private:
@@ -53,8 +51,6 @@ private:
         std::uint32_t primitive;
     };
     std::optional<CapHit> first_cap(const CappedChord& chord, bool enters_cap, double t_limit) const;
-    void intersect_caps(const RTCIntersectFunctionNArguments& arguments, RayQuery& query) const;
-    void intersect_caps(const RTCIntersectFunctionNArguments& arguments, PacketQuery& query, LaneMask active) const;
 
     static void bounds_function(const RTCBoundsFunctionArguments* arguments);
     static void intersect_function(const RTCIntersectFunctionNArguments* arguments);

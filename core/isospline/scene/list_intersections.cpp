@@ -7,53 +7,37 @@
 #include <iterator>
 #include <optional>
 #include <tuple>
+#include <variant>
 
 namespace isospline {
 
-namespace {
-
-/// Keeps a triangle and lets the ray go on.
-void keep_triangle(const RTCFilterFunctionNArguments* arguments)
-{
-    if (arguments->valid[0] != -1)
-        return;
-    arguments->valid[0] = 0;
-    auto& query = static_cast<RayQuery&>(*arguments->context);
-    const double t = static_cast<double>(RTCRayN_tfar(arguments->ray, arguments->N, 0));
-    query.all->push_back({{{t, glm::dvec3(0.0)}, false},
-                          {RTCHitN_u(arguments->hit, arguments->N, 0), RTCHitN_v(arguments->hit, arguments->N, 0)},
-                          query.instID[0],
-                          RTCHitN_primID(arguments->hit, arguments->N, 0)});
-}
-
-} // namespace
-
 void SceneSnapshot::Impl::add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
-                                   std::vector<Crossing>& crossings) const
+                                   std::vector<ListedCrossing>& crossings) const
 {
     const CappedChord& chord = of_instance.chord;
     const IsosurfaceSnapshot& surface = *of_instance.surface;
     const Instance& instance = *instances[of_instance.slot];
-    const auto begin = std::partition_point(crossings.begin(), crossings.end(), [&](const Crossing& crossing) {
-        return crossing.hit.geometry_id < instance.id;
+    const auto begin = std::partition_point(crossings.begin(), crossings.end(), [&](const ListedCrossing& listed) {
+        return listed.crossing.hit.geometry_id < instance.id;
     });
-    const auto end = std::partition_point(
-        begin, crossings.end(), [&](const Crossing& crossing) { return crossing.hit.geometry_id == instance.id; });
+    const auto end = std::partition_point(begin, crossings.end(), [&](const ListedCrossing& listed) {
+        return listed.crossing.hit.geometry_id == instance.id;
+    });
     std::optional<bool> first_enters, last_enters;
     if (begin != end) {
-        first_enters = begin->entering;
-        last_enters = std::prev(end)->entering;
+        first_enters = begin->crossing.entering;
+        last_enters = std::prev(end)->crossing.entering;
     }
     const CappedEnds ends = chord.capped_ends(surface, first_enters, last_enters);
     const auto cap_at = [&](double t, int face, bool entering) {
         Crossing crossing{};
-        crossing.hit.t = prepared.original_t(t);
+        crossing.hit.t = prepared.limits.given_t(t);
         crossing.hit.geometry_id = instance.id;
         crossing.hit.primitive_id =
             static_cast<std::uint32_t>(surface.shell().count()) + static_cast<std::uint32_t>(face);
         instance.object->complete(crossing.hit, ray, gradient_lattice(surface, chord.at(t)), instance.placement);
         crossing.entering = entering;
-        return crossing;
+        return ListedCrossing{crossing, true};
     };
     const std::ptrdiff_t first = begin - crossings.begin();
     if (ends.exit)
@@ -62,49 +46,73 @@ void SceneSnapshot::Impl::add_caps(const ChordOfInstance& of_instance, const Ray
         crossings.insert(crossings.begin() + first, cap_at(chord.t_near, chord.entry, true));
 }
 
+namespace {
+
+Crossing complete(const RawCrossing& raw, const Instance& instance, const Ray& ray, const PreparedRay& prepared)
+{
+    Crossing crossing{};
+    crossing.hit.geometry_id = instance.id;
+    crossing.hit.primitive_id = raw.primitive;
+    if (const auto* in_cell = std::get_if<CrossingInCell>(&raw.found)) {
+        crossing.hit.t = prepared.limits.given_t(in_cell->root.t);
+        instance.object->complete(crossing.hit, ray, in_cell->root.gradient, instance.placement);
+        crossing.entering = instance.object->is_entering(crossing.hit, ray, in_cell->rising);
+    } else {
+        const auto& in_mesh = std::get<TriangleHit>(raw.found);
+        crossing.hit.t = in_mesh.t;
+        crossing.hit.uv = in_mesh.uv;
+        instance.object->complete(crossing.hit, ray, glm::dvec3(0.0), instance.placement);
+        crossing.entering = in_mesh.entering;
+    }
+    return crossing;
+}
+
+} // namespace
+
 void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
-                               std::vector<Crossing>& crossings) const
+                               std::vector<ListedCrossing>& crossings) const
 {
     crossings.clear();
-    if (!prepare(ray, index, centre, centred_bounds, query.prepared))
+    if (!prepare(ray, index, frame, query.prepared))
         return;
     query.all->clear();
-    query.begin();
+    query.begin(ray);
     RTCRayHit ray_hit;
     set_ray(query.prepared.ray, ray_hit.ray);
-    ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect_filtered(top, query, ray_hit, keep_triangle);
+    embree::intersect(top, query, ray_hit);
 
-    for (const RawCrossing& raw : *query.all) {
-        const Instance& instance = *instances[raw.slot];
-        Crossing crossing{};
-        crossing.hit.t = query.prepared.original_t(raw.in_cell.root.t);
-        crossing.hit.geometry_id = instance.id;
-        crossing.hit.primitive_id = raw.primitive;
-        crossing.hit.uv = raw.uv;
-        instance.object->complete(crossing.hit, ray, raw.in_cell.root.gradient, instance.placement);
-        crossing.entering = instance.object->is_entering(crossing.hit, ray, raw.in_cell.rising);
-        crossings.push_back(crossing);
-    }
-
-    // Instance by instance, each crossing once; then all by t.
-    std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-        return std::tie(a.hit.geometry_id, a.hit.t, a.hit.primitive_id) <
-               std::tie(b.hit.geometry_id, b.hit.t, b.hit.primitive_id);
+    // Instance by instance, in the order that the ray meets them in.
+    std::sort(query.all->begin(), query.all->end(), [](const RawCrossing& a, const RawCrossing& b) {
+        return std::tuple(a.slot, a.t_begin, a.t(), a.primitive) < std::tuple(b.slot, b.t_begin, b.t(), b.primitive);
     });
-    const auto is_same = [&](const Crossing& a, const Crossing& b) {
-        if (a.hit.geometry_id != b.hit.geometry_id || a.entering != b.entering)
-            return false;
-        const Instance& instance = *find(a.hit.geometry_id);
-        return instance.object->is_same_crossing(a, b, ray, instance.placement);
-    };
-    crossings.erase(std::unique(crossings.begin(), crossings.end(), is_same), crossings.end());
+    std::vector<Crossing> of_instance;
+    for (auto first = query.all->begin(); first != query.all->end();) {
+        const Instance& instance = *instances[first->slot];
+        const auto last =
+            std::find_if(first, query.all->end(), [&](const RawCrossing& raw) { return raw.slot != first->slot; });
+        of_instance.clear();
+        for (; first != last; ++first)
+            of_instance.push_back(complete(*first, instance, ray, query.prepared));
+        instance.object->settle_order(of_instance, ray, instance.placement);
+        for (const Crossing& crossing : of_instance)
+            crossings.push_back({crossing, false});
+    }
     for (const ChordOfInstance& chord : query.chords)
         add_caps(chord, ray, query.prepared, crossings);
-    // Of caps that coincide the last one added is the first, as for cast_rays().
-    std::stable_sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-        return a.hit.t < b.hit.t || (a.hit.t == b.hit.t && a.hit.geometry_id > b.hit.geometry_id);
+
+    // Then all by t, as cast_rays() has it: see precedes(). What one instance has at the same t stays together.
+    for (std::size_t i = 1; i < crossings.size(); ++i) {
+        const Hit &before = crossings[i - 1].crossing.hit, &hit = crossings[i].crossing.hit;
+        if (hit.geometry_id == before.geometry_id && hit.t == before.t)
+            crossings[i].sorts_as_cap = crossings[i - 1].sorts_as_cap;
+    }
+    std::stable_sort(crossings.begin(), crossings.end(), [](const ListedCrossing& a, const ListedCrossing& b) {
+        const Hit &first = a.crossing.hit, &second = b.crossing.hit;
+        if (first.t != second.t)
+            return first.t < second.t;
+        if (a.sorts_as_cap != b.sorts_as_cap)
+            return b.sorts_as_cap;
+        return a.sorts_as_cap ? first.geometry_id > second.geometry_id : first.geometry_id < second.geometry_id;
     });
 }
 
@@ -115,10 +123,11 @@ void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vec
     RayQuery query(instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
-    std::vector<Crossing> of_ray;
+    std::vector<ListedCrossing> of_ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         list(top, rays[i], i, query, of_ray);
-        crossings.insert(crossings.end(), of_ray.begin(), of_ray.end());
+        for (const ListedCrossing& listed : of_ray)
+            crossings.push_back(listed.crossing);
         counts[i] = static_cast<std::uint32_t>(of_ray.size());
     }
 }

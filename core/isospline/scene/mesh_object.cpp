@@ -1,75 +1,202 @@
 #include "isospline/scene/mesh_object.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/scene/ray_query.h"
+#include "isospline/util/error.h"
 
+#include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <glm/vector_relational.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <vector>
 
 namespace isospline {
 
 namespace {
+
+/// Room for scenes of some times the size of the mesh, in units of that.
+constexpr double least_box_margin = 0x1p-16;
+
+float next_below(double value)
+{
+    return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
+}
 
 glm::dvec3 centre_of(const Mesh& mesh)
 {
     return mesh.bounds().empty() ? glm::dvec3(0.0) : mesh.bounds().center();
 }
 
+LocalSpace local_space(const Mesh& mesh)
+{
+    const glm::dvec3 centre = centre_of(mesh);
+    const Box box{mesh.bounds().lower - centre, mesh.bounds().upper - centre};
+    return {glm::translate(glm::dmat4(1.0), centre), box, box};
+}
+
 } // namespace
 
 MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh)
-    : Object({glm::translate(glm::dmat4(1.0), centre_of(*mesh)),
-              {mesh->bounds().lower - centre_of(*mesh), mesh->bounds().upper - centre_of(*mesh)}}),
-      mesh_(std::move(mesh)), centre_(centre_of(*mesh_))
+    : Object(local_space(*mesh)), mesh_(std::move(mesh)), centre_(centre_of(*mesh_))
 {
 }
 
-embree::GeometryHandle MeshObject::make_geometry(const Device& device, double)
+bool MeshObject::fits(double rounding_error_local) const
 {
-    embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
+    // Margins are built with room to grow, as those of isosurfaces.
+    const double least = least_box_margin * glm::length(mesh_->bounds().size());
+    return rounding_error_local <= box_margin_ && (box_margin_ <= least || rounding_error_local >= box_margin_ / 16.0);
+}
+
+embree::GeometryHandle MeshObject::make_geometry(const Device& device, double rounding_error_local)
+{
+    box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin * glm::length(mesh_->bounds().size()));
+    embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
     device.check();
-    const std::size_t vertex_count = mesh_->vertices().size(), face_count = mesh_->faces().size();
-    if (face_count > 0) {
-        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertex_count));
-        auto* faces = static_cast<unsigned int*>(rtcSetNewGeometryBuffer(
-            geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned int), face_count));
-        device.check();
-        for (std::size_t i = 0; i < vertex_count; ++i)
-            for (int axis = 0; axis < 3; ++axis)
-                vertices[3 * i + static_cast<std::size_t>(axis)] =
-                    static_cast<float>(mesh_->vertices()[i][axis] - centre_[axis]);
-        for (std::size_t i = 0; i < face_count; ++i)
-            for (int corner = 0; corner < 3; ++corner)
-                faces[3 * i + static_cast<std::size_t>(corner)] = mesh_->faces()[i][corner];
-    }
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(mesh_->faces().size()));
+    rtcSetGeometryUserData(geometry.get(), this);
+    rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
+    rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
+    rtcSetGeometryOccludedFunction(geometry.get(), occluded_function);
     return geometry;
+}
+
+void MeshObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
+{
+    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
+    const auto [a, b, c] = self.triangle(arguments->primID);
+    const glm::dvec3 lower = glm::min(glm::min(a, b), c) - self.centre_ - self.box_margin_;
+    const glm::dvec3 upper = glm::max(glm::max(a, b), c) - self.centre_ + self.box_margin_;
+    RTCBounds& bounds = *arguments->bounds_o;
+    bounds.lower_x = next_below(lower.x);
+    bounds.lower_y = next_below(lower.y);
+    bounds.lower_z = next_below(lower.z);
+    bounds.upper_x = -next_below(-upper.x);
+    bounds.upper_y = -next_below(-upper.y);
+    bounds.upper_z = -next_below(-upper.z);
+}
+
+std::optional<TriangleHit> MeshObject::hit_within(const TriangleRay& ray, std::uint32_t primitive) const
+{
+    const Triangle candidate = triangle(primitive);
+    const Passage found = passage(ray.origin, ray.direction, candidate);
+    if (found == Passage::none)
+        return std::nullopt;
+    const TriangleHit hit = triangle_hit(ray, candidate, found);
+    if (!ray.has(hit.t))
+        return std::nullopt;
+    return hit;
+}
+
+bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std::uint32_t first_primitive,
+                           const TriangleHit& second, std::uint32_t second_primitive) const
+{
+    const double gap = second.t - first.t;
+    if (std::abs(gap) > first.t_error + second.t_error)
+        return gap > 0.0;
+    const std::weak_ordering order = exact_order(ray, triangle(first_primitive), triangle(second_primitive));
+    return order < 0 || (order == 0 && first_primitive < second_primitive);
+}
+
+bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
+                             double nearest_t, const HitIds& nearest_ids) const
+{
+    if (nearest_ids.slot == RTC_INVALID_GEOMETRY_ID)
+        return true;
+    if (nearest_ids.slot == hit.slot)
+        return is_before(ray, hit.hit, hit.primitive, nearest_in_mesh.hit, nearest_in_mesh.primitive);
+    return t < nearest_t || (t == nearest_t && precedes({hit.slot, hit.primitive, false}, nearest_ids));
+}
+
+void MeshObject::intersect_function(const RTCIntersectFunctionNArguments* arguments)
+{
+    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
+    if (arguments->N == 1)
+        self.intersect_one(*arguments);
+    else
+        self.intersect_packet(*arguments);
+}
+
+void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
+{
+    if (arguments.valid[0] != -1)
+        return;
+    auto& query = static_cast<RayQuery&>(*arguments.context);
+    const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
+    query.enter_mesh(slot);
+    const std::optional<TriangleHit> found = hit_within(query.in_mesh, primitive);
+    if (!found)
+        return;
+    if (query.all != nullptr) {
+        query.all->push_back({*found, found->t, slot, primitive});
+        return;
+    }
+    const double t = query.prepared.limits.moved_t(found->t);
+    const MeshHit candidate{*found, slot, primitive};
+    if (!takes_place(query.in_mesh, candidate, t, query.nearest_in_mesh, query.nearest.t, query.nearest_ids))
+        return;
+    query.nearest_in_mesh = candidate;
+    query.keep({t, glm::dvec3(0.0)}, {slot, primitive, false}, reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray);
+}
+
+void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
+{
+    auto& query = static_cast<PacketQuery&>(*arguments.context);
+    const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
+    query.enter_mesh(slot);
+    const unsigned int size = arguments.N;
+    LaneMask active = 0;
+    for (unsigned int lane = 0; lane < size; ++lane)
+        active |= static_cast<LaneMask>(arguments.valid[lane] & 1) << lane;
+    const Triangle met = triangle(primitive);
+    const LanePassages found = passages(query.in_mesh, met, active);
+
+    RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
+    for (LaneMask rest = found.along_normal | found.against_normal; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const TriangleRay ray = query.in_mesh.ray(lane);
+        const bool along = (found.along_normal >> lane & 1u) != 0;
+        const TriangleHit hit = triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal);
+        if (!ray.has(hit.t))
+            continue;
+        const double t = query.prepared.limits[lane].moved_t(hit.t);
+        const MeshHit candidate{hit, slot, primitive};
+        if (!takes_place(ray, candidate, t, query.nearest_in_mesh[lane], query.nearest.t[lane],
+                         query.nearest_ids[lane]))
+            continue;
+        query.nearest_in_mesh[lane] = candidate;
+        query.keep(lane, {t, glm::dvec3(0.0)}, {slot, primitive, false},
+                   RTCRayN_tfar(rays, size, static_cast<unsigned int>(lane)));
+    }
+}
+
+void MeshObject::occluded_function(const RTCOccludedFunctionNArguments* arguments)
+{
+    ISOSPLINE_ASSERT(arguments->N, ==, 1u);
+    if (arguments->valid[0] != -1)
+        return;
+    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
+    auto& query = static_cast<RayQuery&>(*arguments->context);
+    query.enter_mesh(query.instID[0]);
+    if (self.hit_within(query.in_mesh, arguments->primID))
+        reinterpret_cast<RTCRay*>(arguments->ray)->tfar = -std::numeric_limits<float>::infinity();
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const
 {
-    const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
-    const glm::dvec3 a = transform_point(placement.transform, mesh_->vertices()[face.x]);
-    const glm::dvec3 b = transform_point(placement.transform, mesh_->vertices()[face.y]);
-    const glm::dvec3 c = transform_point(placement.transform, mesh_->vertices()[face.z]);
-    glm::dvec3 normal = glm::cross(b - a, c - a);
-    // A mirroring transform turns the order of the corners around.
-    if (glm::determinant(glm::dmat3(placement.transform)) < 0.0)
-        normal = -normal;
-
-    // Embree's t is rounded to single precision: take it again from the triangle's plane, unless the ray grazes it.
-    const double cosine = glm::dot(normal, ray_world.direction);
-    const double t_plane = glm::dot(a - ray_world.origin, normal) / cosine;
-    const double area = glm::length(normal);
-    if (std::abs(cosine) > 1e-3 * area * glm::length(ray_world.direction))
-        hit.t = t_plane;
     hit.position = ray_world.at(hit.t);
-    hit.normal = area > 0.0 ? normal / area : glm::dvec3(0.0);
+    const auto [a, b, c] = triangle(hit.primitive_id);
+    const glm::dmat3 linear(placement.transform);
+    const glm::dvec3 normal = glm::cross(linear * (b - a), linear * (c - a));
+    const double length = glm::length(normal);
+    // A mirroring transform turns the order of the corners around.
+    hit.normal = length > 0.0 ? normal / (glm::determinant(linear) < 0.0 ? -length : length) : glm::dvec3(0.0);
 }
 
 void MeshObject::complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket&,
@@ -86,17 +213,33 @@ bool MeshObject::is_entering(const Hit& hit, const Ray& ray_world, bool) const
     return glm::dot(hit.normal, ray_world.direction) < 0.0;
 }
 
-bool MeshObject::is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
-                                  const Placement& placement) const
+void MeshObject::settle_order(std::span<Crossing> crossings, const Ray& ray_world, const Placement& placement) const
 {
-    // Both triangles of an edge, or all of a corner, meet a ray that goes through it, in single precision.
-    const glm::uvec3 &first = mesh_->faces()[a.hit.primitive_id], &second = mesh_->faces()[b.hit.primitive_id];
-    const auto has = [&](unsigned int vertex) { return glm::any(glm::equal(second, glm::uvec3(vertex))); };
-    if (!has(first.x) && !has(first.y) && !has(first.z))
-        return false;
-    constexpr double single_precision = 1e-6;
-    const double size = glm::length(glm::dmat3(placement.transform) * mesh_->bounds().size());
-    return std::abs(a.hit.t - b.hit.t) * glm::length(ray_world.direction) <= single_precision * size;
+    if (crossings.size() < 2)
+        return;
+    const TriangleRay ray = ray_in_mesh(ray_world, placement);
+    const auto hit_of = [&](const Crossing& crossing) {
+        return triangle_hit(ray, triangle(crossing.hit.primitive_id),
+                            crossing.entering ? Passage::against_normal : Passage::along_normal);
+    };
+    TriangleHit before = hit_of(crossings[0]);
+    bool settled = true;
+    for (std::size_t i = 1; i < crossings.size() && settled; ++i) {
+        const TriangleHit hit = hit_of(crossings[i]);
+        settled = hit.t - before.t > hit.t_error + before.t_error;
+        before = hit;
+    }
+    if (settled)
+        return;
+
+    std::sort(crossings.begin(), crossings.end(), [&](const Crossing& a, const Crossing& b) {
+        return is_before(ray, hit_of(a), a.hit.primitive_id, hit_of(b), b.hit.primitive_id);
+    });
+    for (std::size_t i = 1; i < crossings.size(); ++i)
+        if (const double least = crossings[i - 1].hit.t; crossings[i].hit.t < least) {
+            crossings[i].hit.t = least;
+            crossings[i].hit.position = ray_world.at(least);
+        }
 }
 
 } // namespace isospline

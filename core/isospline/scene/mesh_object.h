@@ -1,35 +1,63 @@
-// A mesh as Embree triangle geometry.
+// A mesh as Embree user geometry: one box a triangle, in the mesh's own space moved so that its box is centred: single
+// precision then spends its digits on the shape. Triangles are met in double precision, by the rule of
+// trace/triangle.h.
 #pragma once
 
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/object.h"
+#include "isospline/scene/ray_query.h"
+#include "isospline/trace/triangle.h"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
+#include <vector>
 
 namespace isospline {
 
-/// Its local space is the mesh's own, moved so that its box is centred: single precision then spends its digits on the
-/// shape.
 class MeshObject final : public Object {
 public:
     explicit MeshObject(std::shared_ptr<const Mesh> mesh);
 
-    bool fits(double) const override { return true; }
+    bool fits(double rounding_error_local) const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
                   const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
-    bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
-                          const Placement& placement) const override;
-    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+    void settle_order(std::span<Crossing> crossings, const Ray& ray_world, const Placement& placement) const override;
+    glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                const Placement& placement) const override;
 
 private:
     embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
+    Triangle triangle(std::uint32_t primitive) const
+    {
+        const glm::uvec3& face = mesh_->faces()[primitive];
+        const std::vector<glm::dvec3>& vertices = mesh_->vertices();
+        return {vertices[face.x], vertices[face.y], vertices[face.z]};
+    }
+
+    /// Whether a ray meets one of its triangles before another.
+    bool is_before(const TriangleRay& ray, const TriangleHit& first, std::uint32_t first_primitive,
+                   const TriangleHit& second, std::uint32_t second_primitive) const;
+    /// A hit of one of its triangles within the limits of a ray, if there is one.
+    std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive) const;
+    /// Whether a hit, at t of the prepared ray, takes the place of the nearest so far.
+    bool takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
+                     double nearest_t, const HitIds& nearest_ids) const;
+
+    void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
+    void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
+
+    static void bounds_function(const RTCBoundsFunctionArguments* arguments);
+    static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
+    static void occluded_function(const RTCOccludedFunctionNArguments* arguments);
 
     std::shared_ptr<const Mesh> mesh_;
     glm::dvec3 centre_;
+    double box_margin_ = 0.0; ///< boxes are wider than their triangles by this on every side
 };
 
 } // namespace isospline

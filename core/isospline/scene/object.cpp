@@ -10,7 +10,7 @@ void Object::build(RTCBuildQuality quality, double rounding_error_local, const P
     rtcCommitGeometry(geometry.get());
     embree::SceneHandle scene(rtcNewScene(device.get()));
     device.check();
-    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST | embree::query_filter_flag);
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene.get(), quality);
     rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
     device.check();

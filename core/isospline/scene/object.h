@@ -6,7 +6,9 @@
 #include "isospline/scene/device.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/lattice_ray_packet.h"
+#include "isospline/trace/prepared_ray.h"
 
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 
 #include <cstddef>
@@ -16,16 +18,18 @@ namespace isospline {
 
 /// Where an instance of an object is.
 struct Placement {
-    glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
+    glm::dmat4 transform{1.0};      ///< the object's world space to the scene's
+    glm::dmat3 linear_inverse{1.0}; ///< back, but for the translation
     glm::dmat4 world_to_local{1.0};
     glm::dmat4 centred_to_local{1.0}; ///< from the scene's world space, moved to its centre
     double rounding_error = 0.0;      ///< in local space, of a ray that Embree traverses in single precision
 };
 
-/// The space of an object's own Embree geometry, and the object's box in it.
+/// The space of an object's own Embree geometry.
 struct LocalSpace {
     glm::dmat4 to_object; ///< to the object's world space
-    Box bounds;
+    Box bounds;           ///< of what the object shows
+    Box domain;           ///< holds that of every level
 };
 
 /// Built once, by the thread that makes it; from then on any number of threads may use it, as it never changes.
@@ -44,8 +48,8 @@ public:
     void build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress);
     /// Bytes that the object holds for queries.
     std::size_t memory() const { return embree_memory_ + own_memory(); }
-    /// Completes a hit, of which t and primitive_id are given, for a ray in the scene's world space. `gradient_local`
-    /// is that of the field at an isosurface's root, in local space.
+    /// Completes a hit, of which t, uv and primitive_id are given, for a ray in the scene's world space.
+    /// `gradient_local` is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                           const Placement& placement) const = 0;
     /// The same, bit for bit, for hits of a packet: lane i is hits[i], whose ray is rays_world[i].
@@ -53,12 +57,11 @@ public:
                           const Placement& placement) const = 0;
     /// Whether the ray goes to the inner side at a complete hit; `rising` tells of an isosurface that f grows there.
     virtual bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const = 0;
-    /// Whether crossings of one instance that follow each other, both entering or both leaving, are one that two
-    /// primitives have found.
-    virtual bool is_same_crossing(const Crossing& a, const Crossing& b, const Ray& ray_world,
-                                  const Placement& placement) const = 0;
-    /// As Scene::offset_position(), in a scene with the given centre.
-    virtual glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+    /// Puts crossings of one instance, in ascending order of t, in the order that the ray meets them in where t is
+    /// rounded too much to tell.
+    virtual void settle_order(std::span<Crossing>, const Ray&, const Placement&) const {}
+    /// As Scene::offset_position(), in a scene of this frame.
+    virtual glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                        const Placement& placement) const = 0;
 
     /// The object's own Embree scene, which instances place in the top scene.

@@ -4,7 +4,6 @@
 #include "isospline/scene/isosurface_object.h"
 #include "isospline/scene/mesh_object.h"
 #include "isospline/trace/cell_block.h"
-#include "isospline/trace/lattice_ray.h"
 #include "isospline/trace/value_error.h"
 #include "isospline/util/error.h"
 
@@ -26,16 +25,17 @@ namespace {
 template <int Degree>
 class Clearance {
 public:
-    Clearance(const IsosurfaceSnapshot& surface, const glm::dmat4& centred_to_local, const glm::dvec3& centre,
+    Clearance(const IsosurfaceSnapshot& surface, const glm::dmat4& centred_to_local, const RayFrame& frame,
               const glm::dvec3& position)
-        : surface_(surface), to_lattice_(centred_to_local), centre_(centre)
+        : surface_(surface), to_lattice_(centred_to_local), centre_(frame.centre)
     {
-        // Three products and three sums, of numbers of at most this size, and as many again of the point on the ray.
+        // The line of a ray begins where it enters the scene's box; docs/method.md counts the roundings from there.
         for (int axis = 0; axis < 3; ++axis) {
             double size = 1.0 + std::abs(to_lattice_[3][axis]);
             for (int column = 0; column < 3; ++column)
-                size += std::abs(to_lattice_[column][axis] * (position[column] - centre_[column]));
-            coordinate_error_ = std::max(coordinate_error_, 8.0 * 0x1p-53 * size);
+                size += std::abs(to_lattice_[column][axis]) *
+                        std::max(frame.box.upper[column], std::abs(position[column] - centre_[column]));
+            coordinate_error_ = std::max(coordinate_error_, 32.0 * 0x1p-53 * size);
         }
     }
 
@@ -70,8 +70,8 @@ public:
     }
 
 private:
-    /// Rays are solved in cells that are wider than themselves by cell_margin.
-    double reach() const { return 2.0 * cell_margin + coordinate_error_; }
+    /// Where rounding may put a point of the ray.
+    double reach() const { return 2.0 * coordinate_error_; }
 
     glm::ivec3 cell_at(const glm::dvec3& lattice) const
     {
@@ -167,7 +167,7 @@ glm::dvec3 unit_or_zero(const glm::dvec3& vector)
     return length > 0.0 ? vector / length : glm::dvec3(0.0);
 }
 
-/// The largest column sum of magnitudes of a matrix.
+/// The largest length of a matrix's columns; a vector is stretched by sqrt(3) times it at most.
 double norm_of(const glm::dmat3& matrix)
 {
     double largest = 0.0;
@@ -178,7 +178,7 @@ double norm_of(const glm::dmat3& matrix)
 
 } // namespace
 
-glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                              const Placement& placement) const
 {
     if (hit.primitive_id >= surface_->primitive_count())
@@ -186,7 +186,7 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
     const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(placement.centred_to_local)));
     const auto of_degree = [&]<int Degree>() {
         const glm::dmat4& to_lattice = placement.centred_to_local;
-        const Clearance<Degree> clearance(*surface_, to_lattice, centre, hit.position);
+        const Clearance<Degree> clearance(*surface_, to_lattice, frame, hit.position);
         // The normal decides, as its user sees it: the gradient here is rounded otherwise.
         const bool outward = glm::dot(hit.normal, towards) >= 0.0;
         const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
@@ -199,7 +199,7 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
             return offset_until_all_hold({in_half_space({-normal, -offset})}, hit.position, towards, cell_size);
         }
         if (!outward && surface_->options().capped) {
-            const glm::dvec3 lattice = transform_point(to_lattice, hit.position - centre);
+            const glm::dvec3 lattice = transform_point(to_lattice, hit.position - frame.centre);
             const glm::dvec3 inwards = side * transform_gradient(to_lattice, gradient_lattice(*surface_, lattice));
             std::vector<Condition> in_solid{
                 {[&](const glm::dvec3& at) { return clearance(at, side); }, unit_or_zero(inwards)}};
@@ -221,9 +221,10 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
     }
 }
 
-glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards, const glm::dvec3& centre,
+glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                        const Placement& placement) const
 {
+    const glm::dvec3& centre = frame.centre;
     if (hit.primitive_id >= mesh_->faces().size())
         throw_invalid("hit", "a primitive id below " + std::to_string(mesh_->faces().size()), hit.primitive_id);
     const glm::uvec3& face = mesh_->faces()[hit.primitive_id];
@@ -237,19 +238,13 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
         return hit.position;
     const glm::dvec3 normal = (glm::dot(cross, hit.normal) < 0.0 ? -1.0 : 1.0) / doubled_area * cross;
 
-    // Error of a plane's distance, in the space that Embree intersects in: of the ray, the vertices, the test.
-    constexpr double unit_roundoff = 0x1p-24;
-    const glm::dmat3 to_local(placement.centred_to_local);
+    // By how much rounding on the way to the mesh's own space may move a ray, in world units.
+    constexpr double unit_roundoff = 0x1p-53;
     const double a_b = glm::length(b - a), b_c = glm::length(c - b), c_a = glm::length(a - c);
-    const glm::dvec3 a_b_local = to_local * (b - a), b_c_local = to_local * (c - b), c_a_local = to_local * (a - c);
-    const double longest = std::max({glm::length(a_b_local), glm::length(b_c_local), glm::length(c_a_local)});
-    const double doubled_area_local = glm::length(glm::cross(a_b_local, c_a_local));
-    const double error_local = std::sqrt(3.0) * placement.rounding_error +
-                               unit_roundoff * (0.5 * glm::length(mesh_->bounds().size()) +
-                                                16.0 * longest * (1.0 + longest * longest / doubled_area_local));
-    // A step of 1 along the normal takes a point 1 / |L^T n| away from the plane in local space, L being the map to the
-    // world.
-    const double distance = 2.0 * error_local * glm::length(glm::transpose(glm::inverse(to_local)) * normal);
+    const double condition = 3.0 * norm_of(glm::dmat3(placement.transform)) * norm_of(placement.linear_inverse);
+    const double places = glm::length(hit.position) + glm::length(centre) +
+                          glm::length(glm::dvec3(placement.transform[3])) + std::max({a_b, b_c, c_a});
+    const double distance = 128.0 * unit_roundoff * condition * condition * places;
 
     // From edges the point keeps the same distance, so that it is inside also of the triangles behind them.
     glm::dvec3 position = hit.position - centre;

@@ -4,8 +4,25 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
+#include <cstdint>
 
 namespace isospline {
+
+namespace {
+
+/// Sets what is known of a hit before its object completes it: of a mesh, t is that of its triangle.
+void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_mesh)
+{
+    hit.t = t;
+    hit.primitive_id = ids.primitive;
+    if (ids.slot != nearest_in_mesh.slot)
+        return;
+    hit.t = nearest_in_mesh.hit.t;
+    hit.uv = nearest_in_mesh.hit.uv;
+}
+
+} // namespace
 
 void SceneSnapshot::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const
 {
@@ -13,22 +30,16 @@ void SceneSnapshot::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit>
     RTCRayHit ray_hit;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         hits[i].clear();
-        if (!prepare(rays[i], i, centre, centred_bounds, query.prepared))
+        if (!prepare(rays[i], i, frame, query.prepared))
             continue;
-        query.begin();
+        query.begin(rays[i]);
         set_ray(query.prepared.ray, ray_hit.ray);
-        ray_hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        ray_hit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         embree::intersect(camera_top.get(), query, ray_hit);
-        if (ray_hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        if (!query.has_hit())
             continue;
-        // The nearest root is kept in double precision; only a triangle can be nearer than that.
-        const double t = std::min(query.nearest.t, static_cast<double>(ray_hit.ray.tfar));
-        hits[i].t = query.prepared.original_t(t);
-        const Instance& instance = *instances[ray_hit.hit.instID[0]];
+        set_hit(hits[i], query.prepared.limits.given_t(query.nearest.t), query.nearest_ids, query.nearest_in_mesh);
+        const Instance& instance = *instances[query.nearest_ids.slot];
         hits[i].geometry_id = instance.id;
-        hits[i].primitive_id = ray_hit.hit.primID;
-        hits[i].uv = {ray_hit.hit.u, ray_hit.hit.v};
         instance.object->complete(hits[i], rays[i], query.nearest.gradient, instance.placement);
     }
 }
@@ -42,10 +53,10 @@ void SceneSnapshot::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit>
         const std::size_t count = std::min<std::size_t>(Size, rays.size() - first);
         for (std::size_t i = first; i < first + count; ++i)
             hits[i].clear();
-        const LaneMask used = prepare_packet(rays.subspan(first, count), first, centre, centred_bounds, query.prepared);
+        const LaneMask used = prepare_packet(rays.subspan(first, count), first, frame, query.prepared);
         if (used == 0)
             continue;
-        query.begin(used);
+        query.begin(rays.subspan(first, count), used);
         set_rays(query.prepared, packet);
         alignas(64) int valid[Size];
         for (int lane = 0; lane < Size; ++lane)
@@ -55,22 +66,20 @@ void SceneSnapshot::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit>
         LaneMask unfinished = 0;
         for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
-            if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID)
+            if (!query.has_hit(lane))
                 continue;
             unfinished |= LaneMask{1} << lane;
             Hit& hit = hits[first + static_cast<std::size_t>(lane)];
-            const double t = std::min(query.nearest.t[lane], static_cast<double>(packet.ray.tfar[lane]));
-            hit.t = query.prepared.original_t(lane, t);
-            hit.primitive_id = packet.hit.primID[lane];
-            hit.uv = {packet.hit.u[lane], packet.hit.v[lane]};
+            set_hit(hit, query.prepared.limits[lane].given_t(query.nearest.t[lane]), query.nearest_ids[lane],
+                    query.nearest_in_mesh[lane]);
         }
         while (unfinished != 0) {
-            const unsigned int slot = packet.hit.instID[0][std::countr_zero(unfinished)];
+            const unsigned int slot = query.nearest_ids[std::countr_zero(unfinished)].slot;
             const Instance& instance = *instances[slot];
             LaneMask of_instance = 0;
             for (LaneMask rest = unfinished; rest != 0; rest &= rest - 1u) {
                 const int lane = std::countr_zero(rest);
-                if (packet.hit.instID[0][lane] != slot)
+                if (query.nearest_ids[lane].slot != slot)
                     continue;
                 of_instance |= LaneMask{1} << lane;
                 hits[first + static_cast<std::size_t>(lane)].geometry_id = instance.id;
@@ -104,9 +113,9 @@ void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::ui
     RTCRay ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         occluded[i] = 0;
-        if (!prepare(rays[i], i, impl_->centre, impl_->centred_bounds, query.prepared))
+        if (!prepare(rays[i], i, impl_->frame, query.prepared))
             continue;
-        query.begin();
+        query.begin(rays[i]);
         set_ray(query.prepared.ray, ray);
         embree::occluded(impl_->shadow_top(), query, ray);
         occluded[i] = ray.tfar < 0.0f;

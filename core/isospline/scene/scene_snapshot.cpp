@@ -33,7 +33,7 @@ SceneSnapshot::~SceneSnapshot() = default;
 glm::dvec3 SceneSnapshot::offset_position(const Hit& hit, const glm::dvec3& towards) const
 {
     const Instance& instance = impl_->instance(hit.geometry_id, "hit");
-    return instance.object->offset_position(hit, towards, impl_->centre, instance.placement);
+    return instance.object->offset_position(hit, towards, impl_->frame, instance.placement);
 }
 
 Box SceneSnapshot::bounds() const

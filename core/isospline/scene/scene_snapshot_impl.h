@@ -3,8 +3,8 @@
 
 #include "isospline/scene/device.h"
 #include "isospline/scene/instance.h"
-#include "isospline/scene/prepared_ray.h"
 #include "isospline/scene/scene_snapshot.h"
+#include "isospline/trace/prepared_ray.h"
 
 #include <cstdint>
 #include <memory>
@@ -14,6 +14,12 @@ namespace isospline {
 
 struct ChordOfInstance;
 struct RayQuery;
+
+/// A crossing that is to be sorted among those of other instances.
+struct ListedCrossing {
+    Crossing crossing;
+    bool sorts_as_cap;
+};
 
 /// An isosurface of a scene, and what it was for the snapshot.
 struct SurfaceAtLevel {
@@ -35,18 +41,18 @@ struct SceneSnapshot::Impl {
     /// All crossings of rays with what an Embree scene holds, for list_intersections().
     void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
               std::span<std::uint32_t> counts) const;
-    void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query, std::vector<Crossing>& crossings) const;
+    void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
+              std::vector<ListedCrossing>& crossings) const;
     /// Adds those with the caps of an instance to its others, which are in order.
     void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
-                  std::vector<Crossing>& crossings) const;
+                  std::vector<ListedCrossing>& crossings) const;
 
     std::vector<std::shared_ptr<const Instance>> instances; ///< by slot, in the order of their ids
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
     embree::SceneHandle camera_top;                         ///< of cast_rays() and list_intersections()
     embree::SceneHandle own_shadow_top;                     ///< null where shadow rays see what the camera does
     Box bounds;
-    glm::dvec3 centre{0.0};
-    Box centred_bounds;        ///< a little larger than the bounds, relative to the centre; empty where these are
+    RayFrame frame;            ///< of all objects, whatever their levels: rays do not depend on these
     std::uint64_t version = 0; ///< of the scene's edits
     std::uint32_t next_id = 0; ///< above all ids that there have been
     std::uint64_t build_count = 0;

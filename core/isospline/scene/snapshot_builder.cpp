@@ -3,8 +3,6 @@
 #include "isospline/scene/isosurface_object.h"
 #include "isospline/scene/mesh_object.h"
 
-#include <glm/geometric.hpp>
-
 #include <algorithm>
 #include <utility>
 
@@ -12,23 +10,13 @@ namespace isospline {
 
 namespace {
 
-glm::dvec3 centre_of(const Box& box)
-{
-    return box.empty() ? glm::dvec3(0.0) : box.center();
-}
-
-double radius_of(const Box& box)
-{
-    return box.empty() ? 0.0 : 0.5 * glm::length(box.size());
-}
-
 /// An Embree scene of the instances that some rays see.
 embree::SceneHandle make_top(const std::vector<std::shared_ptr<const Instance>>& instances, bool SeenBy::*sees)
 {
     const Device& device = Device::shared();
     embree::SceneHandle top(rtcNewScene(device.get()));
     device.check();
-    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST | embree::query_filter_flag);
+    rtcSetSceneFlags(top.get(), RTC_SCENE_FLAG_ROBUST);
     for (std::size_t slot = 0; slot < instances.size(); ++slot)
         if (instances[slot]->shown.seen_by.*sees)
             rtcAttachGeometryByID(top.get(), instances[slot]->geometry.get(), static_cast<unsigned int>(slot));
@@ -60,8 +48,7 @@ std::shared_ptr<Object> make_object(const ShownObject& shown)
 
 void check_alone(const LocalSpace& local, const glm::dmat4& transform, std::uint32_t id)
 {
-    const Box bounds = placed_bounds(local, transform);
-    static_cast<void>(placed(local, transform, centre_of(bounds), radius_of(bounds), id));
+    static_cast<void>(placed(local, transform, RayFrame(placed_domain(local, transform)), id));
 }
 
 std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& progress)
@@ -106,19 +93,15 @@ void SnapshotBuilder::plan_instances()
 
 void SnapshotBuilder::place_instances()
 {
-    Box& bounds = next_->bounds;
-    for (const Plan& plan : plans_)
-        if (const Box box = placed_bounds(plan.shape->object->local(), plan.shown.transform); !box.empty()) {
-            bounds.extend(box.lower);
-            bounds.extend(box.upper);
-        }
-    next_->centre = centre_of(bounds);
-    const double radius = radius_of(bounds);
-    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
-    next_->centred_bounds = bounds.empty() ? Box() : Box{-half_size, half_size};
+    Box domain;
+    for (const Plan& plan : plans_) {
+        next_->bounds.extend(placed_bounds(plan.shape->object->local(), plan.shown.transform));
+        domain.extend(placed_domain(plan.shape->object->local(), plan.shown.transform));
+    }
+    next_->frame = RayFrame(domain);
     for (Plan& plan : plans_) {
         Shape& shape = *plan.shape;
-        plan.placement = placed(shape.object->local(), plan.shown.transform, next_->centre, radius, plan.id);
+        plan.placement = placed(shape.object->local(), plan.shown.transform, next_->frame, plan.id);
         shape.largest_error = std::max(shape.largest_error, plan.placement.rounding_error);
     }
 }
@@ -162,7 +145,7 @@ void SnapshotBuilder::make_instances()
             next_->instances.push_back(std::move(instance));
         } else {
             next_->instances.push_back(std::make_shared<const Instance>(plan.id, object, std::move(plan.shown),
-                                                                        plan.placement, next_->centre));
+                                                                        plan.placement, next_->frame.centre));
         }
     }
     next_->camera_top = make_top(next_->instances, &SeenBy::camera);

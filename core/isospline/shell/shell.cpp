@@ -115,6 +115,11 @@ Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, 
             });
         }
     });
+    for (const Cell& cell : cells_) {
+        const glm::dvec3 lower(cell.x, cell.y, cell.z);
+        bounds_.lower = glm::min(bounds_.lower, lower);
+        bounds_.upper = glm::max(bounds_.upper, lower + 1.0);
+    }
 }
 
 const CellTree& Shell::tree() const

@@ -50,6 +50,8 @@ public:
 
     const std::vector<Cell>& cells() const { return cells_; }
     std::size_t count() const { return cells_.size(); }
+    /// The box of all cells, in lattice space; empty where there are none.
+    const Box& bounds() const { return bounds_; }
     std::size_t memory() const { return cells_.capacity() * sizeof(Cell); }
     /// Built by the first call, which may come from any thread; copies of a shell have it in common.
     const CellTree& tree() const;
@@ -58,6 +60,7 @@ private:
     struct LazyTree;
 
     std::vector<Cell> cells_;
+    Box bounds_;
     std::shared_ptr<LazyTree> tree_;
 };
 

@@ -20,11 +20,11 @@ template <int Degree>
 std::optional<RootInCell> intersect_bracket(const CellBlock& cell, const LatticeRay& ray)
 {
     const Interval inside = ray.inside_cell(cell.lower);
-    if (inside.t_near > inside.t_far)
+    if (!(inside.t_near < inside.t_far))
         return std::nullopt;
 
-    const glm::dvec3 entry = ray.at(inside.t_near) - cell.lower;
-    const glm::dvec3 through = ray.at(inside.t_far) - cell.lower - entry;
+    const glm::dvec3 entry = ray.local_end(inside.t_near, cell.lower);
+    const glm::dvec3 through = ray.local_end(inside.t_far, cell.lower) - entry;
     const auto value = [&](double s) { return value_in_cell<Degree>(cell, entry + s * through); };
     const FunctionPoint first{0.0, value(0.0)}, last{1.0, value(1.0)};
     // f1 f2 <= 0, by signs: the product of two tiny values of one sign would underflow to zero.
@@ -32,6 +32,8 @@ std::optional<RootInCell> intersect_bracket(const CellBlock& cell, const Lattice
         return std::nullopt;
     const double s = first.value == 0.0 ? 0.0 : brent_root(value, first, last, bracket_tolerance);
     const double t = inside.t_near + s * (inside.t_far - inside.t_near);
+    if (!ray.is_within_limits(t))
+        return std::nullopt;
     return RootInCell{t, gradient_in_cell<Degree>(cell, ray.at(t) - cell.lower)};
 }
 

@@ -1,7 +1,6 @@
 #include "isospline/trace/cap.h"
 
 #include "isospline/shell/brick.h"
-#include "isospline/trace/lattice_ray.h"
 #include "isospline/trace/point_in_cell.h"
 #include "isospline/trace/value_error.h"
 
@@ -31,24 +30,24 @@ Side side_in_cell(const PointInCell& point, double coordinate_error, Inside insi
     return inward > -error ? Side::undecided : Side::outside;
 }
 
-/// Of the solid: in the domain, which cells exceed by their margin, not cut away by the mask, on the inner side.
+/// Of the solid: in the domain, as far as double precision can tell, not cut away by the mask, on the inner side.
 Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double t)
 {
     const Volume& volume = surface.volume();
     const glm::dvec3 lattice = chord.at(t);
     const glm::dvec3 shape(volume.cell_shape());
     double size = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-        if (!(lattice[axis] >= -cell_margin && lattice[axis] <= shape[axis] + cell_margin))
-            return Side::outside;
+    for (int axis = 0; axis < 3; ++axis)
         size = std::max(size, std::abs(chord.origin[axis]) + std::abs(t * chord.direction[axis]));
-    }
+    const double coordinate_error = 8.0 * 0x1p-53 * size;
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(lattice[axis] >= -coordinate_error && lattice[axis] <= shape[axis] + coordinate_error))
+            return Side::outside;
     const PointInCell point(surface, lattice);
     const Mask& mask = surface.options().shell.mask;
     if (!mask.empty() && is_cut_by_mask(point.index, mask, volume))
         return Side::outside;
 
-    const double coordinate_error = 8.0 * 0x1p-53 * size;
     const Inside inside = surface.options().inside;
     switch (volume.degree()) {
     case 1:

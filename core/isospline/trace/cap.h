@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/lattice_ray.h"
 
 #include <glm/vec3.hpp>
 
@@ -28,6 +29,13 @@ struct CappedChord : Chord {
     /// are any, enter the solid: they decide where rounding leaves it open, so that crossings enter and leave in turn.
     CappedEnds capped_ends(const IsosurfaceSnapshot& surface, std::optional<bool> first_enters,
                            std::optional<bool> last_enters) const;
+
+    /// An end that is not within a ray's limits is not on a cap.
+    void drop_ends_beyond(const RayLimits& limits)
+    {
+        entry = limits.contain(t_near) ? entry : -1;
+        exit = limits.contain(t_far) ? exit : -1;
+    }
 
     glm::dvec3 at(double t) const { return origin + t * direction; }
 };

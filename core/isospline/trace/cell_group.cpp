@@ -3,6 +3,7 @@
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -61,7 +62,9 @@ GroupEntries Entries(const CellGroup& group, const LatticeRay& ray, float margin
         const auto load = [&](const auto& bytes) HWY_ATTR {
             return hn::ConvertTo(d, hn::PromoteTo(to_int, hn::LoadU(to_byte, bytes.data() + first)));
         };
-        V t_near = hn::Set(d, static_cast<float>(ray.t_near)), t_far = hn::Set(d, static_cast<float>(ray.t_far));
+        // Not above the limit itself, which a hit may be at.
+        const float begin = static_cast<float>(ray.t_near);
+        V t_near = hn::Set(d, begin - 0x1p-23f * std::abs(begin)), t_far = hn::Set(d, static_cast<float>(ray.t_far));
         V along_direction = hn::Zero(d), to_corner = hn::Zero(d);
         for (int axis = 0; axis < 3; ++axis) {
             const auto corner = static_cast<float>(group.corner[static_cast<std::size_t>(axis)] - ray.origin[axis]);

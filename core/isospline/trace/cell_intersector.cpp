@@ -1,12 +1,40 @@
 #include "isospline/trace/cell_intersector.h"
 
 #include "isospline/trace/bracket.h"
-#include "isospline/trace/cell_reference.h"
 #include "isospline/util/error.h"
 
 #include <glm/geometric.hpp>
 
 #include <bit>
+
+#ifndef ISOSPLINE_TRACE_ONE_BY_ONE
+#define ISOSPLINE_TRACE_ONE_BY_ONE
+namespace isospline {
+namespace {
+
+using FirstRootFunction = std::optional<RootInCell> (*)(const CellBlock& cell, const LatticeRay& ray);
+using AllRootsFunction = void (*)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
+
+/// All ways to ask, by one ray after the other.
+template <FirstRootFunction first_root, AllRootsFunction all_roots>
+constexpr CellIntersector one_by_one{
+    first_root, [](const CellBlock& cell, const LatticeRay& ray) { return first_root(cell, ray).has_value(); },
+    all_roots,
+    [](const CellBlock& cell, const LatticeRayPacket& rays, const double* t_limit, LaneMask active, RootPacket& roots) {
+        LaneMask found = 0;
+        for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
+            const int lane = std::countr_zero(rest);
+            if (const auto root = first_root(cell, rays.ray(lane)); root && root->t <= t_limit[lane]) {
+                found |= LaneMask{1} << lane;
+                roots.set(lane, *root);
+            }
+        }
+        return found;
+    }};
+
+} // namespace
+} // namespace isospline
+#endif
 
 // Vectors whose size is known at run time only cannot be array elements.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -25,17 +53,20 @@ namespace HWY_NAMESPACE {
 
 template <int Degree>
 constexpr CellIntersector exact_of_degree{SingleFirstRoot<Degree>, SingleAnyRoot<Degree>, SingleAllRoots<Degree>,
-                                          PacketFirstRoots<Degree>, PacketAnyRoots<Degree>};
+                                          PacketFirstRoots<Degree>};
 
-CellIntersector ExactIntersector(int degree)
+template <int Degree>
+constexpr CellIntersector reference_of_degree = one_by_one<ReferenceFirstRoot<Degree>, ReferenceAllRoots<Degree>>;
+
+CellIntersector IntersectorOfDegree(int degree, bool reference)
 {
     switch (degree) {
     case 1:
-        return exact_of_degree<1>;
+        return reference ? reference_of_degree<1> : exact_of_degree<1>;
     case 2:
-        return exact_of_degree<2>;
+        return reference ? reference_of_degree<2> : exact_of_degree<2>;
     default:
-        return exact_of_degree<3>;
+        return reference ? reference_of_degree<3> : exact_of_degree<3>;
     }
 }
 
@@ -46,18 +77,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace isospline {
 
-HWY_EXPORT(ExactIntersector);
+HWY_EXPORT(IntersectorOfDegree);
 
 namespace {
-
-template <int Degree>
-std::optional<RootInCell> reference_root(const CellBlock& cell, const LatticeRay& ray)
-{
-    const Interval inside = ray.inside_cell(cell.lower);
-    if (inside.t_near > inside.t_far)
-        return std::nullopt;
-    return reference_first_root<Degree>(cell, ray.origin, ray.direction, inside);
-}
 
 template <int Degree>
 void bracket_all_roots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
@@ -66,42 +88,14 @@ void bracket_all_roots(const CellBlock& cell, const LatticeRay& ray, std::vector
         crossings.push_back({*root, glm::dot(root->gradient, ray.direction) > 0.0});
 }
 
-using FirstRoot = std::optional<RootInCell> (*)(const CellBlock& cell, const LatticeRay& ray);
-using AllRoots = void (*)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
-
-/// All ways to ask, by one ray after the other.
-template <FirstRoot first_root, AllRoots all_roots>
-constexpr CellIntersector one_by_one{
-    first_root, [](const CellBlock& cell, const LatticeRay& ray) { return first_root(cell, ray).has_value(); },
-    all_roots,
-    [](const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots) {
-        LaneMask found = 0;
-        for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
-            const int lane = std::countr_zero(rest);
-            if (const auto root = first_root(cell, rays.ray(lane)); root && root->t <= roots.t[lane]) {
-                found |= LaneMask{1} << lane;
-                roots.set(lane, *root);
-            }
-        }
-        return found;
-    },
-    [](const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active) {
-        LaneMask found = 0;
-        for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
-            const int lane = std::countr_zero(rest);
-            found |= static_cast<LaneMask>(first_root(cell, rays.ray(lane)).has_value()) << lane;
-        }
-        return found;
-    }};
-
 template <int Degree>
 CellIntersector intersector_of_degree(Method method)
 {
     switch (method) {
     case Method::exact:
-        return HWY_DYNAMIC_DISPATCH(ExactIntersector)(Degree);
+        return HWY_DYNAMIC_DISPATCH(IntersectorOfDegree)(Degree, false);
     case Method::reference:
-        return one_by_one<reference_root<Degree>, reference_all_roots<Degree>>;
+        return HWY_DYNAMIC_DISPATCH(IntersectorOfDegree)(Degree, true);
     case Method::bracket:
         return one_by_one<intersect_bracket<Degree>, bracket_all_roots<Degree>>;
     }

@@ -18,20 +18,23 @@ namespace isospline {
 /// leaves. Method::exact computes its Bernstein coefficients in single precision, with a bound on their rounding; where
 /// they prove that there is no root, the cell is done, and where they prove that there is exactly one, Newton's method
 /// takes it to double precision. All other rays are decided, and solved, in double precision. Method::reference does
-/// all of it so, scalar. Method::bracket is the paper's §4.
+/// all of it so, one ray after the other. Method::bracket is the paper's §4.
 ///
-/// With Method::exact, a ray alone and a ray in a packet find the same root, bit for bit.
+/// A crossing is where f goes from below the level to the level or above it, or back: it belongs to one cell, also on a
+/// face, an edge or a corner of cells. A ray alone, a ray in a packet, and Method::reference find the same root, bit for
+/// bit.
 struct CellIntersector {
-    /// The least t in [ray.t_near, ray.t_far] where f crosses the level inside the cell, or nothing.
+    /// The least t within the ray's limits where f crosses the level inside the cell, or nothing.
     std::optional<RootInCell> (*first_root)(const CellBlock& cell, const LatticeRay& ray);
     /// Whether there is one.
     bool (*any_root)(const CellBlock& cell, const LatticeRay& ray);
     /// Appends all of them, in ascending order; with Method::bracket the one that it finds.
     void (*all_roots)(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
-    /// The same for the active lanes of a packet: returns those that have a root at roots.t or before, and sets these
-    /// lanes of `roots`. What is found there does not depend on roots.t, and so on the order of the cells.
-    LaneMask (*first_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots);
-    LaneMask (*any_roots)(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active);
+    /// The first ones of the active lanes of a packet: returns those that have one at t_limit[lane] or before, and sets
+    /// these lanes of `roots`; others have no meaning. What is found does not depend on t_limit, and so on the order of
+    /// the cells.
+    LaneMask (*first_roots)(const CellBlock& cell, const LatticeRayPacket& rays, const double* t_limit, LaneMask active,
+                            RootPacket& roots);
 };
 
 /// The intersector of a method for a degree of 1, 2 or 3; for Method::exact the one of the widest SIMD target that the

@@ -28,7 +28,8 @@ struct PacketSegments {
     alignas(64) float exit[3][LatticeRayPacket::capacity];
 };
 
-// Clips rays against a cell; returns those that are inside anywhere before t_limit.
+// The segments of the rays that belong to a cell; returns the lanes where there is one that is, in part, within what
+// cuts leave of the ray and before t_limit.
 HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& rays, const double* HWY_RESTRICT t_limit,
                                LaneMask active, PacketSegments& segments)
 {
@@ -40,19 +41,20 @@ HWY_INLINE LaneMask ClipPacket(const CellBlock& cell, const LatticeRayPacket& ra
         if ((active >> first & all_lanes(d)) == 0)
             continue;
         V origin[3], direction[3];
-        V t_near = hn::Load(d, rays.t_near + first), t_far = hn::Load(d, rays.t_far + first);
+        V t_near = hn::Set(d, -huge_inverse), t_far = hn::Set(d, huge_inverse);
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis] = hn::Load(d, rays.origin[axis] + first);
             direction[axis] = hn::Load(d, rays.direction[axis] + first);
             const V inverse = hn::Load(d, rays.inverse_direction[axis] + first);
-            const V lower = hn::Set(d, cell.lower[axis] - cell_margin);
-            const V upper = hn::Set(d, cell.lower[axis] + 1.0 + cell_margin);
-            const V to_lower = hn::Mul(hn::Sub(lower, origin[axis]), inverse);
-            const V to_upper = hn::Mul(hn::Sub(upper, origin[axis]), inverse);
+            const V plane_origin = hn::Load(d, rays.plane_origin[axis] + first);
+            const V to_lower = hn::Mul(hn::Sub(hn::Set(d, cell.lower[axis]), plane_origin), inverse);
+            const V to_upper = hn::Mul(hn::Sub(hn::Set(d, cell.lower[axis] + 1.0), plane_origin), inverse);
             t_near = hn::Max(t_near, hn::Min(to_lower, to_upper));
             t_far = hn::Min(t_far, hn::Max(to_lower, to_upper));
         }
-        inside |= ToLaneMask(d, hn::Le(t_near, hn::Min(t_far, hn::Load(d, t_limit + first))), first);
+        const V end = hn::Min(hn::Load(d, rays.t_far + first), hn::Load(d, t_limit + first));
+        const auto in_reach = hn::And(hn::Le(t_near, end), hn::Ge(t_far, hn::Load(d, rays.t_near + first)));
+        inside |= ToLaneMask(d, hn::And(hn::Lt(t_near, t_far), in_reach), first);
         hn::Store(t_near, d, segments.t_near + first);
         hn::Store(t_far, d, segments.t_far + first);
         for (int axis = 0; axis < 3; ++axis) {
@@ -136,11 +138,22 @@ HWY_INLINE PacketVerdict JudgePacket(const CellBlock& cell, const PacketSegments
     return verdict;
 }
 
+// Whether crossings at t count, a ray a lane.
+HWY_INLINE hn::Mask<Doubles> AreWithinLimits(const LatticeRayPacket& rays, std::size_t first, hn::Vec<Doubles> t)
+{
+    const Doubles d;
+    const auto load = [&](const double* values) HWY_ATTR { return hn::Load(d, values + first); };
+    const auto given = hn::Add(load(rays.limits.shift), hn::Div(t, load(rays.limits.length)));
+    return hn::And(hn::And(hn::Ge(t, load(rays.t_near)), hn::Le(t, load(rays.t_far))),
+                   hn::And(hn::Ge(given, load(rays.limits.t_near)), hn::Le(given, load(rays.limits.t_far))));
+}
+
 template <int Degree>
-LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active, RootPacket& roots)
+LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, const double* HWY_RESTRICT t_limit,
+                          LaneMask active, RootPacket& roots)
 {
     PacketSegments segments;
-    const LaneMask inside = ClipPacket(cell, rays, roots.t, active, segments);
+    const LaneMask inside = ClipPacket(cell, rays, t_limit, active, segments);
     if (inside == 0)
         return 0;
 
@@ -172,11 +185,12 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
                          {hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
                           hn::PromoteTo(d, hn::Load(to_float, verdict.slope + first))});
             const auto arrived = RefineRoot<Degree>(d, coefficients, cell.lower, ToMask(d, wanted, first), search);
-            const auto nearest = hn::And(arrived, hn::Le(search.t, hn::Load(d, roots.t + first)));
-            hn::BlendedStore(search.t, nearest, d, roots.t + first);
+            const auto near_enough = hn::Le(search.t, hn::Load(d, t_limit + first));
+            const auto counts = hn::And(hn::And(arrived, near_enough), AreWithinLimits(rays, first, search.t));
+            hn::Store(search.t, d, roots.t + first);
             for (int axis = 0; axis < 3; ++axis)
-                hn::BlendedStore(search.gradient[axis], nearest, d, roots.gradient[axis] + first);
-            found |= ToLaneMask(d, nearest, first);
+                hn::Store(search.gradient[axis], d, roots.gradient[axis] + first);
+            found |= ToLaneMask(d, counts, first);
             verdict.undecided |= wanted & ~ToLaneMask(d, arrived, first);
         }
     }
@@ -184,30 +198,12 @@ LaneMask PacketFirstRoots(const CellBlock& cell, const LatticeRayPacket& rays, L
     // The others one by one.
     for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        const auto root = FirstRoot<Degree>(cell, rays.origin_of(lane), rays.direction_of(lane),
-                                            {segments.t_near[lane], segments.t_far[lane]});
-        if (!root || root->t > roots.t[lane])
+        const auto root =
+            FirstRoot<Degree>(cell, rays.ray(lane), Interval{segments.t_near[lane], segments.t_far[lane]});
+        if (!root || root->t > t_limit[lane])
             continue;
         found |= LaneMask{1} << lane;
         roots.set(lane, *root);
-    }
-    return found;
-}
-
-template <int Degree>
-LaneMask PacketAnyRoots(const CellBlock& cell, const LatticeRayPacket& rays, LaneMask active)
-{
-    PacketSegments segments;
-    const LaneMask inside = ClipPacket(cell, rays, rays.t_far, active, segments);
-    if (inside == 0)
-        return 0;
-    const PacketVerdict verdict = JudgePacket<Degree>(cell, segments, inside);
-    LaneMask found = verdict.one_root;
-    for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        if (reference_first_root<Degree>(cell, rays.origin_of(lane), rays.direction_of(lane),
-                                         {segments.t_near[lane], segments.t_far[lane]}))
-            found |= LaneMask{1} << lane;
     }
     return found;
 }

@@ -6,39 +6,55 @@
 #include "isospline/trace/ray_polynomial.h"
 #include "isospline/trace/root_in_cell.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
 namespace isospline {
 
-/// The first root in an interval in which the ray is inside the cell.
+/// f - level along the segment of a ray that belongs to a cell, as reference_first_root() and reference_all_roots() see
+/// it. Its values at the ends are those that the cells before and behind have there, bit for bit: all of them begin
+/// with coefficients that the cells share, in the same order.
 template <int Degree>
-std::optional<RootInCell> reference_first_root(const CellBlock& cell, const glm::dvec3& origin,
-                                               const glm::dvec3& direction, const Interval& inside)
+Bernstein<3 * Degree> reference_polynomial(const CellBlock& cell, const LatticeRay& ray, const Interval& inside)
 {
-    const auto local = [&](double t) { return (origin + t * direction) - cell.lower; };
-    const std::optional<double> s =
-        first_root<3 * Degree>(bernstein_along_segment<Degree>(cell, local(inside.t_near), local(inside.t_far)));
-    if (!s)
-        return std::nullopt;
-    const double t = inside.t_near + *s * (inside.t_far - inside.t_near);
-    return RootInCell{t, gradient_in_cell<Degree>(cell, local(t))};
+    return bernstein_along_segment<Degree>(cell, ray.local_end(inside.t_near, cell.lower),
+                                           ray.local_end(inside.t_far, cell.lower));
 }
 
-/// Appends all roots, in ascending order.
-template <int Degree>
-void reference_all_roots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
+/// Calls `visit(root, rising)` for the roots in a cell's segment that are within the ray's limits, in ascending order,
+/// until it returns false.
+template <int Degree, typename Visit>
+void reference_for_each_root(const CellBlock& cell, const LatticeRay& ray, const Interval& inside, const Visit& visit)
 {
-    const Interval inside = ray.inside_cell(cell.lower);
-    if (inside.t_near > inside.t_far)
-        return;
-    const auto local = [&](double t) { return ray.at(t) - cell.lower; };
-    for_each_root<3 * Degree>(bernstein_along_segment<Degree>(cell, local(inside.t_near), local(inside.t_far)),
-                              [&](double s, bool rising) {
-                                  const double t = inside.t_near + s * (inside.t_far - inside.t_near);
-                                  crossings.push_back({{t, gradient_in_cell<Degree>(cell, local(t))}, rising});
-                                  return true;
-                              });
+    for_each_root<3 * Degree>(reference_polynomial<Degree>(cell, ray, inside), [&](double s, bool rising) {
+        const double t = std::min(inside.t_near + s * (inside.t_far - inside.t_near), inside.t_far);
+        return !ray.is_within_limits(t) ||
+               visit(RootInCell{t, gradient_in_cell<Degree>(cell, ray.at(t) - cell.lower)}, rising);
+    });
+}
+
+/// The first of them.
+template <int Degree>
+std::optional<RootInCell> reference_first_root(const CellBlock& cell, const LatticeRay& ray, const Interval& inside)
+{
+    std::optional<RootInCell> first;
+    reference_for_each_root<Degree>(cell, ray, inside, [&](const RootInCell& root, bool) {
+        first = root;
+        return false;
+    });
+    return first;
+}
+
+/// Appends all of them.
+template <int Degree>
+void reference_all_roots(const CellBlock& cell, const LatticeRay& ray, const Interval& inside,
+                         std::vector<CrossingInCell>& crossings)
+{
+    reference_for_each_root<Degree>(cell, ray, inside, [&](const RootInCell& root, bool rising) {
+        crossings.push_back({root, rising});
+        return true;
+    });
 }
 
 } // namespace isospline

@@ -81,10 +81,16 @@ HWY_INLINE void SegmentPolynomial(const float* HWY_RESTRICT coefficients, const 
     }
 }
 
-// What single precision proves from `entry` to `exit`, and with one_root about where it is, in [0, 1].
+// What single precision proves of one segment.
+struct Judgement {
+    Verdict verdict;
+    RootEstimate<float> estimate; ///< with one_root
+    bool rising;                  ///< with one_root: f grows through the level
+};
+
+// `entry` and `exit` are local coordinates.
 template <int Degree>
-HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const glm::dvec3& exit,
-                         RootEstimate<float>& estimate)
+HWY_INLINE Judgement Judge(const CellBlock& cell, const glm::dvec3& entry, const glm::dvec3& exit)
 {
     alignas(64) float coefficients[local_count<Degree>];
     const float error = LoadReduced<Degree>(cell, coefficients);
@@ -103,7 +109,7 @@ HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const g
     }
     constexpr unsigned all = (1u << (order + 1)) - 1u;
     if (positive == all || negative == all)
-        return Verdict::no_root;
+        return {Verdict::no_root, {}, false};
 
     // From the first on one sign, from some coefficient on the other, between them at most one that may have either:
     // exactly one change of sign.
@@ -112,75 +118,118 @@ HWY_INLINE Verdict Judge(const CellBlock& cell, const glm::dvec3& entry, const g
     const unsigned rest = all & ~first;
     const bool last_is_suffix = last != 0 && (last == rest || last == (rest & (rest - 1u)));
     if (!first_is_prefix || !last_is_suffix)
-        return Verdict::undecided;
+        return {Verdict::undecided, {}, false};
     const auto found = EstimateRoot<order>(one, scaled);
-    estimate = {hn::GetLane(found.s), hn::GetLane(found.slope)};
-    return Verdict::one_root;
+    return {Verdict::one_root, {hn::GetLane(found.s), hn::GetLane(found.slope)}, (negative & 1u) != 0};
 }
 
-// The first root of a ray that is inside the cell in the interval, which is not empty.
 template <int Degree>
-HWY_INLINE std::optional<RootInCell> FirstRoot(const CellBlock& cell, const glm::dvec3& origin,
-                                               const glm::dvec3& direction, const Interval& inside)
+HWY_INLINE Judgement Judge(const CellBlock& cell, const LatticeRay& ray, const Interval& inside)
 {
-    const glm::dvec3 entry = (origin + inside.t_near * direction) - cell.lower;
-    const glm::dvec3 exit = (origin + inside.t_far * direction) - cell.lower;
-    RootEstimate<float> estimate;
-    switch (Judge<Degree>(cell, entry, exit, estimate)) {
-    case Verdict::no_root:
+    return Judge<Degree>(cell, ray.at(inside.t_near) - cell.lower, ray.at(inside.t_far) - cell.lower);
+}
+
+// The only root in a segment, from where single precision has it; none where double precision does not arrive.
+template <int Degree>
+HWY_INLINE std::optional<RootInCell> OnlyRoot(const CellBlock& cell, const LatticeRay& ray, const Interval& inside,
+                                              const RootEstimate<float>& estimate)
+{
+    alignas(64) double coefficients[local_count<Degree>];
+    LoadReduced<Degree>(cell, coefficients);
+    const hn::CappedTag<double, 1> one;
+    RootSearch<hn::Vec<decltype(one)>> search;
+    for (int axis = 0; axis < 3; ++axis) {
+        search.origin[axis] = hn::Set(one, ray.origin[axis]);
+        search.direction[axis] = hn::Set(one, ray.direction[axis]);
+    }
+    search.begin(hn::Set(one, inside.t_near), hn::Set(one, inside.t_far),
+                 {hn::Set(one, static_cast<double>(estimate.s)), hn::Set(one, static_cast<double>(estimate.slope))});
+    if (!hn::AllTrue(one, RefineRoot<Degree>(one, coefficients, cell.lower, hn::FirstN(one, 1), search)))
         return std::nullopt;
-    case Verdict::one_root: {
-        alignas(64) double coefficients[local_count<Degree>];
-        LoadReduced<Degree>(cell, coefficients);
-        const hn::CappedTag<double, 1> one;
-        RootSearch<hn::Vec<decltype(one)>> search;
-        for (int axis = 0; axis < 3; ++axis) {
-            search.origin[axis] = hn::Set(one, origin[axis]);
-            search.direction[axis] = hn::Set(one, direction[axis]);
-        }
-        search.begin(
-            hn::Set(one, inside.t_near), hn::Set(one, inside.t_far),
-            {hn::Set(one, static_cast<double>(estimate.s)), hn::Set(one, static_cast<double>(estimate.slope))});
-        if (hn::AllTrue(one, RefineRoot<Degree>(one, coefficients, cell.lower, hn::FirstN(one, 1), search)))
-            return RootInCell{
-                hn::GetLane(search.t),
-                {hn::GetLane(search.gradient[0]), hn::GetLane(search.gradient[1]), hn::GetLane(search.gradient[2])}};
-        break;
-    }
-    case Verdict::undecided:
-        break;
-    }
-    return reference_first_root<Degree>(cell, origin, direction, inside);
+    return RootInCell{
+        hn::GetLane(search.t),
+        {hn::GetLane(search.gradient[0]), hn::GetLane(search.gradient[1]), hn::GetLane(search.gradient[2])}};
+}
+
+// The first root within the ray's limits in the segment of a cell, which is not empty.
+template <int Degree>
+HWY_INLINE std::optional<RootInCell> FirstRoot(const CellBlock& cell, const LatticeRay& ray, const Interval& inside)
+{
+    const Judgement judgement = Judge<Degree>(cell, ray, inside);
+    if (judgement.verdict == Verdict::no_root)
+        return std::nullopt;
+    if (judgement.verdict == Verdict::one_root)
+        if (const auto root = OnlyRoot<Degree>(cell, ray, inside, judgement.estimate))
+            return ray.is_within_limits(root->t) ? root : std::nullopt;
+    return reference_first_root<Degree>(cell, ray, inside);
 }
 
 template <int Degree>
 std::optional<RootInCell> SingleFirstRoot(const CellBlock& cell, const LatticeRay& ray)
 {
     const Interval inside = ray.inside_cell(cell.lower);
-    if (inside.t_near > inside.t_far)
+    if (!(inside.t_near < inside.t_far))
         return std::nullopt;
-    return FirstRoot<Degree>(cell, ray.origin, ray.direction, inside);
+    return FirstRoot<Degree>(cell, ray, inside);
 }
 
 template <int Degree>
 bool SingleAnyRoot(const CellBlock& cell, const LatticeRay& ray)
 {
     const Interval inside = ray.inside_cell(cell.lower);
-    if (inside.t_near > inside.t_far)
+    if (!(inside.t_near < inside.t_far))
         return false;
-    RootEstimate<float> estimate;
-    const Verdict verdict =
-        Judge<Degree>(cell, ray.at(inside.t_near) - cell.lower, ray.at(inside.t_far) - cell.lower, estimate);
-    return verdict == Verdict::one_root ||
-           (verdict == Verdict::undecided &&
-            reference_first_root<Degree>(cell, ray.origin, ray.direction, inside).has_value());
+    const Judgement judgement = Judge<Degree>(cell, ray, inside);
+    if (judgement.verdict == Verdict::no_root)
+        return false;
+    if (judgement.verdict == Verdict::one_root) {
+        if (ray.is_within_limits(inside.t_near) && ray.is_within_limits(inside.t_far))
+            return true;
+        if (const auto root = OnlyRoot<Degree>(cell, ray, inside, judgement.estimate))
+            return ray.is_within_limits(root->t);
+    }
+    return reference_first_root<Degree>(cell, ray, inside).has_value();
 }
 
 template <int Degree>
 void SingleAllRoots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
 {
-    if (SingleAnyRoot<Degree>(cell, ray))
-        reference_all_roots<Degree>(cell, ray, crossings);
+    const Interval inside = ray.inside_cell(cell.lower);
+    if (!(inside.t_near < inside.t_far))
+        return;
+    const Judgement judgement = Judge<Degree>(cell, ray, inside);
+    if (judgement.verdict == Verdict::no_root)
+        return;
+    if (judgement.verdict == Verdict::one_root)
+        if (const auto root = OnlyRoot<Degree>(cell, ray, inside, judgement.estimate)) {
+            if (ray.is_within_limits(root->t))
+                crossings.push_back({*root, judgement.rising});
+            return;
+        }
+    reference_all_roots<Degree>(cell, ray, inside, crossings);
+}
+
+// All in double precision but for the start of the search for a root that single precision has proven to be the only
+// one: so Method::reference decides alone whether there is a root, and finds the same number where both see it.
+template <int Degree>
+std::optional<RootInCell> ReferenceFirstRoot(const CellBlock& cell, const LatticeRay& ray)
+{
+    const Interval inside = ray.inside_cell(cell.lower);
+    if (!(inside.t_near < inside.t_far))
+        return std::nullopt;
+    if (sign_changes<3 * Degree>(reference_polynomial<Degree>(cell, ray, inside)) == 1)
+        if (const Judgement judgement = Judge<Degree>(cell, ray, inside); judgement.verdict == Verdict::one_root)
+            if (const auto root = OnlyRoot<Degree>(cell, ray, inside, judgement.estimate))
+                return ray.is_within_limits(root->t) ? root : std::nullopt;
+    return reference_first_root<Degree>(cell, ray, inside);
+}
+
+template <int Degree>
+void ReferenceAllRoots(const CellBlock& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
+{
+    const Interval inside = ray.inside_cell(cell.lower);
+    if (inside.t_near < inside.t_far)
+        reference_all_roots<Degree>(cell, ray, inside, crossings);
 }
 
 } // namespace HWY_NAMESPACE

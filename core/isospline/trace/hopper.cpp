@@ -3,12 +3,12 @@
 #include "isospline/math/affine.h"
 #include "isospline/shell/brick.h"
 #include "isospline/trace/cell_walk.h"
-#include "isospline/trace/check_ray.h"
 #include "isospline/trace/surface_hit.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -76,6 +76,9 @@ VoxelHopper::VoxelHopper(std::shared_ptr<const IsosurfaceSnapshot> surface, cons
                     std::fill_n(&states_[cell_index(brick.first + glm::ivec3(0, y, z))], brick.size.x,
                                 cell_of_empty_brick);
         }
+    frame_ = RayFrame(transform_box(surface_->volume().lattice_to_world(), domain_lattice(surface_->volume())));
+    world_to_lattice_ = glm::inverse(surface_->volume().lattice_to_world());
+    centred_to_lattice_ = centred_to_local(surface_->volume().lattice_to_world(), frame_);
 }
 
 std::size_t VoxelHopper::cell_index(const glm::ivec3& cell) const
@@ -97,71 +100,68 @@ std::uint32_t VoxelHopper::position_in_shell(const Cell& cell) const
     return static_cast<std::uint32_t>(found - begin);
 }
 
-std::optional<VoxelHopper::CellHit> VoxelHopper::hop(LatticeRay ray, HopStatistics& statistics) const
+std::optional<VoxelHopper::CellHit> VoxelHopper::hop(const LatticeRay& ray, HopStatistics& statistics) const
 {
     const Volume& volume = surface_->volume();
     const double threshold = surface_->threshold();
     std::optional<CellHit> hit;
-    CellWalk walk(ray, shape_);
-    double t_reached = ray.t_near;
-    while (walk.inside_grid()) {
-        const std::uint8_t state = states_[walk.index()];
+    std::optional<CellWalk> walk = CellWalk::enter(ray, shape_);
+    if (!walk)
+        return hit;
+    // Behind a hit at the very end of a cell, the next cells may have one at the same t.
+    double t_limit = ray.t_far;
+    const double t_begin = std::max(ray.t_near, walk->t_begin());
+    double t_reached = t_begin;
+    while (walk->inside_grid()) {
+        const std::uint8_t state = states_[walk->index()];
         if (state == cell_of_shell) {
             ++statistics.evaluated_cells;
-            const Cell cell{static_cast<std::uint16_t>(walk.cell().x), static_cast<std::uint16_t>(walk.cell().y),
-                            static_cast<std::uint16_t>(walk.cell().z)};
-            if (const auto root = intersector_.first_root(CellBlock(volume, threshold, cell), ray)) {
+            const Cell cell{static_cast<std::uint16_t>(walk->cell().x), static_cast<std::uint16_t>(walk->cell().y),
+                            static_cast<std::uint16_t>(walk->cell().z)};
+            const auto root = intersector_.first_root(CellBlock(volume, threshold, cell), ray);
+            if (root && (!hit || (root->t == hit->root.t && position_in_shell(cell) < position_in_shell(hit->cell)))) {
                 hit = {*root, cell};
-                // The root may lie in the margin that this cell shares with the next, and that one hold a nearer root:
-                // the walk goes on as far as the ray does now.
-                ray.t_far = root->t;
+                t_limit = root->t;
             }
         }
 
         const bool strides = state == cell_of_empty_brick;
-        const std::optional<double> t_exit = strides ? walk.stride(ray, brick_size, shape_) : walk.hop(ray);
+        const std::optional<double> t_exit =
+            strides ? walk->stride(ray, t_limit, brick_size, shape_) : walk->hop(ray, t_limit);
         if (!t_exit)
             break;
         ++(strides ? statistics.strides : statistics.hops);
         t_reached = *t_exit;
     }
-    statistics.length += (t_reached - ray.t_near) * glm::length(ray.direction);
+    statistics.length += (t_reached - t_begin) * glm::length(ray.direction);
     return hit;
 }
 
 HopStatistics VoxelHopper::cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
-    const glm::dmat4& world_to_lattice = surface_->volume().world_to_lattice();
-    const Box grid{glm::dvec3(-cell_margin), glm::dvec3(shape_) + cell_margin};
     HopStatistics statistics;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        const Ray& ray_world = rays[i];
-        check_ray(ray_world, i);
         Hit& hit = hits[i] = Hit();
-
-        // The part inside the grid and the cutouts, beginning at t = 0: rounding then depends on the grid's size and
-        // not on the distance of the eye.
-        Ray ray{transform_point(world_to_lattice, ray_world.origin),
-                transform_vector(world_to_lattice, ray_world.direction), ray_world.t_near, ray_world.t_far};
-        std::optional<Interval> inside = clip(ray, grid);
-        if (inside) {
-            ray.t_near = inside->t_near;
-            ray.t_far = inside->t_far;
-            inside = clip(ray, surface_->clip_lattice());
-        }
-        if (!inside)
+        PreparedRay prepared;
+        if (!prepare(rays[i], i, frame_, prepared))
             continue;
-        const double skipped = inside->t_near;
-        const auto found = hop(LatticeRay({ray.at(skipped), ray.direction, 0.0, inside->t_far - skipped}), statistics);
+        LatticeRay ray = to_lattice(prepared, centred_to_lattice_, shape_);
+        const std::optional<Interval> kept =
+            clip({ray.origin, ray.direction, ray.t_near, ray.t_far}, surface_->clip_lattice());
+        if (!kept)
+            continue;
+        ray.t_near = kept->t_near;
+        ray.t_far = kept->t_far;
+        const auto found = hop(ray, statistics);
         if (!found)
             continue;
 
-        hit.t = skipped + found->root.t;
-        hit.position = ray_world.at(hit.t);
+        hit.t = ray.limits.given_t(found->root.t);
+        hit.position = rays[i].at(hit.t);
         hit.geometry_id = 0;
         hit.primitive_id = position_in_shell(found->cell);
-        set_surface_normal(hit, found->root.gradient, surface_->options().inside, world_to_lattice);
+        set_surface_normal(hit, found->root.gradient, surface_->options().inside, world_to_lattice_);
     }
     return statistics;
 }

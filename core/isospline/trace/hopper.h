@@ -5,6 +5,7 @@
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cell_intersector.h"
 #include "isospline/trace/hit.h"
+#include "isospline/trace/prepared_ray.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -63,8 +64,8 @@ private:
         Cell cell;
     };
 
-    /// The hit of a ray that is inside the grid from its t_near on.
-    std::optional<CellHit> hop(LatticeRay ray, HopStatistics& statistics) const;
+    /// The hit of a ray, from where it is inside the grid.
+    std::optional<CellHit> hop(const LatticeRay& ray, HopStatistics& statistics) const;
     std::size_t cell_index(const glm::ivec3& cell) const;
     std::size_t brick_index(const glm::ivec3& cell) const;
     std::uint32_t position_in_shell(const Cell& cell) const;
@@ -75,6 +76,8 @@ private:
     glm::ivec3 shape_{0};                    ///< cells along x, y, z
     std::vector<std::uint8_t> states_;       ///< one byte a cell, x fastest: in the shell or not
     std::vector<std::uint32_t> brick_begin_; ///< position in Shell::cells() of each brick's first cell, and the end
+    RayFrame frame_; ///< that of a scene of this surface alone, so that hits are its hits, bit for bit
+    glm::dmat4 world_to_lattice_, centred_to_lattice_;
 };
 
 } // namespace isospline

@@ -12,14 +12,28 @@ namespace isospline {
 /// A set of lanes, lane i being bit i.
 using LaneMask = std::uint32_t;
 
+/// Most rays of a packet.
+inline constexpr int packet_capacity = 16;
+
+/// The limits of the rays of a packet.
+struct RayLimitsPacket {
+    RayLimits operator[](int lane) const { return {shift[lane], length[lane], t_near[lane], t_far[lane]}; }
+
+    alignas(64) double shift[packet_capacity] = {};
+    alignas(64) double length[packet_capacity] = {};
+    alignas(64) double t_near[packet_capacity] = {};
+    alignas(64) double t_far[packet_capacity] = {};
+};
+
 /// Up to 16 rays in lattice space, axis by axis; lanes that hold no ray are harmless.
 struct LatticeRayPacket {
-    static constexpr int capacity = 16;
+    static constexpr int capacity = packet_capacity;
 
     void set(int lane, const LatticeRay& ray)
     {
         for (int axis = 0; axis < 3; ++axis) {
             origin[axis][lane] = ray.origin[axis];
+            plane_origin[axis][lane] = ray.plane_origin[axis];
             direction[axis][lane] = ray.direction[axis];
             inverse_direction[axis][lane] = ray.inverse_direction[axis];
             direction_single[axis][lane] = ray.direction_single[axis];
@@ -27,22 +41,40 @@ struct LatticeRayPacket {
         }
         t_near[lane] = ray.t_near;
         t_far[lane] = ray.t_far;
+        limits.shift[lane] = ray.limits.shift;
+        limits.length[lane] = ray.limits.length;
+        limits.t_near[lane] = ray.limits.t_near;
+        limits.t_far[lane] = ray.limits.t_far;
     }
 
     glm::dvec3 origin_of(int lane) const { return {origin[0][lane], origin[1][lane], origin[2][lane]}; }
     glm::dvec3 direction_of(int lane) const { return {direction[0][lane], direction[1][lane], direction[2][lane]}; }
     LatticeRay ray(int lane) const
     {
-        return LatticeRay({origin_of(lane), direction_of(lane), t_near[lane], t_far[lane]});
+        LatticeRay ray;
+        for (int axis = 0; axis < 3; ++axis) {
+            ray.origin[axis] = origin[axis][lane];
+            ray.plane_origin[axis] = plane_origin[axis][lane];
+            ray.direction[axis] = direction[axis][lane];
+            ray.inverse_direction[axis] = inverse_direction[axis][lane];
+            ray.direction_single[axis] = direction_single[axis][lane];
+            ray.inverse_direction_single[axis] = inverse_direction_single[axis][lane];
+        }
+        ray.t_near = t_near[lane];
+        ray.t_far = t_far[lane];
+        ray.limits = limits[lane];
+        return ray;
     }
 
     alignas(64) double origin[3][capacity] = {};
+    alignas(64) double plane_origin[3][capacity] = {};
     alignas(64) double direction[3][capacity] = {};
     alignas(64) double inverse_direction[3][capacity] = {};
     alignas(64) float direction_single[3][capacity] = {};
     alignas(64) float inverse_direction_single[3][capacity] = {};
     alignas(64) double t_near[capacity] = {};
     alignas(64) double t_far[capacity] = {};
+    RayLimitsPacket limits;
 };
 
 /// The roots found for the lanes of a packet.

@@ -10,7 +10,8 @@ namespace isospline {
 
 /// The n+1 weights of a cell along one axis, each as a polynomial of s on the segment from local coordinate a (s = 0)
 /// to e (s = 1): item [i][p] is the scaled Bernstein coefficient p of weight i, C(n, p) times its polar form (blossom)
-/// with n - p arguments a and p arguments e. None is negative for a and e in [0, 1], and column p sums to C(n, p).
+/// with n - p arguments a and p arguments e. None is negative for a and e in [0, 1], and column p sums to C(n, p). On a
+/// face, a or e being 0 or 1, the weights of the coefficients that two cells share are the same in both, bit for bit.
 template <int Degree>
 inline std::array<std::array<double, Degree + 1>, Degree + 1> segment_weights(double a, double e)
 {
@@ -24,15 +25,18 @@ inline std::array<std::array<double, Degree + 1>, Degree + 1> segment_weights(do
                  {0.5 + a * va, 1.0 + a * ve + e * va, 0.5 + e * ve},
                  {0.5 * a * a, a * e, 0.5 * e * e}}};
     } else {
-        // (1-u)^3 / 6, 2/3 - u^2 + u^3 / 2, the same of 1-u, u^3 / 6
-        const auto inner = [](double x, double y) {
-            return std::array{2.0 / 3.0 - x * x + 0.5 * x * x * x, 2.0 - x * x - 2.0 * x * y + 1.5 * x * x * y,
-                              2.0 - y * y - 2.0 * x * y + 1.5 * x * y * y, 2.0 / 3.0 - y * y + 0.5 * y * y * y};
+        // v^3 / 6, (1 + 3 v + 3 v^2 - 3 v^3) / 6 with v = 1-u, the same of u, u^3 / 6
+        const auto outer = [](double x, double y) {
+            return std::array{x * x * x / 6.0, 3.0 * x * x * y / 6.0, 3.0 * x * y * y / 6.0, y * y * y / 6.0};
         };
-        return {{{va * va * va / 6.0, 0.5 * va * va * ve, 0.5 * va * ve * ve, ve * ve * ve / 6.0},
-                 inner(a, e),
-                 inner(va, ve),
-                 {a * a * a / 6.0, 0.5 * a * a * e, 0.5 * a * e * e, e * e * e / 6.0}}};
+        const auto inner = [](double x, double y) {
+            const auto polar_form = [](double p, double q, double r) {
+                return 1.0 + (p + q + r) + (p * q + p * r + q * r) - 3.0 * (p * q * r);
+            };
+            return std::array{polar_form(x, x, x) / 6.0, 3.0 * polar_form(x, x, y) / 6.0,
+                              3.0 * polar_form(x, y, y) / 6.0, polar_form(y, y, y) / 6.0};
+        };
+        return {{outer(va, ve), inner(va, ve), inner(a, e), outer(a, e)}};
     }
 }
 

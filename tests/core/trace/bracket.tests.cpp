@@ -39,24 +39,24 @@ TEST_CASE("bracket finds a plane where it is", "[trace]")
     const auto intersect = cell_intersector(degree, Method::bracket).first_root;
 
     Ray ray{{-5.0, 1.25, 1.75}, {2.0, 0.0, 0.0}};
-    std::optional<RootInCell> root = intersect(cell, LatticeRay(ray));
+    std::optional<RootInCell> root = intersect(cell, LatticeRay(ray, volume.cell_shape()));
     REQUIRE(root);
     REQUIRE(ray.at(root->t).x == Approx(plane).margin(1e-11));
 
     ray = {{4.0, 1.25, 1.75}, {-1.0, 0.05, -0.05}};
-    root = intersect(cell, LatticeRay(ray));
+    root = intersect(cell, LatticeRay(ray, volume.cell_shape()));
     REQUIRE(root);
     REQUIRE(root->gradient.x == Approx(1.0));
     REQUIRE(ray.at(root->t).x == Approx(plane).margin(1e-11));
 
     // Limits on both sides of the plane, a ray beside the cell, and one parallel to the plane.
     ray.t_far = root->t - 1e-6;
-    REQUIRE_FALSE(intersect(cell, LatticeRay(ray)));
+    REQUIRE_FALSE(intersect(cell, LatticeRay(ray, volume.cell_shape())));
     ray.t_far = 100.0;
     ray.t_near = root->t + 1e-6;
-    REQUIRE_FALSE(intersect(cell, LatticeRay(ray)));
-    REQUIRE_FALSE(intersect(cell, LatticeRay({{-5.0, 2.5, 1.5}, {1.0, 0.0, 0.0}})));
-    REQUIRE_FALSE(intersect(cell, LatticeRay({{plane + 0.1, -5.0, 1.5}, {0.0, 1.0, 0.0}})));
+    REQUIRE_FALSE(intersect(cell, LatticeRay(ray, volume.cell_shape())));
+    REQUIRE_FALSE(intersect(cell, LatticeRay({{-5.0, 2.5, 1.5}, {1.0, 0.0, 0.0}}, volume.cell_shape())));
+    REQUIRE_FALSE(intersect(cell, LatticeRay({{plane + 0.1, -5.0, 1.5}, {0.0, 1.0, 0.0}}, volume.cell_shape())));
 }
 
 TEST_CASE("bracket accepts a root at the very end of a ray", "[trace]")
@@ -65,9 +65,9 @@ TEST_CASE("bracket accepts a root at the very end of a ray", "[trace]")
     const Volume volume = volume_of_coefficients(1, [](int x, int, int) { return x; });
     const CellBlock cell(volume, 1.5 - volume.offset(), Cell{1, 1, 1});
     Ray ray{{1.5, 1.5, 1.5}, {1.0, 0.0, 0.0}};
-    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray))->t == 0.0);
+    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray, volume.cell_shape()))->t == 0.0);
     ray = {{1.0, 1.5, 1.5}, {1.0, 0.0, 0.0}, 0.0, 0.5};
-    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray))->t == 0.5);
+    REQUIRE(intersect_bracket<1>(cell, LatticeRay(ray, volume.cell_shape()))->t == 0.5);
 }
 
 TEST_CASE("bracket finds a root if and only if their number is odd, the first one if there is one", "[trace]")
@@ -88,12 +88,12 @@ TEST_CASE("bracket finds a root if and only if their number is odd, the first on
 
         // All roots, by the reference, beginning again behind each.
         std::vector<double> roots;
-        while (const auto root = reference(cell, LatticeRay(ray))) {
+        while (const auto root = reference(cell, LatticeRay(ray, volume.cell_shape()))) {
             roots.push_back(root->t);
             ray.t_near = root->t + 1e-9;
         }
         ray.t_near = 0.0;
-        const auto found = bracket(cell, LatticeRay(ray));
+        const auto found = bracket(cell, LatticeRay(ray, volume.cell_shape()));
         REQUIRE(found.has_value() == (roots.size() % 2 == 1));
         odd += found.has_value();
         missed += !found && !roots.empty();

@@ -120,19 +120,20 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[trace
                          static_cast<std::uint16_t>(random() % static_cast<unsigned>(cells.y)),
                          static_cast<std::uint16_t>(random() % static_cast<unsigned>(cells.z))};
         const CellBlock cell(volume, threshold(random), index);
-        const LatticeRay ray(random_ray(random, cell.lower));
+        const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
         const std::optional<RootInCell> root = exact(cell, ray);
         const std::optional<RootInCell> root_reference = reference(cell, ray);
         REQUIRE(root.has_value() == root_reference.has_value());
         if (root) {
-            REQUIRE(root->t == Approx(root_reference->t).margin(1e-9));
+            REQUIRE(root->t == root_reference->t);
             const glm::dvec3 exact_gradient = gradient(volume, cell, ray, root->t);
             REQUIRE(glm::length(root->gradient - exact_gradient) <= 1e-7);
         }
 
         // No change of sign before the root, by dense sampling; and a residual of nothing at the root.
-        const Interval inside = ray.inside_cell(cell.lower);
-        if (inside.t_near > inside.t_far)
+        Interval inside = ray.inside_cell(cell.lower);
+        inside.t_near = std::max(inside.t_near, ray.t_near);
+        if (!(inside.t_near < inside.t_far))
             continue;
         const double end = root ? root->t : inside.t_far;
         const bool negative = value(volume, cell, ray, inside.t_near) < 0.0;
@@ -181,7 +182,7 @@ TEST_CASE("the single precision filter is as sure for values far from zero and f
     std::uniform_real_distribution<double> level(-0.3, 0.3);
     for (int repetition = 0; repetition < 20000; ++repetition) {
         const CellBlock cell(volume, base + contrast * level(random) - volume.offset(), Cell{2, 2, 2});
-        const LatticeRay ray(random_ray(random, cell.lower));
+        const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
         const auto root = exact(cell, ray), root_reference = reference(cell, ray);
         REQUIRE(root.has_value() == root_reference.has_value());
         if (root)
@@ -193,32 +194,30 @@ namespace {
 
 /// Packets against rays alone, in the lanes given: the same roots and gradients, bit for bit, and no other lane
 /// touched; nor those whose root is beyond a limit.
-int check_packet(const CellIntersector& intersector, const CellBlock& cell, std::mt19937& random, LaneMask active)
+int check_packet(const CellIntersector& intersector, const Volume& volume, const CellBlock& cell, std::mt19937& random,
+                 LaneMask active)
 {
     LatticeRayPacket packet;
     std::vector<LatticeRay> rays;
     for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
-        rays.emplace_back(random_ray(random, cell.lower));
+        rays.emplace_back(random_ray(random, cell.lower), volume.cell_shape());
         packet.set(lane, rays.back());
     }
     RootPacket roots;
-    constexpr double untouched = 1e30;
-    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane)
-        roots.set(lane, {untouched, glm::dvec3(untouched)});
-    const LaneMask found = intersector.first_roots(cell, packet, active, roots);
-    const LaneMask any = intersector.any_roots(cell, packet, active);
-    REQUIRE(found == any);
+    alignas(64) double t_limit[LatticeRayPacket::capacity];
+    std::fill_n(t_limit, LatticeRayPacket::capacity, 1e30);
+    const LaneMask found = intersector.first_roots(cell, packet, t_limit, active, roots);
     REQUIRE((found & ~active) == 0);
 
-    RootPacket limited = roots;
+    RootPacket limited;
     LaneMask within = 0;
     for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
-        if (lane % 2 != 0)
-            limited.t[lane] = std::nextafter(limited.t[lane], 0.0);
-        else
-            within |= found & LaneMask{1} << lane;
+        if ((found >> lane & 1u) == 0)
+            continue;
+        t_limit[lane] = lane % 2 != 0 ? std::nextafter(roots.t[lane], -1e30) : roots.t[lane];
+        within |= static_cast<LaneMask>(lane % 2 == 0) << lane;
     }
-    REQUIRE(intersector.first_roots(cell, packet, active, limited) == within);
+    REQUIRE(intersector.first_roots(cell, packet, t_limit, active, limited) == within);
     int count = 0;
     for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
         const bool is_active = (active >> lane & 1u) != 0, is_found = (found >> lane & 1u) != 0;
@@ -227,9 +226,10 @@ int check_packet(const CellIntersector& intersector, const CellBlock& cell, std:
             REQUIRE(is_found == alone.has_value());
             REQUIRE(is_found == intersector.any_root(cell, rays[static_cast<std::size_t>(lane)]));
         }
-        const RootInCell root = roots.root(lane);
-        REQUIRE(root.t == (is_found ? alone->t : untouched));
-        REQUIRE(root.gradient == (is_found ? alone->gradient : glm::dvec3(untouched)));
+        if (is_found) {
+            REQUIRE(roots.t[lane] == alone->t);
+            REQUIRE(roots.root(lane).gradient == alone->gradient);
+        }
         count += is_found;
     }
     return count;
@@ -272,7 +272,7 @@ TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD
             const auto index = [&] { return static_cast<std::uint16_t>(random() % 4); };
             const CellBlock cell(volume, threshold(random), Cell{index(), index(), index()});
             const LaneMask active = repetition % 3 == 0 ? 0xffffu : static_cast<LaneMask>(random()) & 0xffffu;
-            found += check_packet(intersector, cell, random, active);
+            found += check_packet(intersector, volume, cell, random, active);
         }
         REQUIRE(found > 300);
     });
@@ -371,17 +371,17 @@ TEST_CASE("every SIMD target finds the roots of the reference", "[trace]")
 {
     const int degree = GENERATE(1, 2, 3);
     const Volume volume = volume_of_coefficients(random_samples(125, 8), {5, 5, 5}, degree);
-    const auto reference = cell_intersector(degree, Method::reference).first_root;
     EachTarget::run([&] {
+        const auto reference = cell_intersector(degree, Method::reference).first_root;
         const auto exact = cell_intersector(degree, Method::exact).first_root;
         std::mt19937 random(31);
         for (int repetition = 0; repetition < 3000; ++repetition) {
             const CellBlock cell(volume, 0.1, Cell{1, 2, 1});
-            const LatticeRay ray(random_ray(random, cell.lower));
+            const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
             const auto root = exact(cell, ray), root_reference = reference(cell, ray);
             REQUIRE(root.has_value() == root_reference.has_value());
             if (root)
-                REQUIRE(root->t == Approx(root_reference->t).margin(1e-9));
+                REQUIRE(root->t == root_reference->t);
         }
     });
 }
@@ -421,24 +421,24 @@ TEST_CASE("two roots in one cell: exact finds the first, bracket finds none", "[
     const CellBlock above(volume, 0.4 * 0.5625 - volume.offset(), Cell{1, 1, 1});
     const auto exact = cell_intersector(2, Method::exact).first_root;
     const auto bracket = cell_intersector(2, Method::bracket).first_root;
-    REQUIRE_FALSE(exact(above, LatticeRay(ray)));
-    REQUIRE_FALSE(bracket(above, LatticeRay(ray)));
+    REQUIRE_FALSE(exact(above, LatticeRay(ray, {3, 3, 3})));
+    REQUIRE_FALSE(bracket(above, LatticeRay(ray, {3, 3, 3})));
 
     // It is 0.6 at |x| = sqrt(0.15), twice in the cell.
     const CellBlock pair(volume, 0.6 * 0.5625 - volume.offset(), Cell{1, 1, 1});
-    const auto first = exact(pair, LatticeRay(ray));
+    const auto first = exact(pair, LatticeRay(ray, {3, 3, 3}));
     REQUIRE(first);
     REQUIRE(ray.at(first->t).x == Approx(1.5 - std::sqrt(0.15)).margin(1e-7));
-    REQUIRE_FALSE(bracket(pair, LatticeRay(ray)));
+    REQUIRE_FALSE(bracket(pair, LatticeRay(ray, {3, 3, 3})));
 
     // Limits: beginning between the roots leaves the second; ending before the first leaves none.
     ray.t_near = first->t + 1e-6;
-    const auto second = exact(pair, LatticeRay(ray));
+    const auto second = exact(pair, LatticeRay(ray, {3, 3, 3}));
     REQUIRE(second);
     REQUIRE(ray.at(second->t).x == Approx(1.5 + std::sqrt(0.15)).margin(1e-7));
     ray.t_near = 0.0;
     ray.t_far = first->t - 1e-6;
-    REQUIRE_FALSE(exact(pair, LatticeRay(ray)));
+    REQUIRE_FALSE(exact(pair, LatticeRay(ray, {3, 3, 3})));
 }
 
 TEST_CASE("a degree that has no surface is refused", "[trace]")

@@ -1,6 +1,11 @@
-#include "isospline/scene/prepared_ray.h"
+#include "isospline/trace/prepared_ray.h"
 
+#include "isospline/math/affine.h"
 #include "isospline/trace/check_ray.h"
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -9,16 +14,19 @@
 
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "isospline/scene/prepared_ray.cpp"
+#define HWY_TARGET_INCLUDE "isospline/trace/prepared_ray.cpp"
 #include <hwy/foreach_target.h>
 
 #include <hwy/highway.h>
 
 #include "isospline/trace/lane_mask-inl.h"
 
-#ifndef ISOSPLINE_SCENE_PREPARATION
-#define ISOSPLINE_SCENE_PREPARATION
+#ifndef ISOSPLINE_TRACE_PREPARATION
+#define ISOSPLINE_TRACE_PREPARATION
 namespace isospline {
+
+/// Room for the rounding of limits, relative to the numbers that they are computed from.
+inline constexpr double limits_rounding = 8.0 * 0x1p-53;
 
 // What came of the rays of a packet.
 struct Preparation {
@@ -57,15 +65,14 @@ HWY_INLINE hn::Vec<Doubles> FusedMulAdd(hn::Vec<Doubles> a, hn::Vec<Doubles> b, 
 Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, const Box& box, PreparedPacket& prepared)
 {
     // Axis by axis; lanes beyond the rays repeat the last one.
-    alignas(64) double near_limit[PreparedPacket::capacity];
     for (std::size_t lane = 0; lane < PreparedPacket::capacity; ++lane) {
         const Ray& ray = rays[std::min(lane, rays.size() - 1)];
         for (int axis = 0; axis < 3; ++axis) {
             prepared.origin[axis][lane] = ray.origin[axis];
             prepared.direction[axis][lane] = ray.direction[axis];
         }
-        near_limit[lane] = ray.t_near;
-        prepared.t_far[lane] = ray.t_far;
+        prepared.limits.t_near[lane] = ray.t_near;
+        prepared.limits.t_far[lane] = ray.t_far;
     }
 
     const Doubles d;
@@ -87,8 +94,7 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
                                     hn::Eq(dot(origin, zeros), zero));
 
         const V scale = hn::Div(hn::Set(d, 1.0), length);
-        V t_near = hn::Mul(hn::Load(d, near_limit + first), length);
-        V t_far = hn::Mul(hn::Load(d, prepared.t_far + first), length);
+        V t_near = hn::Set(d, -huge_inverse), t_far = hn::Set(d, huge_inverse);
         auto inside = finite;
         for (int axis = 0; axis < 3; ++axis) {
             const V lower = hn::Set(d, box.lower[axis]), upper = hn::Set(d, box.upper[axis]);
@@ -107,16 +113,26 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
             t_near = hn::IfThenElse(parallel, t_near, hn::Max(t_near, hn::Min(to_lower, to_upper)));
             t_far = hn::IfThenElse(parallel, t_far, hn::Min(t_far, hn::Max(to_lower, to_upper)));
         }
-        inside = hn::And(inside, hn::Le(t_near, t_far));
         const V shift = hn::Mul(t_near, scale);
+        const V near_limit = hn::Load(d, prepared.limits.t_near + first);
+        const V far_limit = hn::Load(d, prepared.limits.t_far + first);
+        const auto room = [&](V limit) HWY_ATTR {
+            return hn::Mul(hn::Mul(hn::Set(d, limits_rounding), hn::Add(hn::Abs(limit), hn::Abs(shift))), length);
+        };
+        const V begin_limit = hn::Sub(hn::Mul(hn::Sub(near_limit, shift), length), room(near_limit));
+        const V end_limit = hn::Add(hn::Mul(hn::Sub(far_limit, shift), length), room(far_limit));
+        t_far = hn::Min(hn::Sub(t_far, t_near), end_limit);
+        t_near = hn::Max(zero, begin_limit);
+        inside = hn::And(inside, hn::Le(t_near, t_far));
         for (int axis = 0; axis < 3; ++axis) {
             const V begin = hn::Add(FusedMulAdd(shift, given_direction[axis], origin[axis]), rest[axis]);
             hn::Store(begin, d, prepared.origin[axis] + first);
             hn::Store(direction[axis], d, prepared.direction[axis] + first);
         }
-        hn::Store(hn::Sub(t_far, t_near), d, prepared.t_far + first);
-        hn::Store(shift, d, prepared.shift + first);
-        hn::Store(length, d, prepared.length + first);
+        hn::Store(t_near, d, prepared.t_near + first);
+        hn::Store(t_far, d, prepared.t_far + first);
+        hn::Store(shift, d, prepared.limits.shift + first);
+        hn::Store(length, d, prepared.limits.length + first);
         preparation.valid |= ToLaneMask(d, finite, first);
         preparation.inside |= ToLaneMask(d, inside, first);
     }
@@ -124,7 +140,7 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
 }
 
 // The operations of LatticeRay and of GLM's product of matrix and vector, in their order.
-void ToLattice(const PreparedPacket& prepared, const glm::dmat4& map, LatticeRayPacket& rays)
+void ToLattice(const PreparedPacket& prepared, const glm::dmat4& map, const glm::ivec3& shape, LatticeRayPacket& rays)
 {
     const Doubles d;
     const hn::Rebind<float, Doubles> to_float;
@@ -142,16 +158,22 @@ void ToLattice(const PreparedPacket& prepared, const glm::dmat4& map, LatticeRay
             const auto has_inverse = hn::Gt(hn::Abs(direction), hn::Set(d, 1.0 / huge_inverse));
             const V inverse =
                 hn::IfThenElse(has_inverse, hn::Div(hn::Set(d, 1.0), direction), hn::CopySign(huge, direction));
-            hn::Store(transformed(prepared.origin, axis, 1.0), d, rays.origin[axis] + first);
+            const V origin = transformed(prepared.origin, axis, 1.0), half = hn::Set(d, 0.5);
+            const auto at_border = hn::Eq(origin, hn::Set(d, static_cast<double>(shape[axis])));
+            const V below = hn::IfThenElseZero(at_border, hn::Set(d, 1.0));
+            const V middle = hn::Add(hn::Sub(hn::Floor(origin), below), half);
+            hn::Store(origin, d, rays.origin[axis] + first);
+            hn::Store(hn::IfThenElse(has_inverse, origin, middle), d, rays.plane_origin[axis] + first);
             hn::Store(direction, d, rays.direction[axis] + first);
             hn::Store(inverse, d, rays.inverse_direction[axis] + first);
             hn::Store(hn::DemoteTo(to_float, direction), to_float, rays.direction_single[axis] + first);
             hn::Store(hn::DemoteTo(to_float, hn::Max(hn::Min(inverse, limit), hn::Neg(limit))), to_float,
                       rays.inverse_direction_single[axis] + first);
         }
-        hn::Store(hn::Zero(d), d, rays.t_near + first);
-        hn::Store(hn::Load(d, prepared.t_far + first), d, rays.t_far + first);
     }
+    std::copy_n(prepared.t_near, PreparedPacket::capacity, rays.t_near);
+    std::copy_n(prepared.t_far, PreparedPacket::capacity, rays.t_far);
+    rays.limits = prepared.limits;
 }
 
 } // namespace HWY_NAMESPACE
@@ -164,50 +186,79 @@ namespace isospline {
 HWY_EXPORT(PreparePacket);
 HWY_EXPORT(ToLattice);
 
-bool prepare(const Ray& ray, std::size_t index, const glm::dvec3& centre, const Box& box, PreparedRay& prepared)
+RayFrame::RayFrame(const Box& bounds)
+{
+    if (bounds.empty())
+        return;
+    centre = bounds.center();
+    radius = 0.5 * glm::length(bounds.size());
+    const glm::dvec3 half_size = 0.5 * bounds.size() + 1e-3 * radius;
+    box = {-half_size, half_size};
+}
+
+glm::dmat4 centred_to_local(const glm::dmat4& local_to_world, const RayFrame& frame)
+{
+    return glm::inverse(glm::translate(glm::dmat4(1.0), -frame.centre) * local_to_world);
+}
+
+bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedRay& prepared)
 {
     const double length = check_ray(ray, index);
-    if (box.empty())
+    if (frame.box.empty())
         return false;
     Ray& unit = prepared.ray;
     const double scale = 1.0 / length;
-    unit.origin = ray.origin - centre;
+    unit.origin = ray.origin - frame.centre;
     unit.direction = ray.direction * scale;
-    unit.t_near = ray.t_near * length;
-    unit.t_far = ray.t_far * length;
-    const std::optional<Interval> inside = clip(unit, box);
+    unit.t_near = -huge_inverse;
+    unit.t_far = huge_inverse;
+    const std::optional<Interval> inside = clip(unit, frame.box);
     if (!inside)
         return false;
-    prepared.shift = inside->t_near * scale;
-    prepared.length = length;
+
+    const double shift = inside->t_near * scale;
+    const auto room = [&](double limit) { return limits_rounding * (std::abs(limit) + std::abs(shift)) * length; };
+    unit.t_far = std::min(inside->t_far - inside->t_near, (ray.t_far - shift) * length + room(ray.t_far));
+    unit.t_near = std::max(0.0, (ray.t_near - shift) * length - room(ray.t_near));
+    prepared.limits = {shift, length, ray.t_near, ray.t_far};
     for (int axis = 0; axis < 3; ++axis) {
-        // What rounding took from the difference, and a fused product: the ray begins where it does up to the rounding
+        // What rounding took from the difference, and a fused product: the line begins where it does up to the rounding
         // of a place in the scene, however far the eye is away.
-        const double from = ray.origin[axis], to = centre[axis];
+        const double from = ray.origin[axis], to = frame.centre[axis];
         const double back = unit.origin[axis] - from;
         const double rest = (from - (unit.origin[axis] - back)) - (to + back);
-        unit.origin[axis] = std::fma(prepared.shift, ray.direction[axis], unit.origin[axis]) + rest;
+        unit.origin[axis] = std::fma(shift, ray.direction[axis], unit.origin[axis]) + rest;
     }
-    unit.t_near = 0.0;
-    unit.t_far = inside->t_far - inside->t_near;
-    return true;
+    return unit.t_near <= unit.t_far;
 }
 
-LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const glm::dvec3& centre, const Box& box,
-                        PreparedPacket& prepared)
+LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared)
 {
     const LaneMask wanted = (LaneMask{1} << rays.size()) - 1u;
-    const Preparation preparation = HWY_DYNAMIC_DISPATCH(PreparePacket)(rays, centre, box, prepared);
+    const Preparation preparation =
+        HWY_DYNAMIC_DISPATCH(PreparePacket)(rays, frame.centre, frame.box, prepared);
     for (LaneMask rest = wanted & ~preparation.valid; rest != 0; rest &= rest - 1u) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
         check_ray(rays[lane], index + lane);
     }
-    return box.empty() ? 0 : preparation.inside & wanted;
+    return frame.box.empty() ? 0 : preparation.inside & wanted;
 }
 
-void to_lattice(const PreparedPacket& prepared, const glm::dmat4& world_to_lattice, LatticeRayPacket& rays)
+LatticeRay to_lattice(const PreparedRay& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape)
 {
-    HWY_DYNAMIC_DISPATCH(ToLattice)(prepared, world_to_lattice, rays);
+    LatticeRay ray;
+    ray.set(transform_point(centred_to_lattice, prepared.ray.origin),
+            transform_vector(centred_to_lattice, prepared.ray.direction), shape);
+    ray.t_near = prepared.ray.t_near;
+    ray.t_far = prepared.ray.t_far;
+    ray.limits = prepared.limits;
+    return ray;
+}
+
+void to_lattice(const PreparedPacket& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape,
+                LatticeRayPacket& rays)
+{
+    HWY_DYNAMIC_DISPATCH(ToLattice)(prepared, centred_to_lattice, shape, rays);
 }
 
 } // namespace isospline

@@ -1,0 +1,69 @@
+// Rays made ready for many cells: relative to the centre of what they are cast at, of unit direction, begun where their
+// line enters its box; so that rounding depends on the size of the scene and not on the distance of the eye, and not on
+// a ray's limits either.
+#pragma once
+
+#include "isospline/math/box.h"
+#include "isospline/math/ray.h"
+#include "isospline/spline/volume.h"
+#include "isospline/trace/lattice_ray_packet.h"
+
+#include <glm/mat4x4.hpp>
+
+#include <cstddef>
+#include <span>
+
+namespace isospline {
+
+/// Where rays are prepared for.
+struct RayFrame {
+    RayFrame() = default;
+    /// Of what is in this box in world space.
+    explicit RayFrame(const Box& bounds);
+
+    glm::dvec3 centre{0.0};
+    Box box;             ///< a little larger than the bounds, relative to the centre; empty where these are
+    double radius = 0.0; ///< of the bounds
+};
+
+/// The box of a volume's cells in lattice space.
+inline Box domain_lattice(const Volume& volume)
+{
+    return {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())};
+}
+
+/// From the space of prepared rays to an object's, given the map from there to world space.
+glm::dmat4 centred_to_local(const glm::dmat4& local_to_world, const RayFrame& frame);
+
+struct PreparedRay {
+    Ray ray; ///< limited to the box and, with room for rounding, to the limits
+    RayLimits limits;
+};
+
+/// The same for up to 16 rays, one a lane.
+struct PreparedPacket {
+    static constexpr int capacity = packet_capacity;
+
+    alignas(64) double origin[3][capacity];
+    alignas(64) double direction[3][capacity];
+    alignas(64) double t_near[capacity];
+    alignas(64) double t_far[capacity];
+    RayLimitsPacket limits;
+};
+
+/// Prepares a ray; false where it misses the box. Throws std::invalid_argument for a ray that is not finite or has no
+/// direction; `index` names it in the error.
+bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedRay& prepared);
+
+/// Prepares up to 16 rays, each as prepare() would, bit for bit. `index` is the first one's. Returns those that do not
+/// miss the box.
+LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared);
+
+/// The ray in the lattice space of a volume of `shape` cells, given the map from the space of prepared rays.
+LatticeRay to_lattice(const PreparedRay& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape);
+
+/// The same for a packet, bit for bit.
+void to_lattice(const PreparedPacket& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape,
+                LatticeRayPacket& rays);
+
+} // namespace isospline

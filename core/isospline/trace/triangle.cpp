@@ -1,0 +1,152 @@
+#include "isospline/trace/triangle.h"
+
+#include "isospline/math/expansion.h"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace isospline {
+
+namespace {
+
+/// Of a t that double precision tells, in units of the triangle's extent.
+constexpr double largest_t_error = 0x1p-24;
+
+using ExactVector = std::array<Expansion, 3>;
+
+ExactVector exact(const glm::dvec3& v)
+{
+    return {Expansion(v.x), Expansion(v.y), Expansion(v.z)};
+}
+
+ExactVector exact_difference(const glm::dvec3& a, const glm::dvec3& b)
+{
+    return {Expansion::difference(a.x, b.x), Expansion::difference(a.y, b.y), Expansion::difference(a.z, b.z)};
+}
+
+ExactVector cross(const ExactVector& a, const ExactVector& b)
+{
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Expansion dot(const ExactVector& a, const ExactVector& b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+int first_sign(const ExactVector& v)
+{
+    for (const Expansion& component : v)
+        if (const int sign = component.sign(); sign != 0)
+            return sign;
+    return 0;
+}
+
+Expansion edge_function(const glm::dvec3& origin, const glm::dvec3& direction, const glm::dvec3& a, const glm::dvec3& b)
+{
+    return dot(exact(direction), cross(exact_difference(a, origin), exact_difference(b, origin)));
+}
+
+/// On which side of the edge from a to b a line passes; 0 if it is parallel to it.
+int exact_side(const glm::dvec3& origin, const glm::dvec3& direction, const glm::dvec3& a, const glm::dvec3& b)
+{
+    if (const int sign = edge_function(origin, direction, a, b).sign(); sign != 0)
+        return sign;
+    // Where the origin moves by m, det(d, a - o, b - o) grows by <m, (a - b) x d>.
+    return first_sign(cross(exact_difference(a, b), exact(direction)));
+}
+
+/// The t at which a line meets a triangle's plane, as a quotient, and how both change where the origin moves.
+struct ExactPlane {
+    ExactPlane(const TriangleRay& ray, const Triangle& triangle)
+        : normal(cross(exact_difference(triangle.b, triangle.a), exact_difference(triangle.c, triangle.a))),
+          distance(dot(exact_difference(triangle.a, ray.origin), normal)), speed(dot(exact(ray.direction), normal))
+    {
+    }
+
+    ExactVector normal;
+    Expansion distance, speed;
+};
+
+/// Where a ray crosses a triangle, but for the last roundings.
+TriangleHit exact_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage)
+{
+    const ExactPlane plane(ray, triangle);
+    const double speed = plane.speed.rounded(), t = plane.distance.rounded() / speed * ray.scale;
+    const auto weight = [&](const glm::dvec3& from, const glm::dvec3& to) {
+        return edge_function(ray.origin, ray.direction, from, to).rounded() / speed;
+    };
+    return {t,
+            0x1p-50 * std::abs(t),
+            {weight(triangle.c, triangle.a), weight(triangle.a, triangle.b)},
+            passage == Passage::against_normal};
+}
+
+} // namespace
+
+TriangleRay::TriangleRay(const Ray& ray) : origin(ray.origin), t_near(ray.t_near), t_far(ray.t_far)
+{
+    // The power of two whose exponent is the opposite of that of the largest component.
+    const double largest = std::max({std::abs(ray.direction.x), std::abs(ray.direction.y), std::abs(ray.direction.z)});
+    constexpr std::uint64_t exponent_mask = 0x7ffull << 52, twice_the_bias = 2046ull << 52;
+    scale = std::bit_cast<double>(twice_the_bias - (std::bit_cast<std::uint64_t>(largest) & exponent_mask));
+    direction = ray.direction * scale;
+}
+
+Passage exact_passage(const glm::dvec3& origin, const glm::dvec3& direction, const Triangle& triangle)
+{
+    const int side = exact_side(origin, direction, triangle.a, triangle.b);
+    if (side == 0 || exact_side(origin, direction, triangle.b, triangle.c) != side ||
+        exact_side(origin, direction, triangle.c, triangle.a) != side)
+        return Passage::none;
+    return static_cast<Passage>(side);
+}
+
+TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage)
+{
+    // From a point of the line that is close to the triangle, so that little is lost to a distant origin.
+    const glm::dvec3& d = ray.direction;
+    const double inverse_square = 1.0 / glm::dot(d, d);
+    const glm::dvec3 to_middle = (triangle.a + triangle.b + triangle.c) / 3.0 - ray.origin;
+    const double t_middle = glm::dot(to_middle, d) * inverse_square;
+    const glm::dvec3 from = ray.origin + t_middle * d;
+    const glm::dvec3 a = triangle.a - from, b = triangle.b - from, c = triangle.c - from;
+
+    // Weights of the corners, none below zero: the exact ones are not.
+    const auto sign = static_cast<double>(passage);
+    const double weight_a = std::max(sign * glm::dot(glm::cross(d, b), c), 0.0);
+    const double weight_b = std::max(sign * glm::dot(glm::cross(d, c), a), 0.0);
+    const double weight_c = std::max(sign * glm::dot(glm::cross(d, a), b), 0.0);
+    const double sum = weight_a + weight_b + weight_c;
+    const double t_a = glm::dot(a, d) * inverse_square;
+    const double t_b = glm::dot(b, d) * inverse_square;
+    const double t_c = glm::dot(c, d) * inverse_square;
+
+    // Places are off by the rounding of `from`, weights by that of the edge functions as well.
+    const auto size = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
+    const double extent = std::max({size(a), size(b), size(c)});
+    const double place_error = 8.0 * 0x1p-53 * (size(ray.origin) + size(from) + extent);
+    const double weight_error = 3.0 * extent * (edge_function_error * extent + 12.0 * place_error);
+    const double t_range = std::max({t_a, t_b, t_c}) - std::min({t_a, t_b, t_c});
+    const double t_error = t_range * (2.0 * weight_error / sum) + 8.0 * place_error;
+    if (!(weight_error < 0.5 * sum && t_error < largest_t_error * extent))
+        return exact_hit(ray, triangle, passage);
+    const double t = t_middle + (weight_a * t_a + weight_b * t_b + weight_c * t_c) / sum;
+    return {t * ray.scale, t_error * ray.scale, {weight_b / sum, weight_c / sum}, passage == Passage::against_normal};
+}
+
+std::weak_ordering exact_order(const TriangleRay& ray, const Triangle& first, const Triangle& second)
+{
+    const ExactPlane p(ray, first), q(ray, second);
+    const int side = p.speed.sign() * q.speed.sign();
+    if (const int sign = side * (p.distance * q.speed - q.distance * p.speed).sign(); sign != 0)
+        return sign <=> 0;
+    // Where the origin moves by m, a distance shrinks by <m, normal>.
+    ExactVector difference;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        difference[axis] = q.normal[axis] * p.speed - p.normal[axis] * q.speed;
+    return side * first_sign(difference) <=> 0;
+}
+
+} // namespace isospline
