@@ -1,6 +1,8 @@
 """Rays with the interface of trimesh: its answers on the same meshes are the oracle, closed forms on isosurfaces."""
 
+import copy
 import inspect
+import pickle
 
 import numpy as np
 import pytest
@@ -183,6 +185,69 @@ def test_interface_is_that_of_trimesh():
                 assert parameter.name in ours or parameter.kind is parameter.VAR_KEYWORD, (module, name, parameter)
 
 
+def test_first_hits_only_as_a_third_argument():
+    rays, box = RayMeshIntersector(trimesh.creation.box()), trimesh.creation.box()
+    assert rays.scene.bounds.tolist() == box.bounds.tolist()
+    origins, directions = [(0.1, 0.2, 3.0)], [(0, 0, -1.0)]
+    assert [len(found) for found in rays.intersects_id(origins, directions, False)] == [1, 1]
+    assert [len(found) for found in rays.intersects_location(origins, directions, False)] == [1, 1, 1]
+    assert [len(found) for found in rays.intersects_location(origins, directions)] == [2, 2, 2]
+
+
+@pytest.mark.parametrize("query", ["intersects_id", "intersects_location", "intersects_first", "intersects_any"])
+def test_rays_without_a_direction_miss(query):
+    rays = RayMeshIntersector(trimesh.creation.box(), scale_to_box=False)
+    origins = np.tile((0.1, 0.2, 3.0), (3, 1))
+    found = getattr(rays, query)(origins, [(0, 0, 0), (0, 0, -1), (0, 0, 0)])
+    if query == "intersects_first":
+        np.testing.assert_array_equal(found >= 0, [False, True, False])
+    elif query == "intersects_any":
+        np.testing.assert_array_equal(found, [False, True, False])
+    else:
+        np.testing.assert_array_equal(found[1], [1, 1])  # rows of rays as they were given
+    assert len(rays.intersects_id(origins, np.zeros((3, 3)))[0]) == 0
+
+
+def test_it_sees_changes_of_a_mesh_of_trimesh():
+    mesh = trimesh.Trimesh()
+    mesh.ray = RayMeshIntersector(mesh)
+    assert mesh.ray.mesh is mesh
+    box = trimesh.creation.box()
+    mesh.vertices, mesh.faces = box.vertices, box.faces
+    ray = [(0.9, 0.0, 3.0)], [(0, 0, -1.0)]
+    assert not mesh.ray.intersects_any(*ray).any()
+    scene = mesh.ray.scene
+    assert mesh.ray.scene is scene  # built once
+    mesh.apply_scale(2)
+    assert mesh.ray.intersects_any(*ray).all()
+    assert mesh.contains([(0.9, 0.9, 0.9), (1.1, 0, 0)]).tolist() == [True, False]
+
+
+def test_pickles_and_copies_cast_the_same_rays(shape, rng):
+    origins, directions = rays_at(shape, rng)
+    rays = RayMeshIntersector(shape, scale_to_box=False)
+    expected = rays.intersects_location(origins, directions)
+    for other in (pickle.loads(pickle.dumps(rays)), copy.copy(rays), copy.deepcopy(rays)):
+        for got, same in zip(other.intersects_location(origins, directions), expected):
+            np.testing.assert_array_equal(got, same)
+    shape.ray = rays
+    assert copy.copy(rays).mesh is shape
+    assert len(pickle.loads(pickle.dumps(shape)).ray.intersects_first(origins, directions)) == len(origins)
+    scene = RayMeshIntersector(isospline.Scene([isospline.Mesh.from_trimesh(shape)]))
+    np.testing.assert_array_equal(copy.deepcopy(scene).intersects_first(origins, directions),
+                                  rays.intersects_first(origins, directions))
+
+
+@pytest.mark.parametrize("scale", [1e-4, 0.1, 1.0, 10, 1e4, 1e8])
+def test_a_ray_that_begins_on_the_surface_meets_it(scale):
+    mesh = trimesh.creation.box().subdivide().subdivide()
+    mesh.apply_scale(scale)
+    rays = RayMeshIntersector(mesh)
+    for direction in ((0, 0, -1.0), (0.3, 0.2, -1.0), (-3, 5, -7e-5)):
+        _, index_ray, index_tri = rays.intersects_location([(0, 0, scale / 2)], [direction])
+        assert len(index_tri) == 2 and index_tri[0] != index_tri[1]
+
+
 def test_no_rays_have_no_crossings():
     rays, none = RayMeshIntersector(trimesh.creation.box()), np.empty((0, 3))
     locations, index_ray, index_tri = rays.intersects_location(none, none)
@@ -199,8 +264,8 @@ def test_bad_rays_and_geometry_are_refused():
         rays.intersects_any(np.zeros((2, 3)), np.ones((1, 3)))
     with pytest.raises(ValueError, match=r"points: expected shape \(N, 3\), got \(4, 2\)"):
         rays.contains_points(np.zeros((4, 2)))
-    with pytest.raises(ValueError, match="rays"):
-        rays.intersects_id(np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(ValueError, match="rays: expected finite origins and directions, got nan"):
+        rays.intersects_id(np.zeros((1, 3)), np.full((1, 3), np.nan))
     with pytest.raises(TypeError, match="geometry: expected a Scene, an Isosurface, .*, got ndarray"):
         RayMeshIntersector(np.zeros((3, 3)))
     with pytest.raises(TypeError, match=r"mesh: expected a trimesh.Trimesh .*, got trimesh.*PointCloud"):

@@ -130,9 +130,10 @@ TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passa
     const double weight_error = 3.0 * extent * (edge_function_error * extent + 12.0 * place_error);
     const double t_range = std::max({t_a, t_b, t_c}) - std::min({t_a, t_b, t_c});
     const double t_error = t_range * (2.0 * weight_error / sum) + 8.0 * place_error;
-    if (!(weight_error < 0.5 * sum && t_error < largest_t_error * extent))
-        return exact_hit(ray, triangle, passage);
     const double t = t_middle + (weight_a * t_a + weight_b * t_b + weight_c * t_c) / sum;
+    // A ray that begins on the triangle meets it at 0.
+    if (!(weight_error < 0.5 * sum && t_error < largest_t_error * extent && std::abs(t) > t_error))
+        return exact_hit(ray, triangle, passage);
     return {t * ray.scale, t_error * ray.scale, {weight_b / sum, weight_c / sum}, passage == Passage::against_normal};
 }
 

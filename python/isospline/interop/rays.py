@@ -5,26 +5,31 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import INVALID_ID, Isosurface, Mesh, Scene
-from .trimesh import mesh_from_trimesh
+from .trimesh import check_trimesh, mesh_from_trimesh
 
 # Neither along an axis nor along a diagonal, where rays meet edges.
 _DIRECTION = np.array([0.4395064455, 0.617598629942, 0.652231566745])
 
 
 class RayMeshIntersector:
-    """Rays cast as ``trimesh.ray.ray_triangle.RayMeshIntersector`` casts them, at isosurfaces as well.
+    """Rays cast as ``trimesh.ray.ray_pyembree.RayMeshIntersector`` casts them, at isosurfaces as well.
 
-    What is written for ``mesh.ray`` of trimesh runs on it, and where a trimesh mesh is the geometry, it can take that
+    What is written for ``mesh.ray`` of trimesh runs on it, and where a trimesh mesh is the geometry, it takes that
     place: ``mesh.ray = RayMeshIntersector(mesh)``. Each crossing is found once, on an edge too, in double precision,
-    and those of a ray come in their order along it.
+    and those of a ray come in their order along it. Rays whose direction is zero miss. It can be copied, which shares
+    the geometry, and pickled where the geometry can, as meshes of trimesh do.
 
     Parameters
     ----------
     geometry : Scene, Isosurface, Mesh, trimesh.Trimesh or trimesh.Scene
-        Meshes of trimesh are copied: later changes of them are not seen.
+        Of trimesh's, changes are seen by the next query.
+    scale_to_box : bool
+        Without effect: trimesh scales meshes for the sake of single precision.
 
     Attributes
     ----------
+    mesh : Scene, Isosurface, Mesh, trimesh.Trimesh or trimesh.Scene
+        The geometry.
     scene : Scene
         What the rays are cast at.
 
@@ -48,20 +53,40 @@ class RayMeshIntersector:
     array([ True, False])
     """
 
-    def __init__(self, geometry):
-        if isinstance(geometry, Scene):
-            self.scene = geometry
-        elif isinstance(geometry, (Isosurface, Mesh)):
-            self.scene = Scene([geometry])
-        elif type(geometry).__module__.partition(".")[0] == "trimesh":
-            self.scene = Scene([mesh_from_trimesh(Mesh, geometry)])
-        else:
+    def __init__(self, geometry, scale_to_box=True):
+        self._is_of_trimesh = type(geometry).__module__.partition(".")[0] == "trimesh"
+        if self._is_of_trimesh:
+            check_trimesh(geometry)
+        elif not isinstance(geometry, (Scene, Isosurface, Mesh)):
             raise TypeError(
                 f"geometry: expected a Scene, an Isosurface, a Mesh or a mesh of trimesh, got {type(geometry).__name__}"
             )
+        self.mesh = geometry
+        self._scale_to_box = scale_to_box
+        self._scene = self._hash = None
+
+    @property
+    def scene(self):
+        """What the rays are cast at."""
+        if self._is_of_trimesh:
+            current = hash(self.mesh)
+            if self._scene is None or self._hash != current:
+                self._scene, self._hash = Scene([mesh_from_trimesh(Mesh, self.mesh)]), current
+        elif self._scene is None:
+            self._scene = self.mesh if isinstance(self.mesh, Scene) else Scene([self.mesh])
+        return self._scene
+
+    def __getstate__(self):
+        return {**self.__dict__, "_scene": None, "_hash": None}
+
+    def __copy__(self):
+        return type(self)(self.mesh, self._scale_to_box)
+
+    def __deepcopy__(self, memo):
+        return self.__copy__()
 
     def intersects_id(
-        self, ray_origins, ray_directions, *, multiple_hits=True, return_locations=False, max_hits=None
+        self, ray_origins, ray_directions, multiple_hits=True, *, max_hits=None, return_locations=False
     ):
         """The faces and cells that rays cross.
 
@@ -71,10 +96,10 @@ class RayMeshIntersector:
             Directions need not have length one.
         multiple_hits : bool
             All crossings of a ray, or the first one only.
-        return_locations : bool
-            Whether to return the positions as well.
         max_hits : int, optional
             At most so many crossings of a ray, the first ones.
+        return_locations : bool
+            Whether to return the positions as well.
 
         Returns
         -------
@@ -85,7 +110,7 @@ class RayMeshIntersector:
         locations : (M, 3) float64 array, world units
             Where `return_locations` is set.
         """
-        rays = _rays(ray_origins, ray_directions)
+        rays, rows = _rays(ray_origins, ray_directions)
         if multiple_hits:
             hits = self.scene.list_intersections(rays)
             index_ray, index_tri, t = hits["ray_ids"], hits["primitive_ids"], hits["t_hit"]
@@ -98,10 +123,10 @@ class RayMeshIntersector:
             index_tri, t = hits["primitive_ids"][index_ray], hits["t_hit"][index_ray]
         index_tri = index_tri.astype(np.int64)
         if not return_locations:
-            return index_tri, index_ray
-        return index_tri, index_ray, rays[index_ray, :3] + t[:, None] * rays[index_ray, 3:]
+            return index_tri, rows[index_ray]
+        return index_tri, rows[index_ray], rays[index_ray, :3] + t[:, None] * rays[index_ray, 3:]
 
-    def intersects_location(self, ray_origins, ray_directions, *, multiple_hits=True, max_hits=None):
+    def intersects_location(self, ray_origins, ray_directions, multiple_hits=True, *, max_hits=None):
         """Where rays cross: locations, index_ray and index_tri of `intersects_id`, in this order."""
         index_tri, index_ray, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=max_hits
@@ -110,12 +135,18 @@ class RayMeshIntersector:
 
     def intersects_first(self, ray_origins, ray_directions):
         """(N,) int64 array: the first face or cell of each ray, -1 where it misses."""
-        hits = self.scene.cast_rays(_rays(ray_origins, ray_directions))
-        return np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
+        rays, rows = _rays(ray_origins, ray_directions)
+        first = np.full(len(ray_origins), -1, dtype=np.int64)
+        hits = self.scene.cast_rays(rays)
+        first[rows] = np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
+        return first
 
     def intersects_any(self, ray_origins, ray_directions):
         """(N,) bool array: whether each ray crosses anything."""
-        return self.scene.test_occlusions(_rays(ray_origins, ray_directions))
+        rays, rows = _rays(ray_origins, ray_directions)
+        crosses = np.zeros(len(ray_origins), dtype=bool)
+        crosses[rows] = self.scene.test_occlusions(rays)
+        return crosses
 
     def contains_points(self, points):
         """Whether points are inside of any object: whether a ray from there crosses its surface an odd number of times.
@@ -135,7 +166,7 @@ class RayMeshIntersector:
         contains = np.zeros(len(points), dtype=bool)
         lower, upper = self.scene.bounds
         near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
-        hits = self.scene.list_intersections(_rays(points[near], np.broadcast_to(_DIRECTION, (len(near), 3))))
+        hits = self.scene.list_intersections(np.hstack([points[near], np.broadcast_to(_DIRECTION, (len(near), 3))]))
         crossed = np.stack([hits["ray_ids"], hits["geometry_ids"].astype(np.int64)], axis=1)
         objects, counts = np.unique(crossed, axis=0, return_counts=True)
         contains[near[objects[counts % 2 == 1, 0]]] = True
@@ -143,11 +174,12 @@ class RayMeshIntersector:
 
 
 def _rays(origins, directions):
-    """(N, 6) rays, as the scene takes them."""
+    """(N, 6) rays, as the scene takes them, and their rows: those whose direction is zero are left out."""
     origins, directions = _rows(origins, "ray_origins"), _rows(directions, "ray_directions")
     if len(origins) != len(directions):
         raise ValueError(f"ray_directions: expected as many as ray_origins, {len(origins)}, got {len(directions)}")
-    return np.hstack([origins, directions])
+    rows = np.flatnonzero(directions.any(axis=1))
+    return np.hstack([origins, directions])[rows], rows
 
 
 def _rows(values, parameter):

@@ -7,6 +7,14 @@ import numpy as np
 from .checks import check_type, library_of, to_mesh
 
 
+def check_trimesh(mesh):
+    """Check that it is a mesh or a scene of trimesh, and tell whether it is a scene."""
+    with library_of("Mesh.from_trimesh"):
+        import trimesh
+    check_type(mesh, "mesh", (trimesh.Trimesh, trimesh.Scene), "a trimesh.Trimesh or trimesh.Scene")
+    return isinstance(mesh, trimesh.Scene)
+
+
 def mesh_from_trimesh(cls, mesh, **options):
     """Take over a mesh of trimesh, vertices and faces as they are.
 
@@ -36,9 +44,6 @@ def mesh_from_trimesh(cls, mesh, **options):
     >>> isospline.Mesh.from_trimesh(trimesh.creation.box()).faces.shape
     (12, 3)
     """
-    with library_of("Mesh.from_trimesh"):
-        import trimesh
-    check_type(mesh, "mesh", (trimesh.Trimesh, trimesh.Scene), "a trimesh.Trimesh or trimesh.Scene")
-    if isinstance(mesh, trimesh.Scene):
+    if check_trimesh(mesh):
         mesh = mesh.to_mesh()
     return to_mesh(cls, np.asarray(mesh.vertices), np.asarray(mesh.faces), "mesh", options)
