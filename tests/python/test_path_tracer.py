@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.spatial
+from spheres import mesh_sphere, moved
 
 import isospline
 
@@ -57,7 +58,7 @@ MATERIALS = [
     isospline.Material((0.9, 0.5, 0.1), metallic=metallic, roughness=roughness, specular=specular)
     for metallic in (0.0, 0.3, 1.0)
     for roughness in (0.15, 0.5, 1.0)
-    for specular in (0.0, 0.5, 1.0)
+    for specular in (0.0, 0.1, 0.25, 0.5, 1.0)
 ]
 
 
@@ -83,7 +84,7 @@ def test_a_material_is_the_published_formula_and_reciprocal(material, rng):
     cosine = np.clip(h[:, 2:], 0, 1)
     d = alpha**2 / (np.pi * (cosine**2 * (alpha**2 - 1) + 1) ** 2)
     g = 1 / (1 / smith(o) + 1 / smith(i) - 1)  # height-correlated
-    coat = 0.08 * material.specular, min(1, 2 * material.specular)
+    coat = 0.08 * material.specular, min(1, 50 * 0.08 * material.specular)
     f0 = (1 - m) * coat[0] + m * material.base_color
     f90 = (1 - m) * coat[1] + m
     specular = fresnel(f0, f90, dot(o, h)) * d * g / (4 * o[:, 2:] * i[:, 2:])
@@ -91,8 +92,51 @@ def test_a_material_is_the_published_formula_and_reciprocal(material, rng):
     np.testing.assert_allclose(f, diffuse + specular, rtol=1e-8)
 
 
+@pytest.mark.parametrize("specular", [0.01, 0.1, 0.2, 0.25, 0.3, 0.5, 1])
+def test_specular_is_the_reflectance_of_the_coat(specular):
+    """Schlick's term, found from what a black material reflects like a mirror, at two angles."""
+    found = []
+    for angle in (20, 80):
+        o, cosine, alpha = at_angle(angle), np.cos(np.radians(angle)), 0.25
+        f = isospline.Material(0, specular=specular, roughness=0.5).evaluate(o, o * (-1, 1, 1))[0]
+        masking = np.sqrt(1 + alpha**2 * np.tan(np.radians(angle)) ** 2)
+        found.append(f * np.pi * alpha**2 * masking * 4 * cosine**2)
+    weights = [(1 - np.cos(np.radians(angle))) ** 5 for angle in (20, 80)]
+    f0, f90 = np.linalg.solve([(1 - weight, weight) for weight in weights], found)
+    assert f0 == pytest.approx(0.08 * specular)
+    assert f90 == pytest.approx(min(1, 4 * specular))
+
+
+@pytest.mark.parametrize("lens", [0, 2.0])
+def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
+    scene = isospline.Scene([mesh_sphere(1, 24)])
+    scene.add(mesh_sphere(1, 24), moved(1.2, 0.3, 0.4))
+    camera = isospline.PerspectiveCamera((1, -6, 2), (0.5, 0, 0), aperture_radius=lens, focus_distance=5)
+    materials = {0: isospline.Material((1, 0, 0), specular=0), 1: isospline.Material((0, 1, 0), specular=0)}
+    tracer = isospline.PathTracer(materials=materials, max_bounces=1,
+                                  lights=[isospline.EnvironmentLight(1, visible=False)])
+    image = isospline.render(scene, camera, size=(90, 70), integrator=tracer, samples=1)
+    covered = image.geometry_ids != isospline.INVALID_ID
+    assert 0.1 < covered.mean() < 0.9
+    np.testing.assert_array_equal(image.color[..., 3], covered)
+    assert not image.color[image.geometry_ids == 0][:, 1:3].any()
+    assert not image.color[image.geometry_ids == 1][:, ::2].any()
+    rays = camera.rays((90, 70))
+    np.testing.assert_array_equal(scene.cast_rays(rays)["geometry_ids"], image.geometry_ids)
+
+    # One step of one sample is no part of the next ones.
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(90, 70), integrator=tracer)
+    renderer.step(1)
+    np.testing.assert_array_equal(renderer.image.color, image.color)
+    renderer.step(3)
+    expected = isospline.render(scene, camera, size=(90, 70), integrator=tracer, samples=4)
+    assert renderer.samples == 4
+    np.testing.assert_array_equal(renderer.image.color, expected.color)
+    assert ((expected.color[..., 3] > 0) & (expected.color[..., 3] < 1)).any()
+
+
 @pytest.mark.parametrize("roughness", [0.2, 0.35, 0.6, 1.0])
-@pytest.mark.parametrize("metallic, specular", [(0, 0), (0, 0.5), (0, 1), (0.5, 0.5), (1, 0.5)])
+@pytest.mark.parametrize("metallic, specular", [(0, 0), (0, 0.05), (0, 0.25), (0, 0.5), (0, 1), (0.5, 0.5), (1, 0.5)])
 def test_no_material_makes_light(roughness, metallic, specular):
     white = isospline.Material(1, metallic=metallic, roughness=roughness, specular=specular)
     parts = [albedo(white, at_angle(angle))[0] for angle in (0.01, 30, 60, 75, 85)]
@@ -102,7 +146,8 @@ def test_no_material_makes_light(roughness, metallic, specular):
         np.testing.assert_allclose(parts, 1, atol=1e-4)
 
 
-@pytest.mark.parametrize("material", MATERIALS[1::5], ids=repr)
+# Faint coats are chosen too rarely for the samples of one pixel to tell their variance.
+@pytest.mark.parametrize("material", [m for m in MATERIALS if m.specular in (0.0, 0.5, 1.0)][1::5], ids=repr)
 @pytest.mark.parametrize("angle", [10, 70])
 def test_even_light_on_a_plane_is_the_integral(material, angle):
     direction = at_angle(angle)

@@ -86,7 +86,6 @@ public:
             results_[i] = PathResult();
             paths_.push_back({i, camera_rays[i].origin});
             rays_.push_back(camera_rays[i]);
-            rays_.back().direction = glm::normalize(camera_rays[i].direction);
         }
     }
 
@@ -95,6 +94,8 @@ public:
         for (int bounce = 0; !paths_.empty(); ++bounce) {
             hits_.resize(rays_.size());
             scene_.cast_rays(rays_, hits_, bounce == 0);
+            if (bounce == 0)
+                normalize_camera_rays();
             next_paths_.clear();
             next_rays_.clear();
             candidates_.clear();
@@ -110,6 +111,18 @@ public:
     }
 
 private:
+    /// Once they have been cast: that of a direction with another rounding might hit something else.
+    void normalize_camera_rays()
+    {
+        for (std::size_t i = 0; i < rays_.size(); ++i) {
+            const double length = glm::length(rays_[i].direction);
+            rays_[i].direction /= length;
+            rays_[i].t_near *= length;
+            rays_[i].t_far *= length;
+            hits_[i].t *= length;
+        }
+    }
+
     /// The chance of a light to be chosen, for the density of what meets it otherwise.
     double chance() const { return 1.0 / static_cast<double>(chosen_from_.size()); }
 

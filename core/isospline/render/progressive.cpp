@@ -96,6 +96,7 @@ void ProgressiveRenderer::reset()
     sums_.assign(centers_.pixel_count(), Sum());
     directs_.assign(centers_.direct.size(), glm::dvec3(0.0));
     tile_samples_.assign(tile_count(), 0);
+    through_centers_ = false;
 }
 
 std::size_t ProgressiveRenderer::tile_count() const
@@ -118,16 +119,27 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
         begin(part_of(progress, 0.0, 0.05));
     else if (!scene_.is_current(*snapshot_))
         throw std::logic_error("the scene has changed since the first step: reset() the renderer before the next");
+
+    // A picture of one sample shows what its ids tell. Samples of more are anywhere in the pixel, and that one is none
+    // of them.
+    if (const bool through_centers = wanted == 1; through_centers != through_centers_) {
+        through_centers_ = through_centers;
+        sums_.assign(sums_.size(), Sum());
+        directs_.assign(directs_.size(), glm::dvec3(0.0));
+        tile_samples_.assign(tile_samples_.size(), 0);
+    }
+
     // Sample by sample, so that all of the picture is equally good wherever it is cancelled.
     const Progress of_samples = part_of(progress, 0.05, 1.0);
-    for (int done = 0; done < samples; ++done)
+    const int first = this->samples(), count = wanted - first;
+    for (int done = 0; done < count; ++done)
         parallel_for(
             tile_count(), 1,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t tile = begin; tile < end; ++tile)
-                    render_tile(tile, wanted - samples + done + 1);
+                    render_tile(tile, first + done + 1);
             },
-            part_of(of_samples, static_cast<double>(done) / samples, static_cast<double>(done + 1) / samples));
+            part_of(of_samples, static_cast<double>(done) / count, static_cast<double>(done + 1) / count));
 }
 
 void ProgressiveRenderer::begin(const Progress& progress)
@@ -159,8 +171,10 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
                 RandomSequence sequence({x, y}, static_cast<std::uint32_t>(sample), path_tracer_.seed);
                 const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
                 const double radius = std::sqrt(on_lens.x), angle = 2.0 * pi * on_lens.y;
-                rays.push_back(projection_.ray(glm::dvec2(x, y) + in_pixel,
-                                               radius * glm::dvec2(std::cos(angle), std::sin(angle))));
+                rays.push_back(through_centers_
+                                   ? projection_.ray(glm::dvec2(x, y) + 0.5, glm::dvec2(0.0))
+                                   : projection_.ray(glm::dvec2(x, y) + in_pixel,
+                                                     radius * glm::dvec2(std::cos(angle), std::sin(angle))));
                 random.push_back(sequence);
             }
         results.resize(rays.size());

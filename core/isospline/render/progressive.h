@@ -20,7 +20,8 @@ class Scene;
 class SceneSnapshot;
 
 /// A path traced picture in the making. After any number of steps its image is the mean of as many samples a pixel, bit
-/// for bit the same for any number of threads and any division into steps.
+/// for bit the same for any number of threads and any division into steps. A single sample goes through the centre of
+/// its pixel, as depth and ids do; of more each goes through a place by chance.
 ///
 /// It shows the scene as it is at the first step; after a change of the scene call reset(). The scene must live as long
 /// as this. One thread at a time may call.
@@ -72,6 +73,7 @@ private:
     std::vector<int> tile_samples_;   ///< of every tile
     Image centers_;                   ///< what the rays through the centres found
     bool has_centers_ = false;
+    bool through_centers_ = false; ///< whether the samples so far are single ones, through the centres
 };
 
 } // namespace isospline

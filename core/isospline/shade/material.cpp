@@ -93,7 +93,7 @@ Scattering::Scattering(const Material& material, const glm::dvec3& base_color)
     : diffuse_((1.0 - material.metallic) * base_color),
       f0_(glm::mix(glm::dvec3(0.08 * material.specular), base_color, material.metallic)),
       alpha_(std::pow(std::max(material.roughness, 0.03), 2.0)), coat_f0_(0.08 * material.specular),
-      coat_f90_(std::min(2.0 * material.specular, 1.0)), f90_(glm::mix(coat_f90_, 1.0, material.metallic))
+      coat_f90_(std::min(50.0 * coat_f0_, 1.0)), f90_(glm::mix(coat_f90_, 1.0, material.metallic))
 {
 }
 

@@ -15,7 +15,10 @@ namespace isospline {
 ///
 /// with the half vector h, Trowbridge and Reitz's distribution D of width roughness^2 (GGX), Smith's height-correlated
 /// masking G, and Schlick's Fresnel term F(c) = F0 + (F90 - F0)(1 - c)^5. A dielectric has F0 = 0.08 specular, 0.04 by
-/// default, a metal has base_color. Light is not made, and what goes one way goes the other: f(i, o) = f(o, i).
+/// default, and F90 = min(50 F0, 1): 1 for what there is, from water's F0 = 0.02 on (S. Lagarde, C. de Rousiers,
+/// "Moving Frostbite to physically based rendering", SIGGRAPH 2014 course). A metal has F0 = base_color and F90 = 1; in
+/// between, both lie in between. Fd is F of the dielectric, at the cosine of its direction. Light is not made, and what
+/// goes one way goes the other: f(i, o) = f(o, i).
 ///
 /// With specular = 0 and metallic = 0 it is Lambert's law, exactly.
 struct Material {
