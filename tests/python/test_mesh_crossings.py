@@ -1,4 +1,4 @@
-"""Crossings of meshes against exact rational arithmetic, and the same in all queries where rays meet edges and vertices.
+"""Crossings of meshes against exact rational arithmetic, the same in all queries, at edges and vertices too.
 
 The rule is that of docs/method.md, "Triangles": where a ray meets an edge or a vertex or runs in a face, it counts as
 moved by (e, e^2, e^3). The oracle moves it, by e = 2^-200, and solves for the crossing in fractions.

@@ -52,7 +52,7 @@ def test_threads_see_one_state_of_a_scene():
                 scene.set_visibility(1, camera=seen)
                 states.add(answer())
     distances, pictures = ({state[part] for state in states} for part in (0, 1))
-    assert len(distances) == 5 and len(pictures) > 6
+    assert len(distances) == 4 and len(pictures) > 6
     stop, found, seen = threading.Event(), set(), set()
 
     def change_level():

@@ -20,9 +20,9 @@ namespace isospline {
 /// takes it to double precision. All other rays are decided, and solved, in double precision. Method::reference does
 /// all of it so, one ray after the other. Method::bracket is the paper's §4.
 ///
-/// A crossing is where f goes from below the level to the level or above it, or back: it belongs to one cell, also on a
-/// face, an edge or a corner of cells. A ray alone, a ray in a packet, and Method::reference find the same root, bit for
-/// bit.
+/// A crossing is where f goes from below the level to the level or above it, or back. It belongs to one cell, also on a
+/// face, an edge or a corner of cells (docs/method.md). A ray alone, a ray in a packet and Method::reference find the
+/// same root, bit for bit.
 struct CellIntersector {
     /// The least t within the ray's limits where f crosses the level inside the cell, or nothing.
     std::optional<RootInCell> (*first_root)(const CellBlock& cell, const LatticeRay& ray);

@@ -32,8 +32,8 @@ std::shared_ptr<const Volume> random_integers(int degree, std::mt19937& random)
         for (int y = 0; y < shape.y; ++y)
             for (int x = 0; x < shape.x; ++x) {
                 const glm::ivec3 at(x, y, z);
-                const bool inside = glm::all(glm::greaterThanEqual(at, glm::ivec3(2))) &&
-                                    glm::all(glm::lessThan(at, shape - 2));
+                const bool inside =
+                    glm::all(glm::greaterThanEqual(at, glm::ivec3(2))) && glm::all(glm::lessThan(at, shape - 2));
                 samples.push_back(inside ? static_cast<float>(random() % 3) : 0.0f);
             }
     VolumeOptions options;
@@ -79,7 +79,8 @@ Ray random_ray(std::mt19937& random, const Volume& volume)
         case 4: // along an axis, near a plane
             direction = glm::dvec3(0.0);
             direction[number(3)] = 1.0;
-            through[number(3)] = corner().x + (number(2) == 0 ? 1.0 : -1.0) * std::pow(10.0, -15.0 + 7.0 * unit(random));
+            through = corner();
+            through[number(3)] += (number(2) == 0 ? 1.0 : -1.0) * std::pow(10.0, -15.0 + 7.0 * unit(random));
             break;
         case 5: // nearly along an axis
             through = corner();
