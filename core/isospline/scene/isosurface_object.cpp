@@ -119,7 +119,7 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
     return rising == (surface_->options().inside == Inside::above);
 }
 
-void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
+void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
     const std::size_t primitive = arguments->primID, group_count = self.groups_.size();
@@ -135,13 +135,16 @@ void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* argumen
     bounds.upper_z = static_cast<float>(box.upper.z) + margin;
 }
 
-void IsosurfaceObject::intersect_function(const RTCIntersectFunctionNArguments* arguments)
+void IsosurfaceObject::intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    if (arguments->N == 1)
-        self.intersect_one(*arguments);
-    else
-        self.intersect_packet(*arguments);
+    float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments->rayhit, arguments->N), arguments->N, 0);
+    static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
+        if (arguments->N == 1)
+            self.intersect_one(*arguments);
+        else
+            self.intersect_packet(*arguments);
+    });
 }
 
 // What is behind a cap that a ray comes in through is not looked at; a cap that it goes out through is the first hit
@@ -257,7 +260,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     }
 }
 
-void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* arguments)
+void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept
 {
     ISOSPLINE_ASSERT(arguments->N, ==, 1u);
     if (arguments->valid[0] != -1)
@@ -265,9 +268,11 @@ void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* ar
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
     auto& query = static_cast<RayQuery&>(*arguments->context);
     auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    query.enter(query.instID[0], *self.surface_);
-    if (query.clip_leaves_any && self.is_occluded(arguments->primID, query))
-        ray.tfar = -std::numeric_limits<float>::infinity();
+    query.guard(&ray.tfar, 1, [&] {
+        query.enter(query.instID[0], *self.surface_);
+        if (query.clip_leaves_any && self.is_occluded(arguments->primID, query))
+            ray.tfar = -std::numeric_limits<float>::infinity();
+    });
 }
 
 bool IsosurfaceObject::is_occluded(unsigned int primitive, const RayQuery& query) const

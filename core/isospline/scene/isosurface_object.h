@@ -52,9 +52,9 @@ private:
     };
     std::optional<CapHit> first_cap(const CappedChord& chord, bool enters_cap, double t_limit) const;
 
-    static void bounds_function(const RTCBoundsFunctionArguments* arguments);
-    static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
-    static void occluded_function(const RTCOccludedFunctionNArguments* arguments);
+    static void bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept;
+    static void intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept;
+    static void occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
     CellIntersector intersector_;

@@ -80,6 +80,7 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     RTCRayHit ray_hit;
     set_ray(query.prepared.ray, ray_hit.ray);
     embree::intersect(top, query, ray_hit);
+    query.rethrow();
 
     // Instance by instance, in the order that the ray meets them in.
     std::sort(query.all->begin(), query.all->end(), [](const RawCrossing& a, const RawCrossing& b) {

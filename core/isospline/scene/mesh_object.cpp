@@ -67,7 +67,7 @@ embree::GeometryHandle MeshObject::make_geometry(const Device& device, double ro
     return geometry;
 }
 
-void MeshObject::bounds_function(const RTCBoundsFunctionArguments* arguments)
+void MeshObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
     const auto [a, b, c] = self.triangle(arguments->primID);
@@ -114,13 +114,16 @@ bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double 
     return t < nearest_t || (t == nearest_t && precedes({hit.slot, hit.primitive, false}, nearest_ids));
 }
 
-void MeshObject::intersect_function(const RTCIntersectFunctionNArguments* arguments)
+void MeshObject::intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
-    if (arguments->N == 1)
-        self.intersect_one(*arguments);
-    else
-        self.intersect_packet(*arguments);
+    float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments->rayhit, arguments->N), arguments->N, 0);
+    static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
+        if (arguments->N == 1)
+            self.intersect_one(*arguments);
+        else
+            self.intersect_packet(*arguments);
+    });
 }
 
 void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
@@ -176,16 +179,19 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
     }
 }
 
-void MeshObject::occluded_function(const RTCOccludedFunctionNArguments* arguments)
+void MeshObject::occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept
 {
     ISOSPLINE_ASSERT(arguments->N, ==, 1u);
     if (arguments->valid[0] != -1)
         return;
     const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
     auto& query = static_cast<RayQuery&>(*arguments->context);
-    query.enter_mesh(query.instID[0]);
-    if (self.hit_within(query.in_mesh, arguments->primID))
-        reinterpret_cast<RTCRay*>(arguments->ray)->tfar = -std::numeric_limits<float>::infinity();
+    float& t_far = reinterpret_cast<RTCRay*>(arguments->ray)->tfar;
+    query.guard(&t_far, 1, [&] {
+        query.enter_mesh(query.instID[0]);
+        if (self.hit_within(query.in_mesh, arguments->primID))
+            t_far = -std::numeric_limits<float>::infinity();
+    });
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const

@@ -51,9 +51,9 @@ private:
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
 
-    static void bounds_function(const RTCBoundsFunctionArguments* arguments);
-    static void intersect_function(const RTCIntersectFunctionNArguments* arguments);
-    static void occluded_function(const RTCOccludedFunctionNArguments* arguments);
+    static void bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept;
+    static void intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept;
+    static void occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept;
 
     std::shared_ptr<const Mesh> mesh_;
     glm::dvec3 centre_;

@@ -35,6 +35,7 @@ void SceneSnapshot::Impl::cast_singles(std::span<const Ray> rays, std::span<Hit>
         query.begin(rays[i]);
         set_ray(query.prepared.ray, ray_hit.ray);
         embree::intersect(camera_top.get(), query, ray_hit);
+        query.rethrow();
         if (!query.has_hit())
             continue;
         set_hit(hits[i], query.prepared.limits.given_t(query.nearest.t), query.nearest_ids, query.nearest_in_mesh);
@@ -62,6 +63,7 @@ void SceneSnapshot::Impl::cast_packets(std::span<const Ray> rays, std::span<Hit>
         for (int lane = 0; lane < Size; ++lane)
             valid[lane] = -static_cast<int>(used >> lane & 1u);
         embree::intersect_coherent(camera_top.get(), query, valid, packet);
+        query.rethrow();
 
         LaneMask unfinished = 0;
         for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
@@ -118,6 +120,7 @@ void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::ui
         query.begin(rays[i]);
         set_ray(query.prepared.ray, ray);
         embree::occluded(impl_->shadow_top(), query, ray);
+        query.rethrow();
         occluded[i] = ray.tfar < 0.0f;
     }
 }

@@ -16,6 +16,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
+#include <limits>
 #include <memory>
 #include <span>
 #include <variant>
@@ -64,8 +66,36 @@ struct ChordOfInstance {
     std::uint32_t slot;
 };
 
+/// What is common to queries of one ray and of a packet: the first exception of a callback, which must not cross
+/// Embree's frames.
+struct Query : embree::QueryContext {
+    /// Calls `body` from a callback for `count` rays that end at t_far. Where that throws, now or in a callback before,
+    /// the rays end.
+    template <typename Body>
+    void guard(float* t_far, unsigned int count, const Body& body) noexcept
+    {
+        if (!raised) {
+            try {
+                return body();
+            } catch (...) {
+                raised = std::current_exception();
+            }
+        }
+        std::fill_n(t_far, count, -std::numeric_limits<float>::infinity());
+    }
+
+    /// To be called after the traversal.
+    void rethrow() const
+    {
+        if (raised)
+            std::rethrow_exception(raised);
+    }
+
+    std::exception_ptr raised;
+};
+
 /// The query of one ray.
-struct RayQuery : embree::QueryContext {
+struct RayQuery : Query {
     explicit RayQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// To be called with the ray as given when `prepared` is set.
@@ -126,7 +156,7 @@ struct RayQuery : embree::QueryContext {
 };
 
 /// The query of a packet of rays.
-struct PacketQuery : embree::QueryContext {
+struct PacketQuery : Query {
     explicit PacketQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// To be called with the rays as given when `prepared` is set.
