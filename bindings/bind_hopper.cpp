@@ -5,6 +5,7 @@
 #include "long_call.h"
 
 #include "isospline/trace/hopper.h"
+#include "isospline/util/fork.h"
 #include "isospline/util/turn.h"
 
 #include <limits>
@@ -102,8 +103,10 @@ public:
     {
         const Turn::Taken taken(turn_, progress);
         if (auto level = surface_->snapshot(); level != level_) {
-            hopper_ = std::make_shared<const VoxelHopper>(level, options_);
-            level_ = std::move(level);
+            auto hopper = std::make_shared<const VoxelHopper>(level, options_);
+            const std::lock_guard lock(moment_mutex(this));
+            hopper_.swap(hopper);
+            level_.swap(level);
         }
         return hopper_;
     }

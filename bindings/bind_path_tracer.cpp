@@ -12,6 +12,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,14 +67,24 @@ struct SceneRenderer {
     {
     }
 
+    /// Throws where a call of the parent's had not finished when this process was forked.
+    void check(const Turn::Taken& taken)
+    {
+        was_abandoned = was_abandoned || taken.was_abandoned();
+        if (was_abandoned)
+            throw std::logic_error("this process was forked while another thread used the renderer: reset() it");
+    }
+
     ProgressiveRenderer renderer;
     Turn turn;
+    bool was_abandoned = false; ///< needs the turn
 };
 
 void step(SceneRenderer& self, int samples, const py::object& progress)
 {
     long_call(progress, [&](const Progress& report) {
         const Turn::Taken taken(self.turn, report);
+        self.check(taken);
         self.renderer.step(samples, report);
     });
 }
@@ -82,6 +93,7 @@ void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 {
     long_call(py::none(), [&](const Progress& progress) {
         const Turn::Taken taken(self.turn, progress);
+        self.was_abandoned = false;
         if (camera)
             self.renderer.reset(*camera);
         else
@@ -134,6 +146,7 @@ void bind_path_tracer(py::module_& module)
                  auto image = std::make_unique<Image>();
                  long_call(py::none(), [&](const Progress& progress) {
                      const Turn::Taken taken(self.turn, progress);
+                     self.check(taken);
                      *image = self.renderer.image();
                  });
                  return image;
@@ -142,6 +155,7 @@ void bind_path_tracer(py::module_& module)
             int samples = 0;
             long_call(py::none(), [&](const Progress& progress) {
                 const Turn::Taken taken(self.turn, progress);
+                self.check(taken);
                 samples = self.renderer.samples();
             });
             return samples;

@@ -104,8 +104,7 @@ void bind_image(py::module_& module)
         .def(
             "write_exr",
             [](const Image& image, const std::filesystem::path& path, bool half) {
-                const py::gil_scoped_release no_gil;
-                write_exr(image, path, {half});
+                long_call(py::none(), [&](const Progress& report) { write_exr(image, path, {half}, report); });
             },
             py::arg("path"), py::kw_only(), py::arg("half") = false);
 }

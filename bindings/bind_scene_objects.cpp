@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
+#include "gil.h"
 #include "scene_objects.h"
 
 #include <pybind11/stl.h>
@@ -141,7 +142,7 @@ glm::dmat4 as_transform(const py::object& transform)
 template <typename Change>
 auto without_gil(const Change& change)
 {
-    const py::gil_scoped_release no_gil;
+    const GilReleased no_gil;
     return change();
 }
 

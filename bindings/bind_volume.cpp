@@ -259,8 +259,7 @@ py::array coefficients(const Volume& volume)
     const double offset = volume.offset();
     auto result = new_grid<double>(shape, volume.options().axes);
     double* const to = result.mutable_data();
-    const py::gil_scoped_release no_gil;
-    parallel_for(static_cast<std::size_t>(shape.z), 1, [&](std::size_t begin, std::size_t end) {
+    const auto copy = [&](std::size_t begin, std::size_t end) {
         for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
             for (int y = 0; y < shape.y; ++y) {
                 const float* const row = volume.cell_coefficients(padding, y + padding, z + padding);
@@ -268,7 +267,9 @@ py::array coefficients(const Volume& volume)
                 for (int x = 0; x < shape.x; ++x)
                     to_row[x] = static_cast<double>(row[x]) + offset;
             }
-    });
+    };
+    long_call(py::none(),
+              [&](const Progress& report) { parallel_for(static_cast<std::size_t>(shape.z), 1, copy, report); });
     return result;
 }
 

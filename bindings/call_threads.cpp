@@ -1,5 +1,7 @@
 #include "call_threads.h"
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -13,6 +15,9 @@ namespace isospline {
 
 namespace {
 
+std::atomic<bool> ending = false;
+std::atomic<int> running = 0; ///< operations
+
 class CallThread;
 
 /// Threads that wait for an operation. Never destroyed: they wait until the process ends.
@@ -23,6 +28,7 @@ struct IdleThreads {
         pthread_atfork([] { instance().mutex.lock(); }, [] { instance().mutex.unlock(); },
                        [] {
                            instance().threads.clear();
+                           running = 0;
                            instance().mutex.unlock();
                        });
     }
@@ -67,6 +73,7 @@ private:
             std::promise<void> done = std::move(done_);
             lock.unlock();
 
+            ++running;
             std::exception_ptr raised;
             try {
                 operation();
@@ -74,6 +81,7 @@ private:
                 raised = std::current_exception();
             }
             operation = nullptr;
+            --running;
             // Idle before the caller knows: its next call finds this thread.
             {
                 IdleThreads& idle = IdleThreads::instance();
@@ -109,6 +117,18 @@ std::future<void> run_on_call_thread(std::function<void()> operation)
     if (thread == nullptr)
         thread = new CallThread; // lives as long as the process
     return thread->start(std::move(operation));
+}
+
+bool process_is_ending()
+{
+    return ending;
+}
+
+void end_operations()
+{
+    ending = true;
+    for (int i = 0; i < 2000 && running > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 } // namespace isospline

@@ -2,9 +2,11 @@
 #pragma once
 
 #include "arrays.h"
+#include "long_call.h"
 
 #include "isospline/render/camera.h"
 #include "isospline/render/projection.h"
+#include "isospline/util/parallel.h"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -26,16 +28,19 @@ inline pybind11::array_t<double> rays_of(const Camera& camera, std::array<int, 2
     const Projection projection(camera, {size[0], size[1]});
     auto rays = new_array<double>({size[1], size[0]}, {6});
     auto values = rays.mutable_unchecked<3>();
-    const pybind11::gil_scoped_release no_gil;
-    for (int y = 0; y < size[1]; ++y) {
-        for (int x = 0; x < size[0]; ++x) {
-            const Ray ray = projection.ray({x + 0.5, y + 0.5});
-            for (int axis = 0; axis < 3; ++axis) {
-                values(y, x, axis) = ray.origin[axis];
-                values(y, x, axis + 3) = ray.direction[axis];
-            }
-        }
-    }
+    long_call(pybind11::none(), [&](const Progress& progress) {
+        const auto fill = [&](std::size_t begin, std::size_t end) {
+            for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+                for (int x = 0; x < size[0]; ++x) {
+                    const Ray ray = projection.ray({x + 0.5, y + 0.5});
+                    for (int axis = 0; axis < 3; ++axis) {
+                        values(y, x, axis) = ray.origin[axis];
+                        values(y, x, axis + 3) = ray.direction[axis];
+                    }
+                }
+        };
+        parallel_for(static_cast<std::size_t>(size[1]), 4, fill, progress);
+    });
     return rays;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "call_threads.h"
+#include "gil.h"
 
 #include "isospline/util/progress.h"
 
@@ -27,16 +28,16 @@ void long_call(const pybind11::object& report, Operation operation)
     std::exception_ptr raised;
 
     {
-        const py::gil_scoped_release no_gil;
+        GilReleased no_gil;
         auto running = run_on_call_thread([&] {
             operation(Progress([&](double fraction) {
                 finished = fraction;
-                return !cancelled;
+                return !cancelled && !process_is_ending();
             }));
         });
 
         const auto deliver = [&] {
-            const py::gil_scoped_acquire gil;
+            const GilReleased::Taken gil(no_gil);
             try {
                 if (PyErr_CheckSignals() != 0)
                     throw py::error_already_set();

@@ -1,5 +1,6 @@
 // The Python module isospline._core: one bind_ function a concept.
 #include "bind.h"
+#include "call_threads.h"
 
 #include "isospline/util/progress.h"
 
@@ -8,6 +9,7 @@ PYBIND11_MODULE(_core, module)
     module.doc() = "Isosurfaces of B-spline volume models, ray traced exactly in Embree.";
     pybind11::register_exception<isospline::Cancelled>(module, "Cancelled", PyExc_RuntimeError).doc() =
         "Raised by an operation whose progress callable returned False.";
+    Py_AtExit(isospline::end_operations);
     isospline::bind_volume(module);
     isospline::bind_color(module);
     isospline::bind_material(module);

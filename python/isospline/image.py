@@ -177,9 +177,12 @@ class Image:
             Red, green and blue with the transfer curve of sRGB (IEC 61966-2-1), not premultiplied, and alpha.
             Values beyond 1 are clipped.
         """
-        alpha = self.color[..., 3:]
-        linear = np.divide(self.color[..., :3], alpha, out=np.zeros_like(self.color[..., :3]), where=alpha > 0)
-        return np.rint(255 * np.concatenate([linear_to_srgb(linear), alpha], axis=-1)).astype(np.uint8)
+        srgb = np.empty(self.color.shape, np.uint8)
+        for rows in row_bands(self.color):
+            color, alpha = self.color[rows, :, :3], self.color[rows, :, 3:]
+            linear = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
+            srgb[rows] = np.rint(255 * np.concatenate([linear_to_srgb(linear), alpha], axis=-1))
+        return srgb
 
     def denoise(self):
         """Take the noise out of the colour of a path traced image, by Intel's Open Image Denoise.
@@ -242,6 +245,11 @@ class Image:
         height, width = self.depth.shape
         covered = np.count_nonzero(np.isfinite(self.depth)) / self.depth.size
         return f"Image({width} x {height}, {covered:.0%} covered)"
+
+
+def row_bands(array):
+    """Slices of some rows each that cover an image: Ctrl-C is heard between them."""
+    return (slice(first, first + 64) for first in range(0, len(array), 64))
 
 
 def denoiser():

@@ -12,7 +12,7 @@ import tempfile
 import numpy as np
 
 from .colors import linear_to_srgb
-from .image import whole_file
+from .image import row_bands, whole_file
 
 
 def write_video(path, images, *, fps=30.0, quality=7.0):
@@ -78,8 +78,9 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
                         shapes = f"{(height, width)} and {image.depth.shape}"
                         raise ValueError(f"images: expected all of one size, got {shapes}")
                     # Premultiplied colour is colour over black.
-                    srgb = linear_to_srgb(image.color[..., :3])
-                    process.stdin.write(np.rint(255 * srgb).astype(np.uint8).tobytes())
+                    for rows in row_bands(image.color):
+                        srgb = linear_to_srgb(image.color[rows, :, :3])
+                        process.stdin.write(np.rint(255 * srgb).astype(np.uint8).tobytes())
             if process.wait() != 0:
                 complaints.seek(0)
                 reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")

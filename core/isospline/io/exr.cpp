@@ -12,6 +12,7 @@
 #include <ImfStdIO.h>
 #include <half.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 #include <vector>
@@ -79,7 +80,8 @@ Imf::Header header_of(const Image& image)
 
 } // namespace
 
-void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options)
+void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options,
+               const Progress& progress)
 {
     const std::vector<HalfColor> half_color = options.half ? to_half(image.color) : std::vector<HalfColor>();
 
@@ -119,16 +121,27 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
 
     // The file. OutputFile swallows errors in its destructor, which the stream keeps for commit().
     AtomicFile file(path);
+    file.stream().exceptions(std::ios::badbit); // else it would swallow std::bad_alloc
+    const auto throw_unwritable = [&](const std::exception& error) {
+        const std::error_code reason(file.stream() || errno == 0 ? EIO : errno, std::generic_category());
+        throw std::filesystem::filesystem_error(error.what(), path, reason);
+    };
     try {
         Imf::Header header = header_of(image);
         header.channels() = channels.list();
         Imf::StdOFStream stream(file.stream(), path.string().c_str());
         Imf::OutputFile output(stream, header);
         output.setFrameBuffer(channels.buffer());
-        output.writePixels(image.size.y);
+        constexpr int lines = 16; // that ZIP compresses together
+        for (int line = 0; line < image.size.y; line += lines) {
+            if (progress && !progress(static_cast<double>(line) / image.size.y))
+                throw Cancelled();
+            output.writePixels(std::min(lines, image.size.y - line));
+        }
     } catch (const Iex::BaseExc& error) {
-        const std::error_code reason(file.stream() || errno == 0 ? EIO : errno, std::generic_category());
-        throw std::filesystem::filesystem_error(error.what(), path, reason);
+        throw_unwritable(error);
+    } catch (const std::ios_base::failure& error) {
+        throw_unwritable(error);
     }
     file.commit();
 }

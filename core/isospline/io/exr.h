@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/render/image.h"
+#include "isospline/util/progress.h"
 
 #include <filesystem>
 
@@ -18,7 +19,9 @@ struct ExrOptions {
 /// OpenEXR defines them.
 ///
 /// The file appears whole or not at all: it is written under another name in the same folder and then renamed.
-/// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written.
-void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options = {});
+/// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written, and Cancelled where
+/// `progress` returns false.
+void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options = {},
+               const Progress& progress = {});
 
 } // namespace isospline

@@ -1,5 +1,7 @@
 #include "isospline/scene/device.h"
 
+#include "isospline/util/fork.h"
+
 #include <tbb/task_arena.h>
 #include <tbb/task_scheduler_observer.h>
 
@@ -81,7 +83,14 @@ public:
     std::unique_ptr<BuildArena> take()
     {
         {
-            const std::lock_guard lock(mutex_);
+            const std::lock_guard lock(moment_mutex(this));
+            if (generation_ != fork_generation()) {
+                // The threads that are said to work there are not in this process.
+                for (auto& arena : arenas_)
+                    static_cast<void>(arena.release());
+                arenas_.clear();
+                generation_ = fork_generation();
+            }
             if (!arenas_.empty()) {
                 auto arena = std::move(arenas_.back());
                 arenas_.pop_back();
@@ -93,12 +102,12 @@ public:
 
     void give_back(std::unique_ptr<BuildArena> arena)
     {
-        const std::lock_guard lock(mutex_);
+        const std::lock_guard lock(moment_mutex(this));
         arenas_.push_back(std::move(arena));
     }
 
 private:
-    std::mutex mutex_;
+    unsigned int generation_ = 0;
     std::vector<std::unique_ptr<BuildArena>> arenas_;
 };
 
@@ -159,6 +168,11 @@ Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 void Device::commit(RTCScene scene, const Progress& progress) const
 {
     check();
+    if (!is_whole_after_fork())
+        throw std::runtime_error(
+            "this process was forked while another thread was at work in isospline: it cannot build "
+            "scenes; fork when nothing runs, or start processes by \"spawn\"");
+    const InParallel in_parallel;
     Monitor monitor{progress, {}, {}, false};
     if (progress)
         rtcSetSceneProgressMonitorFunction(scene, Monitor::report, &monitor);

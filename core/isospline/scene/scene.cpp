@@ -2,6 +2,7 @@
 
 #include "isospline/scene/snapshot_builder.h"
 #include "isospline/util/error.h"
+#include "isospline/util/fork.h"
 #include "isospline/util/turn.h"
 
 #include <glm/geometric.hpp>
@@ -72,7 +73,9 @@ struct Scene::Impl {
     const RTCBuildQuality build_quality;
     Turn turn;
 
-    mutable std::mutex mutex; ///< of all below, for moments only: nobody builds or waits while it is locked
+    /// Of all below, for moments only.
+    std::mutex& mutex() const { return moment_mutex(this); }
+
     std::shared_ptr<Entries> entries = std::make_shared<Entries>();
     std::uint32_t next_id = 0;
     std::uint64_t version = 1; ///< of the entries
@@ -88,13 +91,13 @@ void Scene::Impl::check_alone(const PlacedObject& given, std::uint32_t id)
     const ShownObject shown = shown_now(given.object);
     std::optional<LocalSpace> local;
     {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         if (checked.shown.lock() == address(shown))
             local = checked.local;
     }
     if (!local) {
         local = make_object(shown)->local();
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         checked = {address(shown), *local};
     }
     isospline::check_alone(*local, given.transform, id);
@@ -120,11 +123,11 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
 {
     std::uint32_t likely_id;
     {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         likely_id = next_id;
     }
     check_alone(given, likely_id);
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(mutex());
     ISOSPLINE_ASSERT(next_id, <, invalid_id);
     entries_to_edit().emplace(next_id, std::move(given));
     return next_id++;
@@ -133,7 +136,7 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
 bool Scene::Impl::is_current(const SceneSnapshot* snapshot) const
 {
     {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         if (snapshot == nullptr || snapshot != newest.get() || snapshot->impl_->version != version)
             return false;
     }
@@ -145,7 +148,7 @@ bool Scene::Impl::is_current(const SceneSnapshot* snapshot) const
 std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progress)
 {
     const auto current = [&]() -> std::shared_ptr<const SceneSnapshot> {
-        std::unique_lock lock(mutex);
+        std::unique_lock lock(mutex());
         std::shared_ptr<const SceneSnapshot> known = newest;
         lock.unlock();
         return is_current(known.get()) ? known : nullptr;
@@ -161,7 +164,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
     std::uint64_t built_version;
     std::uint32_t ids;
     {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         builder.entries = entries;
         builder.before = newest;
         builder.known = left_over;
@@ -170,7 +173,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
         ids = next_id;
     }
     const auto keep = [&](std::shared_ptr<const SceneSnapshot> built, Objects rest) {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex());
         if (built)
             newest.swap(built);
         left_over.swap(rest);
@@ -209,7 +212,7 @@ std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& tra
 void Scene::remove(std::uint32_t geometry_id)
 {
     Entries::node_type removed; // goes after the lock
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     static_cast<void>(impl_->entry(geometry_id));
     removed = impl_->entries_to_edit().extract(geometry_id);
 }
@@ -219,14 +222,14 @@ void Scene::set_transform(std::uint32_t geometry_id, const glm::dmat4& transform
     PlacedObject moved = object(geometry_id);
     moved.transform = transform;
     impl_->check_alone(moved, geometry_id);
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     static_cast<void>(impl_->entry(geometry_id));
     impl_->entries_to_edit().at(geometry_id).transform = transform;
 }
 
 void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
 {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     static_cast<void>(impl_->entry(geometry_id));
     impl_->entries_to_edit().at(geometry_id).seen_by = seen_by;
 }
@@ -243,19 +246,19 @@ bool Scene::is_current(const SceneSnapshot& snapshot) const
 
 PlacedObject Scene::object(std::uint32_t geometry_id) const
 {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     return impl_->entry(geometry_id);
 }
 
 bool Scene::contains(std::uint32_t geometry_id) const
 {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     return impl_->entries->contains(geometry_id);
 }
 
 std::vector<std::uint32_t> Scene::ids() const
 {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     std::vector<std::uint32_t> ids;
     ids.reserve(impl_->entries->size());
     for (const auto& [id, entry] : *impl_->entries)
@@ -265,7 +268,7 @@ std::vector<std::uint32_t> Scene::ids() const
 
 std::size_t Scene::count() const
 {
-    const std::lock_guard lock(impl_->mutex);
+    const std::lock_guard lock(impl_->mutex());
     return impl_->entries->size();
 }
 

@@ -1,9 +1,11 @@
 #include "isospline/shell/isosurface.h"
 
 #include "isospline/util/check.h"
+#include "isospline/util/fork.h"
 
 #include <glm/common.hpp>
 
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -79,7 +81,7 @@ Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())
 
 std::shared_ptr<const IsosurfaceSnapshot> Isosurface::snapshot() const
 {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(moment_mutex(this));
     return snapshot_;
 }
 
@@ -87,7 +89,7 @@ void Isosurface::set_level(double level, const Progress& progress)
 {
     check_level(level);
     std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(*snapshot(), level, progress));
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(moment_mutex(this));
     snapshot_.swap(changed); // so that the one before goes after the lock
 }
 

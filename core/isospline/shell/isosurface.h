@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 namespace isospline {
@@ -103,8 +102,7 @@ public:
     const std::shared_ptr<const ValueBounds>& shared_bounds() const { return snapshot()->shared_bounds(); }
 
 private:
-    mutable std::mutex mutex_; ///< of the pointer
-    std::shared_ptr<const IsosurfaceSnapshot> snapshot_;
+    std::shared_ptr<const IsosurfaceSnapshot> snapshot_; ///< read and swapped under moment_mutex(this)
 };
 
 } // namespace isospline

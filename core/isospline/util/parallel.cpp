@@ -2,6 +2,7 @@
 
 #include "isospline/util/error.h"
 #include "isospline/util/fan_out.h"
+#include "isospline/util/fork.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
@@ -9,6 +10,7 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -17,7 +19,6 @@ namespace isospline {
 
 namespace {
 
-std::mutex thread_count_mutex;
 std::unique_ptr<tbb::global_control> thread_limit;
 
 template <typename Body>
@@ -33,11 +34,27 @@ void for_each_chunk(const tbb::blocked_range<std::size_t>& range, tbb::task_grou
         tbb::simple_partitioner(), context);
 }
 
+/// The same without TBB.
+void on_this_thread(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
+                    const Progress& progress)
+{
+    for (std::size_t begin = 0; begin < count; begin += grain) {
+        body(begin, std::min(begin + grain, count));
+        if (progress && !progress(static_cast<double>(std::min(begin + grain, count)) / static_cast<double>(count)))
+            throw Cancelled();
+    }
+    if (progress && !progress(1.0))
+        throw Cancelled();
+}
+
 } // namespace
 
 void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
                   const Progress& progress)
 {
+    if (!has_worker_threads())
+        return on_this_thread(count, grain, body, progress);
+    const InParallel in_parallel;
     const tbb::blocked_range<std::size_t> range(0, count, grain);
     tbb::task_group_context context;
     if (!progress) {
@@ -68,7 +85,9 @@ void set_thread_count(int count)
 {
     if (count < 0)
         throw_invalid("thread_count", "a number of threads, or 0 for all", count);
-    const std::lock_guard lock(thread_count_mutex);
+    if (!has_worker_threads())
+        return;
+    const std::lock_guard lock(moment_mutex(&thread_limit));
     thread_limit.reset();
     if (count > 0)
         thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
@@ -77,6 +96,8 @@ void set_thread_count(int count)
 
 int thread_count()
 {
+    if (!has_worker_threads())
+        return 1;
     return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
 

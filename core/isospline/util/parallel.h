@@ -10,7 +10,8 @@ namespace isospline {
 
 /// Calls `body(begin, end)` over disjoint chunks of at most `grain` items that cover [0, count), on all threads.
 /// Exceptions of the body end the loop and are rethrown. With a `progress` callback, chunks not begun when it returns
-/// false are skipped and Cancelled is thrown.
+/// false are skipped and Cancelled is thrown. A forked process, which has none of its parent's threads, does all on the
+/// calling one.
 void parallel_for(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body,
                   const Progress& progress = {});
 

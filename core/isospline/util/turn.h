@@ -1,55 +1,52 @@
 // Waiting for other threads, in a way that can be cancelled.
 #pragma once
 
+#include "isospline/util/fork.h"
 #include "isospline/util/progress.h"
 
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
+#include <thread>
 
 namespace isospline {
 
-/// What one thread at a time may do, for as long as it takes: a mutex whose wait can be cancelled.
+/// What one thread at a time may do, for as long as it takes: a mutex whose wait can be cancelled. A forked process
+/// takes it from a thread of its parent's, which it does not have.
 class Turn {
 public:
     /// Taken by one thread, to the end of its life.
     class Taken {
     public:
-        /// Waits until no other has it. Asks `progress`, if any, twenty times a second, and throws Cancelled where that
+        /// Waits until no other has it, asks `progress`, if any, again and again, and throws Cancelled where that
         /// returns false.
         Taken(Turn& turn, const Progress& progress) : turn_(turn)
         {
-            std::unique_lock lock(turn_.mutex_);
-            while (turn_.taken_) {
-                turn_.freed_.wait_for(lock, std::chrono::milliseconds(50));
-                if (!turn_.taken_ || !progress)
-                    continue;
-                lock.unlock();
-                if (!progress(0.0))
+            const unsigned int mine = fork_generation() + 1;
+            for (;;) {
+                unsigned int taken_by = turn_.taken_by_;
+                if (taken_by != mine && turn_.taken_by_.compare_exchange_strong(taken_by, mine)) {
+                    was_abandoned_ = taken_by != 0;
+                    return;
+                }
+                if (progress && !progress(0.0))
                     throw Cancelled();
-                lock.lock();
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }
-            turn_.taken_ = true;
         }
-        ~Taken()
-        {
-            {
-                const std::lock_guard lock(turn_.mutex_);
-                turn_.taken_ = false;
-            }
-            turn_.freed_.notify_one();
-        }
+        ~Taken() { turn_.taken_by_ = 0; }
         Taken(const Taken&) = delete;
         Taken& operator=(const Taken&) = delete;
 
+        /// Whether the thread before had not finished when this process was forked.
+        bool was_abandoned() const { return was_abandoned_; }
+
     private:
         Turn& turn_;
+        bool was_abandoned_ = false;
     };
 
 private:
-    std::mutex mutex_;
-    std::condition_variable freed_;
-    bool taken_ = false;
+    std::atomic<unsigned int> taken_by_ = 0; ///< 1 + the fork generation of who has it
 };
 
 } // namespace isospline
