@@ -13,11 +13,14 @@ sources := CMakeLists.txt CMakePresets.json pyproject.toml \
 VOLUME ?=
 LEVEL ?=
 
+# How long `make fuzz` runs.
+MINUTES ?= 10
+
 # Rows of `make bench`, all where none is named, and options of bench/run.py.
 ROWS ?=
 BENCH ?=
 
-.PHONY: help demo test bench bench-docs sanitize sanitize-address sanitize-thread tidy format clean packages
+.PHONY: help demo test fuzz bench bench-docs sanitize sanitize-address sanitize-thread tidy format clean packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -43,6 +46,11 @@ test: .venv/.installed ## build everything and run the C++ and the Python tests
 	@ctest --preset release
 	@echo "== Running the Python tests"
 	@$(python) -m pytest
+
+fuzz: .venv/.installed ## read changed files and make senseless calls for MINUTES=10
+	@echo "== Reading changed files and making senseless calls for $(MINUTES) minutes"
+	@mkdir -p out
+	@cd tests && ../$(python) -m fuzz.runner --minutes $(MINUTES) --log ../out/fuzz.log
 
 bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
 	@echo "== Installing what to compare with"

@@ -15,6 +15,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -48,7 +49,34 @@ template <typename Got>
 
 inline std::string type_name(const pybind11::handle& value)
 {
-    return pybind11::str(pybind11::type::handle_of(value).attr("__name__"));
+    return value.is_none() ? "None" : pybind11::str(pybind11::type::handle_of(value).attr("__name__"));
+}
+
+/// What a parameter holds, an object of a class of ours. None is none, whatever pybind11 makes of it for pointers.
+template <typename Object>
+std::shared_ptr<Object> as_object(const pybind11::handle& value, const char* parameter)
+{
+    namespace py = pybind11;
+    if (!py::isinstance<Object>(value)) {
+        const std::string name = py::str(py::type::of<Object>().attr("__name__"));
+        throw_type_error(parameter, (name.front() == 'I' ? "an " : "a ") + name, type_name(value));
+    }
+    return value.cast<std::shared_ptr<Object>>();
+}
+
+/// NumPy takes what is under the mask for data.
+inline void refuse_masked(const pybind11::handle& value, const char* parameter)
+{
+    namespace py = pybind11;
+    if (!py::hasattr(value, "mask") || !py::isinstance<py::array>(value))
+        return;
+    const auto masked = py::module_::import("numpy").attr("ma");
+    if (!py::isinstance(value, masked.attr("MaskedArray")))
+        return;
+    const auto count = masked.attr("count_masked")(value).cast<std::size_t>();
+    if (count > 0)
+        throw_invalid(parameter, "an array without masked values: fill them, array.filled(value)",
+                      std::to_string(count) + " masked");
 }
 
 /// numpy.asarray(value), whose dtype is one of the kinds given: b boolean, i and u integer, f floating point.
@@ -56,6 +84,7 @@ inline pybind11::array as_array(const pybind11::handle& value, const char* param
                                 const char* expected = "an array of real numbers")
 {
     namespace py = pybind11;
+    refuse_masked(value, parameter);
     auto array = py::array::ensure(value);
     if (!array) {
         PyErr_Clear();

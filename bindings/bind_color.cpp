@@ -70,8 +70,9 @@ void bind_map(py::class_<GivenColor>& color_class)
 
 void bind_by_volume(py::module_& module)
 {
-    const auto make = [](std::shared_ptr<Volume> volume, const py::object& cmap, std::optional<Limits> limits,
+    const auto make = [](const py::object& given, const py::object& cmap, std::optional<Limits> limits,
                          const py::object& transform) {
+        auto volume = as_object<Volume>(given, "volume");
         if (!limits && !(volume->minimum() < volume->maximum()))
             throw_invalid("limits", "two numbers, since all samples of the volume are the same", "None");
         ColorByVolume color;

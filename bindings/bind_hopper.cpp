@@ -124,8 +124,9 @@ private:
     std::shared_ptr<const VoxelHopper> hopper_;
 };
 
-std::unique_ptr<FollowingHopper> make_hopper(std::shared_ptr<Isosurface> surface, bool strides)
+std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strides)
 {
+    auto surface = as_object<Isosurface>(given, "surface");
     std::unique_ptr<FollowingHopper> following;
     long_call(py::none(), [&](const Progress&) {
         following = std::make_unique<FollowingHopper>(std::move(surface), VoxelHopperOptions{strides});
@@ -177,7 +178,7 @@ py::dict to_dict(const HopStatistics& statistics)
 void bind_hopper(py::module_& module)
 {
     py::class_<FollowingHopper>(module, "VoxelHopper", hopper_doc)
-        .def(py::init(&make_hopper), py::arg("surface").none(false), py::kw_only(), py::arg("strides") = false)
+        .def(py::init(&make_hopper), py::arg("surface"), py::kw_only(), py::arg("strides") = false)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), cast_rays_doc)
         .def_property_readonly(

@@ -90,7 +90,7 @@ inside : {"above", "below"}
 material : Material, optional
     What it is made of, for a `PathTracer` that has no other one for its geometry id.
 progress : callable, optional
-    Called with the finished fraction; cancels where it returns False.
+    Called with the finished fraction; cancels where it returns a false value other than None.
 
 Warns
 -----
@@ -223,11 +223,12 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
     return surface;
 }
 
-std::shared_ptr<Isosurface> make_isosurface(std::shared_ptr<Volume> volume, double level, int prune_depth,
-                                            bool prune_border, const py::object& mask, const py::object& clip,
-                                            bool capped, const std::string& method, const std::string& inside,
+std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, int prune_depth, bool prune_border,
+                                            const py::object& mask, const py::object& clip, bool capped,
+                                            const std::string& method, const std::string& inside,
                                             std::shared_ptr<Material> material, const py::object& progress)
 {
+    auto volume = as_object<Volume>(given, "volume");
     IsosurfaceOptions options;
     options.shell.prune_depth = prune_depth;
     options.shell.prune_border = prune_border;
@@ -337,10 +338,10 @@ void bind_isosurface(py::module_& module)
     bind_clip(module);
     bind_shell(module);
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
-        .def(py::init(&make_isosurface), py::arg("volume").none(false), py::arg("level"), py::kw_only(),
-             py::arg("prune_depth") = 2, py::arg("prune_border") = true, py::arg("mask") = py::none(),
-             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("method") = "exact",
-             py::arg("inside") = "above", py::arg("material") = py::none(), py::arg("progress") = py::none())
+        .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
+             py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("clip") = py::none(),
+             py::arg("capped") = false, py::arg("method") = "exact", py::arg("inside") = "above",
+             py::arg("material") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")

@@ -3,6 +3,7 @@
 #include "colors.h"
 #include "long_call.h"
 
+#include "isospline/io/atomic_file.h"
 #include "isospline/io/exr.h"
 #include "isospline/render/renderer.h"
 #include "isospline/scene/scene.h"
@@ -48,6 +49,12 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
         *image = render(*snapshot, camera, options, part_of(report, 0.1, 1.0));
     });
     return image;
+}
+
+/// A path as Python has it: what is not UTF-8 is escaped.
+py::str fs_text(const std::filesystem::path& path)
+{
+    return py::reinterpret_steal<py::str>(PyUnicode_DecodeFSDefault(path.c_str()));
 }
 
 /// An array over an image's own memory, which keeps the image alive.
@@ -109,6 +116,16 @@ void bind_image(py::module_& module)
             py::arg("path"), py::kw_only(), py::arg("half") = false);
 }
 
+/// What writes to a file by its name, such as FFmpeg, has the same rules as what writes to AtomicFile's stream.
+void bind_output_file(py::module_& module)
+{
+    py::class_<AtomicFile>(module, "OutputFile", "A file that takes its target's place whole or not at all.")
+        .def(py::init<const std::filesystem::path&>(), py::arg("target"))
+        .def_property_readonly("temporary", [](const AtomicFile& file) { return fs_text(file.temporary()); })
+        .def("commit", &AtomicFile::commit)
+        .def("discard", &AtomicFile::discard);
+}
+
 /// Errors of files become OSError, or the subclass that fits, with errno and filename.
 void translate_file_error(std::exception_ptr raised)
 {
@@ -116,7 +133,7 @@ void translate_file_error(std::exception_ptr raised)
         std::rethrow_exception(std::move(raised));
     } catch (const std::filesystem::filesystem_error& error) {
         const py::object type = py::reinterpret_borrow<py::object>(PyExc_OSError);
-        const py::object value = type(error.code().value(), error.code().message(), error.path1().string());
+        const py::object value = type(error.code().value(), error.code().message(), fs_text(error.path1()));
         PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(value.ptr())), value.ptr());
     }
 }
@@ -127,6 +144,7 @@ void bind_render(py::module_& module)
 {
     py::register_local_exception_translator(translate_file_error);
     bind_image(module);
+    bind_output_file(module);
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("curvature"),
                py::arg("ambient_occlusion"), py::arg("progress"), "The arrays of isospline.render().");

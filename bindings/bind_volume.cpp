@@ -63,7 +63,7 @@ axes : {"zyx", "xyz"}
     Order of the axes of `data`: "zyx" as NumPy arrays made by ITK, VTK, tifffile and zarr, "xyz" as those of nibabel.
     Points, directions and spacing are always (x, y, z).
 progress : callable, optional
-    Called with the finished fraction; cancels where it returns False.
+    Called with the finished fraction; cancels where it returns a false value other than None.
 
 Raises
 ------

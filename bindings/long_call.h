@@ -17,8 +17,8 @@ namespace isospline {
 
 /// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
 /// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. A signal
-/// handler or a callable that raises, and a callable that returns False, cancel the operation; what was raised is
-/// raised again once the operation has ended.
+/// handler or a callable that raises, and a callable that returns a false value other than None, cancel the operation;
+/// what was raised is raised again once the operation has ended.
 template <typename Operation>
 void long_call(const pybind11::object& report, Operation operation)
 {
@@ -41,8 +41,11 @@ void long_call(const pybind11::object& report, Operation operation)
             try {
                 if (PyErr_CheckSignals() != 0)
                     throw py::error_already_set();
-                if (!report.is_none() && report(finished.load()).is(py::bool_(false)))
-                    cancelled = true;
+                if (!report.is_none()) {
+                    const py::object go_on = report(finished.load());
+                    if (!go_on.is_none() && !py::bool_(go_on))
+                        cancelled = true;
+                }
             } catch (...) {
                 raised = std::current_exception();
                 cancelled = true;

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from . import _core
+from .parameters import check_count
 
 #: The names of views: the vector from what is seen towards the eye, and the one that is upwards in the image.
 VIEWS = {
@@ -130,8 +131,7 @@ def turntable(
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
-    if count != int(count) or count < 1:
-        raise ValueError(f"count: expected a whole number of at least 1, got {count!r}")
+    check_count(count)
     bounds = _bounds(scene)
     direction, natural_up = _direction(view)
     up = np.asarray(natural_up if up is None else up, dtype=float)

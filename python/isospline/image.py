@@ -6,12 +6,12 @@ import contextlib
 import errno
 import io
 import os
-import secrets
 
 import numpy as np
 
 from . import _core
 from .colors import linear_to_srgb
+from .parameters import check_path, check_type
 
 
 def render(
@@ -61,7 +61,8 @@ def render(
     direct : bool
         Whether `Image.direct` is wanted, beside an integrator.
     progress : callable, optional
-        Called with the finished fraction a few times a second; cancels the rendering by returning False.
+        Called with the finished fraction a few times a second; cancels the rendering by returning
+        a false value other than None.
 
     Returns
     -------
@@ -73,7 +74,7 @@ def render(
         For a size, a background or a number of rays that makes no sense, and for a geometry id of a shading or material
         that is not in the scene.
     Cancelled
-        Where `progress` returned False.
+        Where `progress` cancelled it.
 
     Examples
     --------
@@ -87,6 +88,7 @@ def render(
     >>> image.color.shape
     (48, 64, 4)
     """
+    check_type(scene, "scene", _core.Scene, "a Scene")
     if integrator is not None:
         if shading is not None:
             raise ValueError("shading: expected None beside an integrator, got " + type(shading).__name__)
@@ -223,12 +225,13 @@ class Image:
         OSError
             Where the file cannot be written.
         """
+        check_path(path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
         if suffix == ".exr":
             self._arrays.write_exr(path, half=half)
         elif suffix == ".png":
             png = self._repr_png_()
-            with whole_file(path) as temporary, open(temporary, "xb") as file:
+            with whole_file(path) as temporary, open(temporary, "wb") as file:
                 file.write(png)
         else:
             raise ValueError(f"path: expected a name that ends in .exr or .png, got {os.fspath(path)!r}")
@@ -263,14 +266,15 @@ def denoiser():
 
 @contextlib.contextmanager
 def whole_file(path):
-    """The name of a file beside `path` to write to, which gets the name `path` at the end, or goes away on an error."""
-    folder, name = os.path.split(os.path.abspath(path))
-    temporary = os.path.join(folder, f".{secrets.token_hex(8)}.part.{name}")
+    """The name of a file beside `path` to write to, which takes its place at the end, or goes away on an error."""
+    file = _core.OutputFile(path)
+    temporary = file.temporary
     try:
         yield temporary
-        os.replace(temporary, path)
+        file.commit()
     except OSError as error:
+        if error.filename not in (None, temporary):
+            raise
         raise OSError(error.errno or errno.EIO, error.strerror or str(error), os.fspath(path)) from None
     finally:
-        with contextlib.suppress(OSError):
-            os.remove(temporary)
+        file.discard()

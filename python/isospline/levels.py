@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .parameters import check_count, refuse_masked
+
 __all__ = ["histogram", "suggest_levels"]
 
 # Bins for samples that are not integers of a small range.
@@ -56,8 +58,7 @@ def suggest_levels(data, count=3):
     >>> isospline.suggest_levels([0, 0, 0, 1, 90, 100, 200], count=2)
     [45.5, 150.0]
     """
-    if count < 1:
-        raise ValueError(f"count: expected at least 1, got {count}")
+    check_count(count)
     return levels_of_histogram(*histogram(data), count)
 
 
@@ -87,6 +88,7 @@ def histogram(data):
     values : (N,) float64 array
     counts : (N,) int64 array
     """
+    refuse_masked(data, "data")
     data = np.atleast_2d(np.asarray(data))
     if data.dtype.kind not in "biuf":
         raise TypeError(f"data: expected an array of real numbers, got dtype {data.dtype}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from . import _core
 from .image import Image
+from .parameters import check_count, check_type
 
 
 class ProgressiveRenderer:
@@ -47,6 +48,7 @@ class ProgressiveRenderer:
         self, scene, camera, *, size=(640, 360), integrator=None, background=None, curvature=False,
         ambient_occlusion=0, direct=False,
     ):  # fmt: skip
+        check_type(scene, "scene", _core.Scene, "a Scene")
         integrator = _core.PathTracer() if integrator is None else integrator
         self._renderer = _core.ProgressiveRenderer(
             scene, camera, size=size, integrator=integrator, background=background, curvature=curvature,
@@ -61,12 +63,13 @@ class ProgressiveRenderer:
         samples : int
             At least 1.
         progress : callable, optional
-            Called with the finished fraction a few times a second; stops the step by returning False.
+            Called with the finished fraction a few times a second; stops the step by returning a
+            false value other than None.
 
         Raises
         ------
         Cancelled
-            Where `progress` returned False. Parts of the picture then are ahead of others, until the next step.
+            Where `progress` stopped it. Parts of the picture then are ahead of others, until the next step.
         RuntimeError
             Where the scene has changed since the first step: call `reset`.
         """
@@ -118,8 +121,8 @@ def render_progressive(scene, camera, *, samples=None, **options):
     ...     if image.variance.max() < 1e-2:
     ...         break
     """
-    if samples is not None and samples < 1:
-        raise ValueError(f"samples: expected None or a number of at least 1, got {samples}")
+    if samples is not None:
+        check_count(samples, "samples")
     renderer = ProgressiveRenderer(scene, camera, **options)
     return _images(renderer, samples)
 

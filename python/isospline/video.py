@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import collections.abc
 import contextlib
 import errno
 import itertools
+import numbers
 import os
+import signal
 import subprocess
 import tempfile
 
 import numpy as np
 
 from .colors import linear_to_srgb
-from .image import row_bands, whole_file
+from .image import Image, row_bands, whole_file
+from .parameters import check_path, check_type
+
+# What comes after the last image; None is a wrong one.
+_NONE = object()
 
 
 def write_video(path, images, *, fps=30.0, quality=7.0):
@@ -48,14 +55,18 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
     ...     cameras = isospline.turntable(scene, 120, size=(640, 480))
     ...     isospline.write_video(path, (isospline.render(scene, camera, size=(640, 480)) for camera in cameras))
     """
+    check_path(path)
     if os.path.splitext(os.fspath(path))[1].lower() != ".mp4":
         raise ValueError(f"path: expected a name that ends in .mp4, got {os.fspath(path)!r}")
+    check_type(quality, "quality", numbers.Real, "a number")
+    check_type(images, "images", collections.abc.Iterable, "an iterable of images")
     if not 0 <= quality <= 10:
         raise ValueError(f"quality: expected a number from 0 to 10, got {quality!r}")
     images = iter(images)
-    first = next(images, None)
-    if first is None:
+    first = next(images, _NONE)
+    if first is _NONE:
         raise ValueError("images: expected at least one, got none")
+    check_type(first, "images", Image, "an isospline.Image each")
     height, width = first.depth.shape
     encoder = check((width, height), fps)
 
@@ -74,6 +85,7 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
         try:
             with contextlib.suppress(BrokenPipeError), process.stdin:
                 for image in itertools.chain([first], images):
+                    check_type(image, "images", Image, "an isospline.Image each")
                     if image.depth.shape != (height, width):
                         shapes = f"{(height, width)} and {image.depth.shape}"
                         raise ValueError(f"images: expected all of one size, got {shapes}")
@@ -84,10 +96,19 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
             if process.wait() != 0:
                 complaints.seek(0)
                 reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")
-                raise OSError(errno.EIO, f"FFmpeg failed: {reason or f'exit code {process.returncode}'}")
+                raise _system_error(reason or f"exit code {process.returncode}", process.returncode)
         finally:
             process.kill()
             process.wait()
+
+
+def _system_error(reason, code):
+    """The system's own error, where FFmpeg names one."""
+    named = (number for number in errno.errorcode if number > 0 and os.strerror(number) in reason)
+    number = errno.EFBIG if code == -signal.SIGXFSZ else next(named, None)
+    if number is not None:
+        return OSError(number, os.strerror(number))
+    return OSError(errno.EIO, f"FFmpeg failed: {reason}")
 
 
 def check(size, fps):
@@ -99,6 +120,7 @@ def check(size, fps):
         raise ImportError(message) from None
     if size[0] % 2 or size[1] % 2:
         raise ValueError(f"size: expected an even width and height for a video, got {size[0]}x{size[1]}")
+    check_type(fps, "fps", numbers.Real, "a number")
     if not 0 < fps < float("inf"):
         raise ValueError(f"fps: expected a positive number of images a second, got {fps!r}")
     return imageio_ffmpeg.get_ffmpeg_exe()

@@ -22,6 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .parameters import check_count
+
 __all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
 
 
@@ -81,7 +83,12 @@ class Field:
 
 
 def _shape(shape):
-    return (shape,) * 3 if np.ndim(shape) == 0 else tuple(shape)
+    shape = (shape,) * 3 if np.ndim(shape) == 0 else tuple(shape)
+    if len(shape) != 3:
+        raise ValueError(f"shape: expected one number of samples or three, got {len(shape)}")
+    for count in shape:
+        check_count(count, "shape")
+    return tuple(int(count) for count in shape)
 
 
 def sphere(radius=0.7):
@@ -156,6 +163,7 @@ def marschner_lobb(frequency=6.0, alpha=0.25):
 
 def blobs(count=24, seed=0, width=0.12):
     r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, centres within [-0.7, 0.7]^3."""
+    check_count(count)
     centers = np.random.default_rng(seed).uniform(-0.7, 0.7, (count, 3))
 
     def value(points):
@@ -176,6 +184,7 @@ def waves(count=32, seed=0, frequency=20.0):
 
     The m = `count` wave vectors are uniform in the ball of radius `frequency`; mean 0 and variance 1.
     """
+    check_count(count)
     generator = np.random.default_rng(seed)
     vectors = generator.normal(size=(count, 3))
     vectors *= frequency * (generator.uniform(size=count) ** (1 / 3) / np.linalg.norm(vectors, axis=-1))[:, None]

@@ -96,5 +96,5 @@ def test_bad_input_is_refused():
         suggest_levels([0.0, np.inf])
     with pytest.raises(TypeError, match="complex"):
         suggest_levels([1j])
-    with pytest.raises(ValueError, match="count: expected at least 1, got 0"):
+    with pytest.raises(ValueError, match="count: expected a whole number of at least 1, got 0"):
         suggest_levels([1, 2], 0)

@@ -1,5 +1,11 @@
 #include "isospline/io/atomic_file.h"
 
+#include "isospline/util/error.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <random>
 #include <sstream>
@@ -9,58 +15,112 @@ namespace isospline {
 
 namespace {
 
-/// A hidden name in the target's folder that nobody else uses.
-std::filesystem::path temporary_beside(const std::filesystem::path& target)
+/// A hidden name that nobody else uses. It is short, whatever the target's: names end at 255 bytes.
+std::string temporary_name()
 {
     std::random_device random;
     std::ostringstream name;
-    name << '.' << target.filename().string() << '.' << std::hex << random() << random() << ".part";
-    return target.parent_path() / name.str();
-}
-
-[[noreturn]] void throw_unwritable(const std::filesystem::path& target, std::error_code reason)
-{
-    throw std::filesystem::filesystem_error("cannot write the file", target, reason);
-}
-
-std::error_code last_error()
-{
-    return errno != 0 ? std::error_code(errno, std::generic_category()) : std::make_error_code(std::errc::io_error);
+    name << '.' << std::hex << random() << random() << ".part";
+    return name.str();
 }
 
 } // namespace
 
-AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), temporary_(temporary_beside(target))
+AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), replaced_(followed())
 {
-    // A folder would only refuse at the end, when all the work is done.
-    std::error_code ignored;
-    if (std::filesystem::is_directory(target_, ignored))
-        throw_unwritable(target_, std::make_error_code(std::errc::is_a_directory));
+    look_at_replaced();
+    const std::filesystem::path temporary = replaced_.parent_path() / temporary_name();
+    // What only its owner could read is not shown to others meanwhile.
+    const mode_t mode = permissions_ ? static_cast<mode_t>(*permissions_) & 0666 : 0666;
+    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode | S_IWUSR);
+    if (descriptor < 0)
+        throw_unwritable(errno);
+    temporary_ = temporary;
+    ::close(descriptor);
     errno = 0;
     stream_.open(temporary_, std::ios::binary | std::ios::trunc);
-    if (!stream_)
-        throw_unwritable(target_, last_error());
+    if (!stream_) {
+        const int reason = errno;
+        discard();
+        throw_unwritable(reason);
+    }
 }
 
 AtomicFile::~AtomicFile()
 {
-    stream_.close();
-    std::error_code ignored;
-    if (!temporary_.empty())
-        std::filesystem::remove(temporary_, ignored);
+    discard();
 }
 
 void AtomicFile::commit()
 {
-    errno = 0;
+    // Of a stream that has failed before, errno still tells why.
+    if (stream_)
+        errno = 0;
     stream_.close();
     if (!stream_)
-        throw_unwritable(target_, last_error());
+        throw_unwritable(errno);
     std::error_code reason;
-    std::filesystem::rename(temporary_, target_, reason);
+    if (permissions_)
+        std::filesystem::permissions(temporary_, *permissions_, reason);
+    if (!reason)
+        std::filesystem::rename(temporary_, replaced_, reason);
     if (reason)
-        throw_unwritable(target_, reason);
+        throw_unwritable(reason.value());
     temporary_.clear();
+}
+
+void AtomicFile::discard() noexcept
+{
+    stream_.close();
+    if (!temporary_.empty())
+        ::unlink(temporary_.c_str());
+    temporary_.clear();
+}
+
+void AtomicFile::throw_unwritable(int reason) const
+{
+    const std::error_code code(reason != 0 ? reason : EIO, std::generic_category());
+    throw std::filesystem::filesystem_error("cannot write the file", target_, code);
+}
+
+/// What the target leads to, as far as it is a symbolic link; that need not exist.
+std::filesystem::path AtomicFile::followed() const
+{
+    constexpr int most_links = 40; // Linux has the same limit.
+    std::filesystem::path path = target_;
+    for (int link = 0; link < most_links; ++link) {
+        std::error_code reason;
+        const auto status = std::filesystem::symlink_status(path, reason);
+        if (status.type() == std::filesystem::file_type::not_found)
+            return path;
+        if (reason)
+            throw_unwritable(reason.value());
+        if (status.type() != std::filesystem::file_type::symlink)
+            return path;
+        const auto next = std::filesystem::read_symlink(path, reason);
+        if (reason)
+            throw_unwritable(reason.value());
+        path = path.parent_path() / next;
+    }
+    throw_unwritable(ELOOP);
+}
+
+/// Refuses now what would be refused at the end, when all the work is done, or should not be replaced at all.
+void AtomicFile::look_at_replaced()
+{
+    struct stat status = {};
+    if (::stat(replaced_.c_str(), &status) != 0) {
+        if (errno != ENOENT)
+            throw_unwritable(errno);
+        return;
+    }
+    if (S_ISDIR(status.st_mode))
+        throw_unwritable(EISDIR);
+    if (!S_ISREG(status.st_mode))
+        throw_invalid("path", "the name of a file, or a new one", "that of a device, a pipe or a socket");
+    if (::access(replaced_.c_str(), W_OK) != 0)
+        throw_unwritable(errno);
+    permissions_ = static_cast<std::filesystem::perms>(status.st_mode & 0777);
 }
 
 } // namespace isospline

@@ -26,12 +26,6 @@ def library_of(what):
         raise ModuleNotFoundError(f"{what} needs the package {error.name}{hint}", name=error.name) from error
 
 
-def check_type(value, parameter, types, expected):
-    """Check that a parameter is an instance of the types, which `expected` puts into words."""
-    if not isinstance(value, types):
-        raise TypeError(f"{parameter}: expected {expected}, got {type(value).__module__}.{type(value).__qualname__}")
-
-
 @contextlib.contextmanager
 def errors_name(parameter):
     """Begin what is said of a wrong value with the name of the parameter."""

@@ -8,8 +8,11 @@ import os
 from pathlib import Path
 
 from .._core import Mesh
+from ..io.checks import check_file, utf8
 from ..io.vtk import check_messages, messages
+from ..parameters import check_path, printable
 from .checks import library_of
+from .mesh_guards import EndingFile, check_before, check_gmsh
 from .meshio import mesh_from_meshio
 from .trimesh import mesh_from_trimesh
 from .vtk import mesh_from_vtk
@@ -61,27 +64,30 @@ def read_mesh(path, **options):
     array([[0., 0., 0.],
            [1., 1., 0.]])
     """
+    check_path(path)
     path = Path(path)
-    with open(path, "rb"):
-        pass
+    check_file(path)
     name = path.name.lower()
     reader = next((reader for suffix, reader in _READERS.items() if name.endswith(suffix)), _read_meshio)
     try:
-        with library_of(f"{path}: read_mesh"):
+        with library_of(f"{printable(path)}: read_mesh"):
             return reader(path, options)
     except ImportError:
         raise
     except Exception as error:
-        if isinstance(error, OSError) and error.errno is not None:
+        if isinstance(error, OSError) and error.filename is not None:
             raise
+        if isinstance(error, MemoryError):
+            raise MemoryError(f"{printable(path)}: {error}") from error
         # The libraries raise what they like for a broken file.
         reason = str(error).strip().removeprefix("mesh: ") or type(error).__name__
-        raise ValueError(f"{path}: cannot be read as a mesh: {reason}") from error
+        raise ValueError(f"{printable(path)}: cannot be read as a mesh: {reason}") from error
 
 
 def _read_trimesh(path, options):
     import trimesh
 
+    check_before(path)
     # Unprocessed: trimesh would drop vertices that are not finite, and merge those that are close.
     return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
 
@@ -90,10 +96,11 @@ def _read_vtk(path, options):
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
+    check_before(path)
     readers = {".vtk": vtkDataSetReader, ".vtp": vtkXMLPolyDataReader, ".vtu": vtkXMLUnstructuredGridReader}
     reader = readers[path.suffix.lower()]()
     with messages() as text:
-        reader.SetFileName(str(path))
+        reader.SetFileName(utf8(path))
         reader.Update()
         check_messages(text())
     return mesh_from_vtk(Mesh, reader.GetOutput(), **options)
@@ -108,11 +115,23 @@ def _read_meshio(path, options):
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            mesh = meshio.read(path)
+            mesh = _read_msh(path) if path.suffix.lower() == ".msh" else meshio.read(utf8(path))
     except SystemExit:
         # Where none of its readers can, meshio prints why and leaves.
         raise ValueError(" ".join(said.getvalue().split()) or f"meshio has no reader for {os.fspath(path)}") from None
     return mesh_from_meshio(Mesh, mesh, **options)
+
+
+def _read_msh(path):
+    """Read a file of Gmsh or of Ansys, which have the same suffix."""
+    import meshio
+
+    with open(path, "rb") as file:
+        if file.read(1) == b"$":
+            check_gmsh(path)
+            return meshio.gmsh.read(utf8(path))
+    with EndingFile(path) as file:
+        return meshio.ansys.read(file)
 
 
 _READERS = {

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from .checks import check_type, errors_name, library_of
-from .vtk import mesh_from_vtk
+import numpy as np
+
+from ..parameters import check_type
+from .checks import errors_name, library_of
+from .vtk import check_indices, mesh_from_vtk
 
 
 def mesh_from_meshio(cls, mesh, **options):
@@ -43,6 +46,16 @@ def mesh_from_meshio(cls, mesh, **options):
         import pyvista
     check_type(mesh, "mesh", meshio.Mesh, "a meshio.Mesh")
     with errors_name("mesh"):
+        for block in mesh.cells:
+            for indices in _index_arrays(block):
+                check_indices(indices, len(mesh.points))
         # PyVista would copy all data as well, and write cell sets into the mesh that it is given.
         grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, block.data) for block in mesh.cells]))
     return mesh_from_vtk(cls, grid, **options)
+
+
+def _index_arrays(block):
+    """The vertex indices of a block of cells; polyhedra have lists of faces."""
+    if block.type.startswith("polyhedron"):
+        return [np.asarray(face) for cell in block.data for face in cell]
+    return [np.asarray(block.data)]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ..io import nifti
-from .checks import check_type, errors_name, library_of, to_volume
+from ..parameters import check_type
+from .checks import errors_name, library_of, to_volume
 
 
 def volume_from_nibabel(cls, image, **options):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ..io import itk
-from .checks import check_type, errors_name, library_of, to_volume
+from ..parameters import check_type
+from .checks import errors_name, library_of, to_volume
 
 
 def volume_from_sitk(cls, image, **options):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .checks import check_type, library_of, to_mesh
+from ..parameters import check_type
+from .checks import library_of, to_mesh
 
 
 def check_trimesh(mesh):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..io import vtk
-from .checks import check_type, errors_name, library_of, to_mesh, to_volume
+from ..parameters import check_type
+from .checks import errors_name, library_of, to_mesh, to_volume
 
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
@@ -93,8 +94,80 @@ def mesh_from_vtk(cls, mesh, **options):
     kinds = (vtkPolyData, vtkUnstructuredGrid, vtkStructuredGrid)
     check_type(mesh, "mesh", kinds, "a surface or a grid of VTK or PyVista")
     with errors_name("mesh"):
+        check_connectivity(mesh)
         vertices, faces = triangles(mesh if isinstance(mesh, vtkPolyData) else surface(mesh))
     return to_mesh(cls, vertices, faces, "mesh", options)
+
+
+def check_connectivity(mesh):
+    """Check the vertex indices of all cells: VTK's filters read memory wherever one leads."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
+
+    count = mesh.GetPoints().GetNumberOfPoints() if mesh.GetPoints() is not None else 0
+    if isinstance(mesh, vtkPolyData):
+        for cells in (mesh.GetVerts(), mesh.GetLines(), mesh.GetPolys(), mesh.GetStrips()):
+            _check_cells(cells, count)
+    elif isinstance(mesh, vtkUnstructuredGrid):
+        _check_cell_types(mesh, _check_cells(mesh.GetCells(), count))
+        faces = mesh.GetPolyhedronFaces() if hasattr(mesh, "GetPolyhedronFaces") else None  # since VTK 9.4
+        locations = mesh.GetPolyhedronFaceLocations() if faces is not None else None
+        if faces is not None and locations is not None:
+            _check_cells(faces, count)
+            _check_cells(locations, faces.GetNumberOfCells())
+    else:
+        expected = np.prod(np.diff(np.reshape(mesh.GetExtent(), (3, 2))) + 1)
+        if expected != count:
+            raise ValueError(f"expected {expected} points, got {count}")
+
+
+def _check_cells(cells, count):
+    """Check the offsets and the indices of an array of cells; returns the number of indices of each."""
+    if cells is None or cells.GetNumberOfCells() == 0:
+        return np.zeros(0, int)
+    indices, offsets = _numbers(cells.GetConnectivityArray()), _numbers(cells.GetOffsetsArray())
+    sizes = np.diff(offsets)
+    if offsets[0] != 0 or offsets[-1] != len(indices) or (sizes < 0).any():
+        raise ValueError("expected offsets of cells that ascend from 0 to the number of indices, got others")
+    check_indices(indices, count)
+    return sizes
+
+
+def check_indices(indices, count):
+    """Check that indices are those of so many vertices."""
+    if indices.size and not (indices.min() >= 0 and indices.max() < count):
+        wrong = indices[(indices < 0) | (indices >= count)].flat[0]
+        raise ValueError(f"expected vertex indices from 0 to {count} - 1, got {wrong}")
+
+
+def _check_cell_types(grid, sizes):
+    """Check that cells have as many indices as their type needs."""
+    from vtkmodules.vtkCommonDataModel import vtkGenericCell
+
+    if len(sizes) == 0:
+        return
+    try:
+        types = _numbers(grid.GetCellTypes())
+    except TypeError:  # before VTK 9.6
+        types = _numbers(grid.GetCellTypesArray())
+    for cell_type in np.unique(types):
+        cell = vtkGenericCell.InstantiateCell(int(cell_type))
+        if cell is None:
+            raise ValueError(f"expected a type of cell, got {cell_type}")
+        least = sizes[types == cell_type].min()
+        if least < cell.GetNumberOfPoints():
+            raise ValueError(f"expected {cell.GetNumberOfPoints()} indices of a {cell.GetClassName()}, got {least}")
+
+
+def _numbers(array):
+    """An array of VTK, also one that computes its values."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkIdTypeArray
+
+    if not array.HasStandardMemoryLayout():
+        stored = vtkIdTypeArray()
+        stored.DeepCopy(array)
+        array = stored
+    return vtk_to_numpy(array)
 
 
 def surface(grid):

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..io.checks import check_samples
 from ..io.volume_data import VolumeData
-from .checks import check_type, errors_name, library_of, to_volume
+from ..parameters import check_type
+from .checks import errors_name, library_of, to_volume
 
 # Part of a step that a coordinate may be away from its place in an even series; many are stored as decimal text.
 TOLERANCE = 0.01

@@ -1,10 +1,41 @@
-"""What the header of a file must say before its samples are read."""
+"""What must be true of a file before it is read, and what its header must say before its samples are."""
 
 from __future__ import annotations
 
+import errno
 import math
+import os
+import stat
 
 import numpy as np
+
+from ..parameters import printable
+
+_KINDS = (
+    (stat.S_ISFIFO, "a pipe"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"), (stat.S_ISSOCK, "a socket"),
+)  # fmt: skip
+
+
+def check_file(path):
+    """Check that a path leads to a file that can be opened and has an end, and return its size."""
+    status = os.stat(path)
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    kind = next((name for is_kind, name in _KINDS if is_kind(status.st_mode)), None)
+    if kind is not None:
+        raise ValueError(f"{printable(path)}: expected a file, got {kind}")
+    with open(path, "rb"):
+        return status.st_size
+
+
+def utf8(path):
+    """The path as the text that libraries take; they abort or look for another file where it is not UTF-8."""
+    text = os.fspath(path)
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError("expected a path in UTF-8, which the library that reads the format needs") from None
+    return text
 
 
 def check_samples(shape, dtype, *, mapped=False):
@@ -17,11 +48,16 @@ def check_samples(shape, dtype, *, mapped=False):
         raise ValueError(f"expected at least one sample along each axis, got {size_text(shape)}")
     if dtype.kind not in "biuf":
         raise ValueError(f"expected real numbers, got {dtype}")
-    needed, available = math.prod(shape) * dtype.itemsize, available_memory()
-    if not mapped and needed > available:
+    if not mapped:
+        check_memory(math.prod(shape) * dtype.itemsize, f"{size_text(shape)} samples of {dtype}")
+
+
+def check_memory(needed, what):
+    """Check that as many bytes fit into memory."""
+    available = available_memory()
+    if needed > available:
         raise MemoryError(
-            f"{size_text(shape)} samples of {dtype} need {needed / 2**30:.1f} GiB, "
-            f"and {available / 2**30:.1f} GiB of memory are available"
+            f"{what} need {needed / 2**30:.1f} GiB, and {available / 2**30:.1f} GiB of memory are available"
         )
 
 

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+
 import numpy as np
 
 from . import itk
+from .checks import check_file, utf8
+from .dicom_elements import DIRECTORY_CLASS, begins_as_dicom, check_elements
 
+# Suffixes of files that a folder of slices holds, however they begin.
+SUFFIXES = (".dcm", ".dicom", ".ima")
 # Part of the distance of slices that a slice may be away from its place in an even series. Positions are stored as
 # decimal text, often rounded to 1/100 mm.
 TOLERANCE = 0.02
@@ -13,6 +20,7 @@ TOLERANCE = 0.02
 
 def read_file(path):
     """Read a single file: an enhanced one of several frames, or one slice."""
+    check_elements(path)
     with itk.quiet():
         reader = itk.open_header(path, "GDCMImageIO")
         itk.check_header(reader)
@@ -23,25 +31,37 @@ def read_folder(path, name=None):
     """Read the only series of a folder, or the one whose Series Instance UID is `name`."""
     import SimpleITK
 
+    slices = _slices_of(path)
     with itk.quiet():
-        series = SimpleITK.ImageSeriesReader.GetGDCMSeriesIDs(str(path))
+        series = SimpleITK.ImageSeriesReader.GetGDCMSeriesIDs(utf8(path))
+        _check_all_found(path, slices, series)
         if not series:
             raise ValueError("expected a folder that holds a DICOM series or TIFF slices, got one without any")
         if name is None and len(series) > 1:
             raise ValueError(f"expected one series, or its UID as name, got {len(series)}: {', '.join(series)}")
         if name is not None and name not in series:
             raise ValueError(f"expected name to be the UID of a series, {', '.join(series)}, got {name}")
-        files = SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(str(path), name or series[0])
+        files = SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(utf8(path), name or series[0])
         if len(files) == 1:
             return read_file(files[0])
 
-        headers = [itk.open_header(file, "GDCMImageIO") for file in files]
+        headers = []
+        for file in files:
+            with _errors_name(file):
+                headers.append(itk.open_header(file, "GDCMImageIO"))
         itk.check_header(headers[0], slices=len(files))
         step = _check_slices(headers)
         reader = SimpleITK.ImageSeriesReader()
         reader.SetImageIO("GDCMImageIO")
         reader.SetFileNames(files)
-        volume = itk.to_volume_data(reader.Execute())
+        try:
+            volume = itk.to_volume_data(reader.Execute())
+        except RuntimeError:
+            # ITK does not say which of the files it was.
+            for file in files:
+                with _errors_name(file):
+                    read_file(file)
+            raise
 
     # The third axis runs along the slices' positions, which a tilted gantry moves off their normal.
     first = headers[0]
@@ -49,6 +69,45 @@ def read_folder(path, name=None):
     direction = np.reshape(first.GetDirection(), (3, 3)).copy()
     direction[:, 2] = step / distance
     return volume.replace(spacing=(*first.GetSpacing()[:2], distance), origin=first.GetOrigin(), direction=direction)
+
+
+def _slices_of(folder):
+    """The DICOM files of a folder, all of them sound: GDCM would leave out those that it cannot read."""
+    slices = []
+    for file in sorted(folder.iterdir()):
+        if file.is_dir() or file.name.startswith("."):
+            continue
+        check_file(file)
+        if not (begins_as_dicom(file) or file.suffix.lower() in SUFFIXES):
+            continue
+        with _errors_name(file):
+            utf8(file)
+            if check_elements(file) != DIRECTORY_CLASS:
+                slices.append(file)
+    return slices
+
+
+def _check_all_found(folder, slices, series):
+    """Check that GDCM has taken every slice for a part of a series."""
+    import SimpleITK
+
+    found = set()
+    for name in series:
+        found.update(SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(utf8(folder), name))
+    found = {os.path.realpath(file) for file in found}
+    for file in slices:
+        if os.path.realpath(file) not in found:
+            raise ValueError(f"expected slices with the UID of their series, got none in {file.name}")
+
+
+@contextlib.contextmanager
+def _errors_name(file):
+    """Begin what is said of a broken slice with its name."""
+    try:
+        yield
+    except (ValueError, RuntimeError) as error:
+        reason = str(error).strip().splitlines()[-1].strip()
+        raise ValueError(f"{os.path.basename(file)}: {reason}") from error
 
 
 def _check_slices(headers):

@@ -1,14 +1,12 @@
-"""NRRD and MetaImage, and what they have in common with DICOM: by SimpleITK."""
+"""What NRRD, MetaImage and DICOM have in common: SimpleITK."""
 
 from __future__ import annotations
 
 import contextlib
-import math
-import os
 
 import numpy as np
 
-from .checks import check_components, check_samples
+from .checks import check_components, check_samples, utf8
 from .volume_data import VolumeData
 
 _TYPES = {
@@ -17,31 +15,13 @@ _TYPES = {
 }  # fmt: skip
 
 
-def read_nrrd(path):
-    """Read a NRRD file, with its samples within or detached."""
-    return _read(path, "NrrdImageIO")
-
-
-def read_metaimage(path):
-    """Read a MetaImage file, with its samples within or detached."""
-    _check_metaimage_size(path)
-    return _read(path, "MetaImageIO")
-
-
-def _read(path, image_io):
-    with quiet():
-        reader = open_header(path, image_io)
-        check_header(reader)
-        return to_volume_data(reader.Execute())
-
-
 def open_header(path, image_io):
     """A reader that has read the header of a file."""
     import SimpleITK
 
     reader = SimpleITK.ImageFileReader()
     reader.SetImageIO(image_io)
-    reader.SetFileName(str(path))
+    reader.SetFileName(utf8(path))
     reader.ReadImageInformation()
     return reader
 
@@ -56,23 +36,32 @@ def check_image(image):
     _check(image.GetNumberOfComponentsPerPixel(), image.GetPixelID(), image.GetSize())
 
 
-def _check(components, pixel_id, size, slices=1):
+def dtype_of(pixel_id):
+    """The type of samples that are real numbers."""
     import SimpleITK
 
-    check_components(components)
     dtype = next((dtype for name, dtype in _TYPES.items() if getattr(SimpleITK, name) == pixel_id), None)
     if dtype is None:
         raise ValueError(f"expected real numbers, got {SimpleITK.GetPixelIDValueAsString(pixel_id)}")
+    return np.dtype(dtype)
+
+
+def _check(components, pixel_id, size, slices=1):
+    check_components(components)
     shape = _spatial(size)[::-1]
-    check_samples((shape[0] * slices, *shape[1:]), dtype)
+    check_samples((shape[0] * slices, *shape[1:]), dtype_of(pixel_id))
 
 
-def to_volume_data(image):
-    """The samples and the place of an image of three axes, or of more that have one sample each."""
+def to_volume_data(image, data=None):
+    """The samples, the image's own by default, and the place of an image, or a reader, of three axes.
+
+    More axes have one sample each.
+    """
     import SimpleITK
 
     dimension = image.GetDimension()
-    data = SimpleITK.GetArrayFromImage(image).reshape(image.GetSize()[2::-1])
+    if data is None:
+        data = SimpleITK.GetArrayFromImage(image).reshape(image.GetSize()[2::-1])
     direction = np.reshape(image.GetDirection(), (dimension, dimension))[:3, :3]
     return VolumeData(data, image.GetSpacing()[:3], image.GetOrigin()[:3], direction)
 
@@ -93,37 +82,3 @@ def quiet():
         yield
     finally:
         SimpleITK.ProcessObject.SetGlobalWarningDisplay(shown)
-
-
-def _check_metaimage_size(path):
-    """Look for as many bytes as the header tells of: ITK names another reason, and prints, where they are missing."""
-    header, begin = {}, 0
-    with open(path, "rb") as file:
-        while "ElementDataFile" not in header:
-            line = file.readline(4096)
-            key, equals, value = line.decode("latin-1").partition("=")
-            if not equals:
-                raise ValueError("expected a header of lines 'Key = Value' that ends with ElementDataFile")
-            header[key.strip()] = value.strip()
-        begin = file.tell()
-
-    name = header["ElementDataFile"]
-    if name.split()[:1] == ["LIST"] or "%" in name:
-        return
-    if name.upper() == "LOCAL":
-        got = os.path.getsize(path) - begin
-    else:
-        got = os.path.getsize(os.path.join(os.path.dirname(path), name))
-    compressed = header.get("CompressedData", "False").lower() == "true"
-    if compressed and "CompressedDataSize" not in header:
-        return
-    if compressed:
-        expected = int(header["CompressedDataSize"])
-    else:
-        item = {"CHAR": 1, "SHORT": 2, "INT": 4, "LONG": 4, "FLOAT": 4, "DOUBLE": 8}
-        kind = header.get("ElementType", "").upper().replace("MET_", "").replace("_ARRAY", "")
-        item_size = 8 if "LONG_LONG" in kind else item.get(kind.lstrip("U"), 1)
-        channels = int(header.get("ElementNumberOfChannels", 1))
-        expected = math.prod(int(count) for count in header["DimSize"].split()) * item_size * channels
-    if got < expected:
-        raise ValueError(f"expected {expected} bytes of samples, got {got} bytes: the file is truncated")

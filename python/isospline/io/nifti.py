@@ -6,25 +6,53 @@ name.nii.gz, and refuses sheared axes.
 
 from __future__ import annotations
 
+import gzip
+
 import numpy as np
 
 from .checks import check_components, check_samples
+from .packed import drain
 from .volume_data import VolumeData
 
 # NIfTI's world is RAS, that of DICOM and ITK is LPS.
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 # Suffixes of files that cannot be mapped into memory.
 COMPRESSED = (".gz", ".mgz", ".bz2", ".zst")
+# Bytes that the longer one of both headers has.
+_HEADER = 540
 
 
 def read(path):
     """Read a NIfTI file; its sform, or else its qform, is the place of the samples."""
     import nibabel
 
+    if str(path).lower().endswith(".gz"):
+        return _read_gzip(path)
     image = nibabel.load(path)
-    if not isinstance(image, (nibabel.Nifti1Image, nibabel.Nifti2Image)):
+    if not isinstance(image, _nifti_types()):
         raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
     return to_volume_data(image)
+
+
+def _read_gzip(path):
+    """Read a compressed file to its end, where its checksum is: nibabel stops after the last sample."""
+    import nibabel
+
+    with gzip.open(path) as stream:
+        beginning = stream.read(_HEADER)
+        kind = next((kind for kind in _nifti_types() if kind.header_class.may_contain_header(beginning)), None)
+        if kind is None:
+            raise ValueError("expected a NIfTI file")
+        stream.seek(0)
+        data = to_volume_data(kind.from_file_map({"image": nibabel.FileHolder(str(path), stream)}))
+        drain(stream)
+    return data
+
+
+def _nifti_types():
+    import nibabel
+
+    return nibabel.Nifti1Image, nibabel.Nifti2Image
 
 
 def to_volume_data(image):

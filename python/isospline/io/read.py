@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import numpy as np
 
-from . import arrays, dicom, itk, nifti, tiff, vtk
+from ..parameters import check_path, printable
+from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
+from .checks import check_file
 
 #: Formats by the suffix of the file name: name, reader, and whether it takes the name of a part of the file.
 FORMATS = {
     ".nii": ("NIfTI", nifti.read, False),
     ".nii.gz": ("NIfTI", nifti.read, False),
-    ".nrrd": ("NRRD", itk.read_nrrd, False),
-    ".nhdr": ("NRRD", itk.read_nrrd, False),
-    ".mha": ("MetaImage", itk.read_metaimage, False),
-    ".mhd": ("MetaImage", itk.read_metaimage, False),
+    ".nrrd": ("NRRD", nrrd.read, False),
+    ".nhdr": ("NRRD", nrrd.read, False),
+    ".mha": ("MetaImage", metaimage.read, False),
+    ".mhd": ("MetaImage", metaimage.read, False),
     ".dcm": ("DICOM", dicom.read_file, False),
     ".tif": ("TIFF", tiff.read_file, False),
     ".tiff": ("TIFF", tiff.read_file, False),
@@ -95,6 +98,7 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
         "origin": None if origin is None else _numbers(origin, "origin", (3,)),
         "direction": None if direction is None else _spanning(_numbers(direction, "direction", (3, 3)), "direction"),
     }
+    check_path(path)
     path = Path(path)
     format, read = _reader(path, shape, dtype, offset, name)
     try:
@@ -105,16 +109,20 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
         _spanning(_numbers(volume.direction, "direction", (3, 3)), "direction")
         return volume
     except MemoryError as error:
-        raise MemoryError(f"{path}: {error}") from error
+        raise MemoryError(f"{printable(path)}: {error}") from error
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
-            f"{path}: reading {format} needs the package {error.name}: pip install isospline[io]", name=error.name
+            f"{printable(path)}: reading {format} needs the package {error.name}: pip install isospline[io]",
+            name=error.name,
         ) from error
     except Exception as error:
-        if isinstance(error, OSError) and error.errno is not None:
+        if isinstance(error, OSError) and error.filename is not None:
             raise
+        # A place before or after all of the file, which its header names, is no failure of the system.
+        if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
+            raise OSError(error.errno, error.strerror, str(path)) from error
         # The libraries raise what they like for a broken file.
-        raise ValueError(f"{path}: cannot be read as {format}: {_reason(error)}") from error
+        raise ValueError(f"{printable(path)}: cannot be read as {format}: {_reason(error)}") from error
 
 
 def _reader(path, shape, dtype, offset, name):
@@ -123,6 +131,7 @@ def _reader(path, shape, dtype, offset, name):
         if tiff.slices_of(path):
             return "TIFF slices", tiff.read_folder
         return "DICOM series", lambda path: dicom.read_folder(path, name)
+    check_file(path)
     with open(path, "rb") as file:
         beginning = file.read(132)
 
@@ -136,8 +145,8 @@ def _reader(path, shape, dtype, offset, name):
         if beginning[128:] == b"DICM":
             return "DICOM", dicom.read_file
         raise ValueError(
-            f"{path}: expected a name that ends in {', '.join(FORMATS)} or .raw, a DICOM file, a folder of DICOM files "
-            f"or TIFF slices, or the shape and dtype of raw samples"
+            f"{printable(path)}: expected a name that ends in {', '.join(FORMATS)} or .raw, a DICOM file, a folder of "
+            f"DICOM files or TIFF slices, or the shape and dtype of raw samples"
         )
     format, read, takes_name = FORMATS[suffix]
     return format, (lambda path: read(path, name)) if takes_name else read

@@ -11,7 +11,7 @@ import xml.etree.ElementTree
 
 import numpy as np
 
-from .checks import check_components, check_samples
+from .checks import check_components, check_file, check_samples
 from .volume_data import VolumeData
 
 SUFFIXES = (".tif", ".tiff")
@@ -46,6 +46,7 @@ def read_folder(path):
     files = slices_of(path)
     data = None
     for index, file_path in enumerate(files):
+        check_file(file_path)
         _check_pages(file_path)
         with _quiet(), tifffile.TiffFile(file_path) as file:
             series = file.series[0]
@@ -115,18 +116,21 @@ def _check_pages(path):
         count_format, tag_format, offset_format, at = ("Q", "HHQQ", "Q", 8) if big else ("H", "HHII", "I", 4)
 
         pages = set()
+        step = struct.calcsize(order + tag_format)
         while page := unpack(at, offset_format)[0]:
             if page in pages:
                 raise ValueError("expected a list of pages, got one that runs in a circle")
             pages.add(page)
             (count,) = unpack(page, count_format)
             begin = page + struct.calcsize(count_format)
+            if count * step > size - begin:
+                raise ValueError(f"expected {count} tags within the file: the file is truncated")
             tags = unpack(begin, tag_format * count)
             for kind, items, value in zip(tags[1::4], tags[2::4], tags[3::4]):
                 length = _TAG_SIZES.get(kind, 0) * items
                 if length > struct.calcsize(offset_format) and value + length > size:
                     raise ValueError("expected tags that end within the file: the file is truncated")
-            at = begin + struct.calcsize(order + tag_format) * count
+            at = begin + step * count
 
 
 @contextlib.contextmanager

@@ -45,9 +45,17 @@ class VolumeData:
     @classmethod
     def from_affine(cls, data, affine, format=""):
         """Split a (4, 4) or (3, 4) matrix from index (x, y, z, 1) to world into spacing, direction and origin."""
-        matrix = np.asarray(affine, dtype=float)[:3, :3]
+        try:
+            whole = np.asarray(affine, dtype=float)
+        except (TypeError, ValueError):
+            raise TypeError(f"affine: expected a (4, 4) or (3, 4) matrix, got {type(affine).__name__}") from None
+        if whole.shape not in ((4, 4), (3, 4)):
+            raise ValueError(f"affine: expected a matrix of shape (4, 4) or (3, 4), got shape {whole.shape}")
+        matrix = whole[:3, :3]
         spacing = np.linalg.norm(matrix, axis=0)
-        return cls(data, tuple(spacing.tolist()), tuple(np.asarray(affine)[:3, 3].tolist()), matrix / spacing, format)
+        if not (np.isfinite(whole).all() and spacing.all()):
+            raise ValueError(f"affine: expected finite numbers and no column of zeros, got {whole.tolist()}")
+        return cls(data, tuple(spacing.tolist()), tuple(whole[:3, 3].tolist()), matrix / spacing, format)
 
     @property
     def affine(self):

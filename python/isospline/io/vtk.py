@@ -8,14 +8,16 @@ import re
 
 import numpy as np
 
-from .checks import check_components, check_samples
+from .checks import check_components, check_samples, utf8
 from .volume_data import VolumeData
+from .vtk_legacy import check_counts
 
 
 def read_legacy(path, name=None):
     """Read a legacy file of structured points."""
     from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
 
+    check_counts(path, whole=False)
     reader = vtkStructuredPointsReader()
     reader.ReadAllScalarsOn()
     return _read(reader, path, name)
@@ -35,7 +37,7 @@ def read_xml(path, name=None):
 
 def _read(reader, path, name):
     with messages() as text:
-        reader.SetFileName(str(path))
+        reader.SetFileName(utf8(path))
         reader.UpdateInformation()
         check_messages(text())
         _check_memory(reader.GetOutputInformation(0))

@@ -1,0 +1,147 @@
+"""What is checked of a mesh file before the library that reads its format, which would crash, wait or guess."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+
+from ..io.vtk_legacy import check_counts
+
+# Compression makes at most as many bytes of one.
+MOST_INFLATED = 1100
+# Bytes of a header, or a trailer, to look at.
+HEADER_LIMIT = 1 << 16
+
+
+def check_ply(path):
+    """Check that an ASCII file has all elements: trimesh takes those that there are."""
+    with open(path, "rb") as file:
+        header = []
+        while not header or header[-1] != b"end_header":
+            line = file.readline(HEADER_LIMIT)
+            if not line or len(header) > 10_000:
+                raise ValueError("expected a header that ends with end_header")
+            header.append(line.strip())
+        words = [line.decode("latin-1").split() for line in header]
+        elements = _elements(words)
+        size = os.path.getsize(path) - file.tell()
+        if ["format", "ascii", "1.0"] not in words:
+            for name, count, properties in elements:
+                if count * max(len(properties), 1) > size:
+                    raise ValueError(f"expected {count} elements {name} within the file: the file is truncated")
+            return
+        for name, count, properties in elements:
+            for row in range(count):
+                line = file.readline()
+                while line and not line.strip():
+                    line = file.readline()
+                if not line or not _is_complete(line.split(), properties):
+                    raise ValueError(f"expected {count} elements {name}, got {row}: the file is truncated or damaged")
+
+
+def _elements(words):
+    """Name, number and properties of each element; a property is whether it is a list."""
+    elements = []
+    for line in words:
+        if line[:1] == ["element"]:
+            if len(line) != 3 or not re.fullmatch(r"\d{1,18}", line[2]):
+                raise ValueError(f"expected a name and a number of elements, got {' '.join(line)}")
+            elements.append((line[1], int(line[2]), []))
+        elif line[:1] == ["property"]:
+            if not elements:
+                raise ValueError("expected an element before its properties")
+            elements[-1][2].append(line[1:2] == ["list"])
+    return elements
+
+
+def _is_complete(numbers, properties):
+    """Whether a line has all numbers of an element."""
+    at = 0
+    for is_list in properties:
+        if is_list:
+            if at >= len(numbers) or not numbers[at].isdigit():
+                return False
+            at += int(numbers[at])
+        at += 1
+    return at <= len(numbers)
+
+
+def check_stl(path):
+    """Check that an ASCII file has its end; the size of a binary one is checked by trimesh."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        beginning = file.read(84)
+        if size >= 84 and size == 84 + 50 * int.from_bytes(beginning[80:], "little"):
+            return
+        if not beginning.lstrip().lower().startswith(b"solid"):
+            return
+        file.seek(-min(size, HEADER_LIMIT), os.SEEK_END)
+        last = file.read().strip().rpartition(b"\n")[2].strip().lower()
+    if not last.startswith(b"endsolid"):
+        raise ValueError("expected endsolid in the last line: the file is truncated")
+
+
+def check_vtk_xml(path):
+    """Check that a file has its end, and as many points and cells as can be in it."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        text = file.read(min(size, HEADER_LIMIT))
+        file.seek(-min(size, 256), os.SEEK_END)
+        if b"</VTKFile>" not in file.read():
+            raise ValueError("expected </VTKFile> at the end: the file is truncated, or no VTK file")
+    for name, count in re.findall(rb"""\b(NumberOf\w+)\s*=\s*["']\s*([^"']*)["']""", text):
+        if re.fullmatch(rb"\d+\s*", count) is None or int(count) > size * MOST_INFLATED:
+            raise ValueError(f"expected {name.decode()} of what the file can hold, got {count.decode('latin-1')}")
+
+
+def check_gmsh(path):
+    """Check that each section of a file has its end."""
+    with open(path, "rb") as file:
+        begun = None
+        for line in iter(lambda: file.readline(HEADER_LIMIT), b""):
+            match = re.fullmatch(rb"\$([A-Za-z]+)\s*", line)
+            if match and match[1].startswith(b"End"):
+                begun = None
+            elif match and begun is None:
+                begun = match[1]
+    if begun is not None:
+        raise ValueError(f"expected $End{begun.decode()}: the file is truncated")
+
+
+class EndingFile(io.BufferedReader):
+    """A file whose end a reader is told of a few times and not for ever.
+
+    Some readers of meshio look for a bracket, or for an end of a section, until they find one.
+    """
+
+    PATIENCE = 100
+
+    def __init__(self, path):
+        super().__init__(io.FileIO(path))
+        self._ends = 0
+
+    def read(self, size=-1):
+        """At most as many bytes."""
+        return self._count(super().read(size), size)
+
+    def readline(self, size=-1):
+        """A line."""
+        return self._count(super().readline(size), size)
+
+    def _count(self, content, size):
+        if not content and size != 0:
+            self._ends += 1
+            if self._ends > self.PATIENCE:
+                raise ValueError("expected the rest of the file: the file is truncated or damaged")
+        return content
+
+
+_GUARDS = {".vtk": check_counts, ".ply": check_ply, ".stl": check_stl, ".vtp": check_vtk_xml, ".vtu": check_vtk_xml}
+
+
+def check_before(path):
+    """Check what the reader of a format does not."""
+    guard = _GUARDS.get(path.suffix.lower())
+    if guard is not None:
+        guard(path)

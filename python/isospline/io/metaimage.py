@@ -1,0 +1,140 @@
+"""MetaImage: its header by SimpleITK, once it is known to be sound, its binary samples by zlib and NumPy.
+
+ITK takes what it could inflate of damaged samples for good, and looks for as many dimensions as a header names.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+
+import numpy as np
+
+from . import itk
+from .checks import check_file, utf8
+from .packed import read_samples
+
+# Bytes of a line of a header, which ITK reads into memory of a fixed size.
+LINE_LIMIT = 4000
+# ITK's images have no more.
+DIMENSION_LIMIT = 10
+# How many numbers follow a key, by the dimension n; ITK reads as many, whatever the line has.
+_COUNTS = {
+    "DimSize": lambda n: n, "ElementSpacing": lambda n: n, "ElementSize": lambda n: n, "Offset": lambda n: n,
+    "Position": lambda n: n, "Origin": lambda n: n, "CenterOfRotation": lambda n: n, "TransformMatrix": lambda n: n * n,
+    "Rotation": lambda n: n * n, "Orientation": lambda n: n * n,
+}  # fmt: skip
+
+
+def read(path):
+    """Read a MetaImage file, with its samples within or detached."""
+    header, begin = _read_header(path)
+    parts = _parts(path, header, begin)
+    for part, _ in parts:
+        check_file(part)
+    with itk.quiet():
+        reader = itk.open_header(path, "MetaImageIO")
+        itk.check_header(reader)
+        if not _is_true(header, "BinaryData", default=True):
+            return itk.to_volume_data(reader.Execute())
+
+    dtype = itk.dtype_of(reader.GetPixelID())
+    if _is_true(header, "BinaryDataByteOrderMSB") or _is_true(header, "ElementByteOrderMSB"):
+        dtype = dtype.newbyteorder(">")
+    shape = reader.GetSize()[2::-1]
+    compression = "zlib" if _is_true(header, "CompressedData") else None
+    if compression is None:
+        expected = math.prod(shape) * dtype.itemsize // len(parts)
+        parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
+    data = read_samples([(part, at, 0) for part, at in parts], shape, dtype, compression)
+    return itk.to_volume_data(reader, data.astype(dtype.newbyteorder("="), copy=False))
+
+
+def _read_header(path):
+    """The lines `Key = Value` of a header, and the byte after them; LIST is followed by names of files."""
+    header = {}
+    with open(path, "rb") as file:
+        while "ElementDataFile" not in header:
+            line = file.readline(LINE_LIMIT + 1)
+            key, equals, value = (part.strip() for part in line.decode("latin-1").partition("="))
+            if not (equals and re.fullmatch(r"[^\s:][^:]{0,200}", key)):
+                raise ValueError("expected a header of lines 'Key = Value' that ends with ElementDataFile")
+            if len(line) > LINE_LIMIT:
+                raise ValueError(f"expected lines of at most {LINE_LIMIT} bytes in the header")
+            if key in header:
+                raise ValueError(f"expected {key} once in the header")
+            header[key] = value
+        begin = file.tell()
+    _check_header(header)
+    return header, begin
+
+
+def _check_header(header):
+    for key in ("NDims", "DimSize", "ElementType"):
+        if key not in header:
+            raise ValueError(f"expected {key} in the header")
+    dimension = _integer(header, "NDims")
+    if not 1 <= dimension <= DIMENSION_LIMIT:
+        raise ValueError(f"expected NDims from 1 to {DIMENSION_LIMIT}, got {dimension}")
+    for key, count in _COUNTS.items():
+        words = header.get(key, "0 " * count(dimension)).split()
+        try:
+            right = len(words) == count(dimension) and np.isfinite(np.array(words, float)).all()
+        except ValueError:
+            right = False
+        if not right:
+            raise ValueError(f"expected {key} of {count(dimension)} numbers, got {header[key]}")
+    if not all(re.fullmatch(r"\d{1,18}", word) for word in header["DimSize"].split()):
+        raise ValueError(f"expected DimSize of whole numbers, got {header['DimSize']}")
+
+
+def _parts(path, header, begin):
+    """The files that hold the samples, and where in them to begin."""
+    name = header["ElementDataFile"]
+    folder = os.path.dirname(utf8(path))
+    if name.upper() == "LOCAL":
+        return [(path, begin)]
+    words = name.split()
+    if words[:1] == ["LIST"]:
+        with open(path, "rb") as file:
+            file.seek(begin)
+            names = [line.decode("latin-1").strip() for line in file.readlines(LINE_LIMIT * 1000)]
+        names = [name for name in names if name]
+    elif "%" in name:
+        names = _numbered(words, header)
+    else:
+        names = [name]
+    if not names or not all(names):
+        raise ValueError("expected the names of files in ElementDataFile, got none")
+    return [(os.path.join(folder, name), 0) for name in names]
+
+
+def _numbered(words, header):
+    """`slice%03d.raw 1 93 1`: names by a pattern, the first and the last number, and the step."""
+    numbers = [int(word) for word in words[1:] if re.fullmatch(r"\d{1,9}", word)]
+    first, last, step = [*numbers, *(1, int(header["DimSize"].split()[-1]), 1)[len(numbers) :]]
+    if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", words[0]) or len(words) > 4 or step < 1 or last - first > 1_000_000:
+        raise ValueError(f"expected a pattern with one number in ElementDataFile, got {' '.join(words)}")
+    return [words[0] % number for number in range(first, last + 1, step)]
+
+
+def _begin(header, path, begin, expected):
+    """Where samples begin that are not compressed; a HeaderSize of -1 says that they end with the file."""
+    size, skipped = check_file(path), _integer(header, "HeaderSize", 0)
+    begin = size - expected if skipped < 0 else begin + skipped
+    got = max(size - begin, 0)
+    if got < expected or begin < 0:
+        raise ValueError(f"expected {expected} bytes of samples, got {got} bytes: the file is truncated")
+    return begin
+
+
+def _is_true(header, key, default=False):
+    return header[key][:1].upper() in ("T", "1") if key in header else default
+
+
+def _integer(header, key, default=None):
+    word = header.get(key, str(default))
+    if not re.fullmatch(r"[+-]?\d{1,18}", word):
+        raise ValueError(f"expected {key} to be a whole number, got {word}")
+    return int(word)

@@ -1,0 +1,145 @@
+"""NRRD: its header by SimpleITK, once it is known to be sound, its binary samples by Python and NumPy.
+
+ITK's reader (Teem's) does not look at the checksums of compressed samples, and crashes at long lines.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+
+from . import itk
+from .checks import check_file, utf8
+from .packed import read_samples
+
+_COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
+# Bytes of a line of a header, Teem's memory for which has a fixed size, and of a header.
+LINE_LIMIT, HEADER_LIMIT = 1000, 1 << 20
+# Teem's arrays have no more.
+DIMENSION_LIMIT = 16
+
+
+def read(path):
+    """Read a NRRD file, with its samples within or detached."""
+    header, names, begin = _read_header(path)
+    folder = os.path.dirname(utf8(path))
+    files = [os.path.join(folder, name) for name in names] if names is not None else [path]
+    for file in files:
+        check_file(file)
+    with itk.quiet():
+        reader = itk.open_header(path, "NrrdImageIO")
+        itk.check_header(reader)
+        encoding = header["encoding"].lower()
+        if encoding not in _COMPRESSIONS:
+            return itk.to_volume_data(reader.Execute())
+
+    # All of the file's axes are those of the volume: one number a sample has been checked.
+    shape = reader.GetSize()[2::-1]
+    if math.prod(shape) != math.prod(header["sizes"]):
+        raise ValueError(f"expected one number a sample, got sizes of {' x '.join(map(str, header['sizes']))}")
+    dtype = itk.dtype_of(reader.GetPixelID())
+    if dtype.itemsize > 1:
+        order = header.get("endian", "").lower()
+        if order not in ("little", "big"):
+            raise ValueError(f"expected endian little or big, got {order or 'none'}")
+        dtype = dtype.newbyteorder("<" if order == "little" else ">")
+    parts = _parts(files, 0 if names is not None else begin, header, math.prod(shape) * dtype.itemsize)
+    data = read_samples(parts, shape, dtype, _COMPRESSIONS[encoding])
+    return itk.to_volume_data(reader, data.astype(dtype.newbyteorder("="), copy=False))
+
+
+def _read_header(path):
+    """Fields of a header, names of files of samples (None where they follow), and the byte after the header."""
+    fields, names, length = {}, None, 0
+    with open(path, "rb") as file:
+        if not re.fullmatch(rb"NRRD000[1-5]\r?\n", file.readline(16)):
+            raise ValueError("expected a file that begins with NRRD0001 to NRRD0005")
+        while line := file.readline(LINE_LIMIT + 1):
+            length += len(line)
+            if len(line) > LINE_LIMIT or length > HEADER_LIMIT:
+                raise ValueError(f"expected a header of {HEADER_LIMIT} bytes in lines of {LINE_LIMIT} at most")
+            text = line.decode("latin-1").strip()
+            if not text:
+                break
+            match = re.fullmatch(r"([^#:][^:]*): ?(?!=)(.*)", text)
+            if not match:
+                continue  # a comment, or a key and a value of the user's
+            name, value = match[1].strip().lower(), match[2].strip()
+            name = {"datafile": "data file", "lineskip": "line skip", "byteskip": "byte skip"}.get(name, name)
+            if name in fields:
+                raise ValueError(f"expected {name} once in the header")
+            fields[name] = value
+            if name == "data file" and value.split()[:1] == ["LIST"]:
+                names = [line.decode("latin-1").strip() for line in file.readlines(HEADER_LIMIT)]
+                break
+        begin = file.tell()
+    _check_fields(fields)
+    if "data file" in fields and names is None:
+        names = _file_names(fields["data file"])
+    if names is not None and not (names and all(names)):
+        raise ValueError("expected the names of files of samples, got none")
+    return fields, names, begin
+
+
+def _check_fields(fields):
+    for name in ("type", "dimension", "sizes", "encoding"):
+        if name not in fields:
+            raise ValueError(f"expected the field {name} in the header")
+    dimension = _integer(fields, "dimension")
+    words = fields["sizes"].split()
+    if not 1 <= dimension <= DIMENSION_LIMIT:
+        raise ValueError(f"expected a dimension from 1 to {DIMENSION_LIMIT}, got {dimension}")
+    if len(words) != dimension or not all(re.fullmatch(r"\d{1,18}", word) for word in words):
+        raise ValueError(f"expected sizes of {dimension} whole numbers, got {fields['sizes']}")
+    fields["sizes"] = [int(word) for word in words]
+
+
+def _file_names(value):
+    """One name, or a pattern, the first and the last number, and the step: `slice%03d.raw 1 93 1`."""
+    match = re.fullmatch(r"(\S*%0?\d{0,2}d\S*) +(-?\d{1,9}) +(-?\d{1,9}) +(-?\d{1,9})( +\d{1,2})?", value)
+    if not match:
+        return [value]
+    first, last, step = (int(match[group]) for group in (2, 3, 4))
+    if match[1].count("%") != 1 or step == 0 or abs(last - first) > 1_000_000:
+        raise ValueError(f"expected a pattern with one number as data file, got {value}")
+    return [match[1] % number for number in range(first, last + (1 if step > 0 else -1), step)]
+
+
+def _parts(files, begin, header, size):
+    """The files, where their samples begin, and how many bytes to leave out."""
+    lines, skipped = _integer(header, "line skip", 0), _integer(header, "byte skip", 0)
+    if lines < 0 or skipped < -1:
+        raise ValueError(f"expected line skip and byte skip of at least 0, got {lines} and {skipped}")
+    compressed = _COMPRESSIONS[header["encoding"].lower()] is not None
+    if compressed and skipped < 0:
+        raise ValueError("expected byte skip of at least 0 for compressed samples, got -1")
+    parts = []
+    for file in files:
+        length = check_file(file)
+        with open(file, "rb") as opened:
+            opened.seek(begin)
+            for _ in range(lines):
+                if not opened.readline():
+                    break
+            at = opened.tell()
+        each = size // len(files)
+        if skipped > length and not compressed:
+            raise ValueError(f"expected a byte skip within the file, got {skipped}")
+        if compressed:
+            parts.append((file, at, skipped))
+        else:
+            at = length - each if skipped < 0 else at + skipped
+            if at < 0 or length - at < each:
+                raise ValueError(
+                    f"expected {each} bytes of samples, got {max(length - at, 0)} bytes: the file is truncated"
+                )
+            parts.append((file, at, 0))
+    return parts
+
+
+def _integer(fields, name, default=None):
+    word = fields.get(name, str(default))
+    if not re.fullmatch(r"[+-]?\d{1,18}", word):
+        raise ValueError(f"expected {name} to be a whole number, got {word}")
+    return int(word)

@@ -1,0 +1,85 @@
+"""VTK's legacy files (VTK File Formats, "Simple Legacy Formats"), checked before VTK reads them.
+
+VTK allocates what a file counts before it looks for it, and follows the lengths of cells out of its memory.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import re
+
+import numpy as np
+
+_CELLS = rb"(?i:VERTICES|LINES|POLYGONS|TRIANGLE_STRIPS|CELLS)"
+_COUNTS = rb"(?i:POINTS|CELL_TYPES|VERTICES|LINES|POLYGONS|TRIANGLE_STRIPS|CELLS|FIELD\s+\S+)"
+_TYPES = rb"(?i:bit|(?:unsigned_)?char|(?:unsigned_)?short|(?:unsigned_)?int|(?:unsigned_)?long|float|double|vtkIdType)"
+_NUMBER = rb"([+-]?\d+)(?!\S)"
+# A count; those of cells have a second one; so have arrays of fields.
+_COUNT = re.compile(rb"(?<!\S)" + _COUNTS + rb"\s+" + _NUMBER)
+_ARRAY = re.compile(rb"(?<!\S)\S+\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"\s+" + _TYPES + rb"(?!\S)")
+_CELL_LIST = re.compile(rb"(?<!\S)" + _CELLS + rb"\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"[^\S\n]*\n")
+_SCALARS = re.compile(rb"(?<!\S)(?i:SCALARS|COLOR_SCALARS|TEXTURE_COORDINATES)\s+\S+\s+(?:[a-zA-Z_]+\s+)?" + _NUMBER)
+# Where the counts of image data are: behind that there are samples.
+HEADER = 1 << 16
+
+
+def check_counts(path, whole=True):
+    """Check that what a file counts fits into it, and that each cell ends within the list of cells.
+
+    Of image data, which may be large, not the whole file is looked at.
+    """
+    size = os.path.getsize(path)
+    if size == 0:
+        return
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        end = size if whole else min(size, HEADER)
+        for pattern in (_COUNT, _ARRAY, _SCALARS):
+            for match in pattern.finditer(content, 0, end):
+                _check_counts(match.groups(), size)
+        binary = re.search(rb"(?<!\S)(?i:BINARY)(?!\S)", content[:1024]) is not None
+        for match in _CELL_LIST.finditer(content, 0, end) if whole else ():
+            count, length = (int(group) for group in match.groups())
+            _check_counts(match.groups()[1:], size)
+            # From version 5 on, they are two arrays, of offsets and of indices.
+            if content[match.end() : match.end() + 100].lstrip()[:7].upper() != b"OFFSETS":
+                _check_cells(_integers(content, match.end(), length, binary), count)
+
+
+def _check_counts(words, size):
+    """Check that a product of counts is not beyond what may be in the file, of bits at the least."""
+    product = 1
+    for word in words:
+        product *= int(word) if len(word) < 20 else size * 9
+    if product < 0 or product > size * 8:
+        counts = " x ".join(word.decode() for word in words)
+        raise ValueError(f"expected counts of what the file can hold, got {counts}: the file is truncated or damaged")
+
+
+def _integers(content, begin, length, binary):
+    """The numbers of a list of cells: for each cell its length, and its indices."""
+    if binary:
+        part = content[begin : begin + 4 * length]
+        numbers = np.frombuffer(part[: len(part) // 4 * 4], ">i4")
+    else:
+        end = re.compile(rb"[A-Za-z]").search(content, begin)
+        words = content[begin : end.start() if end else len(content)].split()[:length]
+        if not all(re.fullmatch(rb"[+-]?\d{1,18}", word) for word in words):
+            raise ValueError("expected whole numbers in a list of cells")
+        numbers = np.array(words, dtype="S20").astype(np.int64)
+    if len(numbers) < length:
+        raise ValueError(f"expected {length} numbers in a list of cells, got {len(numbers)}: the file is truncated")
+    return numbers
+
+
+def _check_cells(numbers, count):
+    """Check that so many cells fill a list of cells."""
+    position, values = 0, numbers.tolist()
+    for _ in range(count):
+        if position >= len(values) or values[position] < 0:
+            break
+        position += 1 + values[position]
+    else:
+        if position == len(values):
+            return
+    raise ValueError(f"expected {count} cells that fill {len(values)} numbers, got others")

@@ -1,0 +1,184 @@
+"""Every public callable with arguments that are right, to be changed one by one."""
+
+import inspect
+
+import numpy as np
+
+import isospline as iso
+from isospline import volumes
+
+# Not called: they need another library's objects, or a file.
+LEFT_OUT = {"Cancelled", "Image", "read_mesh", "Isosurface.shell"}
+
+
+def objects():
+    """One object of each class."""
+    field = volumes.torus()
+    made = {"volume": iso.Volume(field.samples(12), **field.grid(12))}
+    made["surface"] = iso.Isosurface(made["volume"], field.level)
+    made["mesh"] = iso.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    made["scene"] = iso.Scene([made["surface"], made["mesh"]])
+    made["camera"] = iso.camera_for(made["scene"])
+    made["plane_camera"] = iso.ProjectionPlaneCamera((0, -5, 0), right=(1, 0, 0), down=(0, 0, -1), center=(0, -4, 0))
+    made["flat_camera"] = iso.OrthographicCamera((0, -5, 0), (0, 0, 0), height=3)
+    made["panorama"] = iso.PanoramicCamera((0, -5, 0), (0, 0, 0))
+    made["image"] = iso.render(made["scene"], made["camera"], size=(4, 4))
+    made["rays"] = np.array([[0, -3, 0.2, 0, 1, 0], [3, 0, 0, -1, 0, 0.0]])
+    made["hits"] = made["scene"].cast_rays(made["rays"])
+    made["material"] = iso.Material()
+    made["hopper"] = iso.VoxelHopper(made["surface"])
+    made["intersector"] = iso.RayMeshIntersector(made["surface"])
+    made["progressive"] = iso.ProgressiveRenderer(made["scene"], made["camera"], size=(4, 4))
+    made["data"] = iso.VolumeData(np.arange(60.0).reshape(3, 4, 5))
+    made["position"] = ((0, -5, 0), (0, 0, 0), (0, 0, 1))
+    return made
+
+
+def calls(o, folder):
+    """(name, function, arguments) of each call; `folder` is for files."""
+    points, size, samples = [(0.1, 0.2, 0.3), (1, 1, 1)], (5, 4), np.arange(60.0).reshape(3, 4, 5)
+    look = {"eye": (0, -5, 0), "target": (0, 0, 0), "up": (0, 0, 1)}
+    picture = {"size": (4, 3), "background": (1, 0, 0), "curvature": False, "ambient_occlusion": 2}
+    frame = {"view": "iso", "up": (0, 0, 1), "projection": "perspective", "field_of_view": 30.0, "size": size,
+             "margin": 0.1}  # fmt: skip
+    near = {"t_near": 0.0, "t_far": 9.0}
+    ray = {"ray_origins": o["rays"][:, :3], "ray_directions": o["rays"][:, 3:]}
+    np.save(folder / "a.npy", samples)
+    samples.tofile(folder / "a.raw")
+    scene, surface = o["scene"], o["surface"]
+    return [
+        ("AmbientOcclusion", iso.AmbientOcclusion, {"samples": 4, "distance": 1.0, "color": 1.0, "opacity": 1.0,
+                                                    "cap_color": None}),
+        ("Box", iso.Box, {"minimum": (0, 0, 0), "maximum": (1, 1, 1)}),
+        ("ColorByCurvature", iso.ColorByCurvature, {"kind": "mean", "cmap": "viridis", "limits": (-1, 1)}),
+        ("ColorByDepth", iso.ColorByDepth, {"cmap": "viridis", "limits": (0, 1)}),
+        ("ColorByNormal", iso.ColorByNormal, {}),
+        ("ColorByVolume", iso.ColorByVolume, {"volume": o["volume"], "cmap": [(0, 0, 0), (1, 1, 1)], "limits": (0, 1),
+                                              "transform": np.eye(4)}),
+        ("DirectionalLight", iso.DirectionalLight, {"direction": (1, 0, 0), "intensity": 1.0}),
+        ("EnvironmentLight", iso.EnvironmentLight, {"radiance": 1.0, "image": np.ones((4, 8, 3)), "rotation": np.eye(3),
+                                                    "visible": True}),
+        ("HalfSpace", iso.HalfSpace, {"point": (0, 0, 0), "normal": (0, 0, 1)}),
+        ("Isosurface", iso.Isosurface, {"volume": o["volume"], "level": 0.0, "prune_depth": 1, "prune_border": True,
+                                        "mask": np.ones((12, 12, 12), bool), "clip": [iso.Box((-1, -1, -1), (0, 1, 1))],
+                                        "capped": True, "method": "exact", "inside": "above",
+                                        "material": o["material"], "progress": None}),
+        ("Isosurface.closest_points", surface.closest_points, {"points": points, "max_distance": 9.0,
+                                                               "tolerance": 0.1}),
+        ("Isosurface.contains", surface.contains, {"points": points}),
+        ("Isosurface.signed_distance", surface.signed_distance, {"points": points, "max_distance": 9.0,
+                                                                 "tolerance": 0.1}),
+        ("Isosurface.with_level", surface.with_level, {"level": 0.01, "progress": None}),
+        ("Isosurface.level", lambda level: setattr(iso.Isosurface(o["volume"], 0.0), "level", level), {"level": 0.01}),
+        ("Material", iso.Material, {"base_color": 0.5, "metallic": 0.5, "roughness": 0.5, "specular": 0.5,
+                                    "cap_color": None}),
+        ("Material.evaluate", o["material"].evaluate, {"to_viewer": (0, 0, 1), "to_light": (0, 0.1, 1)}),
+        ("Mesh", iso.Mesh, {"vertices": np.eye(3), "faces": [(0, 1, 2)], "normals": np.eye(3), "colors": np.eye(3),
+                            "material": None}),
+        *((f"{of.__name__}.{name}", lambda value, function=getattr(of, name): function(value), {"value": None})
+          for of in (iso.Mesh, iso.Volume) for name in dir(of) if name.startswith("from_")),
+        ("OrthographicCamera", iso.OrthographicCamera, {**look, "height": 2.0}),
+        ("OrthographicCamera.from_pyvista", iso.OrthographicCamera.from_pyvista, {"camera_position": o["position"],
+                                                                                  "parallel_scale": 1.0}),
+        ("OrthographicCamera.to_pyvista", o["flat_camera"].to_pyvista, {}),
+        ("PerspectiveCamera.to_pyvista", o["camera"].to_pyvista, {}),
+        ("PerspectiveCamera.from_pyvista", iso.PerspectiveCamera.from_pyvista, {"camera_position": o["position"],
+                                                                                "view_angle": 30.0}),
+        ("PerspectiveCamera", iso.PerspectiveCamera, {**look, "field_of_view": 30.0, "field_of_view_axis": "vertical"}),
+        ("PerspectiveCamera.with_lens", o["camera"].with_lens, {"aperture_radius": 0.1, "focus_distance": 3.0}),
+        ("PanoramicCamera", iso.PanoramicCamera, look),
+        ("ProjectionPlaneCamera", iso.ProjectionPlaneCamera, {"eye": (0, -5, 0), "right": (1, 0, 0),
+                                                              "down": (0, 0, -1), "center": (0, -4, 0)}),
+        ("ProjectionPlaneCamera.from_opencv", iso.ProjectionPlaneCamera.from_opencv,
+         {"intrinsics": [(9, 0, 2), (0, 9, 2), (0, 0, 1)], "rotation": np.eye(3), "translation": (0, 0, 5), "size": size,
+          "pixel_center": 0.5}),
+        *((f"{type(o[name]).__name__}.{method}", getattr(o[name], method), {"size": size})
+          for name in ("camera", "plane_camera", "flat_camera", "panorama")
+          for method in ("rays", "world_to_ndc", "to_opencv") if hasattr(o[name], method)),
+        ("Outline", iso.Outline, {"exponent": 2.0, "color": 1.0, "surface_color": 0.0, "opacity": 1.0,
+                                  "cap_color": None}),
+        ("PathTracer", iso.PathTracer, {"material": o["material"], "materials": {0: o["material"]},
+                                        "lights": [iso.SphereLight((0, 0, 3), 1.0)], "max_bounces": 2, "seed": 1}),
+        ("Phong", iso.Phong, {"color": 1.0, "ambient": 0.1, "diffuse": 0.5, "specular": 0.1, "specular_exponent": 9.0,
+                              "ambient_light": 1.0, "lights": [iso.PositionalLight((0, 0, 3))], "two_sided": True,
+                              "shadows": True, "opacity": 1.0, "cap_color": None}),
+        ("PositionalLight", iso.PositionalLight, {"position": (0, 0, 3), "intensity": 1.0}),
+        ("ProgressiveRenderer", iso.ProgressiveRenderer, {"scene": scene, "camera": o["camera"], **picture,
+                                                          "integrator": iso.PathTracer(), "direct": True}),
+        ("ProgressiveRenderer.step", o["progressive"].step, {"samples": 1, "progress": None}),
+        ("ProgressiveRenderer.reset", o["progressive"].reset, {"camera": o["camera"]}),
+        ("RayMeshIntersector", iso.RayMeshIntersector, {"geometry": o["surface"]}),
+        *((f"RayMeshIntersector.{name}", getattr(o["intersector"], name), dict(ray))
+          for name in ("intersects_any", "intersects_first", "intersects_id", "intersects_location")),
+        ("RayMeshIntersector.contains_points", o["intersector"].contains_points, {"points": points}),
+        ("RectangleLight", iso.RectangleLight, {"corner": (0, 0, 3), "edge_u": (1, 0, 0), "edge_v": (0, 1, 0),
+                                                "radiance": 1.0}),
+        ("Scene", iso.Scene, {"objects": [o["mesh"]], "build_quality": "medium"}),
+        ("Scene.add", lambda **given: iso.Scene().add(**given), {"obj": o["mesh"], "transform": np.eye(4),
+                                                                 "camera": True, "shadow": True}),
+        ("Scene.cast_rays", scene.cast_rays, {"rays": o["rays"], **near, "coherent": True, "details": True}),
+        ("Scene.count_intersections", scene.count_intersections, {"rays": o["rays"], **near}),
+        ("Scene.list_intersections", scene.list_intersections, {"rays": o["rays"], **near}),
+        ("Scene.test_occlusions", scene.test_occlusions, {"rays": o["rays"], **near}),
+        ("Scene.object", scene.object, {"geometry_id": 0}),
+        ("Scene.transform", scene.transform, {"geometry_id": 0}),
+        ("Scene.visibility", scene.visibility, {"geometry_id": 0}),
+        ("Scene.remove", lambda geometry_id: iso.Scene([o["mesh"]]).remove(geometry_id), {"geometry_id": 0}),
+        ("Scene.set_transform", lambda **given: iso.Scene([o["mesh"]]).set_transform(**given),
+         {"geometry_id": 0, "transform": np.eye(4)}),
+        ("Scene.set_visibility", lambda **given: iso.Scene([o["mesh"]]).set_visibility(**given),
+         {"geometry_id": 0, "camera": True, "shadow": False}),
+        ("Scene.secondary_rays", scene.secondary_rays, {"rays": o["rays"], "hits": dict(o["hits"]),
+                                                        "directions": -o["rays"][:, 3:]}),
+        ("SphereLight", iso.SphereLight, {"center": (0, 0, 3), "radius": 1.0, "radiance": 1.0}),
+        ("Volume", iso.Volume, {"data": samples, "spacing": (1, 1, 2), "origin": (0, 0, 0), "direction": np.eye(3),
+                                "degree": 2, "boundary": "mirror", "filter": "smoothing", "smoothing": 0.1,
+                                "axes": "zyx", "progress": None}),
+        ("Volume.sample", o["volume"].sample, {"points": points, "derivative": 1}),
+        ("VolumeData", lambda **given: iso.VolumeData(**given).to_volume(), {"data": samples, "spacing": (1, 1, 2)}),
+        ("VolumeData.from_affine", iso.VolumeData.from_affine, {"data": samples, "affine": np.eye(4)}),
+        ("VolumeData.position", o["data"].position, {"index": points}),
+        ("VolumeData.replace", o["data"].replace, {"spacing": (1, 1, 1)}),
+        ("VolumeData.to_volume", o["data"].to_volume, {"degree": 2}),
+        ("VoxelHopper", iso.VoxelHopper, {"surface": surface, "strides": True}),
+        ("VoxelHopper.cast_rays", o["hopper"].cast_rays, {"rays": o["rays"], **near}),
+        ("camera_for", iso.camera_for, {"scene": scene, **frame}),
+        ("turntable", iso.turntable, {"scene": scene, "count": 3, **frame}),
+        ("read_volume", iso.read_volume, {"path": folder / "a.raw", "shape": (3, 4, 5), "dtype": "f8", "offset": 0,
+                                          "spacing": (1, 1, 1), "origin": (0, 0, 0), "direction": np.eye(3),
+                                          "name": None}),
+        ("render", iso.render, {"scene": scene, "camera": o["camera"], **picture, "shading": iso.Phong(), "samples": 1,
+                                "progress": None}),
+        ("render_progressive", lambda **given: list(iso.render_progressive(**given)),
+         {"scene": scene, "camera": o["camera"], "samples": 2, "size": (4, 3)}),
+        ("ridges_and_valleys", iso.ridges_and_valleys, {"curvature": 0.5, "color": 0.5, "ridge": 1.0, "valley": 0.0}),
+        ("set_thread_count", iso.set_thread_count, {"count": 2}),
+        ("thread_count", iso.thread_count, {}),
+        ("suggest_levels", iso.suggest_levels, {"data": samples, "count": 2}),
+        ("Image.to_srgb", o["image"].to_srgb, {}),
+        ("Image.write", o["image"].write, {"path": folder / "a.exr", "half": False}),
+        ("write_video", iso.write_video, {"path": folder / "a.mp4", "images": [o["image"]], "fps": 30.0,
+                                          "quality": 5.0}),
+        *((f"volumes.{name}", getattr(volumes, name), _defaults(getattr(volumes, name)))
+          for name in volumes.__all__ if name != "Field"),
+        ("volumes.Field", lambda **given: volumes.torus().samples(**given), {"shape": (3, 4, 5), "dtype": "f4"}),
+    ]  # fmt: skip
+
+
+def _defaults(function):
+    return {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+
+
+def public_names():
+    """Names of all that is public and can be called."""
+    names = set()
+    for name in iso.__all__:
+        value = getattr(iso, name)
+        if not callable(value):
+            continue
+        names.add(name)
+        for member in dir(value) if inspect.isclass(value) and name not in LEFT_OUT else ():
+            static = inspect.getattr_static(value, member)
+            if not member.startswith("_") and callable(getattr(value, member)) and not isinstance(static, property):
+                names.add(f"{name}.{member}")
+    return names - LEFT_OUT

@@ -1,0 +1,102 @@
+"""Arguments that make no sense: one sentence that names the parameter."""
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+
+
+@pytest.fixture(scope="module")
+def volume():
+    return isospline.Volume(np.indices((6, 7, 8)).sum(0).astype(np.float32))
+
+
+@pytest.mark.parametrize("wrong, got", [(None, "None"), (3, "int"), ("volume", "str"), (np.zeros((3, 3, 3)), "ndarray")])
+def test_none_is_no_object(wrong, got):
+    for call, message in (
+        (lambda: isospline.ColorByVolume(wrong), "volume: expected a Volume"),
+        (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), "volume: expected a Volume"),
+        (lambda: isospline.Isosurface(wrong, 1.0), "volume: expected a Volume"),
+        (lambda: isospline.VoxelHopper(wrong), "surface: expected an Isosurface"),
+        (lambda: isospline.Scene().add(wrong), "obj: expected an Isosurface or a Mesh"),
+        (lambda: isospline.render(wrong, None), "scene: expected a Scene"),
+        (lambda: isospline.ProgressiveRenderer(wrong, None), "scene: expected a Scene"),
+    ):
+        with pytest.raises(TypeError) as caught:
+            call()
+        assert str(caught.value).startswith(f"{message}, got ") and str(caught.value).endswith(got)
+
+
+def test_masked_values_are_not_taken_for_data(volume):
+    masked = np.ma.masked_greater(np.arange(60.0).reshape(3, 4, 5), 50)
+    points = np.ma.masked_less(np.ones((2, 3)) * [[0], [1]], 0.5)
+    for call, name in (
+        (lambda: isospline.Volume(masked), "data"),
+        (lambda: isospline.suggest_levels(masked), "data"),
+        (lambda: volume.sample(points), "points"),
+        (lambda: isospline.Mesh(points, [[0, 1, 1]]), "vertices"),
+        (lambda: isospline.VolumeData(masked).to_volume(), "data"),
+    ):
+        with pytest.raises(ValueError, match=f"^{name}: expected an array without masked values.*, got [0-9]+ masked"):
+            call()
+    unmasked = np.ma.array(np.arange(60.0).reshape(3, 4, 5))
+    assert isospline.Volume(unmasked).maximum == isospline.Volume(masked.filled(0)).shape[0] * 20 - 1
+
+
+@pytest.mark.parametrize("stop", [False, 0, 0.0, "", [], np.False_, np.int64(0)])
+def test_false_values_of_progress_cancel(stop):
+    data = np.zeros((250, 250, 250), np.uint8)
+    with pytest.raises(isospline.Cancelled):
+        isospline.Volume(data, progress=lambda fraction: stop)
+
+
+@pytest.mark.parametrize("go_on", [None, True, 1, "yes", np.True_])
+def test_other_values_of_progress_do_not(go_on):
+    isospline.Volume(np.zeros((4, 4, 4), np.float32), progress=lambda fraction: go_on)
+
+
+def test_progress_that_cannot_be_judged_raises_its_own_error():
+    with pytest.raises(ValueError, match="ambiguous"):
+        isospline.Volume(np.zeros((4, 4, 4), np.float32), progress=lambda fraction: np.zeros(3))
+
+
+def test_affines_are_matrices():
+    data = np.zeros((3, 4, 5))
+    for affine in (3, None, np.eye(3), np.zeros(4), "matrix", [[1, 2], [3]]):
+        with pytest.raises((TypeError, ValueError), match="^affine: expected a .*matrix"):
+            isospline.VolumeData.from_affine(data, affine)
+    for affine in (np.zeros((4, 4)), np.full((4, 4), np.nan)):
+        with pytest.raises(ValueError, match="^affine: expected finite numbers and no column of zeros"):
+            isospline.VolumeData.from_affine(data, affine)
+
+
+def test_counts_are_whole_numbers_from_one_on():
+    box = [(-1, -1, -1), (1, 1, 1)]
+    calls = (volumes.waves, volumes.blobs, lambda count: isospline.turntable(box, count),
+             lambda count: isospline.suggest_levels(np.arange(9), count))  # fmt: skip
+    for call in calls:
+        for wrong in (0, -1, 1.5, np.nan, np.inf):
+            with pytest.raises(ValueError, match="^count: expected a whole number of at least 1, got"):
+                call(count=wrong)
+        for wrong in (None, "3", [3]):
+            with pytest.raises(TypeError, match="^count: expected a whole number, got"):
+                call(count=wrong)
+        call(count=2)
+
+
+@pytest.mark.parametrize("wrong", [None, 3, [None], [1, 2], ["image"], [np.zeros((4, 4, 3))]])
+def test_videos_are_made_of_images(tmp_path, wrong):
+    with pytest.raises(TypeError, match="^images: expected an "):
+        isospline.write_video(tmp_path / "a.mp4", wrong)
+    assert not list(tmp_path.iterdir())
+
+
+def test_images_are_written_to_paths():
+    camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
+    image = isospline.render(isospline.Scene(), camera, size=(4, 4))
+    for wrong in (None, 3, b"a.png"):
+        with pytest.raises(TypeError, match="^path: expected a str or path-like, got"):
+            image.write(wrong)
+    with pytest.raises(ValueError, match="^path: expected a name without null characters"):
+        image.write("a\0.png")

@@ -1,0 +1,457 @@
+"""Files that are damaged, or no files: an error that names them, or what they hold; nothing else."""
+
+import os
+import shutil
+import socket
+import stat
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import read_mesh, read_volume
+
+meshio = pytest.importorskip("meshio")
+nibabel = pytest.importorskip("nibabel")
+nrrd = pytest.importorskip("nrrd")
+pyvista = pytest.importorskip("pyvista")
+SimpleITK = pytest.importorskip("SimpleITK")
+tifffile = pytest.importorskip("tifffile")
+trimesh = pytest.importorskip("trimesh")
+
+from test_io import write_slices  # noqa: E402
+
+
+@pytest.fixture
+def data(rng):
+    return rng.integers(0, 90, (8, 9, 10)).astype(np.int16)
+
+
+def write_packed(folder, data):
+    """Files whose samples have a checksum: by name, the file that holds them."""
+    image = SimpleITK.GetImageFromArray(data)
+    for name in ("a.mha", "a.mhd", "a.nrrd", "b.nhdr"):
+        SimpleITK.WriteImage(image, folder / name, True)
+    nibabel.save(nibabel.Nifti1Image(data.T, np.eye(4)), folder / "a.nii.gz")
+    nrrd.write(str(folder / "bz.nrrd"), data.T, {"encoding": "bzip2"})
+    detached = {"a.mhd": "a.zraw", "b.nhdr": "b.raw.gz"}
+    names = ("a.mha", "a.mhd", "a.nrrd", "b.nhdr", "a.nii.gz", "bz.nrrd")
+    return {folder / name: folder / detached.get(name, name) for name in names}
+
+
+def test_a_flipped_bit_in_compressed_samples_is_an_error(tmp_path, data):
+    for path, packed in write_packed(tmp_path, data).items():
+        np.testing.assert_array_equal(read_volume(path).data, data)
+        content = packed.read_bytes()
+        for at in range(len(content) // 2, len(content) - 1, 29):
+            changed = bytearray(content)
+            changed[at] ^= 4
+            packed.write_bytes(changed)
+            try:
+                np.testing.assert_array_equal(read_volume(path).data, data)
+            except ValueError as error:
+                assert str(error).startswith(f"{path}: cannot be read as ")
+        packed.write_bytes(content)
+
+
+def test_samples_may_be_in_several_files(tmp_path, data):
+    for number, slice_ in enumerate(data):
+        (tmp_path / f"s{number:02d}.raw").write_bytes(slice_.astype("<i2").tobytes())
+    header = "NRRD0004\ntype: short\ndimension: 3\nsizes: 10 9 8\nencoding: raw\nendian: little\ndata file: "
+    (tmp_path / "a.nhdr").write_text(header + "s%02d.raw 0 7 1\n")
+    names = "".join(f"s{number:02d}.raw\n" for number in range(8))
+    (tmp_path / "b.nhdr").write_text(header + "LIST\n" + names)
+    header = "ObjectType = Image\nNDims = 3\nDimSize = 10 9 8\nElementType = MET_SHORT\nElementDataFile = "
+    (tmp_path / "a.mhd").write_text(header + "s%02d.raw 0 7 1\n")
+    (tmp_path / "b.mhd").write_text(header + "LIST\n" + names)
+    for name in ("a.nhdr", "b.nhdr", "a.mhd", "b.mhd"):
+        np.testing.assert_array_equal(read_volume(tmp_path / name).data, data)
+
+
+@pytest.mark.parametrize("skips", [(0, 0), (2, 0), (0, 5), (2, 5), (0, -1)])
+def test_lines_and_bytes_before_samples_are_left_out(tmp_path, data, skips):
+    lines, skipped = skips
+    (tmp_path / "a.raw").write_bytes(b"one\n" * lines + b"x" * max(skipped, 3 if skipped else 0) + data.tobytes())
+    (tmp_path / "a.nhdr").write_text(
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 10 9 8\nencoding: raw\nendian: little\n"
+        f"line skip: {lines}\nbyte skip: {skipped}\ndata file: a.raw\n"
+    )
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.nhdr").data, data)
+
+
+def test_big_endian_samples_of_metaimage(tmp_path, data):
+    header = "ObjectType = Image\nNDims = 3\nDimSize = 10 9 8\nElementType = MET_SHORT\n"
+    header += "BinaryDataByteOrderMSB = True\nHeaderSize = -1\nElementDataFile = a.raw\n"
+    (tmp_path / "a.mhd").write_text(header)
+    (tmp_path / "a.raw").write_bytes(b"before" + data.astype(">i2").tobytes())
+    np.testing.assert_array_equal(read_volume(tmp_path / "a.mhd").data, data)
+
+
+HEADERS = {
+    "dims.mha": ("ObjectType = Image\nNDims = 2147483647\nDimSize = 8 7 6\nElementType = MET_SHORT\n"
+                 "ElementDataFile = LOCAL\n", "NDims from 1 to 10"),
+    "twice.mha": ("NDims = 3\nNDims = 9\nDimSize = 8 7 6\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+                  "NDims once"),
+    "matrix.mha": ("NDims = 3\nTransformMatrix = 1 0\nDimSize = 8 7 6\nElementType = MET_SHORT\n"
+                   "ElementDataFile = LOCAL\n", "TransformMatrix of 9 numbers"),
+    "line.mha": ("NDims = 3\nComment = " + "a" * 5000 + "\n", "lines of at most 4000 bytes"),
+    "line.nhdr": ("NRRD0004\ntype: short\nsizes: " + "a" * 5000 + "\n", "lines of 1000 at most"),
+    "dimension.nrrd": ("NRRD0004\ntype: short\ndimension: 1000\nsizes: 1\nencoding: raw\n\n", "dimension from 1 to 16"),
+    "sizes.nrrd": ("NRRD0004\ntype: short\ndimension: 3\nsizes: 8 7 -6\nencoding: raw\n\n", "sizes of 3 whole numbers"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HEADERS)
+def test_headers_that_would_lead_a_reader_astray_are_refused(tmp_path, name):
+    header, message = HEADERS[name]
+    (tmp_path / name).write_bytes(header.encode() + bytes(1000))
+    with pytest.raises(ValueError, match=f"{name}: cannot be read as .*{message}"):
+        read_volume(tmp_path / name)
+
+
+def test_tiff_that_counts_more_tags_than_it_holds_is_refused(tmp_path):
+    (tmp_path / "a.tif").write_bytes(b"II+\0\x08\0\0\0" + b"\x10" + bytes(7) + b"\0\0\0\x40" + bytes(68))
+    with pytest.raises(ValueError, match="expected 1073741824 tags within the file"):
+        read_volume(tmp_path / "a.tif")
+
+
+def test_bad_offset_of_nifti_names_the_file(tmp_path, data):
+    path = tmp_path / "a.nii"
+    nibabel.save(nibabel.Nifti1Image(data.T, np.eye(4)), path)
+    content = bytearray(path.read_bytes())
+    for offset in (-1000.0, -1.0, 1e9, 3e38, np.inf, np.nan):
+        content[108:112] = np.float32(offset).tobytes()
+        path.write_bytes(content)
+        with pytest.raises((ValueError, MemoryError), match=r"a\.nii: "):
+            read_volume(path)
+
+
+# DICOM
+
+def test_a_broken_slice_is_named(tmp_path, data):
+    write_slices(tmp_path / "whole", data)
+    names = sorted(os.listdir(tmp_path / "whole"))
+    assert read_volume(tmp_path / "whole").data.shape == data.shape
+    for size in (0, 100, 300, -20):
+        shutil.copytree(tmp_path / "whole", tmp_path / "damaged")
+        broken = tmp_path / "damaged" / names[-1]
+        broken.write_bytes(broken.read_bytes()[:size])
+        with pytest.raises(ValueError, match=names[-1]):
+            read_volume(tmp_path / "damaged")
+        shutil.rmtree(tmp_path / "damaged")
+
+
+def test_an_unreadable_slice_is_named(tmp_path, data):
+    write_slices(tmp_path / "series", data)
+    slices = sorted((tmp_path / "series").iterdir())
+    target = slices[2].rename(tmp_path / "elsewhere")
+    slices[2].symlink_to(tmp_path / "nowhere")
+    with pytest.raises(FileNotFoundError, match=slices[2].name):
+        read_volume(tmp_path / "series")
+    slices[2].unlink()
+    os.mkfifo(slices[2])
+    with pytest.raises(ValueError, match=f"{slices[2].name}: expected a file, got a pipe"):
+        read_volume(tmp_path / "series")
+    slices[2].unlink()
+    target.rename(slices[2])
+    (tmp_path / "series" / "notes.txt").write_text("no slice")
+    assert read_volume(tmp_path / "series").data.shape == data.shape
+
+
+@pytest.mark.parametrize("kind", [b"\xef\x74", b"OB"])
+def test_lengths_beyond_a_dicom_file_are_refused(tmp_path, data, kind):
+    write_slices(tmp_path / "series", data[:1])
+    path = next((tmp_path / "series").iterdir())
+    content = path.read_bytes()
+    at = content.index(b"\x20\x00\x0d\x00UI")
+    path.write_bytes(content[: at + 4] + kind + b"\0\0\xff\xff\xff\x7f" + content[at + 12 :])
+    with pytest.raises(ValueError, match=r"element \(0020,000D\)"):
+        read_volume(path)
+
+
+# Paths
+
+@pytest.mark.parametrize("name", [b"n\xe9.mha", b"n\xe9.mhd", b"n\xe9.nrrd", b"n\xe9.dcm", b"n\xe9.vti", b"n\xe9.nii",
+                                  b"n\xe9.npy", b"n\xe9.tif", b"n\xe9.stl", b"n\xe9.vtp", b"n\xe9.msh"])
+def test_paths_that_are_not_utf8_do_not_abort(tmp_path, data, name):
+    path = os.fsencode(tmp_path) + b"/" + name
+    read = read_mesh if name.endswith((b"stl", b"vtp", b"msh")) else read_volume
+    if name.endswith((b"nii", b"npy", b"tif")):
+        plain = tmp_path / f"plain.{name[-3:].decode()}"
+        if name.endswith(b"nii"):
+            nibabel.save(nibabel.Nifti1Image(data.T, np.eye(4)), plain)
+        elif name.endswith(b"npy"):
+            np.save(plain, data)
+        else:
+            tifffile.imwrite(plain, data)
+        plain.rename(os.fsdecode(path))
+        np.testing.assert_array_equal(read(os.fsdecode(path)).data, data)
+        return
+    with open(path, "wb") as file:
+        file.write(b"something else")
+    script = (
+        "import os, sys, isospline\n"
+        f"try: isospline.{read.__name__}(os.fsdecode({path!r}))\n"
+        "except ValueError as error: print(ascii(str(error)))"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "\\\\xe9" in run.stdout or "\\\\udce9" in run.stdout
+
+
+def test_folder_that_is_not_utf8(tmp_path, data):
+    folder = os.fsencode(tmp_path) + b"/d\xe9"
+    write_slices(tmp_path / "series", data)
+    os.rename(tmp_path / "series", folder)
+    with pytest.raises(ValueError, match="UTF-8"):
+        read_volume(os.fsdecode(folder))
+    write_slices(tmp_path / "series", data)
+    first = min(os.listdir(tmp_path / "series"))
+    os.rename(tmp_path / "series" / first, os.fsencode(tmp_path / "series") + b"/s\xe9.dcm")
+    with pytest.raises(ValueError, match="UTF-8"):
+        read_volume(tmp_path / "series")
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha", ".dcm", ".tif", ".vtk", ".npy", ".raw", ""])
+def test_what_is_no_file_is_no_volume(tmp_path, suffix):
+    path = tmp_path / f"pipe{suffix}"
+    os.mkfifo(path)
+    with pytest.raises(ValueError, match=f"{path}: expected a file, got a pipe"):
+        read_volume(path)
+    link = tmp_path / f"device{suffix}"
+    link.symlink_to("/dev/zero")
+    with pytest.raises(ValueError, match="expected a file, got a device"):
+        read_volume(link)
+
+
+def test_what_is_no_file_is_no_mesh(tmp_path):
+    for suffix in (".stl", ".ply", ".vtk", ".msh", ".obj"):
+        os.mkfifo(tmp_path / f"pipe{suffix}")
+        with pytest.raises(ValueError, match="expected a file, got a pipe"):
+            read_mesh(tmp_path / f"pipe{suffix}")
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(tmp_path / "s.stl"))
+        with pytest.raises(ValueError, match="expected a file, got a socket"):
+            read_mesh(tmp_path / "s.stl")
+    (tmp_path / "folder.stl").mkdir()
+    with pytest.raises(IsADirectoryError):
+        read_mesh(tmp_path / "folder.stl")
+
+
+@pytest.mark.parametrize("name", ["a.mhd", "a.nhdr"])
+@pytest.mark.parametrize("target", ["pipe", "/dev/zero"])
+def test_detached_samples_are_in_a_file(tmp_path, name, target):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "a.mhd").write_text(
+        f"NDims = 3\nDimSize = 8 7 6\nElementType = MET_SHORT\nElementDataFile = {target}\n"
+    )
+    (tmp_path / "a.nhdr").write_text(
+        f"NRRD0004\ntype: short\ndimension: 3\nsizes: 8 7 6\nencoding: raw\nendian: little\ndata file: {target}\n"
+    )
+    with pytest.raises(ValueError, match="expected a file, got a (pipe|device)"):
+        read_volume(tmp_path / name)
+
+
+@pytest.mark.parametrize("path", [None, 3, b"bytes.nii", ["a.nii"]])
+def test_paths_are_text(path):
+    for read in (read_volume, read_mesh):
+        with pytest.raises(TypeError, match="path: expected a str or path-like, got "):
+            read(path)
+
+
+def test_null_characters_in_paths_are_refused():
+    for read in (read_volume, read_mesh):
+        with pytest.raises(ValueError, match="path: expected a name without null characters"):
+            read("a\0b.nii")
+
+
+# Meshes
+
+POINTS = np.random.default_rng(1).random((8, 3))
+VTK = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 0\nPOLYGONS 1 5\n"
+
+
+@pytest.mark.parametrize("kind", ["triangle", "quad", "tetra"])
+@pytest.mark.parametrize("wrong", [8, 10**9, 2**62, -1, -5])
+def test_vertex_indices_out_of_range_are_refused(kind, wrong):
+    count = {"triangle": 3, "quad": 4, "tetra": 4}[kind]
+    cell = [*range(count - 1), wrong]
+    message = f"mesh: expected vertex indices from 0 to 8 - 1, got {wrong}"
+    with pytest.raises(ValueError, match=message):
+        isospline.Mesh.from_meshio(meshio.Mesh(POINTS, [(kind, [cell])]))
+    if kind == "tetra":
+        grid = pyvista.UnstructuredGrid([count, *range(count)], [10], POINTS)
+        grid.GetCells().GetConnectivityArray().SetValue(count - 1, wrong)
+    else:
+        grid = pyvista.PolyData(POINTS, faces=[count, *range(count)])
+        grid.GetPolys().GetConnectivityArray().SetValue(count - 1, wrong)
+    with pytest.raises(ValueError, match=message):
+        isospline.Mesh.from_pyvista(grid)
+
+
+def test_cells_with_too_few_vertices_are_refused():
+    with pytest.raises(ValueError, match="expected 4 indices of a vtkTetra, got 3"):
+        isospline.Mesh.from_pyvista(pyvista.UnstructuredGrid([3, 0, 1, 2], [10], POINTS))
+
+
+@pytest.mark.parametrize("cell", ["4 0 1 2 999999999", "4 0 1 2 -1", "3 0 1 2 3", "-4 0 1 2 3", "5 0 1 2 3",
+                                  "2000000000 0 1 2 3"])
+def test_bad_cells_in_vtk_files_are_refused(tmp_path, cell):
+    (tmp_path / "a.vtk").write_text(VTK + cell + "\n")
+    with pytest.raises(ValueError, match=r"a\.vtk: cannot be read as a mesh"):
+        read_mesh(tmp_path / "a.vtk")
+
+
+@pytest.mark.parametrize("suffix, options", [
+    ("ply", {"encoding": "ascii"}), ("ply", {}), ("stl", {}), ("stl_ascii", {}), ("off", {}), ("glb", {}),
+])  # fmt: skip
+def test_truncated_meshes_are_refused(tmp_path, suffix, options):
+    content = trimesh.creation.icosphere(1).export(file_type=suffix, **options)
+    content = content.encode() if isinstance(content, str) else content
+    path = tmp_path / f"a.{suffix[:3]}"
+    path.write_bytes(content)
+    assert len(read_mesh(path).faces) == 80
+    for part in (0.2, 0.5, 0.7, 0.9, 0.98):
+        path.write_bytes(content[: int(part * len(content))])
+        with pytest.raises(ValueError, match=f"{path}: cannot be read as a mesh"):
+            read_mesh(path)
+
+
+@pytest.mark.parametrize("kind", ["gmsh", "gmsh22", "ansys"])
+def test_truncated_msh_is_refused(tmp_path, kind):
+    path = tmp_path / "a.msh"
+    meshio.Mesh(POINTS, [("tetra", [[0, 1, 2, 3], [4, 5, 6, 7]])]).write(path, file_format=kind)
+    content = path.read_bytes()
+    assert len(read_mesh(path).faces) == 8
+    for part in (0.3, 0.6, 0.9):
+        path.write_bytes(content[: int(part * len(content))])
+        with pytest.raises(ValueError, match=f"{path}: cannot be read as a mesh"):
+            read_mesh(path)
+
+
+@pytest.mark.parametrize("content", [b"(1", b"(0 ", b"(10 (0 1 8 0 3)\n(10 (1 1 8 1 3)(", b"(2 3"])
+def test_ansys_reader_does_not_wait_for_an_end(tmp_path, content):
+    (tmp_path / "a.msh").write_bytes(content)
+    with pytest.raises(ValueError, match=r"a\.msh: cannot be read as a mesh"):
+        read_mesh(tmp_path / "a.msh")
+
+
+@pytest.mark.parametrize("count", ["999999999999999999", "-1", "x"])
+def test_vtk_xml_that_counts_more_than_it_holds_is_refused(tmp_path, count):
+    path = tmp_path / "a.vtp"
+    pyvista.Sphere(theta_resolution=5, phi_resolution=5).save(path)
+    content = path.read_bytes()
+    at = content.index(b'NumberOfPoints="')
+    end = content.index(b'"', at + 16)
+    path.write_bytes(content[: at + 16] + count.encode() + content[end:])
+    with pytest.raises(ValueError, match="expected NumberOfPoints of what the file can hold"):
+        read_mesh(path)
+
+
+# Files that are written
+
+@pytest.fixture(scope="module")
+def image():
+    camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
+    return isospline.render(isospline.Scene(), camera, size=(16, 12))
+
+
+@pytest.fixture(params=["exr", "png", "mp4"])
+def write(request, image):
+    if request.param == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+        return lambda path: isospline.write_video(path, [image] * 2)
+    return image.write
+
+
+@pytest.fixture
+def suffix(request, write):
+    return request.node.callspec.params["write"]
+
+
+def test_a_file_that_is_replaced_leaves_its_mode(tmp_path, write, suffix):
+    path = tmp_path / f"a.{suffix}"
+    write(path)
+    fresh = stat.S_IMODE(path.stat().st_mode)
+    (tmp_path / "plain").touch()
+    assert fresh == stat.S_IMODE((tmp_path / "plain").stat().st_mode)
+    for mode in (0o600, 0o640, 0o666, 0o755):
+        path.chmod(mode)
+        write(path)
+        assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert os.listdir(tmp_path) == [path.name, "plain"] or sorted(os.listdir(tmp_path)) == [path.name, "plain"]
+
+
+def test_symbolic_links_are_followed(tmp_path, write, suffix):
+    (tmp_path / "there").mkdir()
+    target = tmp_path / "there" / f"target.{suffix}"
+    link, chain = tmp_path / f"link.{suffix}", tmp_path / f"chain.{suffix}"
+    link.symlink_to(f"there/target.{suffix}")
+    chain.symlink_to(link.name)
+    for _ in range(2):  # of a target that is not there yet, and of one that is
+        write(chain)
+        assert chain.is_symlink() and link.is_symlink() and target.stat().st_size > 0
+    assert os.listdir(tmp_path / "there") == [target.name]
+    circle = tmp_path / f"circle.{suffix}"
+    circle.symlink_to(circle.name)
+    with pytest.raises(OSError, match="symbolic links"):
+        write(circle)
+
+
+def test_names_may_be_as_long_as_the_system_lets_them(tmp_path, write, suffix):
+    write(tmp_path / ("n" * (251 - len(suffix) + 3) + f".{suffix}"))
+    with pytest.raises(OSError, match="File name too long"):
+        write(tmp_path / ("n" * 256 + f".{suffix}"))
+    assert len(os.listdir(tmp_path)) == 1
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path, write, suffix):
+    path = tmp_path / f"a.{suffix}"
+    os.mkfifo(path)
+    with pytest.raises(ValueError, match="path: expected the name of a file"):
+        write(path)
+    assert stat.S_ISFIFO(path.stat().st_mode)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(IsADirectoryError):
+        write(path)
+    with pytest.raises(FileNotFoundError):
+        write(tmp_path / "missing" / f"a.{suffix}")
+
+
+def test_paths_of_outputs_may_be_any_bytes(tmp_path, write, suffix):
+    name = os.fsdecode(b"n\xe9." + suffix.encode())
+    write(str(tmp_path / name))
+    assert os.listdir(tmp_path) == [name]
+    with pytest.raises(OSError) as caught:
+        write(str(tmp_path / os.fsdecode(b"missing\xe9") / name))
+    assert caught.value.filename == str(tmp_path / os.fsdecode(b"missing\xe9") / name)
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_the_system_s_own_error_is_told(tmp_path, suffix):
+    program = (
+        "import resource, sys, isospline\n"
+        "camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))\n"
+        "image = isospline.render(isospline.Scene(), camera, size=(64, 64))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))\n"
+        "try: image.write(sys.argv[1])\n"
+        "except OSError as error: print(error.filename, error.strerror)"
+    )
+    path = tmp_path / f"a.{suffix}"
+    run = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
+    assert run.stdout == f"{path} File too large\n"
+    assert os.listdir(tmp_path) == []
+
+
+def test_errors_of_the_images_are_not_taken_for_those_of_the_video(tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+
+    def images():
+        with open(tmp_path / "missing"):
+            yield
+
+    with pytest.raises(FileNotFoundError, match="missing"):
+        isospline.write_video(tmp_path / "a.mp4", images())
