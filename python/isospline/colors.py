@@ -56,7 +56,10 @@ def color_map(cmap):
             raise ValueError(f"cmap: expected the name of a colour map of matplotlib, got {cmap!r}")
         cmap = matplotlib.colormaps[cmap]
     if callable(cmap):
-        return srgb_to_linear(np.asarray(cmap(np.linspace(0, 1, 256)))[:, :3])
+        colors = np.asarray(cmap(np.linspace(0, 1, 256)))
+        if colors.ndim != 2 or colors.shape[1] not in (3, 4) or colors.dtype.kind not in "iuf":
+            raise TypeError(f"cmap: expected a map that makes colours of numbers, got {type(cmap).__name__}")
+        return srgb_to_linear(colors[:, :3])
     try:
         colors = np.asarray(cmap, dtype=float)
     except (TypeError, ValueError):

@@ -1,6 +1,7 @@
 """Every public callable with arguments that are right, to be changed one by one."""
 
 import inspect
+import itertools
 
 import numpy as np
 
@@ -90,8 +91,8 @@ def calls(o, folder):
         ("ProjectionPlaneCamera", iso.ProjectionPlaneCamera, {"eye": (0, -5, 0), "right": (1, 0, 0),
                                                               "down": (0, 0, -1), "center": (0, -4, 0)}),
         ("ProjectionPlaneCamera.from_opencv", iso.ProjectionPlaneCamera.from_opencv,
-         {"intrinsics": [(9, 0, 2), (0, 9, 2), (0, 0, 1)], "rotation": np.eye(3), "translation": (0, 0, 5), "size": size,
-          "pixel_center": 0.5}),
+         {"intrinsics": [(9, 0, 2), (0, 9, 2), (0, 0, 1)], "rotation": np.eye(3), "translation": (0, 0, 5),
+          "size": size, "pixel_center": 0.5}),
         *((f"{type(o[name]).__name__}.{method}", getattr(o[name], method), {"size": size})
           for name in ("camera", "plane_camera", "flat_camera", "panorama")
           for method in ("rays", "world_to_ndc", "to_opencv") if hasattr(o[name], method)),
@@ -149,7 +150,7 @@ def calls(o, folder):
                                           "name": None}),
         ("render", iso.render, {"scene": scene, "camera": o["camera"], **picture, "shading": iso.Phong(), "samples": 1,
                                 "progress": None}),
-        ("render_progressive", lambda **given: list(iso.render_progressive(**given)),
+        ("render_progressive", lambda **given: list(itertools.islice(iso.render_progressive(**given), 2)),
          {"scene": scene, "camera": o["camera"], "samples": 2, "size": (4, 3)}),
         ("ridges_and_valleys", iso.ridges_and_valleys, {"curvature": 0.5, "color": 0.5, "ridge": 1.0, "valley": 0.0}),
         ("set_thread_count", iso.set_thread_count, {"count": 2}),

@@ -86,7 +86,9 @@ def _volumes(folder, data):
 
     # TIFF.
     kinds = {"a": {}, "big": {"bigtiff": True}, "zlib": {"compression": "zlib"}, "lzw": {"compression": "lzw"},
-             "imagej": {"imagej": True, "metadata": {"axes": "ZYX"}}, "ome": {"ome": True, "metadata": {"axes": "ZYX"}}, "tiled": {"tile": (16, 16)}}  # fmt: skip
+             "imagej": {"imagej": True, "metadata": {"axes": "ZYX"}},
+             "ome": {"ome": True, "metadata": {"axes": "ZYX"}},
+             "tiled": {"tile": (16, 16)}}  # fmt: skip
     for kind, options in kinds.items():
         tifffile.imwrite(folder / f"{kind}.tif", data, photometric="minisblack", **options)
         yield volume(f"{kind}.tif")

@@ -82,6 +82,22 @@ def check_stl(path):
         raise ValueError("expected endsolid in the last line: the file is truncated")
 
 
+def check_off(path):
+    """Check that a file has as many lines of vertices and faces as it says, and the last of them whole."""
+    with open(path, "rb") as file:
+        lines = [line for line in (line.partition(b"#")[0].split() for line in file) if line]
+    words = [word for line in lines[:2] for word in line if not word.upper().endswith(b"OFF")][:2]
+    if len(words) < 2 or not all(word.isdigit() for word in words):
+        raise ValueError("expected the numbers of vertices and faces")
+    vertices, faces = (int(word) for word in words)
+    begin = len(lines) if len(lines) < 2 else 1 if len(lines[0]) > 1 else 2
+    got = lines[begin : begin + vertices + faces]
+    last = got[-1] if got else [b"0"]
+    whole = len(last) >= 3 if faces == 0 else last[0].isdigit() and len(last) > int(last[0])
+    if len(got) < vertices + faces or not whole:
+        raise ValueError(f"expected {vertices} vertices and {faces} faces, got {len(got)} lines: the file is truncated")
+
+
 def check_vtk_xml(path):
     """Check that a file has its end, and as many points and cells as can be in it."""
     size = os.path.getsize(path)
@@ -137,7 +153,10 @@ class EndingFile(io.BufferedReader):
         return content
 
 
-_GUARDS = {".vtk": check_counts, ".ply": check_ply, ".stl": check_stl, ".vtp": check_vtk_xml, ".vtu": check_vtk_xml}
+_GUARDS = {
+    ".off": check_off, ".ply": check_ply, ".stl": check_stl, ".vtk": check_counts, ".vtp": check_vtk_xml,
+    ".vtu": check_vtk_xml,
+}  # fmt: skip
 
 
 def check_before(path):
