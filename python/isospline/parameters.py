@@ -8,12 +8,17 @@ import os
 import numpy as np
 
 
+# What the core counts with.
+COUNT_LIMIT = 2**31 - 1
+
+
 def check_count(count, parameter="count"):
     """Check that a parameter is a whole number of at least 1; 3.0 is one, too."""
     if not isinstance(count, numbers.Real):
         raise TypeError(f"{parameter}: expected a whole number, got {type(count).__name__}")
-    if not (count >= 1 and count % 1 == 0):
-        raise ValueError(f"{parameter}: expected a whole number of at least 1, got {count!r}")
+    if not (1 <= count <= COUNT_LIMIT and count % 1 == 0):
+        most = f", and {COUNT_LIMIT} at most" if count > COUNT_LIMIT else ""
+        raise ValueError(f"{parameter}: expected a whole number of at least 1{most}, got {count!r}")
 
 
 def check_type(value, parameter, types, expected):

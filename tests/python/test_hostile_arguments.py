@@ -76,8 +76,8 @@ def test_counts_are_whole_numbers_from_one_on():
     calls = (volumes.waves, volumes.blobs, lambda count: isospline.turntable(box, count),
              lambda count: isospline.suggest_levels(np.arange(9), count))  # fmt: skip
     for call in calls:
-        for wrong in (0, -1, 1.5, np.nan, np.inf):
-            with pytest.raises(ValueError, match="^count: expected a whole number of at least 1, got"):
+        for wrong in (0, -1, 1.5, np.nan, np.inf, 1e308, 2**31):
+            with pytest.raises(ValueError, match="^count: expected a whole number of at least 1(, and .*)?, got"):
                 call(count=wrong)
         for wrong in (None, "3", [3]):
             with pytest.raises(TypeError, match="^count: expected a whole number, got"):

@@ -20,6 +20,9 @@ _COUNT = re.compile(rb"(?<!\S)" + _COUNTS + rb"\s+" + _NUMBER)
 _ARRAY = re.compile(rb"(?<!\S)\S+\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"\s+" + _TYPES + rb"(?!\S)")
 _CELL_LIST = re.compile(rb"(?<!\S)" + _CELLS + rb"\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"[^\S\n]*\n")
 _SCALARS = re.compile(rb"(?<!\S)(?i:SCALARS|COLOR_SCALARS|TEXTURE_COORDINATES)\s+\S+\s+(?:[a-zA-Z_]+\s+)?" + _NUMBER)
+_TITLE = re.compile(rb"# (?i:vtk DataFile Version) (\d{1,3})\.\d{1,3}\s*\n")
+_OFFSETS = re.compile(rb"\s*(?i:OFFSETS)[^\S\n]+(\S+)[^\S\n]*\n")
+_INTEGERS = {b"int": ">i4", b"vtktypeint32": ">i4", b"vtktypeint64": ">i8"}
 # Where the counts of image data are: behind that there are samples.
 HEADER = 1 << 16
 
@@ -34,6 +37,10 @@ def check_counts(path, whole=True):
         return
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         end = size if whole else min(size, HEADER)
+        title = _TITLE.match(content)
+        if title is None:
+            raise ValueError("expected # vtk DataFile Version in the first line, and the version")
+        version = int(title[1])
         for pattern in (_COUNT, _ARRAY, _SCALARS):
             for match in pattern.finditer(content, 0, end):
                 _check_counts(match.groups(), size)
@@ -42,8 +49,13 @@ def check_counts(path, whole=True):
             count, length = (int(group) for group in match.groups())
             _check_counts(match.groups()[1:], size)
             # From version 5 on, they are two arrays, of offsets and of indices.
-            if content[match.end() : match.end() + 100].lstrip()[:7].upper() != b"OFFSETS":
+            offsets = _OFFSETS.match(content, match.end())
+            if (offsets is not None) != (version >= 5):
+                raise ValueError(f"expected cells as version {version} of the format has them")
+            if offsets is None:
                 _check_cells(_integers(content, match.end(), length, binary), count)
+            else:
+                _check_offsets(_integers(content, offsets.end(), count, binary, offsets[1].lower()), length)
 
 
 def _check_counts(words, size):
@@ -56,11 +68,14 @@ def _check_counts(words, size):
         raise ValueError(f"expected counts of what the file can hold, got {counts}: the file is truncated or damaged")
 
 
-def _integers(content, begin, length, binary):
-    """The numbers of a list of cells: for each cell its length, and its indices."""
+def _integers(content, begin, length, binary, kind=b"int"):
+    """The numbers of a list of cells."""
     if binary:
-        part = content[begin : begin + 4 * length]
-        numbers = np.frombuffer(part[: len(part) // 4 * 4], ">i4")
+        if kind not in _INTEGERS:
+            raise ValueError(f"expected integers of 32 or 64 bits in a list of cells, got {kind.decode('latin-1')}")
+        dtype = np.dtype(_INTEGERS[kind])
+        part = content[begin : begin + dtype.itemsize * length]
+        numbers = np.frombuffer(part[: len(part) // dtype.itemsize * dtype.itemsize], dtype)
     else:
         end = re.compile(rb"[A-Za-z]").search(content, begin)
         words = content[begin : end.start() if end else len(content)].split()[:length]
@@ -72,8 +87,14 @@ def _integers(content, begin, length, binary):
     return numbers
 
 
+def _check_offsets(offsets, length):
+    """Check that offsets of cells ascend from 0 to the number of indices."""
+    if len(offsets) and not (offsets[0] == 0 and offsets[-1] == length and (np.diff(offsets) >= 0).all()):
+        raise ValueError(f"expected offsets of cells that ascend from 0 to {length}, got others")
+
+
 def _check_cells(numbers, count):
-    """Check that so many cells fill a list of cells."""
+    """Check that so many cells, each a length and as many indices, fill a list of cells."""
     position, values = 0, numbers.tolist()
     for _ in range(count):
         if position >= len(values) or values[position] < 0:
