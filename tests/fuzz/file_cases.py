@@ -62,7 +62,9 @@ class FileCases:
                     if str(path.name) not in str(error) and str(path.parent.name) not in str(error):
                         raise Failed(f"an error that does not name the file: {error!r}") from error
                     outcome = "refused"
-            if peak() > MEMORY_LIMIT + 2 * kept:
+            # As the documentation says, meshio makes a table as long as the largest tag of a node.
+            limited = not seed.name.startswith("gmsh")
+            if limited and peak() > MEMORY_LIMIT + 2 * kept:
                 raise Failed(f"{peak() >> 20} MiB of memory for {kept >> 20} MiB of samples")
             if outcome == "read" and seed.checked_from is not None:
                 if data.shape != self._expected[row].shape or not np.array_equal(data, self._expected[row]):

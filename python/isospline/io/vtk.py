@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from .checks import check_components, check_samples, utf8
 from .volume_data import VolumeData
 from .vtk_legacy import check_counts
+from .vtk_xml import check_vtk_xml
 
 
 def read_legacy(path, name=None):
@@ -27,11 +27,7 @@ def read_xml(path, name=None):
     """Read a .vti file."""
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
-    # VTK does not notice where appended data ends too early.
-    with open(path, "rb") as file:
-        file.seek(-min(os.path.getsize(path), 256), os.SEEK_END)
-        if b"</VTKFile>" not in file.read():
-            raise ValueError("expected </VTKFile> at the end: the file is truncated, or no VTK file")
+    check_vtk_xml(path)
     return _read(vtkXMLImageDataReader(), path, name)
 
 

@@ -1,0 +1,92 @@
+"""VTK's XML files, checked before VTK reads them: it allocates what a file counts before it looks for it."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import mmap
+import os
+import re
+
+import numpy as np
+
+# Deflate makes at most as many bytes of one.
+MOST_INFLATED = 1100
+# Bytes at the beginning of an array that tell its blocks.
+HEADER_LIMIT = 1 << 16
+_COUNT = re.compile(rb"""\b(NumberOf(?!Components)\w+)\s*=\s*["']\s*([^"']*)["']""")
+_ARRAY = re.compile(rb"<(?:DataArray|Array)\b([^>]*[^/>])>")
+_APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
+
+
+def check_vtk_xml(path):
+    """Check that a file has its end, and that what it counts can be in it."""
+    size = os.path.getsize(path)
+    with open(path, "rb") as file:
+        file.seek(-min(size, 256), os.SEEK_END)
+        if b"</VTKFile>" not in file.read():
+            raise ValueError("expected </VTKFile> at the end: the file is truncated, or no VTK file")
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            appended = _APPENDED.search(content)
+            end = appended.start() if appended else size
+            for match in _COUNT.finditer(content, 0, end):
+                if re.fullmatch(rb"\d{1,18}\s*", match[2]) is None or int(match[2]) > size * MOST_INFLATED:
+                    what = f"{match[1].decode()} of what the file can hold"
+                    raise ValueError(f"expected {what}, got {match[2].decode('latin-1')[:30]}")
+            _check_arrays(content, end, appended, size)
+
+
+def _check_arrays(content, end, appended, size):
+    """Check the lengths at the beginning of each array that is not text."""
+    root = re.search(rb"<VTKFile\b([^>]*)>", content[:HEADER_LIMIT])
+    attributes = root[1] if root else b""
+    wide = _attribute(attributes, b"header_type") == b"UInt64"
+    order = ">" if _attribute(attributes, b"byte_order") == b"BigEndian" else "<"
+    dtype = np.dtype(f"{order}u{8 if wide else 4}")
+    compressed = _attribute(attributes, b"compressor") is not None
+    for match in _ARRAY.finditer(content, 0, end):
+        form = _attribute(match[1], b"format")
+        if form == b"binary":
+            header = _decoded(content[match.end() : match.end() + HEADER_LIMIT].partition(b"<")[0])
+        elif form == b"appended" and appended is not None:
+            offset = _attribute(match[1], b"offset") or b"0"
+            if not offset.isdigit() or appended.end() + int(offset) > size:
+                raise ValueError("expected arrays that begin within the file: the file is truncated or damaged")
+            begin = appended.end() + int(offset)
+            header = content[begin : begin + HEADER_LIMIT]
+            header = header if _attribute(appended[1], b"encoding") == b"raw" else _decoded(header)
+        else:
+            continue
+        numbers = np.frombuffer(header[: len(header) // dtype.itemsize * dtype.itemsize], dtype)
+        _check_lengths(numbers.astype(object), compressed, size)
+
+
+def _check_lengths(numbers, compressed, size):
+    """Check the number of bytes; or of blocks, bytes of a block and of the last one, and those once compressed."""
+    if len(numbers) == 0:
+        raise ValueError("expected the length of an array: the file is truncated or damaged")
+    fits = numbers[0] <= size
+    if compressed and numbers[0] > 0:
+        fits = (
+            fits and len(numbers) >= 3
+            and max(numbers[0] * numbers[1], numbers[2]) <= size * MOST_INFLATED
+            and sum(numbers[3 : 3 + int(numbers[0])]) <= size
+        )  # fmt: skip
+    if not fits:
+        raise ValueError("expected arrays of lengths that the file can hold: the file is truncated or damaged")
+
+
+def _decoded(text):
+    """The bytes that base64 text begins with: up to where it is padded, as the lengths of compressed arrays are."""
+    text = bytes(text).strip()
+    words = re.match(rb"[A-Za-z0-9+/]*={0,2}", text)[0]
+    try:
+        return base64.b64decode(words[: len(words) // 4 * 4])
+    except binascii.Error:
+        raise ValueError("expected arrays in base64: the file is damaged") from None
+
+
+def _attribute(attributes, name):
+    """The value of an attribute of an XML element, or None."""
+    match = re.search(rb"\b" + name + rb"""\s*=\s*["']([^"']*)["']""", attributes)
+    return match[1] if match else None
