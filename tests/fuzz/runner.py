@@ -16,6 +16,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 # Seconds of a case; a machine that is busy takes several times as long as it needs.
 TIME_LIMIT = 60
+# Seconds to import all libraries and to write the sound files.
+START_LIMIT = 300
 # A process takes up what cases leave behind, and libraries leak.
 CASES_OF_A_PROCESS = 2000
 
@@ -66,7 +68,7 @@ class Worker:
         )  # fmt: skip
         self._ran, self._lines = 0, queue.Queue()
         threading.Thread(target=self._forward, args=(self._process.stdout, self._lines), daemon=True).start()
-        if self._read_line() != "ready":
+        if self._read_line(START_LIMIT) != "ready":
             raise RuntimeError("a process of the fuzz tests does not start: see its log")
 
     @staticmethod
@@ -78,9 +80,9 @@ class Worker:
             pass
         lines.put("")
 
-    def _read_line(self):
+    def _read_line(self, limit=TIME_LIMIT):
         try:
-            return self._lines.get(timeout=TIME_LIMIT)
+            return self._lines.get(timeout=limit)
         except queue.Empty:
             return None
 

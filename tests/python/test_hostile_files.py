@@ -455,3 +455,27 @@ def test_errors_of_the_images_are_not_taken_for_those_of_the_video(tmp_path):
 
     with pytest.raises(FileNotFoundError, match="missing"):
         isospline.write_video(tmp_path / "a.mp4", images())
+
+
+@pytest.mark.parametrize("suffix, change", [
+    ("vtp", (b'NumberOfComponents="3"', b'NumberOfComponents="-1"')), ("vtp", (b"AQAAAACAAA", b"aaaaaaaaaaaaaaaa")),
+])  # fmt: skip
+def test_vtk_xml_arrays_longer_than_the_file_are_refused(tmp_path, suffix, change):
+    path = tmp_path / f"a.{suffix}"
+    pyvista.Sphere(theta_resolution=5, phi_resolution=5).save(path)
+    content = path.read_bytes()
+    assert change[0] in content
+    path.write_bytes(content.replace(*change))
+    with pytest.raises(ValueError, match="that the file can hold|of what the file can hold"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("version", ["0", "nan", "inf", "3.0"])
+def test_cells_of_another_version_of_vtk_files_are_refused(tmp_path, version):
+    path = tmp_path / "a.vtk"
+    pyvista.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid().save(path)
+    content = path.read_bytes()
+    assert content.startswith(b"# vtk DataFile Version 5.1")
+    path.write_bytes(content.replace(b"5.1", version.encode(), 1))
+    with pytest.raises(ValueError, match="version"):
+        read_mesh(path)

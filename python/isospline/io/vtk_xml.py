@@ -14,7 +14,7 @@ import numpy as np
 MOST_INFLATED = 1100
 # Bytes at the beginning of an array that tell its blocks.
 HEADER_LIMIT = 1 << 16
-_COUNT = re.compile(rb"""\b(NumberOf(?!Components)\w+)\s*=\s*["']\s*([^"']*)["']""")
+_COUNT = re.compile(rb"""\b(NumberOf\w+)\s*=\s*["']\s*([^"']*)["']""")
 _ARRAY = re.compile(rb"<(?:DataArray|Array)\b([^>]*[^/>])>")
 _APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 
