@@ -7,6 +7,8 @@ name.nii.gz, and refuses sheared axes.
 from __future__ import annotations
 
 import gzip
+import math
+import os
 
 import numpy as np
 
@@ -31,6 +33,10 @@ def read(path):
     image = nibabel.load(path)
     if not isinstance(image, _nifti_types()):
         raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
+    # nibabel takes memory for all that the header tells of before it looks for it.
+    expected = image.dataobj.offset + math.prod(image.shape) * image.get_data_dtype().itemsize
+    if (size := os.path.getsize(path)) < expected:
+        raise ValueError(f"expected {expected} bytes, got {size} bytes: the file is truncated")
     return to_volume_data(image)
 
 
