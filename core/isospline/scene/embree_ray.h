@@ -7,13 +7,16 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 namespace isospline {
 
-/// The next larger number in single precision, of a t that is not negative: the hit itself stays within the ray.
+/// The next larger number in single precision, of a t that is not negative: the hit itself stays within the ray. It is
+/// a normal number, as denormal ones may be taken for zero.
 inline float rounded_up(double t)
 {
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(t) + 0.0f) + 1u);
+    const float next = std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(t) + 0.0f) + 1u);
+    return std::max(next, std::numeric_limits<float>::min());
 }
 
 /// The next smaller one, but not below zero.

@@ -9,8 +9,11 @@
 
 #include <glm/ext/matrix_transform.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <memory>
 #include <random>
@@ -76,7 +79,8 @@ public:
         }
         if (direction == glm::dvec3(0.0))
             direction = {0.0, 0.0, 1.0};
-        const double distance = std::array{4.0, 8.0, 1000.0}[any(3)] / std::max(glm::length(direction), 1e-3);
+        direction *= std::exp2(-std::ilogb(glm::length(direction))); // exact
+        const double distance = std::array{4.0, 8.0, 1000.0}[any(3)];
         return {transform_point(transform_, target - distance * direction),
                 transform_vector(transform_, direction * std::array{1.0, 0.5, 3.7}[any(3)])};
     }
