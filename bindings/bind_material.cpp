@@ -28,7 +28,7 @@ distribution D of Trowbridge and Reitz (GGX) of width roughness^2, Smith's maski
 .. math:: F(h) = F_0 + (F_{90} - F_0) (1 - \langle h, o \rangle)^5.
 
 A dielectric has F0 = 0.08 `specular` and F90 = min(50 F0, 1), which is 1 from water's F0 = 0.02, ``specular=0.25``, on.
-A metal has F0 = c and F90 = 1; in between, both are mixed by m. Fd is the dielectric's F, with n in the place of h. With
+A metal has F0 = c and F90 = 1; in between, both are mixed by m. Fd is the F of the dielectric, at the normal. With
 ``specular=0`` and ``metallic=0`` it is Lambert's law.
 
 Parameters
@@ -54,8 +54,8 @@ An object has the material that `PathTracer(materials=)` gives for its geometry 
 References
 ----------
 S. Lagarde, C. de Rousiers, "Moving Frostbite to physically based rendering", SIGGRAPH 2014 course (F90); B. Walter et
-al., "Microfacet models for refraction through rough surfaces", EGSR 2007; E. Heitz, "Understanding the masking-shadowing
-function in microfacet-based BRDFs", JCGT 3(2), 2014.
+al., "Microfacet models for refraction through rough surfaces", EGSR 2007; E. Heitz, "Understanding the
+masking-shadowing function in microfacet-based BRDFs", JCGT 3(2), 2014.
 
 Examples
 --------

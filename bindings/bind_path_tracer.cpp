@@ -28,8 +28,8 @@ constexpr const char* path_tracer_doc =
 
 The picture's noise falls with the root of the number of samples; `Image.variance` tells how much is left. Random
 numbers are a function of pixel, sample and seed, so that the picture is the same, bit for bit, for any number of
-threads. The only sample of a picture goes through the centre of its pixel and of the lens, so that colour, alpha and ids
-are those of one ray. Of several samples each goes through a random place.
+threads. The only sample of a picture goes through the centre of its pixel and of the lens, so that colour, alpha and
+ids are those of one ray. Of several samples each goes through a random place.
 
 Parameters
 ----------
