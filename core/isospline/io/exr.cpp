@@ -121,11 +121,6 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
 
     // The file. OutputFile swallows errors in its destructor, which the stream keeps for commit().
     AtomicFile file(path);
-    file.stream().exceptions(std::ios::badbit); // else it would swallow std::bad_alloc
-    const auto throw_unwritable = [&](const std::exception& error) {
-        const std::error_code reason(file.stream() || errno == 0 ? EIO : errno, std::generic_category());
-        throw std::filesystem::filesystem_error(error.what(), path, reason);
-    };
     try {
         Imf::Header header = header_of(image);
         header.channels() = channels.list();
@@ -139,9 +134,8 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
             output.writePixels(std::min(lines, image.size.y - line));
         }
     } catch (const Iex::BaseExc& error) {
-        throw_unwritable(error);
-    } catch (const std::ios_base::failure& error) {
-        throw_unwritable(error);
+        const std::error_code reason(file.stream() || errno == 0 ? EIO : errno, std::generic_category());
+        throw std::filesystem::filesystem_error(error.what(), path, reason);
     }
     file.commit();
 }
