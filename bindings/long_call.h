@@ -16,9 +16,10 @@
 namespace isospline {
 
 /// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
-/// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. A signal
-/// handler or a callable that raises, and a callable that returns a false value other than None, cancel the operation;
-/// what was raised is raised again once the operation has ended.
+/// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. The
+/// callable is called before the operation starts, too. A signal handler or a callable that raises, and a callable that
+/// returns a false value other than None, cancel the operation; what was raised is raised again once the operation has
+/// ended.
 template <typename Operation>
 void long_call(const pybind11::object& report, Operation operation)
 {
@@ -26,6 +27,16 @@ void long_call(const pybind11::object& report, Operation operation)
     std::atomic<bool> cancelled = false;
     std::atomic<double> finished = 0.0;
     std::exception_ptr raised;
+    const auto tell = [&] {
+        if (report.is_none())
+            return;
+        const py::object go_on = report(finished.load());
+        if (!go_on.is_none() && !py::bool_(go_on))
+            cancelled = true;
+    };
+    tell();
+    if (cancelled)
+        throw Cancelled();
 
     {
         GilReleased no_gil;
@@ -41,11 +52,7 @@ void long_call(const pybind11::object& report, Operation operation)
             try {
                 if (PyErr_CheckSignals() != 0)
                     throw py::error_already_set();
-                if (!report.is_none()) {
-                    const py::object go_on = report(finished.load());
-                    if (!go_on.is_none() && !py::bool_(go_on))
-                        cancelled = true;
-                }
+                tell();
             } catch (...) {
                 raised = std::current_exception();
                 cancelled = true;

@@ -3,7 +3,7 @@
 import numpy as np
 
 import isospline
-from suite import judge, subjects
+from suite import subjects
 from suite.goal import none_of
 from suite.tables import markdown_table
 from suite.views import in_tiles, isotropic_lines, unit
@@ -11,11 +11,12 @@ from suite.views import in_tiles, isotropic_lines, unit
 TITLE = "Agreement of the paths"
 ABOUT = """The same rays through packets, single rays, `method="reference"` (float64, no SIMD) and the hopper, over
 all real volumes and two procedural ones: in turns isotropic lines, images from random eyes in tiles, rays from
-within, and rays aimed at corners of cells. A ray differs where one path hits alone or the hits are more than 1e-3
-voxel apart; the largest distance of the others is given."""
+within, and rays aimed at corners of cells; a tenth of the rays are in faces, along edges, through corners of cells and
+parallel to axes. A ray differs where t, the geometry id, the primitive id or the normal are not exactly the same."""
 GOALS = [("hits that differ between packet, single ray, float64 path and hopper", "0")]
 CHUNK = 1 << 18
 PATHS = ("packets", "reference", "hopper")  # each compared with single rays
+COMPARED = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals")
 
 
 def measure(settings):
@@ -32,42 +33,60 @@ def compare(subject, count, generator):
     surface = isospline.Isosurface(volume, subject.level)
     scene, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
     reference = isospline.Scene([isospline.Isosurface(volume, subject.level, method="reference")])
-    to_index = np.linalg.inv(volume.affine)[:3, :3].T
-    found = {path: {"differ": 0, "distance_max": 0.0} for path in PATHS}
+    differing = dict.fromkeys(PATHS, 0)
     hit, examples = 0, []
     for done in range(0, count, CHUNK):
         rays = mixed_rays(surface, scene.bounds, min(CHUNK, count - done), generator)
-        t_single = scene.cast_rays(rays, coherent=False)["t_hit"]
-        hit += int(np.isfinite(t_single).sum())
-        voxels_per_t = np.linalg.norm(rays[:, 3:] @ to_index, axis=1)
-        for path, t_hit in (
-            ("packets", scene.cast_rays(rays, coherent=True)["t_hit"]),
-            ("reference", reference.cast_rays(rays, coherent=False)["t_hit"]),
-            ("hopper", hopper.cast_rays(rays)["t_hit"]),
+        single = scene.cast_rays(rays, coherent=False)
+        hit += int(np.isfinite(single["t_hit"]).sum())
+        for path, hits in (
+            ("packets", scene.cast_rays(rays, coherent=True)),
+            ("reference", reference.cast_rays(rays, coherent=False)),
+            ("hopper", hopper.cast_rays(rays)),
         ):
-            apart = judge.distances(t_hit, t_single, voxels_per_t)
-            wrong = apart > judge.TOLERANCE
-            found[path]["differ"] += int(wrong.sum())
-            found[path]["distance_max"] = max(found[path]["distance_max"], float(apart[~wrong].max(initial=0)))
+            differs = np.zeros(len(rays), bool)
+            for key in COMPARED:
+                differs |= (hits[key] != single[key]).reshape(len(rays), -1).any(axis=1)
+            differing[path] += int(differs.sum())
             examples += [
-                {"path": path, "ray": rays[i].tolist(), "t": t_hit[i], "t_single": t_single[i]}
-                for i in np.flatnonzero(wrong)[: max(0, 5 - len(examples))]
+                {"path": path, "ray": rays[i].tolist()}
+                | {key: (hits[key][i].tolist(), single[key][i].tolist()) for key in COMPARED}
+                for i in np.flatnonzero(differs)[: max(0, 5 - len(examples))]
             ]
-    return {"rays": count, "hit": hit / count, "paths": found, "examples": examples}
+    return {"rays": count, "hit": hit / count, "differing": differing, "examples": examples}
 
 
 def mixed_rays(surface, bounds, count, generator):
-    """Rays of four kinds, a quarter each."""
-    quarter = -(-count // 4)
+    """Rays of four kinds, as many of each, and a tenth of degenerate ones."""
+    degenerate, quarter = count // 10, -(-(count - count // 10) // 4)
     size = np.diff(bounds, axis=0)[0]
     inside = bounds[0] + generator.uniform(size=(quarter, 3)) * size
     kinds = [
+        degenerate_rays(surface, degenerate, generator),
         isotropic_lines(bounds, quarter, generator),
         random_image(bounds, quarter, generator),
         np.concatenate([inside, unit(generator.normal(size=(quarter, 3)))], axis=1),
         aimed_rays(surface, inside, generator),
     ]
     return np.concatenate(kinds)[:count]
+
+
+def degenerate_rays(surface, count, generator):
+    """Through corners of cells of the shell: parallel to axes, along diagonals, in planes of faces."""
+    through, directions = corners(surface, count, generator), generator.normal(size=(count, 3))
+    kind, row = generator.integers(4, size=count), np.arange(count)
+    axis = generator.integers(3, size=count)
+    directions[kind < 2] = 0
+    directions[row[kind < 2], axis[kind < 2]] = 1  # along an axis: on an edge, or in a face next to one
+    through[row[kind == 1], (axis[kind == 1] + 1) % 3] += generator.uniform(size=int((kind == 1).sum()))
+    directions[kind == 2] = generator.integers(-1, 2, size=(int((kind == 2).sum()), 3))
+    directions[(directions == 0).all(axis=1)] = 1
+    directions[row[kind == 3], axis[kind == 3]] = 0
+    directions *= generator.choice((-1, 1), size=(count, 1))
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = through - directions / length * np.linalg.norm(surface.volume.shape)
+    affine = surface.volume.affine
+    return np.concatenate([origins @ affine[:3, :3].T + affine[:3, 3], directions @ affine[:3, :3].T], axis=1)
 
 
 def random_image(bounds, count, generator):
@@ -97,17 +116,14 @@ def corners(surface, count, generator):
 
 def goals(results):
     differing = {
-        f"{result['subject']}, {path}": found["differ"] for result in results for path, found in result["paths"].items()
+        f"{result['subject']}, {path}": count for result in results for path, count in result["differing"].items()
     }
     return [none_of(GOALS[0][0], differing, sum(result["rays"] for result in results))]
 
 
 def table(results):
     rows = [
-        (result["subject"], result["rays"], f"{result['hit']:.0%}",
-         *(result["paths"][path][key] for key in ("differ", "distance_max") for path in PATHS))
+        (result["subject"], result["rays"], f"{result['hit']:.0%}", *(result["differing"][path] for path in PATHS))
         for result in results
-    ]  # fmt: skip
-    columns = (f"{path}{what}" for what in (" differ", ", largest distance") for path in PATHS)
-    header = ("volume", "rays", "hit", *columns)
-    return markdown_table(header, rows)
+    ]
+    return markdown_table(("volume", "rays", "hit", *(f"{path} differ" for path in PATHS)), rows)

@@ -470,7 +470,8 @@ def test_a_full_disk_is_told(ball, capsys):
 
 def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "SimpleITK", None)
-    (tmp_path / "a.nrrd").write_bytes(b"NRRD0004\n")
+    (tmp_path / "a.nrrd").write_bytes(
+        b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n" + bytes(8))
     fails(capsys, 1, r"reading NRRD needs the package SimpleITK: pip install isospline\[io\]",
           "info", tmp_path / "a.nrrd")
 

@@ -138,7 +138,7 @@ def test_interrupting_leaves_no_video(tmp_path, ball):
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True,
                                preexec_fn=obey_interrupts)
     deadline = time.monotonic() + 60
-    while not list(tmp_path.glob(".*.mp4")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob(".*.part")) and time.monotonic() < deadline:
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     error = process.communicate(timeout=60)[1]

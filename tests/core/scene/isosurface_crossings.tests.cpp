@@ -161,6 +161,56 @@ TEST_CASE("rays enter and leave in turn, also through corners, edges and faces o
     REQUIRE(crossing_count > ray_count() / 5);
 }
 
+TEST_CASE("hopper and scene agree on rays along the border of a volume", "[scene]")
+{
+    VolumeOptions options;
+    options.degree = GENERATE(1, 2, 3);
+    options.filter = Filter::none;
+    std::mt19937 random(11);
+    std::normal_distribution<float> value;
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const glm::ivec3 shape(7, 6, 5);
+    std::vector<float> samples(7 * 6 * 5);
+    for (float& sample : samples)
+        sample = value(random);
+    const std::ptrdiff_t size = sizeof(float);
+    const auto surface = std::make_shared<Isosurface>(
+        std::make_shared<const Volume>(
+            SampleView{samples.data(), SampleType::float32, shape, {size, size * shape.x, size * shape.x * shape.y}},
+            options),
+        0.1);
+    Scene scene;
+    scene.add(surface);
+    const auto snapshot = scene.snapshot();
+    const VoxelHopper hopper(surface->snapshot());
+
+    const Box domain = surface->volume().bounds();
+    std::size_t found = 0, beyond = 0;
+    for (int i = 0; i < 20000; ++i) {
+        // Parallel to one side of the box, or nearly so, at most 1e-7 from it on either side; some exactly on it.
+        const int across = static_cast<int>(random() % 3);
+        glm::dvec3 origin = domain.lower + domain.size() * glm::dvec3(unit(random), unit(random), unit(random));
+        glm::dvec3 direction(unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5);
+        direction[across] = i % 3 == 0 ? 1e-9 * unit(random) : 0.0;
+        const double off =
+            i % 4 == 0 ? 0.0 : (unit(random) < 0.5 ? 1.0 : -1.0) * std::pow(10.0, -7.0 - 9.0 * unit(random));
+        origin[across] = (unit(random) < 0.5 ? domain.lower : domain.upper)[across] + off;
+        const Ray ray{origin - 20.0 * direction / glm::length(direction), direction};
+        Hit hit, hopped;
+        snapshot->cast_rays({&ray, 1}, {&hit, 1});
+        hopper.cast_rays({&ray, 1}, {&hopped, 1});
+        REQUIRE(hit.t == hopped.t);
+        REQUIRE(hit.primitive_id == hopped.primitive_id);
+        REQUIRE(hit.normal == hopped.normal);
+        found += static_cast<bool>(hit);
+        const bool is_outside = direction[across] == 0.0 && (origin[across] < domain.lower[across] - 1e-12 ||
+                                                             origin[across] > domain.upper[across] + 1e-12);
+        beyond += is_outside && hit;
+    }
+    REQUIRE(found > 5000);
+    REQUIRE(beyond == 0);
+}
+
 TEST_CASE("limits that are a hit's own t leave it the hit", "[scene]")
 {
     const int degree = GENERATE(1, 2, 3);
