@@ -22,6 +22,24 @@ def test_packets_find_the_same_bit_for_bit(rng, degree):
             np.testing.assert_array_equal(packets[name], single[name])
 
 
+@pytest.mark.parametrize("tiny", [-1e-300, -1e-40, -1e-30, -1e-19, -1e-18, -3e-17, -1e-12, -0.0, 1e-30])
+def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
+    """Rays of a packet that all go the same way, but for the sign of what is nearly zero."""
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(17, 18, 19))), 0.3)
+    mesh = isospline.Mesh([(0, 0, 20), (18, 0, 20), (0, 18, 20)], [(0, 1, 2)])
+    for shown, transform in ((surface, np.eye(4)), (mesh, np.eye(4)), (mesh, np.diag([-1, 1, 1, 1.0]))):
+        scene = isospline.Scene()
+        scene.add(shown, transform)
+        targets = np.einsum("ij,nj->ni", transform[:3, :3], rng.uniform((1, 1, 20), (8, 8, 20), (64, 3)))
+        directions = rng.uniform((-1, -1, 0.1), (0, 0, 1), (64, 3))
+        directions[::5] = (tiny, tiny, 0.5)
+        rays = np.hstack([targets - 40 * directions, directions])
+        single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+        assert np.isfinite(single["t_hit"][::5]).any()
+        for name in single:
+            np.testing.assert_array_equal(packets[name], single[name])
+
+
 def test_build_quality_changes_memory_and_no_hit(rng):
     surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(24, 24, 24))), 0.3)
     rays = np.concatenate([rng.uniform(0, 23, (500, 3)), rng.normal(size=(500, 3))], axis=1)

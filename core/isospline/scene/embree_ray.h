@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -26,6 +27,14 @@ inline float rounded_down(double t)
     return std::bit_cast<float>(bits - (bits != 0u));
 }
 
+/// A component of a unit direction. Embree takes 1e-18 for what is smaller, whatever its sign, and a packet whose rays
+/// seem to go the other way misses all that is there.
+inline float direction_single(double component)
+{
+    const auto single = static_cast<float>(component);
+    return std::abs(single) < 1e-17f ? 0.0f : single;
+}
+
 /// Sets Embree's ray.
 inline void set_ray(const Ray& from, RTCRay& to)
 {
@@ -33,9 +42,9 @@ inline void set_ray(const Ray& from, RTCRay& to)
     to.org_y = static_cast<float>(from.origin.y);
     to.org_z = static_cast<float>(from.origin.z);
     to.tnear = rounded_down(from.t_near);
-    to.dir_x = static_cast<float>(from.direction.x);
-    to.dir_y = static_cast<float>(from.direction.y);
-    to.dir_z = static_cast<float>(from.direction.z);
+    to.dir_x = direction_single(from.direction.x);
+    to.dir_y = direction_single(from.direction.y);
+    to.dir_z = direction_single(from.direction.z);
     to.time = 0.0f;
     to.tfar = rounded_up(from.t_far);
     to.mask = 0xffffffffu;
@@ -54,10 +63,10 @@ void set_rays(const PreparedPacket& prepared, RTCRayHitNt<Size>& packet)
     to_single(prepared.origin[0], packet.ray.org_x);
     to_single(prepared.origin[1], packet.ray.org_y);
     to_single(prepared.origin[2], packet.ray.org_z);
-    to_single(prepared.direction[0], packet.ray.dir_x);
-    to_single(prepared.direction[1], packet.ray.dir_y);
-    to_single(prepared.direction[2], packet.ray.dir_z);
     for (int lane = 0; lane < Size; ++lane) {
+        packet.ray.dir_x[lane] = direction_single(prepared.direction[0][lane]);
+        packet.ray.dir_y[lane] = direction_single(prepared.direction[1][lane]);
+        packet.ray.dir_z[lane] = direction_single(prepared.direction[2][lane]);
         packet.ray.tnear[lane] = rounded_down(prepared.t_near[lane]);
         packet.ray.tfar[lane] = rounded_up(prepared.t_far[lane]);
         packet.ray.time[lane] = 0.0f;
