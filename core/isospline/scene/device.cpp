@@ -1,5 +1,6 @@
 #include "isospline/scene/device.h"
 
+#include "isospline/util/fan_out.h"
 #include "isospline/util/fork.h"
 
 #include <tbb/task_arena.h>
@@ -55,6 +56,7 @@ public:
 
     void on_scheduler_entry(bool is_worker) override
     {
+        const FanOut::Task task(this);
         if (is_worker)
             current_count = count_;
     }
@@ -177,6 +179,7 @@ void Device::commit(RTCScene scene, const Progress& progress) const
     if (progress)
         rtcSetSceneProgressMonitorFunction(scene, Monitor::report, &monitor);
     auto arena = IdleArenas::instance().take();
+    const FanOut fan_out(static_cast<const void*>(arena.get()));
     arena->execute([&] { rtcCommitScene(scene); });
     if (const std::ptrdiff_t by_helpers = arena->take_count(); current_count)
         current_count->fetch_add(by_helpers, std::memory_order_relaxed);

@@ -4,6 +4,7 @@
 #include "isospline/scene/ray_query.h"
 #include "isospline/trace/surface_hit.h"
 #include "isospline/util/error.h"
+#include "isospline/util/fan_out.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -122,6 +123,7 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
 void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
+    const FanOut::Task task(static_cast<const Object*>(&self));
     const std::size_t primitive = arguments->primID, group_count = self.groups_.size();
     const Box box =
         primitive < group_count ? isospline::bounds(self.groups_[primitive]) : self.cap_boxes_[primitive - group_count];

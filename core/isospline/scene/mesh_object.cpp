@@ -3,6 +3,7 @@
 #include "isospline/math/affine.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/util/error.h"
+#include "isospline/util/fan_out.h"
 
 #include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
@@ -70,6 +71,7 @@ embree::GeometryHandle MeshObject::make_geometry(const Device& device, double ro
 void MeshObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
 {
     const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
+    const FanOut::Task task(static_cast<const Object*>(&self));
     const auto [a, b, c] = self.triangle(arguments->primID);
     const glm::dvec3 lower = glm::min(glm::min(a, b), c) - self.centre_ - self.box_margin_;
     const glm::dvec3 upper = glm::max(glm::max(a, b), c) - self.centre_ + self.box_margin_;

@@ -1,5 +1,7 @@
 #include "isospline/scene/object.h"
 
+#include "isospline/util/fan_out.h"
+
 namespace isospline {
 
 void Object::build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress)
@@ -14,7 +16,10 @@ void Object::build(RTCBuildQuality quality, double rounding_error_local, const P
     rtcSetSceneBuildQuality(scene.get(), quality);
     rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
     device.check();
-    device.commit(scene.get(), progress);
+    {
+        const FanOut fan_out(this);
+        device.commit(scene.get(), progress);
+    }
     scene_ = std::move(scene);
     embree_memory_ = memory.bytes();
 }

@@ -19,37 +19,56 @@ namespace isospline {
 ///
 /// TBB and Embree see to that, but ThreadSanitizer cannot see it in libraries that are built without it. It is told
 /// nothing about the order of two tasks, so that it still finds races between them. Costs nothing in other builds.
+///
+/// Tasks know a FanOut by an address, as they must not read anything before they have begun: its own, or one that it is
+/// given where tasks do not know its own.
 class FanOut {
 public:
     FanOut(const FanOut&) = delete;
     FanOut& operator=(const FanOut&) = delete;
 
 #ifdef ISOSPLINE_THREAD_SANITIZER
-    FanOut()
+    FanOut() : FanOut(this)
     {
-        __tsan_release(&begin_);
+    }
+    explicit FanOut(const void* address) : address_(address)
+    {
+        __tsan_release(begin_of(address));
     }
     ~FanOut()
     {
-        __tsan_acquire(&end_);
+        __tsan_acquire(end_of(address_));
     }
 
     /// Lives while one of the tasks runs.
     class Task {
     public:
-        explicit Task(FanOut& fan_out) : fan_out_(fan_out) { __tsan_acquire(&fan_out_.begin_); }
-        ~Task() { __tsan_release(&fan_out_.end_); }
+        explicit Task(const FanOut& fan_out) : Task(&fan_out) {}
+        explicit Task(const void* address) : address_(address) { __tsan_acquire(begin_of(address_)); }
+        ~Task() { __tsan_release(end_of(address_)); }
         Task(const Task&) = delete;
         Task& operator=(const Task&) = delete;
 
     private:
-        FanOut& fan_out_;
+        const void* address_;
     };
 
 private:
-    char begin_ = 0, end_ = 0;
+    static char* begin_of(const void* address)
+    {
+        return static_cast<char*>(const_cast<void*>(address));
+    }
+    static char* end_of(const void* address)
+    {
+        return begin_of(address) + 1;
+    }
+
+    const void* address_;
 #else
     FanOut()
+    {
+    }
+    explicit FanOut(const void*)
     {
     }
     ~FanOut()
@@ -57,7 +76,8 @@ private:
     }
 
     struct Task {
-        explicit Task(FanOut&) {}
+        explicit Task(const FanOut&) {}
+        explicit Task(const void*) {}
         ~Task() {}
     };
 #endif
