@@ -10,6 +10,7 @@
 #include <random>
 #include <sstream>
 #include <system_error>
+#include <utility>
 
 namespace isospline {
 
@@ -29,16 +30,21 @@ std::string temporary_name()
 AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), replaced_(followed())
 {
     look_at_replaced();
-    const std::filesystem::path temporary = replaced_.parent_path() / temporary_name();
+    std::filesystem::path temporary = replaced_.parent_path() / temporary_name();
     // What only its owner could read is not shown to others meanwhile.
     const mode_t mode = permissions_ ? static_cast<mode_t>(*permissions_) & 0666 : 0666;
     const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode | S_IWUSR);
     if (descriptor < 0)
         throw_unwritable(errno);
-    temporary_ = temporary;
+    temporary_ = std::move(temporary);
     ::close(descriptor);
     errno = 0;
-    stream_.open(temporary_, std::ios::binary | std::ios::trunc);
+    try {
+        stream_.open(temporary_, std::ios::binary | std::ios::trunc);
+    } catch (...) { // its buffer takes memory
+        discard();
+        throw;
+    }
     if (!stream_) {
         const int reason = errno;
         discard();

@@ -193,10 +193,8 @@ struct World {
     }
     double write()
     {
-        const std::string path = "failing_allocations." + std::to_string(getpid()) + ".exr";
-        write_exr(Image({32, 24}, {}), path);
-        const bool written = std::filesystem::remove(path);
-        return written ? 1.0 : 0.0;
+        write_exr(Image({32, 24}, {}), "image.exr");
+        return std::filesystem::remove("image.exr") ? 1.0 : 0.0;
     }
 
     std::shared_ptr<Volume> volume;
@@ -227,7 +225,7 @@ const Operation operations[] = {
     {"exr", [](World& world) { return world.write(); }},
 };
 
-enum Outcome { good, wrong, swallowed, other_exception };
+enum Outcome { good, wrong, swallowed, other_exception, file_left };
 
 /// The outcome of an operation whose allocation of this number fails; none where it is negative, and their number then
 /// goes to `pipe`.
@@ -256,6 +254,8 @@ Outcome outcome(const Operation& operation, long number, int pipe)
         const long count = allocations;
         return write(pipe, &count, sizeof(count)) == sizeof(count) ? good : wrong;
     }
+    if (!std::filesystem::is_empty("."))
+        return file_left;
     // What did without the memory has to have the same result.
     if (!thrown && result != expected)
         return swallowed;
@@ -268,11 +268,15 @@ int status_of_child(const Operation& operation, long number, int pipe)
     if (child == 0) {
         alarm(60);
         int code = other_exception;
+        std::string folder = std::filesystem::temp_directory_path() / "failing_allocations.XXXXXX";
+        if (mkdtemp(folder.data()) == nullptr || chdir(folder.c_str()) != 0)
+            _exit(code);
         try {
             code = outcome(operation, number, pipe);
         } catch (const std::exception& error) {
             std::fprintf(stderr, "%s, allocation %ld, the next time: %s\n", operation.name, number, error.what());
         }
+        std::filesystem::remove_all(folder);
         _exit(code);
     }
     int status = -1;
