@@ -34,6 +34,12 @@ inline std::string to_text(const Shape& shape)
     return text + (shape.size() == 1 ? ",)" : ")");
 }
 
+/// `64 x 48 pixels`.
+inline std::string size_text(int width, int height)
+{
+    return std::to_string(width) + " x " + std::to_string(height) + " pixels";
+}
+
 inline Shape shape_of(const pybind11::array& array)
 {
     return Shape(array.shape(), array.shape() + array.ndim());

@@ -128,7 +128,7 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
 {
     auto surface = as_object<Isosurface>(given, "surface");
     std::unique_ptr<FollowingHopper> following;
-    long_call(py::none(), [&](const Progress&) {
+    long_call("to make a hopper", py::none(), [&](const Progress&) {
         following = std::make_unique<FollowingHopper>(std::move(surface), VoxelHopperOptions{strides});
     });
     return following;
@@ -142,7 +142,7 @@ py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_
     const RayOrder order(rows.leading_shape(), false);
     HopStatistics statistics;
     std::mutex adding;
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to cast " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto hopper = following.hopper(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
@@ -159,7 +159,8 @@ py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_
 std::size_t memory(FollowingHopper& following)
 {
     std::size_t bytes = 0;
-    long_call(py::none(), [&](const Progress& progress) { bytes = following.hopper(progress)->memory(); });
+    long_call("to make a hopper", py::none(),
+              [&](const Progress& progress) { bytes = following.hopper(progress)->memory(); });
     return bytes;
 }
 

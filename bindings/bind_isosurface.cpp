@@ -216,7 +216,7 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
                                   std::shared_ptr<const ValueBounds> bounds, const py::object& progress)
 {
     std::shared_ptr<Isosurface> surface;
-    long_call(progress, [&](const Progress& report) {
+    long_call("to make an isosurface", progress, [&](const Progress& report) {
         surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(bounds), report);
     });
     warn_of_empty_shell(*surface->snapshot());
@@ -249,7 +249,7 @@ std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, 
 
 void set_level(Isosurface& surface, double level)
 {
-    long_call(py::none(), [&](const Progress& report) { surface.set_level(level, report); });
+    long_call("to change the level", py::none(), [&](const Progress& report) { surface.set_level(level, report); });
     warn_of_empty_shell(*surface.snapshot());
 }
 

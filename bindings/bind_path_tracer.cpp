@@ -82,7 +82,7 @@ struct SceneRenderer {
 
 void step(SceneRenderer& self, int samples, const py::object& progress)
 {
-    long_call(progress, [&](const Progress& report) {
+    long_call("to render", progress, [&](const Progress& report) {
         const Turn::Taken taken(self.turn, report);
         self.check(taken);
         self.renderer.step(samples, report);
@@ -91,7 +91,7 @@ void step(SceneRenderer& self, int samples, const py::object& progress)
 
 void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 {
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to begin a picture", py::none(), [&](const Progress& progress) {
         const Turn::Taken taken(self.turn, progress);
         self.was_abandoned = false;
         if (camera)
@@ -132,9 +132,11 @@ void bind_path_tracer(py::module_& module)
     py::class_<SceneRenderer>(module, "ProgressiveRenderer", "What isospline.ProgressiveRenderer is made of.")
         .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& integrator,
                          const py::object& background, bool curvature, int ambient_occlusion, bool direct) {
-                 return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), integrator,
-                                                        as_background(background, "background"),
-                                                        Layers{curvature, ambient_occlusion, direct});
+                 return naming_memory("to render " + size_text(size[0], size[1]), [&] {
+                     return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), integrator,
+                                                            as_background(background, "background"),
+                                                            Layers{curvature, ambient_occlusion, direct});
+                 });
              }),
              py::keep_alive<1, 2>(), py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
              py::arg("integrator"), py::arg("background"), py::arg("curvature"), py::arg("ambient_occlusion"),
@@ -144,7 +146,7 @@ void bind_path_tracer(py::module_& module)
         .def("image",
              [](SceneRenderer& self) {
                  auto image = std::make_unique<Image>();
-                 long_call(py::none(), [&](const Progress& progress) {
+                 long_call("to copy the image", py::none(), [&](const Progress& progress) {
                      const Turn::Taken taken(self.turn, progress);
                      self.check(taken);
                      *image = self.renderer.image();
@@ -153,7 +155,7 @@ void bind_path_tracer(py::module_& module)
              })
         .def_property_readonly("samples", [](SceneRenderer& self) {
             int samples = 0;
-            long_call(py::none(), [&](const Progress& progress) {
+            long_call("to count samples", py::none(), [&](const Progress& progress) {
                 const Turn::Taken taken(self.turn, progress);
                 self.check(taken);
                 samples = self.renderer.samples();

@@ -160,7 +160,7 @@ py::array_t<bool> contains_points(const Isosurface& surface, const py::object& p
     auto result = new_array<bool>(rows.leading_shape());
     bool* const to = result.mutable_data();
     const auto snapshot = surface.snapshot();
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to test " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& progress) {
         check_points(rows);
         parallel_for(
             rows.count(), 4096,
@@ -184,24 +184,25 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
         check_positive("tolerance", *tolerance);
         options.tolerance = *tolerance;
     }
-    long_call(py::none(), [&](const Progress& progress) {
-        check_points(points);
-        constexpr double largest = 1e100; // squares are finite
-        for (std::size_t row = 0; row < points.count(); ++row)
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                if (std::abs(points(row, axis)) > largest)
-                    throw_invalid("points", "coordinates of at most 1e100",
-                                  to_text(points.vector(row)) + " in point " + std::to_string(row));
-        ClosestPointFinder check(surface, options); // of the options, also where there are no points
-        parallel_for(
-            points.count(), 8,
-            [&](std::size_t begin, std::size_t end) {
-                ClosestPointFinder find(surface, options);
-                for (std::size_t row = begin; row < end; ++row)
-                    visit(row, find(points.vector(row)));
-            },
-            progress);
-    });
+    long_call("to find " + std::to_string(points.count()) + " nearest points", py::none(),
+              [&](const Progress& progress) {
+                  check_points(points);
+                  constexpr double largest = 1e100; // squares are finite
+                  for (std::size_t row = 0; row < points.count(); ++row)
+                      for (std::size_t axis = 0; axis < 3; ++axis)
+                          if (std::abs(points(row, axis)) > largest)
+                              throw_invalid("points", "coordinates of at most 1e100",
+                                            to_text(points.vector(row)) + " in point " + std::to_string(row));
+                  ClosestPointFinder check(surface, options); // of the options, also where there are no points
+                  parallel_for(
+                      points.count(), 8,
+                      [&](std::size_t begin, std::size_t end) {
+                          ClosestPointFinder find(surface, options);
+                          for (std::size_t row = begin; row < end; ++row)
+                              visit(row, find(points.vector(row)));
+                      },
+                      progress);
+              });
 }
 
 py::dict closest_points(const Isosurface& surface, const py::object& points, double max_distance,

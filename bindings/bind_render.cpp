@@ -44,7 +44,7 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
         options.shading = std::get<Shading>(std::move(shading));
 
     auto image = std::make_unique<Image>();
-    long_call(progress, [&](const Progress& report) {
+    long_call("to render " + size_text(options.size.x, options.size.y), progress, [&](const Progress& report) {
         const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1));
         *image = render(*snapshot, camera, options, part_of(report, 0.1, 1.0));
     });
@@ -111,7 +111,8 @@ void bind_image(py::module_& module)
         .def(
             "write_exr",
             [](const Image& image, const std::filesystem::path& path, bool half) {
-                long_call(py::none(), [&](const Progress& report) { write_exr(image, path, {half}, report); });
+                long_call("to write an EXR file", py::none(),
+                          [&](const Progress& report) { write_exr(image, path, {half}, report); });
             },
             py::arg("path"), py::kw_only(), py::arg("half") = false);
 }

@@ -184,7 +184,7 @@ py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t
     check_limits(t_near, t_far);
     HitArrays arrays(rows.leading_shape(), details);
     const RayOrder order(rows.leading_shape(), coherent);
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to cast " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<Hit> hits(chunk.size());
@@ -202,7 +202,7 @@ py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t
     py::array_t<bool> result(rows.leading_shape());
     bool* const flags = result.mutable_data();
     const RayOrder order(rows.leading_shape(), false);
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to test " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
         for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
             std::vector<std::uint8_t> occluded(chunk.size());
@@ -225,14 +225,16 @@ std::vector<CrossingChunk> crossings_of(Scene& scene, const RowArray& rows, doub
 {
     std::vector<CrossingChunk> chunks((rows.count() + ray_chunk_size - 1) / ray_chunk_size);
     const RayOrder order(rows.leading_shape(), false);
-    long_call(py::none(), [&](const Progress& progress) {
-        const auto snapshot = scene.snapshot(progress);
-        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> rays, std::size_t first) {
-            CrossingChunk& chunk = chunks[first / ray_chunk_size];
-            chunk.counts.resize(rays.size());
-            snapshot->list_intersections(rays, chunk.crossings, chunk.counts);
-        });
-    });
+    long_call("to list the crossings of " + std::to_string(rows.count()) + " rays", py::none(),
+              [&](const Progress& progress) {
+                  const auto snapshot = scene.snapshot(progress);
+                  for_each_chunk(rows, order, t_near, t_far, progress,
+                                 [&](std::span<const Ray> rays, std::size_t first) {
+                                     CrossingChunk& chunk = chunks[first / ray_chunk_size];
+                                     chunk.counts.resize(rays.size());
+                                     snapshot->list_intersections(rays, chunk.crossings, chunk.counts);
+                                 });
+              });
     return chunks;
 }
 
@@ -305,7 +307,7 @@ py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& ra
 std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
 {
     std::shared_ptr<const SceneSnapshot> snapshot;
-    long_call(py::none(), [&](const Progress& progress) { snapshot = scene.snapshot(progress); });
+    long_call("to build a scene", py::none(), [&](const Progress& progress) { snapshot = scene.snapshot(progress); });
     return snapshot;
 }
 

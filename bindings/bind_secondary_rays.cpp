@@ -84,7 +84,7 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
     double* const origins = result.mutable_data();
     const double *const t = t_hit.data(), *const normal = normals.data();
     const std::uint32_t *const geometries = geometry_ids.data(), *const primitives = primitive_ids.data();
-    long_call(py::none(), [&](const Progress& progress) {
+    long_call("to make " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
         for (std::size_t i = 0; i < rows.count(); ++i) {
             const auto in_ray = " in ray " + std::to_string(i);

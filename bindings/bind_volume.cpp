@@ -213,7 +213,7 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
 
     std::shared_ptr<Volume> volume;
     try {
-        long_call(progress,
+        long_call("to make a volume of " + to_text(shape_of(array)) + " samples", progress,
                   [&](const Progress& report) { volume = std::make_shared<Volume>(samples, options, report); });
     } catch (const NonFiniteSample& error) {
         throw_invalid("data", "finite numbers",
@@ -231,7 +231,7 @@ py::array sample(const Volume& volume, const py::object& points, int derivative)
     auto result = new_array<double>(rows.leading_shape(), trailing);
     double* const to = result.mutable_data();
 
-    long_call(py::none(), [&](const Progress& report) {
+    long_call("to sample " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& report) {
         constexpr std::size_t grain = 4096;
         const auto body = [&](std::size_t begin, std::size_t end) {
             for (std::size_t row = begin; row < end; ++row) {
@@ -268,7 +268,7 @@ py::array coefficients(const Volume& volume)
                     to_row[x] = static_cast<double>(row[x]) + offset;
             }
     };
-    long_call(py::none(),
+    long_call("to copy the coefficients", py::none(),
               [&](const Progress& report) { parallel_for(static_cast<std::size_t>(shape.z), 1, copy, report); });
     return result;
 }

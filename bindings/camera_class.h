@@ -28,7 +28,7 @@ inline pybind11::array_t<double> rays_of(const Camera& camera, std::array<int, 2
     const Projection projection(camera, {size[0], size[1]});
     auto rays = new_array<double>({size[1], size[0]}, {6});
     auto values = rays.mutable_unchecked<3>();
-    long_call(pybind11::none(), [&](const Progress& progress) {
+    long_call("to make the rays of " + size_text(size[0], size[1]), pybind11::none(), [&](const Progress& progress) {
         const auto fill = [&](std::size_t begin, std::size_t end) {
             for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
                 for (int x = 0; x < size[0]; ++x) {

@@ -12,16 +12,41 @@
 #include <chrono>
 #include <exception>
 #include <future>
+#include <new>
+#include <string>
 
 namespace isospline {
+
+/// Out of memory, and what for; becomes a MemoryError.
+class OutOfMemory : public std::bad_alloc {
+public:
+    explicit OutOfMemory(const std::string& what_for) : message_("out of memory: " + what_for) {}
+    const char* what() const noexcept override { return message_.c_str(); }
+
+private:
+    std::string message_;
+};
+
+/// `operation()`, whose failing allocations tell what they were for, such as "to render 64 x 48 pixels".
+template <typename Operation>
+auto naming_memory(const std::string& what_for, const Operation& operation)
+{
+    try {
+        return operation();
+    } catch (const OutOfMemory&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw OutOfMemory(what_for);
+    }
+}
 
 /// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
 /// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. The
 /// callable is called before the operation starts, too. A signal handler or a callable that raises, and a callable that
 /// returns a false value other than None, cancel the operation; what was raised is raised again once the operation has
-/// ended.
+/// ended. Where memory runs out, the error tells `what_for`.
 template <typename Operation>
-void long_call(const pybind11::object& report, Operation operation)
+void long_call(const std::string& what_for, const pybind11::object& report, Operation operation)
 {
     namespace py = pybind11;
     std::atomic<bool> cancelled = false;
@@ -66,7 +91,7 @@ void long_call(const pybind11::object& report, Operation operation)
                 deliver();
         }
         try {
-            running.get();
+            naming_memory(what_for, [&] { running.get(); });
         } catch (const Cancelled&) {
             if (!raised)
                 throw;

@@ -1,5 +1,8 @@
 """Arguments that make no sense: one sentence that names the parameter."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -100,3 +103,30 @@ def test_images_are_written_to_paths():
             image.write(wrong)
     with pytest.raises(ValueError, match="^path: expected a name without null characters"):
         image.write("a\0.png")
+
+
+def test_memory_errors_tell_what_the_memory_was_for():
+    script = """
+import resource
+import numpy as np
+import isospline
+volume = isospline.Volume(np.random.default_rng(0).random((16, 16, 16)))
+scene = isospline.Scene([isospline.Isosurface(volume, 0.5)])
+camera = isospline.camera_for(scene)
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+for call in (lambda: isospline.render(scene, camera, size=(60000, 60000)),
+             lambda: isospline.ProgressiveRenderer(scene, camera, size=(60000, 60000)),
+             lambda: isospline.Volume(np.zeros((1000, 1000, 1000), np.uint8))):
+    try:
+        call()
+    except MemoryError as error:
+        print(error)
+print(scene.cast_rays([(8, 8, -9, 0.01, 0.02, 1)])["t_hit"].shape)
+"""
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert result.stdout.splitlines() == [
+        "out of memory: to render 60000 x 60000 pixels",
+        "out of memory: to render 60000 x 60000 pixels",
+        "out of memory: to make a volume of (1000, 1000, 1000) samples",
+        "(1,)",
+    ], result.stderr

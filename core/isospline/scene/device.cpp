@@ -2,6 +2,7 @@
 
 #include "isospline/util/fan_out.h"
 #include "isospline/util/fork.h"
+#include "isospline/util/turn.h"
 
 #include <tbb/task_arena.h>
 #include <tbb/task_scheduler_observer.h>
@@ -135,6 +136,14 @@ struct Monitor {
     }
 };
 
+/// Throws where the locks of Embree may be those of threads that this process does not have.
+void check_fork()
+{
+    if (!is_whole_after_fork())
+        throw std::runtime_error("this process was forked while another thread was at work in isospline: it cannot "
+                                 "build scenes; fork when nothing runs, or start processes by \"spawn\"");
+}
+
 } // namespace
 
 EmbreeMemory::EmbreeMemory()
@@ -154,8 +163,17 @@ std::size_t EmbreeMemory::bytes() const
 
 Device& Device::shared()
 {
-    static auto& device = *new Device; // never destroyed: threads may use it until the process ends
-    return device;
+    static std::atomic<Device*> device = nullptr; // never destroyed: threads may use it until the process ends
+    if (Device* const known = device)
+        return *known;
+    static Turn turn;
+    const Turn::Taken taken(turn, {});
+    if (device == nullptr) {
+        check_fork();
+        const InParallel in_parallel;
+        device = new Device;
+    }
+    return *device;
 }
 
 Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
@@ -170,10 +188,7 @@ Device::Device() : device_(rtcNewDevice(std::getenv("ISOSPLINE_EMBREE")))
 void Device::commit(RTCScene scene, const Progress& progress) const
 {
     check();
-    if (!is_whole_after_fork())
-        throw std::runtime_error(
-            "this process was forked while another thread was at work in isospline: it cannot build "
-            "scenes; fork when nothing runs, or start processes by \"spawn\"");
+    check_fork();
     const InParallel in_parallel;
     Monitor monitor{progress, {}, {}, false};
     if (progress)
@@ -193,6 +208,11 @@ void Device::commit(RTCScene scene, const Progress& progress) const
         throw Cancelled();
     }
     check();
+}
+
+void Device::forget_errors() const
+{
+    current_error.code = RTC_ERROR_NONE;
 }
 
 void Device::check() const

@@ -41,6 +41,9 @@ public:
     /// Builds a scene's acceleration structure. Throws Cancelled where the progress callback returns false.
     void commit(RTCScene scene, const Progress& progress = {}) const;
 
+    /// Forgets what Embree has reported on this thread: an error that nobody asked for is not the next one's.
+    void forget_errors() const;
+
     /// Throws what Embree has reported on this thread since the last call: std::bad_alloc where memory ran out, else
     /// std::runtime_error.
     void check() const;

@@ -8,6 +8,7 @@ void Object::build(RTCBuildQuality quality, double rounding_error_local, const P
 {
     const EmbreeMemory memory;
     const Device& device = Device::shared();
+    device.forget_errors();
     const embree::GeometryHandle geometry = make_geometry(device, rounding_error_local);
     rtcCommitGeometry(geometry.get());
     embree::SceneHandle scene(rtcNewScene(device.get()));

@@ -124,6 +124,7 @@ void SnapshotBuilder::build_objects(const Progress& progress)
 void SnapshotBuilder::make_instances()
 {
     const EmbreeMemory embree_memory;
+    Device::shared().forget_errors();
     bool shadows_differ = false;
     const std::vector<std::shared_ptr<const Instance>> none;
     const auto& old_instances = before ? before->impl_->instances : none;

@@ -6,9 +6,10 @@
 #include "isospline/shell/value_bounds.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
+#include "isospline/util/turn.h"
 
-#include <mutex>
-#include <optional>
+#include <atomic>
+#include <memory>
 #include <span>
 
 namespace isospline {
@@ -59,8 +60,9 @@ void prune_bricks(const Volume& volume, double threshold, const ShellOptions& op
 } // namespace
 
 struct Shell::LazyTree {
-    std::once_flag once;
-    std::optional<CellTree> tree;
+    Turn turn; ///< to build it
+    std::atomic<bool> is_built = false;
+    std::unique_ptr<const CellTree> tree;
 };
 
 Shell::Shell() : tree_(std::make_shared<LazyTree>())
@@ -124,7 +126,13 @@ Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, 
 
 const CellTree& Shell::tree() const
 {
-    std::call_once(tree_->once, [&] { tree_->tree.emplace(cells_); });
+    if (!tree_->is_built) {
+        const Turn::Taken taken(tree_->turn, {});
+        if (!tree_->is_built) {
+            tree_->tree = std::make_unique<const CellTree>(cells_);
+            tree_->is_built = true;
+        }
+    }
     return *tree_->tree;
 }
 
