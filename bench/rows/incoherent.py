@@ -12,7 +12,7 @@ from suite.views import from_the_surface, in_tiles, whole_camera
 TITLE = "Incoherent rays"
 ABOUT = """From where the primary rays of the whole view hit, a hundredth of a voxel in front of the surface, in
 directions of density cos / pi about the normal: one ray after the other (`coherent=False`). The mesh has rays of its
-own, from its own hits, with the same random numbers."""
+own, from its own hits, with the same random numbers; its triangles are decided as under *Primary rays*."""
 GOALS = [("incoherent single rays against single-ray triangles", "at least 0.6 times")]
 
 

@@ -479,3 +479,27 @@ def test_cells_of_another_version_of_vtk_files_are_refused(tmp_path, version):
     path.write_bytes(content.replace(b"5.1", version.encode(), 1))
     with pytest.raises(ValueError, match="version"):
         read_mesh(path)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "txt", "hex", "raw"])
+def test_nrrd_of_any_encoding_is_its_samples(tmp_path, encoding):
+    data = np.arange(24, dtype="<i2").reshape(2, 3, 4) - 7
+    header = f"NRRD0004\ntype: int16\ndimension: 3\nsizes: 4 3 2\nendian: little\nencoding: {encoding}\n\n".encode()
+    content = {"hex": data.tobytes().hex(" ").encode(), "raw": data.tobytes()}.get(
+        encoding, "\n".join(map(str, data.ravel())).encode())  # fmt: skip
+    path = tmp_path / "a.nrrd"
+    path.write_bytes(header + content)
+    np.testing.assert_array_equal(isospline.read_volume(path).data, data)
+    path.write_bytes(header + content[:-3])
+    with pytest.raises(ValueError, match=r"a\.nrrd: .*(truncated|damaged)"):
+        isospline.read_volume(path)
+
+
+def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path):
+    grid = "# vtk DataFile Version 4.2\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+    (tmp_path / "grid.vtk").write_text(grid + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n715820698\n")
+    with pytest.raises(ValueError, match="expected types of cells from 0 to 83, got 715820698"):
+        isospline.read_mesh(tmp_path / "grid.vtk")
+    (tmp_path / "a.bdf").write_text("BEGIN BULK\n$ nothing\n")
+    with pytest.raises(ValueError, match="expected data behind BEGIN BULK"):
+        isospline.read_mesh(tmp_path / "a.bdf")

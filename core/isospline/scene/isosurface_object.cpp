@@ -2,9 +2,8 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/ray_query.h"
+#include "isospline/scene/user_geometry.h"
 #include "isospline/trace/surface_hit.h"
-#include "isospline/util/error.h"
-#include "isospline/util/fan_out.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -13,7 +12,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 namespace isospline {
 
@@ -70,14 +68,7 @@ embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, dou
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
     groups_ = cell_groups(*surface_);
     cap_boxes_ = cap_boxes(*surface_);
-    embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    device.check();
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(groups_.size() + cap_boxes_.size()));
-    rtcSetGeometryUserData(geometry.get(), this);
-    rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
-    rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
-    rtcSetGeometryOccludedFunction(geometry.get(), occluded_function);
-    return geometry;
+    return UserGeometry<IsosurfaceObject>::make(device, *this, groups_.size() + cap_boxes_.size());
 }
 
 std::size_t IsosurfaceObject::own_memory() const
@@ -120,33 +111,12 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
     return rising == (surface_->options().inside == Inside::above);
 }
 
-void IsosurfaceObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
+Box IsosurfaceObject::box(unsigned int primitive) const
 {
-    const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    const FanOut::Task task(static_cast<const Object*>(&self));
-    const std::size_t primitive = arguments->primID, group_count = self.groups_.size();
+    const std::size_t group_count = groups_.size();
     const Box box =
-        primitive < group_count ? isospline::bounds(self.groups_[primitive]) : self.cap_boxes_[primitive - group_count];
-    const auto margin = static_cast<float>(self.box_margin_);
-    RTCBounds& bounds = *arguments->bounds_o;
-    bounds.lower_x = static_cast<float>(box.lower.x) - margin;
-    bounds.lower_y = static_cast<float>(box.lower.y) - margin;
-    bounds.lower_z = static_cast<float>(box.lower.z) - margin;
-    bounds.upper_x = static_cast<float>(box.upper.x) + margin;
-    bounds.upper_y = static_cast<float>(box.upper.y) + margin;
-    bounds.upper_z = static_cast<float>(box.upper.z) + margin;
-}
-
-void IsosurfaceObject::intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept
-{
-    const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments->rayhit, arguments->N), arguments->N, 0);
-    static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
-        if (arguments->N == 1)
-            self.intersect_one(*arguments);
-        else
-            self.intersect_packet(*arguments);
-    });
+        primitive < group_count ? isospline::bounds(groups_[primitive]) : cap_boxes_[primitive - group_count];
+    return {box.lower - box_margin_, box.upper + box_margin_};
 }
 
 // What is behind a cap that a ray comes in through is not looked at; a cap that it goes out through is the first hit
@@ -164,8 +134,6 @@ std::optional<IsosurfaceObject::CapHit> IsosurfaceObject::first_cap(const Capped
 
 void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
 {
-    if (arguments.valid[0] != -1)
-        return;
     auto& query = static_cast<RayQuery&>(*arguments.context);
     RTCRay& ray = reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray;
     const unsigned int slot = query.instID[0];
@@ -262,23 +230,11 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     }
 }
 
-void IsosurfaceObject::occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept
+bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) const
 {
-    ISOSPLINE_ASSERT(arguments->N, ==, 1u);
-    if (arguments->valid[0] != -1)
-        return;
-    const auto& self = *static_cast<const IsosurfaceObject*>(arguments->geometryUserPtr);
-    auto& query = static_cast<RayQuery&>(*arguments->context);
-    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    query.guard(&ray.tfar, 1, [&] {
-        query.enter(query.instID[0], *self.surface_);
-        if (query.clip_leaves_any && self.is_occluded(arguments->primID, query))
-            ray.tfar = -std::numeric_limits<float>::infinity();
-    });
-}
-
-bool IsosurfaceObject::is_occluded(unsigned int primitive, const RayQuery& query) const
-{
+    query.enter(query.instID[0], *surface_);
+    if (!query.clip_leaves_any)
+        return false;
     if (query.enters_cap)
         return true;
     if (primitive >= groups_.size())

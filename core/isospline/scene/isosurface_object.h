@@ -17,6 +17,8 @@ namespace isospline {
 
 struct RayQuery;
 struct PacketQuery;
+template <typename Shape>
+struct UserGeometry;
 
 class IsosurfaceObject final : public Object {
 public:
@@ -32,6 +34,8 @@ public:
                                const Placement& placement) const override;
 
 private:
+    friend struct UserGeometry<IsosurfaceObject>;
+
     embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
     std::size_t own_memory() const override;
 
@@ -40,10 +44,11 @@ private:
         return {surface_->volume(), surface_->threshold(), group.cell(cell)};
     }
 
+    Box box(unsigned int primitive) const;
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
     void collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
-    bool is_occluded(unsigned int primitive, const RayQuery& query) const;
+    bool is_occluded(unsigned int primitive, RayQuery& query) const;
 
     /// The first cap along a chord, if any, as a root.
     struct CapHit {
@@ -51,10 +56,6 @@ private:
         std::uint32_t primitive;
     };
     std::optional<CapHit> first_cap(const CappedChord& chord, bool enters_cap, double t_limit) const;
-
-    static void bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept;
-    static void intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept;
-    static void occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
     CellIntersector intersector_;

@@ -2,8 +2,7 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/ray_query.h"
-#include "isospline/util/error.h"
-#include "isospline/util/fan_out.h"
+#include "isospline/scene/user_geometry.h"
 
 #include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
@@ -14,7 +13,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
 namespace isospline {
@@ -23,11 +21,6 @@ namespace {
 
 /// Room for scenes of some times the size of the mesh, in units of that.
 constexpr double least_box_margin = 0x1p-16;
-
-float next_below(double value)
-{
-    return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
-}
 
 glm::dvec3 centre_of(const Mesh& mesh)
 {
@@ -58,30 +51,13 @@ bool MeshObject::fits(double rounding_error_local) const
 embree::GeometryHandle MeshObject::make_geometry(const Device& device, double rounding_error_local)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin * glm::length(mesh_->bounds().size()));
-    embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    device.check();
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(mesh_->faces().size()));
-    rtcSetGeometryUserData(geometry.get(), this);
-    rtcSetGeometryBoundsFunction(geometry.get(), bounds_function, nullptr);
-    rtcSetGeometryIntersectFunction(geometry.get(), intersect_function);
-    rtcSetGeometryOccludedFunction(geometry.get(), occluded_function);
-    return geometry;
+    return UserGeometry<MeshObject>::make(device, *this, mesh_->faces().size());
 }
 
-void MeshObject::bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept
+Box MeshObject::box(unsigned int primitive) const
 {
-    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
-    const FanOut::Task task(static_cast<const Object*>(&self));
-    const auto [a, b, c] = self.triangle(arguments->primID);
-    const glm::dvec3 lower = glm::min(glm::min(a, b), c) - self.centre_ - self.box_margin_;
-    const glm::dvec3 upper = glm::max(glm::max(a, b), c) - self.centre_ + self.box_margin_;
-    RTCBounds& bounds = *arguments->bounds_o;
-    bounds.lower_x = next_below(lower.x);
-    bounds.lower_y = next_below(lower.y);
-    bounds.lower_z = next_below(lower.z);
-    bounds.upper_x = -next_below(-upper.x);
-    bounds.upper_y = -next_below(-upper.y);
-    bounds.upper_z = -next_below(-upper.z);
+    const auto [a, b, c] = triangle(primitive);
+    return {glm::min(glm::min(a, b), c) - centre_ - box_margin_, glm::max(glm::max(a, b), c) - centre_ + box_margin_};
 }
 
 std::optional<TriangleHit> MeshObject::hit_within(const TriangleRay& ray, std::uint32_t primitive) const
@@ -116,22 +92,8 @@ bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double 
     return t < nearest_t || (t == nearest_t && precedes({hit.slot, hit.primitive, false}, nearest_ids));
 }
 
-void MeshObject::intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept
-{
-    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
-    float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments->rayhit, arguments->N), arguments->N, 0);
-    static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
-        if (arguments->N == 1)
-            self.intersect_one(*arguments);
-        else
-            self.intersect_packet(*arguments);
-    });
-}
-
 void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
 {
-    if (arguments.valid[0] != -1)
-        return;
     auto& query = static_cast<RayQuery&>(*arguments.context);
     const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
     query.enter_mesh(slot);
@@ -181,19 +143,10 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
     }
 }
 
-void MeshObject::occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept
+bool MeshObject::is_occluded(unsigned int primitive, RayQuery& query) const
 {
-    ISOSPLINE_ASSERT(arguments->N, ==, 1u);
-    if (arguments->valid[0] != -1)
-        return;
-    const auto& self = *static_cast<const MeshObject*>(arguments->geometryUserPtr);
-    auto& query = static_cast<RayQuery&>(*arguments->context);
-    float& t_far = reinterpret_cast<RTCRay*>(arguments->ray)->tfar;
-    query.guard(&t_far, 1, [&] {
-        query.enter_mesh(query.instID[0]);
-        if (self.hit_within(query.in_mesh, arguments->primID))
-            t_far = -std::numeric_limits<float>::infinity();
-    });
+    query.enter_mesh(query.instID[0]);
+    return hit_within(query.in_mesh, primitive).has_value();
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const

@@ -16,6 +16,9 @@
 
 namespace isospline {
 
+template <typename Shape>
+struct UserGeometry;
+
 class MeshObject final : public Object {
 public:
     explicit MeshObject(std::shared_ptr<const Mesh> mesh);
@@ -31,6 +34,8 @@ public:
                                const Placement& placement) const override;
 
 private:
+    friend struct UserGeometry<MeshObject>;
+
     embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
     Triangle triangle(std::uint32_t primitive) const
     {
@@ -48,12 +53,10 @@ private:
     bool takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
                      double nearest_t, const HitIds& nearest_ids) const;
 
+    Box box(unsigned int primitive) const;
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
-
-    static void bounds_function(const RTCBoundsFunctionArguments* arguments) noexcept;
-    static void intersect_function(const RTCIntersectFunctionNArguments* arguments) noexcept;
-    static void occluded_function(const RTCOccludedFunctionNArguments* arguments) noexcept;
+    bool is_occluded(unsigned int primitive, RayQuery& query) const;
 
     std::shared_ptr<const Mesh> mesh_;
     glm::dvec3 centre_;

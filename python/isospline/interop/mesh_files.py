@@ -112,6 +112,7 @@ def _read_meshio(path, options):
     suffixes = sorted({*_READERS, *meshio.extension_to_filetypes})
     if not path.name.lower().endswith(tuple(suffixes)):
         raise ValueError(f"expected a name that ends in {', '.join(suffixes)}")
+    check_before(path)
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):

@@ -111,6 +111,17 @@ def check_gmsh(path):
         raise ValueError(f"expected $End{begun.decode()}: the file is truncated")
 
 
+def check_nastran(path):
+    """Check that a file has data behind its header: meshio looks for them until it finds some."""
+    with open(path, "rb") as file:
+        begun = False
+        for line in iter(lambda: file.readline(HEADER_LIMIT), b""):
+            if begun and len(line) >= 4 and not line.startswith((b"$", b"//", b"#")):
+                return
+            begun = begun or line.strip().startswith(b"BEGIN BULK")
+    raise ValueError("expected data behind BEGIN BULK: the file is truncated or damaged")
+
+
 class EndingFile(io.BufferedReader):
     """A file whose end a reader is told of a few times and not for ever.
 
@@ -140,8 +151,8 @@ class EndingFile(io.BufferedReader):
 
 
 _GUARDS = {
-    ".off": check_off, ".ply": check_ply, ".stl": check_stl, ".vtk": check_counts, ".vtp": check_vtk_xml,
-    ".vtu": check_vtk_xml,
+    ".bdf": check_nastran, ".fem": check_nastran, ".nas": check_nastran, ".off": check_off, ".ply": check_ply,
+    ".stl": check_stl, ".vtk": check_counts, ".vtp": check_vtk_xml, ".vtu": check_vtk_xml,
 }  # fmt: skip
 
 

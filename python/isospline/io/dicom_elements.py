@@ -16,6 +16,8 @@ _TRANSFER_SYNTAX, _MEDIA_CLASS, _PIXELS = (0x0002, 0x0010), (0x0002, 0x0002), (0
 _SIZES = {(0x0028, 0x0002): "samples", (0x0028, 0x0010): "rows", (0x0028, 0x0011): "columns", (0x0028, 0x0100): "bits"}
 _FRAMES = (0x0028, 0x0008)
 _LONG = (b"OB", b"OD", b"OF", b"OL", b"OV", b"OW", b"SQ", b"SV", b"UC", b"UN", b"UR", b"UT", b"UV")
+_SHORT = (b"AE", b"AS", b"AT", b"CS", b"DA", b"DS", b"DT", b"FD", b"FL", b"IS", b"LO", b"LT", b"PN", b"SH", b"SL",
+          b"SS", b"ST", b"TM", b"UI", b"UL", b"US")  # fmt: skip
 _IMPLICIT, _BIG, _DEFLATED = "1.2.840.10008.1.2", "1.2.840.10008.1.2.2", "1.2.840.10008.1.2.1.99"
 DIRECTORY_CLASS = "1.2.840.10008.1.3.10"
 # Sequences within sequences.
@@ -102,10 +104,10 @@ class _Walker:
         """Kind (VR) of an element, length and first byte of its value."""
         if self._explicit and tag[0] != 0xFFFE:
             kind = self._content[position + 4 : position + 6]
-            if len(kind) != 2 or not (kind.isalpha() and kind.isupper()):
-                raise ValueError(f"expected the type of element {_text(tag)}: the file is damaged")
             if kind in _LONG:
                 return kind, self._unpack(self._long, position + 8, end)[0], position + 12
+            if kind not in _SHORT:
+                raise ValueError(f"expected the type of element {_text(tag)}: the file is damaged")
             return kind, self._unpack(self._short, position + 6, end)[0], position + 8
         return b"", self._unpack(self._long, position + 4, end)[0], position + 8
 

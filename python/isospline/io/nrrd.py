@@ -1,6 +1,6 @@
-"""NRRD: its header by SimpleITK, once it is known to be sound, its binary samples by Python and NumPy.
+"""NRRD: its header by SimpleITK, once it is known to be sound, its samples by Python and NumPy.
 
-ITK's reader (Teem's) does not look at the checksums of compressed samples, and crashes at long lines.
+ITK's reader (Teem's) does not look at the checksums of compressed samples, and crashes at long lines and words.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ import math
 import os
 import re
 
+import numpy as np
+
 from . import itk
 from .checks import check_file, utf8
 from .packed import read_samples
 
+_TEXTS = ("ascii", "text", "txt")
 _COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
 # Bytes of a line of a header, Teem's memory for which has a fixed size, and of a header.
 LINE_LIMIT, HEADER_LIMIT = 1000, 1 << 20
@@ -31,22 +34,61 @@ def read(path):
         reader = itk.open_header(path, "NrrdImageIO")
         itk.check_header(reader)
         encoding = header["encoding"].lower()
-        if encoding not in _COMPRESSIONS:
-            return itk.to_volume_data(reader.Execute())
+        known = (*_COMPRESSIONS, *_TEXTS, "hex")
+        if encoding not in known:
+            raise ValueError(f"expected an encoding of {', '.join(known)}, got {encoding}")
 
     # All of the file's axes are those of the volume: one number a sample has been checked.
     shape = reader.GetSize()[2::-1]
     if math.prod(shape) != math.prod(header["sizes"]):
         raise ValueError(f"expected one number a sample, got sizes of {' x '.join(map(str, header['sizes']))}")
     dtype = itk.dtype_of(reader.GetPixelID())
+    begin = 0 if names is not None else begin
+    if encoding not in _COMPRESSIONS and len(files) > 1:
+        raise ValueError(f"expected one file of samples as text, got {len(files)}")
+    if encoding in _TEXTS:
+        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype))
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
             raise ValueError(f"expected endian little or big, got {order or 'none'}")
         dtype = dtype.newbyteorder("<" if order == "little" else ">")
-    parts = _parts(files, 0 if names is not None else begin, header, math.prod(shape) * dtype.itemsize)
-    data = read_samples(parts, shape, dtype, _COMPRESSIONS[encoding])
+    if encoding == "hex":
+        data = _read_hex(files[0], begin, shape, dtype)
+    else:
+        parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
+        data = read_samples(parts, shape, dtype, _COMPRESSIONS[encoding])
     return itk.to_volume_data(reader, data.astype(dtype.newbyteorder("="), copy=False))
+
+
+def _read_text(file, begin, shape, dtype):
+    """Samples as words between blanks."""
+    with open(file, "rb") as opened:
+        opened.seek(begin)
+        words = opened.read().split()
+    count = math.prod(shape)
+    if len(words) != count:
+        raise ValueError(f"expected {count} samples, got {len(words)}: the file is truncated or damaged")
+    kind = float if dtype.kind == "f" else int
+    try:
+        return np.array([kind(word) for word in words], dtype).reshape(shape)
+    except (ValueError, OverflowError):
+        raise ValueError(f"expected samples of {dtype}, got others: the file is damaged") from None
+
+
+def _read_hex(file, begin, shape, dtype):
+    """Samples as pairs of hexadecimal digits, a byte each."""
+    with open(file, "rb") as opened:
+        opened.seek(begin)
+        words = opened.read().decode("latin-1")
+    try:
+        content = bytes.fromhex(words)
+    except ValueError:
+        raise ValueError("expected hexadecimal digits: the file is damaged") from None
+    size = math.prod(shape) * dtype.itemsize
+    if len(content) != size:
+        raise ValueError(f"expected {size} bytes of samples, got {len(content)}: the file is truncated or damaged")
+    return np.frombuffer(content, dtype).reshape(shape)
 
 
 def _read_header(path):

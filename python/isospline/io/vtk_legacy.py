@@ -22,6 +22,9 @@ _CELL_LIST = re.compile(rb"(?<!\S)" + _CELLS + rb"\s+" + _NUMBER + rb"\s+" + _NU
 _SCALARS = re.compile(rb"(?<!\S)(?i:SCALARS|COLOR_SCALARS|TEXTURE_COORDINATES)\s+\S+\s+(?:[a-zA-Z_]+\s+)?" + _NUMBER)
 _TITLE = re.compile(rb"# (?i:vtk DataFile Version) (\d{1,3})\.\d{1,3}\s*\n")
 _OFFSETS = re.compile(rb"\s*(?i:OFFSETS)[^\S\n]+(\S+)[^\S\n]*\n")
+_CELL_TYPES = re.compile(rb"(?<!\S)(?i:CELL_TYPES)\s+" + _NUMBER + rb"[^\S\n]*\n")
+# VTK has no more types of cells.
+CELL_TYPE_LIMIT = 84
 _INTEGERS = {b"int": ">i4", b"vtktypeint32": ">i4", b"vtktypeint64": ">i8"}
 # Where the counts of image data are: behind that there are samples.
 HEADER = 1 << 16
@@ -56,6 +59,10 @@ def check_counts(path, whole=True):
                 _check_cells(_integers(content, match.end(), length, binary), count)
             else:
                 _check_offsets(_integers(content, offsets.end(), count, binary, offsets[1].lower()), length)
+        for match in _CELL_TYPES.finditer(content, 0, end) if whole else ():
+            types = _integers(content, match.end(), int(match[1]), binary)
+            if len(types) and not (types.min() >= 0 and types.max() < CELL_TYPE_LIMIT):
+                raise ValueError(f"expected types of cells from 0 to {CELL_TYPE_LIMIT - 1}, got {types.max()}")
 
 
 def _check_counts(words, size):

@@ -1,0 +1,87 @@
+// An object's primitives as Embree's user geometry: the callbacks, which isosurfaces and meshes have in common.
+#pragma once
+
+#include "isospline/scene/device.h"
+#include "isospline/scene/object.h"
+#include "isospline/scene/ray_query.h"
+#include "isospline/util/error.h"
+#include "isospline/util/fan_out.h"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace isospline {
+
+/// The next smaller number in single precision.
+inline float next_below(double value)
+{
+    return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
+}
+
+/// Embree's callbacks for a class of objects, which has
+///
+///     Box box(unsigned int primitive) const;             // wide enough for rays in single precision
+///     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
+///     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
+///     bool is_occluded(unsigned int primitive, RayQuery& query) const;
+///
+/// No exception crosses Embree's frames: the query keeps it.
+template <typename Shape>
+struct UserGeometry {
+    /// A geometry of `count` primitives. The object must outlive it.
+    static embree::GeometryHandle make(const Device& device, const Shape& shape, std::size_t count)
+    {
+        embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
+        device.check();
+        rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(count));
+        rtcSetGeometryUserData(geometry.get(), const_cast<Shape*>(&shape)); // which no callback changes
+        rtcSetGeometryBoundsFunction(geometry.get(), set_bounds, nullptr);
+        rtcSetGeometryIntersectFunction(geometry.get(), intersect);
+        rtcSetGeometryOccludedFunction(geometry.get(), occlude);
+        return geometry;
+    }
+
+private:
+    static void set_bounds(const RTCBoundsFunctionArguments* arguments) noexcept
+    {
+        const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
+        const FanOut::Task task(static_cast<const Object*>(&shape));
+        const Box box = shape.box(arguments->primID);
+        RTCBounds& bounds = *arguments->bounds_o;
+        bounds.lower_x = next_below(box.lower.x);
+        bounds.lower_y = next_below(box.lower.y);
+        bounds.lower_z = next_below(box.lower.z);
+        bounds.upper_x = -next_below(-box.upper.x);
+        bounds.upper_y = -next_below(-box.upper.y);
+        bounds.upper_z = -next_below(-box.upper.z);
+    }
+
+    static void intersect(const RTCIntersectFunctionNArguments* arguments) noexcept
+    {
+        const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
+        float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments->rayhit, arguments->N), arguments->N, 0);
+        static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
+            if (arguments->N > 1)
+                shape.intersect_packet(*arguments);
+            else if (arguments->valid[0] == -1)
+                shape.intersect_one(*arguments);
+        });
+    }
+
+    static void occlude(const RTCOccludedFunctionNArguments* arguments) noexcept
+    {
+        ISOSPLINE_ASSERT(arguments->N, ==, 1u);
+        if (arguments->valid[0] != -1)
+            return;
+        const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
+        auto& query = static_cast<RayQuery&>(*arguments->context);
+        float& t_far = reinterpret_cast<RTCRay*>(arguments->ray)->tfar;
+        query.guard(&t_far, 1, [&] {
+            if (shape.is_occluded(arguments->primID, query))
+                t_far = -std::numeric_limits<float>::infinity();
+        });
+    }
+};
+
+} // namespace isospline
