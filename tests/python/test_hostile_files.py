@@ -171,6 +171,16 @@ def test_lengths_beyond_a_dicom_file_are_refused(tmp_path, data, kind):
         read_volume(path)
 
 
+def test_elements_of_no_type_are_refused(tmp_path, data):
+    write_slices(tmp_path / "series", data[:1])
+    path = next((tmp_path / "series").iterdir())
+    content = path.read_bytes()
+    at = content.index(b"\x20\x00\x0d\x00UI")
+    path.write_bytes(content[: at + 4] + b"TI" + content[at + 6 :])
+    with pytest.raises(ValueError, match=r"expected the type of element \(0020,000D\)"):
+        read_volume(path)
+
+
 # Paths
 
 @pytest.mark.parametrize("name", [b"n\xe9.mha", b"n\xe9.mhd", b"n\xe9.nrrd", b"n\xe9.dcm", b"n\xe9.vti", b"n\xe9.nii",
