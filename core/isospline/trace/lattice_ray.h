@@ -19,8 +19,8 @@ inline constexpr double huge_inverse = 1e150;
 /// The same in single precision.
 inline constexpr double huge_inverse_single = 1e30;
 
-/// The limits of a ray that has been moved along itself and scaled: they are told in the t of the ray as it was given,
-/// so that a hit's own t is within limits that are equal to it.
+/// The limits of a ray that has been moved along itself and scaled. They are in units of the ray as it was given, so
+/// that a limit that equals a hit's t includes the hit.
 struct RayLimits {
     double given_t(double t) const { return shift + t / length; }
     /// The other way round; rays do not begin before 0.
@@ -36,8 +36,8 @@ struct RayLimits {
     double t_near, t_far;
 };
 
-/// Where a line runs along a plane of the lattice, the side that it belongs to: the cell above, at the upper border of
-/// the grid the cell below. Returns the middle of that cell, for a coordinate that is the same all along the line.
+/// For a coordinate that is the same all along a line: the middle of the cell that the line belongs to. A line that
+/// runs in a plane of the lattice belongs to the cell above it, or at the upper border of the grid to the cell below.
 inline double middle_of_cell(double coordinate, int cell_count)
 {
     return std::floor(coordinate) - (coordinate == cell_count) + 0.5;
@@ -89,8 +89,8 @@ struct LatticeRay {
         return inside;
     }
 
-    /// The local coordinates of an end of a cell's segment: exactly on the planes that it ends at, and not outside of
-    /// the cell, whatever rounding says.
+    /// The local coordinates of an end of a cell's segment: exactly 0 or 1 along the axes whose planes it lies on, and
+    /// clamped to the cell along the others.
     glm::dvec3 local_end(double t, const glm::dvec3& lower) const
     {
         glm::dvec3 local = glm::clamp(at(t) - lower, 0.0, 1.0);
@@ -109,9 +109,9 @@ struct LatticeRay {
     glm::dvec3 at(double t) const { return origin + t * direction; }
 
     glm::dvec3 origin, direction, inverse_direction;
-    glm::dvec3 plane_origin; ///< the origin, moved to the middle of the cell along axes that the line is across to
+    glm::dvec3 plane_origin; ///< the origin; along axes perpendicular to the line, the middle of its cell
     glm::vec3 direction_single, inverse_direction_single;
-    double t_near, t_far; ///< what cuts leave of the line; as wide as the limits or wider where there are none
+    double t_near, t_far; ///< what cuts leave of the line; where there are none, at least the limits
     RayLimits limits;
 };
 

@@ -1,6 +1,6 @@
-// Rays made ready for many cells: relative to the centre of what they are cast at, of unit direction, begun where their
-// line enters its box; so that rounding depends on the size of the scene and not on the distance of the eye, and not on
-// a ray's limits either.
+// Rays made ready for many cells: relative to the centre of the scene, of unit direction, and begun where their line
+// enters the scene's box. Rounding then depends on the size of the scene, and neither on the distance of the eye nor on
+// the limits of the ray.
 #pragma once
 
 #include "isospline/math/box.h"
