@@ -505,6 +505,31 @@ def test_nrrd_of_any_encoding_is_its_samples(tmp_path, encoding):
         isospline.read_volume(path)
 
 
+def test_offsets_of_cells_beyond_a_file_are_refused(tmp_path):
+    (tmp_path / "grid.vtu").write_text(
+        '<VTKFile type="UnstructuredGrid" version="1.0"><UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="1">'
+        '<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray>'
+        '</Points><Cells><DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 3</DataArray>'
+        '<DataArray type="Int64" Name="offsets" format="ascii">2147483648</DataArray>'
+        '<DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells>'
+        "</Piece></UnstructuredGrid></VTKFile>")
+    with pytest.raises(ValueError, match="expected offsets of cells that ascend within the file, got 2147483648"):
+        isospline.read_mesh(tmp_path / "grid.vtu")
+    whole = (tmp_path / "grid.vtu").read_text().replace("2147483648", "4")
+    (tmp_path / "grid.vtu").write_text(whole)
+    assert len(isospline.read_mesh(tmp_path / "grid.vtu").faces) == 4
+
+
+def test_offsets_whose_differences_overflow_are_refused(tmp_path):
+    offsets = np.array([0, 3, 0x38CD7B29AF590602, -0x666D4CCED552FF7F, 12], ">i8")
+    content = b"# vtk DataFile Version 5.1\nt\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" + bytes(48)
+    content += b"\nPOLYGONS 5 12\nOFFSETS vtktypeint64\n" + offsets.tobytes()
+    content += b"\nCONNECTIVITY vtktypeint64\n" + bytes(96) + b"\n"
+    (tmp_path / "mesh.vtk").write_bytes(content)
+    with pytest.raises(ValueError, match="expected offsets of cells that ascend from 0 to 12"):
+        isospline.read_mesh(tmp_path / "mesh.vtk")
+
+
 def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path):
     grid = "# vtk DataFile Version 4.2\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
     (tmp_path / "grid.vtk").write_text(grid + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n715820698\n")

@@ -46,6 +46,8 @@ def _check_arrays(content, end, appended, size):
     compressed = _attribute(attributes, b"compressor") is not None
     for match in _ARRAY.finditer(content, 0, end):
         form = _attribute(match[1], b"format")
+        if form == b"ascii" and _attribute(match[1], b"Name") == b"offsets":
+            _check_offsets(content[match.end() : content.find(b"<", match.end())].split(), size)
         if form == b"binary":
             header = _decoded(content[match.end() : match.end() + HEADER_LIMIT].partition(b"<")[0])
         elif form == b"appended" and appended is not None:
@@ -59,6 +61,16 @@ def _check_arrays(content, end, appended, size):
             continue
         numbers = np.frombuffer(header[: len(header) // dtype.itemsize * dtype.itemsize], dtype)
         _check_lengths(numbers.astype(object), compressed, size)
+
+
+def _check_offsets(words, size):
+    """Check that offsets of cells ascend, and not beyond what the file can hold."""
+    before = 0
+    for word in words:
+        if not re.fullmatch(rb"\d{1,18}", word) or not before <= int(word) <= size:
+            text = word.decode("latin-1")[:30]
+            raise ValueError(f"expected offsets of cells that ascend within the file, got {text}")
+        before = int(word)
 
 
 def _check_lengths(numbers, compressed, size):
