@@ -1,5 +1,6 @@
 """Files that are damaged, or no files: an error that names them, or what they hold; nothing else."""
 
+import base64
 import os
 import shutil
 import socket
@@ -528,6 +529,20 @@ def test_offsets_whose_differences_overflow_are_refused(tmp_path):
     (tmp_path / "mesh.vtk").write_bytes(content)
     with pytest.raises(ValueError, match="expected offsets of cells that ascend from 0 to 12"):
         isospline.read_mesh(tmp_path / "mesh.vtk")
+
+
+def test_extents_and_blocks_that_do_not_agree_are_refused(tmp_path):
+    image = (
+        '<VTKFile type="ImageData" version="1.0" compressor="vtkZLibDataCompressor">'
+        '<ImageData WholeExtent="0 1 0 1 0 1"><Piece Extent="{} 1 0 1 0 1"><PointData>'
+        '<DataArray type="UInt8" format="binary">{}</DataArray></PointData></Piece></ImageData></VTKFile>'
+    )
+    header = base64.b64encode(np.array([0, 32768, 8], "<u4").tobytes()).decode()
+    for first, text, message in ((-2147483648, "", "expected an extent of six"), (-1, "", "expected pieces within"),
+                                 (0, header, "expected arrays of lengths")):
+        (tmp_path / "a.vti").write_text(image.format(first, text))
+        with pytest.raises(ValueError, match=message):
+            read_volume(tmp_path / "a.vti")
 
 
 def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path):

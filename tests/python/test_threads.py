@@ -101,8 +101,9 @@ def test_each_call_gets_its_turn(tmp_path):
     for thread in threads:
         thread.join()
     assert not errors
-    # Each of these is some calls, on a machine that may be busy with other tests.
-    assert max(longest.values()) < 4, longest
+    # Each of these is some calls: a tenth of a second where nothing else runs, and many times as long where the machine
+    # is busy. A call that starves waits for a minute.
+    assert max(longest.values()) < 15, longest
     assert min(counts.values()) >= 3, counts
 
 
@@ -202,7 +203,9 @@ os._exit(0)
                                   "png"])
 def test_every_call_hears_an_interrupt(call, folder, tmp_path):
     seconds, files = python(INTERRUPT, folder, arguments=[call, str(tmp_path)]).split(" ", 1)
-    assert float(seconds) < 1
+    # Some tenths of a second where nothing else runs, and several times as long where the machine is busy. A call that
+    # does not hear goes on for minutes.
+    assert float(seconds) < 10
     assert all(name in ("image.exr", "image.png") for name in eval(files))  # whole ones, of calls before
 
 

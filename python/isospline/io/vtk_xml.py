@@ -15,6 +15,7 @@ MOST_INFLATED = 1100
 # Bytes at the beginning of an array that tell its blocks.
 HEADER_LIMIT = 1 << 16
 _COUNT = re.compile(rb"""\b(NumberOf\w+)\s*=\s*["']\s*([^"']*)["']""")
+_EXTENT = re.compile(rb"""\b(Whole)?Extent\s*=\s*["']([^"']*)["']""")
 _ARRAY = re.compile(rb"<(?:DataArray|Array)\b([^>]*[^/>])>")
 _APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 
@@ -33,7 +34,22 @@ def check_vtk_xml(path):
                 if re.fullmatch(rb"\d{1,18}\s*", match[2]) is None or int(match[2]) > size * MOST_INFLATED:
                     what = f"{match[1].decode()} of what the file can hold"
                     raise ValueError(f"expected {what}, got {match[2].decode('latin-1')[:30]}")
+            _check_extents(content, end)
             _check_arrays(content, end, appended, size)
+
+
+def _check_extents(content, end):
+    """Check that pieces of a grid are within the whole."""
+    whole = None
+    for match in _EXTENT.finditer(content, 0, end):
+        words = match[2].split()
+        if len(words) != 6 or not all(re.fullmatch(rb"[+-]?\d{1,9}", word) for word in words):
+            raise ValueError(f"expected an extent of six whole numbers, got {match[2].decode('latin-1')[:60]}")
+        numbers = [int(word) for word in words]
+        if match[1]:
+            whole = numbers
+        elif whole and not all(whole[i] <= numbers[i] and numbers[i + 1] <= whole[i + 1] for i in (0, 2, 4)):
+            raise ValueError(f"expected pieces within the extent {whole}, got {numbers}")
 
 
 def _check_arrays(content, end, appended, size):
@@ -78,6 +94,8 @@ def _check_lengths(numbers, compressed, size):
     if len(numbers) == 0:
         raise ValueError("expected the length of an array: the file is truncated or damaged")
     fits = numbers[0] <= size
+    if compressed and numbers[0] == 0:
+        fits = len(numbers) < 3 or numbers[2] == 0
     if compressed and numbers[0] > 0:
         fits = (
             fits and len(numbers) >= 3
