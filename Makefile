@@ -57,6 +57,8 @@ bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary g
 	@tools/install_packages libllvm19 || echo "Mitsuba 3 may lack the libLLVM that it needs."
 	@$(python) -m pip install -q --disable-pip-version-check $(call requires,bench) $(call requires,peers) || \
 	    $(python) -m pip install -q --disable-pip-version-check $(call requires,bench)
+	@echo "== Building the C++ benchmarks in build/release"
+	@cmake --build --preset release --target isospline_bench
 	@echo "== Running the benchmark"
 	@$(python) bench/run.py $(ROWS) $(BENCH) --output out/bench
 
@@ -84,7 +86,7 @@ sanitize-thread: packages
 	@cmake --preset tsan
 	@cmake --build --preset tsan
 	@echo "== Running the threaded C++ tests under ThreadSanitizer"
-	@ctest --preset tsan
+	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
 tidy: ## run clang-tidy over the C++ sources
 	@tools/install_packages $$(sed 's/#.*//' packages.txt) clang-tidy

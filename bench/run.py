@@ -15,19 +15,20 @@ import traceback
 from pathlib import Path
 
 from report import document
-from rows import ROWS
+from rows import ON_DEMAND, ROWS
 from suite import machine
 from suite.peers import Skipped
 from suite.settings import Settings
 
-COUNTS = ("repetitions", "threads", "oracle_rays", "incoherent_rays", "agreement_rays", "accuracy_rays", "escape_rays",
-          "procedural_size")  # fmt: skip
+COUNTS = ("repetitions", "threads", "incoherent_rays", "agreement_rays", "accuracy_rays", "escape_rays",
+          "procedural_size", "large_size")  # fmt: skip
 LISTS = ("size", "growth_sizes", "level_sizes", "prefilter_sizes")
 
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)} (default: all)")
+    parser.add_argument("rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)} (default: all but "
+                        f"{', '.join(ON_DEMAND)})")
     parser.add_argument("--quick", action="store_true", help="small volumes and few rays: about a minute")
     parser.add_argument("--output", type=Path, default=Path("out/bench"), help="folder of what is written")
     parser.add_argument("--volumes", metavar="TEXT", help="only real volumes whose file name holds this; none for none")
@@ -39,7 +40,7 @@ def parse(arguments):
     options = parser.parse_args(arguments)
     if unknown := [name for name in options.rows if name not in ROWS]:
         parser.error(f"ROW: expected some of {', '.join(ROWS)}, got {', '.join(unknown)}")
-    options.rows = options.rows or list(ROWS)
+    options.rows = options.rows or [name for name in ROWS if name not in ON_DEMAND]
     return options
 
 
@@ -80,7 +81,7 @@ def read(path):
 def write(path, summary):
     path.parent.mkdir(parents=True, exist_ok=True)
     ordered = {name: summary[name] for name in ROWS if name in summary}
-    path.write_text(json.dumps(ordered, indent=1, default=lambda number: number.item()) + "\n")
+    path.write_text(document.to_json(ordered))
 
 
 def run_in_a_process(name, settings, output):

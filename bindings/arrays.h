@@ -2,7 +2,7 @@
 // parameter, what was expected and what came: ValueError for shapes and values, TypeError for types.
 #pragma once
 
-#include "isospline/shell/cutout.h"
+#include "isospline/brick/cutout.h"
 #include "isospline/spline/volume.h"
 #include "isospline/util/error.h"
 
@@ -12,9 +12,11 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -30,7 +32,7 @@ inline std::string to_text(const Shape& shape)
 {
     std::string text = "(";
     for (std::size_t i = 0; i < shape.size(); ++i)
-        text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+        text.append(i > 0 ? ", " : "").append(std::to_string(shape[i]));
     return text + (shape.size() == 1 ? ",)" : ")");
 }
 
@@ -137,6 +139,15 @@ public:
         // One of both is there. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
         return floats_ != nullptr ? static_cast<double>(floats_[at]) : doubles_[at];
     }
+    /// Calls `body` with the numbers of all rows, const float* or const double*.
+    template <typename Body>
+    void visit(const Body& body) const
+    {
+        if (floats_ != nullptr)
+            body(floats_);
+        else
+            body(doubles_);
+    }
     /// Three columns from `column` on.
     glm::dvec3 vector(std::size_t row, std::size_t column = 0) const
     {
@@ -237,6 +248,14 @@ pybind11::array_t<Number> new_array(Shape leading, const Shape& trailing = {})
     return pybind11::array_t<Number>(leading);
 }
 
+/// The same array, which Python cannot write to.
+template <typename Array>
+Array read_only(Array array)
+{
+    array.attr("flags").attr("writeable") = false;
+    return array;
+}
+
 /// What a volume's shape (x, y, z) is in the order of the user's array.
 inline Shape array_shape(const glm::ivec3& shape, Axes axes)
 {
@@ -285,6 +304,62 @@ inline Mask as_mask(const pybind11::handle& value, const char* parameter, const 
 /// The words that stand for an enumeration's values in Python.
 template <typename Enum>
 using EnumWords = std::vector<std::pair<const char*, Enum>>;
+
+/// What a name stands for.
+template <typename Value>
+struct Named {
+    const char* name;
+    Value value;
+};
+
+/// The names in quotes, with commas between them.
+template <typename Value, std::size_t Count>
+std::string list_of(const Named<Value> (&known)[Count])
+{
+    std::string list;
+    for (const auto& each : known)
+        list += (list.empty() ? "\"" : ", \"") + std::string(each.name) + "\"";
+    return list;
+}
+
+/// A struct of flags, those set whose names a sequence holds.
+template <typename Flags, std::size_t Count>
+Flags as_flags(const Named<bool Flags::*> (&known)[Count], const pybind11::handle& value, const char* parameter)
+{
+    namespace py = pybind11;
+    const auto is_name = [](const py::handle& each) { return py::isinstance<py::str>(each); };
+    if (is_name(value) || !py::isinstance<py::iterable>(value))
+        throw_type_error(parameter, std::string("a sequence of names, such as (\"") + known[0].name + "\",)",
+                         is_name(value) ? "\"" + value.cast<std::string>() + "\"" : type_name(value));
+    Flags flags;
+    for (const py::handle& each : py::reinterpret_borrow<py::iterable>(value)) {
+        if (!is_name(each))
+            throw_type_error(parameter, "names", type_name(each));
+        const auto name = each.cast<std::string>();
+        const auto* const found = std::find_if(std::begin(known), std::end(known),
+                                               [&](const auto& candidate) { return candidate.name == name; });
+        if (found == std::end(known))
+            throw_invalid(parameter, "names among " + list_of(known), "\"" + name + "\"");
+        flags.*(found->value) = true;
+    }
+    return flags;
+}
+
+/// Whether a dtype is float32, and not float64.
+inline bool is_single_precision(const pybind11::handle& value, const char* parameter)
+{
+    namespace py = pybind11;
+    py::dtype dtype;
+    try {
+        dtype = py::dtype::from_args(py::reinterpret_borrow<py::object>(value));
+    } catch (const py::error_already_set&) {
+        throw_type_error(parameter, "float32 or float64", std::string(py::repr(value)));
+    }
+    const bool single_precision = dtype.is(py::dtype::of<float>());
+    if (value.is_none() || (!single_precision && !dtype.is(py::dtype::of<double>())))
+        throw_invalid(parameter, "float32 or float64", value.is_none() ? "None" : std::string(py::str(dtype)));
+    return single_precision;
+}
 
 /// The value of a word.
 template <typename Enum>

@@ -6,6 +6,7 @@
 namespace isospline {
 
 void bind_volume(pybind11::module_& module);
+void bind_cells(pybind11::module_& module);
 void bind_color(pybind11::module_& module);
 void bind_material(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);

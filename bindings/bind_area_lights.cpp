@@ -6,6 +6,7 @@
 #include "isospline/shade/environment_light.h"
 #include "isospline/util/check.h"
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -100,6 +101,9 @@ std::shared_ptr<const EnvironmentMap> as_map(const py::object& image)
     const py::array array = as_array(image, "image", "iuf");
     if (array.ndim() != 3 || array.shape(2) != 3)
         throw_invalid("image", "shape (height, width, 3)", to_text(shape_of(array)));
+    constexpr py::ssize_t largest = std::numeric_limits<int>::max();
+    if (array.shape(0) > largest || array.shape(1) > largest)
+        throw_invalid("image", "a width and a height of at most " + std::to_string(largest), to_text(shape_of(array)));
     const py::array_t<float, py::array::c_style | py::array::forcecast> numbers(array);
     const auto* const first = reinterpret_cast<const glm::vec3*>(numbers.data());
     return std::make_shared<EnvironmentMap>(glm::ivec2(numbers.shape(1), numbers.shape(0)),

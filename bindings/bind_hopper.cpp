@@ -3,8 +3,9 @@
 #include "arrays.h"
 #include "hits.h"
 #include "long_call.h"
+#include "rays.h"
 
-#include "isospline/trace/hopper.h"
+#include "isospline/hopper/hopper.h"
 #include "isospline/util/fork.h"
 #include "isospline/util/turn.h"
 
@@ -68,12 +69,13 @@ rays : (..., 6) array_like, float32 or float64
     Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count, t being in units of the direction's length.
+outputs : sequence of str
+    Names of the arrays to return, as of `Scene.cast_rays`.
 
 Returns
 -------
 dict
-    ``t_hit``, ``geometry_ids``, ``primitive_ids`` and ``primitive_normals``, as of `Scene.cast_rays`; the geometry id
-    is 0.
+    As of `Scene.cast_rays`; the geometry id is 0.
 
 Raises
 ------
@@ -134,20 +136,20 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
     return following;
 }
 
-py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far)
+py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
+                   const py::object& outputs)
 {
-    const RowArray rows(rays, "rays", 6);
-    check_limits(t_near, t_far);
-    HitArrays arrays(rows.leading_shape());
-    const RayOrder order(rows.leading_shape(), false);
+    const GivenRays given(rays, t_near, t_far, false);
+    HitArrays arrays(given.rows.leading_shape(), outputs, py::dtype::of<double>());
     HopStatistics statistics;
     std::mutex adding;
-    long_call("to cast " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
+    long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto hopper = following.hopper(progress);
-        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
-            std::vector<Hit> hits(chunk.size());
-            const HopStatistics of_chunk = hopper->cast_rays(chunk, hits);
-            arrays.set(hits, order, first);
+        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+            std::vector<Hit> hits(end - begin);
+            const HopStatistics of_chunk = hopper->cast_rays(given.chunk(begin, end), hits);
+            for (std::size_t i = begin; i < end; ++i)
+                arrays.set(i, hits[i - begin]);
             const std::lock_guard lock(adding);
             statistics += of_chunk;
         });
@@ -181,7 +183,8 @@ void bind_hopper(py::module_& module)
     py::class_<FollowingHopper>(module, "VoxelHopper", hopper_doc)
         .def(py::init(&make_hopper), py::arg("surface"), py::kw_only(), py::arg("strides") = false)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), cast_rays_doc)
+             py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("outputs") = default_hit_outputs(),
+             cast_rays_doc)
         .def_property_readonly(
             "statistics", [](const FollowingHopper& following) { return to_dict(following.last); }, statistics_doc)
         .def_property_readonly("surface", &FollowingHopper::surface, "The surface.")

@@ -79,9 +79,9 @@ clip : HalfSpace, Box or a sequence of them, optional
     In the volume's world space. What lies outside of any of them is cut away, with a straight cut.
 capped : bool
     Whether scenes close the solid where `clip` cuts it: rays meet a face on the plane of the cut wherever
-    `contains` would be true there. Its hits have the plane's normal, and primitive ids from ``shell.count`` on, in the
-    order of the half-spaces of `clip`, six for a Box (lower and upper x, y, z). Where the solid goes on to the volume's
-    border, it stays open unless the clip is there, as ``Box(*volume.bounds)`` is; so does what `mask` cuts.
+    `contains` would be true there. Its hits have the plane's normal, and primitive ids from ``volume.cell_count`` on,
+    in the order of the half-spaces of `clip`, six for a Box (lower and upper x, y, z). Where the solid goes on to the
+    volume's border, it stays open unless the clip is there, as ``Box(*volume.bounds)`` is; so does what `mask` cuts.
 method : {"exact", "reference", "bracket"}
     How rays find the surface in a cell. "exact" misses no root; "reference" is the same in float64 throughout, and
     slow; "bracket" is the paper's: opposite signs at the ends of the cell, then Brent's method.
@@ -200,7 +200,7 @@ std::vector<HalfSpace> as_clip(const py::object& value)
 /// Says that rays will miss, and why.
 void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
 {
-    if (surface.shell().count() > 0 || !cap_boxes(surface).empty())
+    if (!surface.is_empty() || !cap_boxes(surface).empty())
         return;
     const double lower = surface.volume().minimum(), upper = surface.volume().maximum();
     const bool out_of_range = surface.level() < lower || surface.level() > upper;
@@ -213,11 +213,11 @@ void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
 }
 
 std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
-                                  std::shared_ptr<const ValueBounds> bounds, const py::object& progress)
+                                  std::shared_ptr<const BrickRanges> ranges, const py::object& progress)
 {
     std::shared_ptr<Isosurface> surface;
     long_call("to make an isosurface", progress, [&](const Progress& report) {
-        surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(bounds), report);
+        surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(ranges), report);
     });
     warn_of_empty_shell(*surface->snapshot());
     return surface;
@@ -244,7 +244,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
 
 std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, const py::object& progress)
 {
-    return build(surface.shared_volume(), level, surface.options(), surface.shared_bounds(), progress);
+    return build(surface.shared_volume(), level, surface.options(), surface.shared_ranges(), progress);
 }
 
 void set_level(Isosurface& surface, double level)
@@ -283,8 +283,7 @@ std::string representation(const Isosurface& surface)
     std::ostringstream text;
     text.precision(12);
     text << "Isosurface(level=" << snapshot->level() << ", method=\"" << to_word(method_words, surface.options().method)
-         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\"), " << snapshot->shell().count()
-         << " cells";
+         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\")";
     return "<" + text.str() + ">";
 }
 
@@ -319,8 +318,10 @@ void bind_shell(py::module_& module)
     py::class_<ShellView>(module, "Shell", shell_doc)
         .def_property_readonly(
             "count", [](const ShellView& shell) { return shell->count(); }, "Number of cells.")
-        .def_property_readonly("cells", &shell_cells,
-                               "(M, 3) int32 array: x, y, z of every cell, in the order of primitive ids. A new array.")
+        .def_property_readonly(
+            "cells", &shell_cells,
+            "(M, 3) int32 array: x, y, z of every cell, in the order of bricks of 8 x 8 x 8 cells, then\n"
+            "blocks of 2 x 2 x 2. A new array.")
         .def_property_readonly("mask", &shell_mask,
                                "bool array over the grid of cells, in the order of the axes of the volume's data; one\n"
                                "item fewer than samples along each axis for odd degrees. A new array.")

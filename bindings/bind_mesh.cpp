@@ -1,9 +1,9 @@
 #include "arrays.h"
 #include "bind.h"
-#include "hits.h"
 
 #include "isospline/scene/mesh.h"
 #include "isospline/shade/material.h"
+#include "isospline/util/check.h"
 
 #include <pybind11/numpy.h>
 
@@ -53,7 +53,10 @@ Examples
 
 std::vector<glm::dvec3> as_vectors(const py::object& value, const char* parameter)
 {
-    const RowArray rows(value, parameter, 3);
+    const py::array array = as_array(value, parameter, "iuf");
+    if (array.ndim() > 0)
+        check_count(parameter, static_cast<std::uint64_t>(array.shape(0)));
+    const RowArray rows(array, parameter, 3);
     if (rows.leading_shape().size() != 1)
         throw_invalid(parameter, "shape (V, 3)", std::to_string(rows.leading_shape().size() + 1) + " dimensions");
     std::vector<glm::dvec3> vectors(rows.count());
@@ -106,6 +109,7 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
     const py::array indices = as_array(faces, "faces", "iu", "an array of integers");
     if (indices.ndim() != 2 || indices.shape(1) != 3)
         throw_invalid("faces", "shape (F, 3)", to_text(shape_of(indices)));
+    check_count("faces", static_cast<std::uint64_t>(indices.shape(0)));
     const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> rows(indices);
     std::vector<glm::uvec3> face_list(static_cast<std::size_t>(rows.shape(0)));
     for (std::size_t i = 0; i < face_list.size(); ++i)

@@ -2,9 +2,9 @@
 #include "bind.h"
 #include "long_call.h"
 
-#include "isospline/trace/closest_point.h"
-#include "isospline/trace/contains.h"
-#include "isospline/trace/lattice_metric.h"
+#include "isospline/query/closest_point.h"
+#include "isospline/query/contains.h"
+#include "isospline/query/lattice_metric.h"
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
@@ -74,8 +74,8 @@ dict
     `points`, (..., 3) float64: on the surface, to some 1e-11 of a voxel; not a number where there is none within
     `max_distance`. `distances`, (...) float64: to these; infinite where there is none. `error_bounds`, (...) float64:
     no part of the surface is nearer than ``minimum(distances, max_distance) - error_bounds``, up to rounding.
-    `primitive_ids`, (...) uint32: rows of `shell.cells`, or INVALID_ID. `primitive_normals`, (..., 3) float64: unit,
-    outward; zero where there is none, or the gradient vanishes.
+    `primitive_ids`, (...) uint64: of the cells, as of `Scene.cast_rays`, or INVALID_PRIMITIVE_ID. `primitive_normals`,
+    (..., 3) float64: unit, outward; zero where there is none, or the gradient vanishes.
 
 Raises
 ------
@@ -212,10 +212,10 @@ py::dict closest_points(const Isosurface& surface, const py::object& points, dou
     const Shape shape = rows.leading_shape();
     auto positions = new_array<double>(shape, {3}), normals = new_array<double>(shape, {3});
     auto distances = new_array<double>(shape), errors = new_array<double>(shape);
-    auto ids = new_array<std::uint32_t>(shape);
+    auto ids = new_array<std::uint64_t>(shape);
     double *const to_position = positions.mutable_data(), *const to_normal = normals.mutable_data(),
                   *const to_distance = distances.mutable_data(), *const to_error = errors.mutable_data();
-    std::uint32_t* const to_id = ids.mutable_data();
+    std::uint64_t* const to_id = ids.mutable_data();
     const auto snapshot = surface.snapshot();
     for_each_closest_point(*snapshot, rows, max_distance, tolerance, [&](std::size_t row, const ClosestPoint& closest) {
         std::copy_n(&closest.position[0], 3, to_position + 3 * row);

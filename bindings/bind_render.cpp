@@ -98,7 +98,7 @@ void bind_image(py::module_& module)
         .def_property_readonly("geometry_ids",
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
         .def_property_readonly("primitive_ids",
-                               [](const py::object& self) { return view<std::uint32_t>(self, &Image::primitive_ids); })
+                               [](const py::object& self) { return view<std::uint64_t>(self, &Image::primitive_ids); })
         .def_property_readonly("variance",
                                [](const py::object& self) { return view_if_any<float>(self, &Image::variance); })
         .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })

@@ -3,12 +3,15 @@
 #include "arrays.h"
 #include "hits.h"
 #include "long_call.h"
+#include "rays.h"
 #include "scene_objects.h"
 
 #include "isospline/scene/mesh.h"
+#include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene.h"
 #include "isospline/util/parallel.h"
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <string>
@@ -67,27 +70,36 @@ t_near, t_far : float
 coherent : bool
     Trace rays that follow each other in SIMD packets: faster where they begin and run close together, as the primary
     rays of a picture do. The hits are the same, bit for bit.
-details : bool
-    Return more of each hit.
+outputs : sequence of str
+    Names of the arrays to return. What is not asked for costs nothing: ``outputs=("t_hit",)`` is the fastest.
+dtype : dtype
+    Of arrays of real numbers: float64, or float32, which takes half the memory. Hits are found in float64 and rounded.
 
 Returns
 -------
 dict
-    ``t_hit``: (...) float64, inf where the ray misses.
+    By default these:
+
+    ``t_hit``: (...) dtype, inf where the ray misses.
     ``geometry_ids``: (...) uint32, the object's; `INVALID_ID` where the ray misses.
-    ``primitive_ids``: (...) uint32, row of `Isosurface.shell.cells`, ``shell.count`` + half-space of a capped cut, or
-    face of the mesh; `INVALID_ID` where the ray misses.
-    ``primitive_normals``: (..., 3) float64, unit and outward, in world space: along the exact gradient of an
+    ``primitive_ids``: (...) uint64; `INVALID_PRIMITIVE_ID` where the ray misses. Of an isosurface, the place of the
+    cell in the volume, the same for every level: see `Volume.cell_at`. From ``volume.cell_count`` on, caps in the order
+    of the half-spaces of `clip`. Of a mesh, the face.
+    ``primitive_normals``: (..., 3) dtype, unit and outward, in world space: along the exact gradient of an
     isosurface, away from its `inside`, or of a capped cut's plane; zero where the ray misses.
 
-    With `details` also: ``positions``, (..., 3) float64, in world space, NaN where the ray misses; ``primitive_uvs``,
-    (..., 2) float32, weights of a triangle's second and third corner, 0 for isosurfaces; ``gradient_magnitudes``,
-    (...) float64, of an isosurface's model, also on caps, in values per world unit, 0 for meshes.
+    Others where `outputs` names them:
+
+    ``positions``: (..., 3) dtype, in world space, NaN where the ray misses.
+    ``primitive_uvs``: (..., 2) float32, weights of a triangle's second and third corner, 0 for isosurfaces.
+    ``gradient_magnitudes``: (...) dtype, of an isosurface's model, also on caps, in values per world unit, 0 for
+    meshes.
 
 Raises
 ------
 ValueError
-    Where `rays` has another shape, an origin or direction is not finite, a direction is zero, or the limits are NaN.
+    Where `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
+    output has another name, or `dtype` is another type.
 TypeError
     Where `rays` does not hold real numbers.
 )";
@@ -109,10 +121,11 @@ Returns
 dict
     Of N rays and M crossings; those of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
 
-    ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids`` and
-    ``primitive_ids``: (M,) uint32. ``primitive_uvs``: (M, 2) float32, weights of a triangle's second and third corner,
-    0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as of `cast_rays`. ``positions``: (M, 3) float64, world
-    space. ``entering``: (M,) bool, whether the ray goes to the inner side, <normal, direction> < 0.
+    ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids``:
+    (M,) uint32. ``primitive_ids``: (M,) uint64, as of `cast_rays`. ``primitive_uvs``: (M, 2) float32, weights of a
+    triangle's second and third corner, 0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as of `cast_rays`.
+    ``positions``: (M, 3) float64, world space. ``entering``: (M,) bool, whether the ray goes to the inner side,
+    <normal, direction> < 0.
 
 Raises
 ------
@@ -178,18 +191,25 @@ std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string
     return scene;
 }
 
-py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent, bool details)
+py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent,
+                   const py::object& outputs, const py::object& dtype)
 {
-    const RowArray rows(rays, "rays", 6);
-    check_limits(t_near, t_far);
-    HitArrays arrays(rows.leading_shape(), details);
-    const RayOrder order(rows.leading_shape(), coherent);
-    long_call("to cast " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
+    const GivenRays given(rays, t_near, t_far, coherent);
+    HitArrays arrays(given.rows.leading_shape(), outputs, dtype);
+    const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
+    const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
+    long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
-        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
-            std::vector<Hit> hits(chunk.size());
-            snapshot->cast_rays(chunk, hits, coherent);
-            arrays.set(hits, order, first);
+        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+            RayCaster caster(*snapshot, kind, parts);
+            std::array<Hit, RayPacket::capacity> hits;
+            const Hit miss;
+            given.for_each_packet(begin, end, caster.width(),
+                                  [&](const RayPacket& packet, std::size_t first, const auto& places) {
+                                      const LaneMask hit_lanes = caster.cast(packet, first, hits);
+                                      for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
+                                          arrays.set(places[i], (hit_lanes >> i & 1u) != 0 ? hits[i] : miss);
+                                  });
         });
     });
     return arrays.to_dict();
@@ -197,18 +217,19 @@ py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t
 
 py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t_near, double t_far)
 {
-    const RowArray rows(rays, "rays", 6);
-    check_limits(t_near, t_far);
-    py::array_t<bool> result(rows.leading_shape());
+    const GivenRays given(rays, t_near, t_far, false);
+    py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
-    const RayOrder order(rows.leading_shape(), false);
-    long_call("to test " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
+    long_call("to test " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
-        for_each_chunk(rows, order, t_near, t_far, progress, [&](std::span<const Ray> chunk, std::size_t first) {
-            std::vector<std::uint8_t> occluded(chunk.size());
-            snapshot->test_occlusions(chunk, occluded);
-            for (std::size_t i = 0; i < chunk.size(); ++i)
-                flags[first + i] = occluded[i] != 0;
+        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+            RayCaster caster(*snapshot, RayCaster::Rays::incoherent);
+            given.for_each_packet(begin, end, caster.width(),
+                                  [&](const RayPacket& packet, std::size_t first, const auto& places) {
+                                      const LaneMask occluded = caster.test_occlusions(packet, first);
+                                      for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
+                                          flags[places[i]] = (occluded >> i & 1u) != 0;
+                                  });
         });
     });
     return result;
@@ -221,37 +242,35 @@ struct CrossingChunk {
 };
 
 /// The chunks of all rays, in order.
-std::vector<CrossingChunk> crossings_of(Scene& scene, const RowArray& rows, double t_near, double t_far)
+std::vector<CrossingChunk> crossings_of(Scene& scene, const GivenRays& given)
 {
-    std::vector<CrossingChunk> chunks((rows.count() + ray_chunk_size - 1) / ray_chunk_size);
-    const RayOrder order(rows.leading_shape(), false);
-    long_call("to list the crossings of " + std::to_string(rows.count()) + " rays", py::none(),
+    std::vector<CrossingChunk> chunks((given.count() + ray_chunk_size - 1) / ray_chunk_size);
+    long_call("to list the crossings of " + std::to_string(given.count()) + " rays", py::none(),
               [&](const Progress& progress) {
                   const auto snapshot = scene.snapshot(progress);
-                  for_each_chunk(rows, order, t_near, t_far, progress,
-                                 [&](std::span<const Ray> rays, std::size_t first) {
-                                     CrossingChunk& chunk = chunks[first / ray_chunk_size];
-                                     chunk.counts.resize(rays.size());
-                                     snapshot->list_intersections(rays, chunk.crossings, chunk.counts);
-                                 });
+                  given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+                      CrossingChunk& chunk = chunks[begin / ray_chunk_size];
+                      chunk.counts.resize(end - begin);
+                      snapshot->list_intersections(given.chunk(begin, end), chunk.crossings, chunk.counts);
+                  });
               });
     return chunks;
 }
 
 py::dict list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
 {
-    const RowArray rows(rays, "rays", 6);
-    check_limits(t_near, t_far);
-    const std::vector<CrossingChunk> chunks = crossings_of(scene, rows, t_near, t_far);
+    const GivenRays given(rays, t_near, t_far, false);
+    const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
     py::ssize_t total = 0;
     for (const CrossingChunk& chunk : chunks)
         total += static_cast<py::ssize_t>(chunk.crossings.size());
 
     const Shape all{total};
-    auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(rows.count()) + 1});
+    auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(given.count()) + 1});
     auto ray_ids = new_array<std::int64_t>(all);
     auto t_hit = new_array<double>(all);
-    auto geometry_ids = new_array<std::uint32_t>(all), primitive_ids = new_array<std::uint32_t>(all);
+    auto geometry_ids = new_array<std::uint32_t>(all);
+    auto primitive_ids = new_array<std::uint64_t>(all);
     auto uvs = new_array<float>(all, {2});
     auto positions = new_array<double>(all, {3}), normals = new_array<double>(all, {3});
     auto entering = new_array<bool>(all);
@@ -293,11 +312,10 @@ py::dict list_intersections(Scene& scene, const py::object& rays, double t_near,
 
 py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
 {
-    const RowArray rows(rays, "rays", 6);
-    check_limits(t_near, t_far);
-    auto result = new_array<std::int32_t>(rows.leading_shape());
+    const GivenRays given(rays, t_near, t_far, false);
+    auto result = new_array<std::int32_t>(given.rows.leading_shape());
     std::int32_t* next = result.mutable_data();
-    for (const CrossingChunk& chunk : crossings_of(scene, rows, t_near, t_far))
+    for (const CrossingChunk& chunk : crossings_of(scene, given))
         for (const std::uint32_t count : chunk.counts)
             *next++ = static_cast<std::int32_t>(count);
     return result;
@@ -316,13 +334,14 @@ std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
 void bind_scene(py::module_& module)
 {
     module.attr("INVALID_ID") = invalid_id;
+    module.attr("INVALID_PRIMITIVE_ID") = invalid_primitive_id;
 
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
              py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false,
-             py::arg("details") = false, cast_rays_doc)
+             py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::dtype::of<double>(), cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
         .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,

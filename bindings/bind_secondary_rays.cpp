@@ -25,7 +25,7 @@ Parameters
 rays : (..., 6) array_like
     What `cast_rays` was given.
 hits : dict
-    What `cast_rays` returned. Every ray must have hit.
+    What `cast_rays` returned: its default outputs, in float64. Every ray must have hit.
 directions : (..., 3) array_like
     Of the new rays, one for each hit; of any length but zero.
 
@@ -59,8 +59,11 @@ py::array_t<Number, py::array::c_style | py::array::forcecast> hit_array(const p
 {
     const std::string parameter = std::string("hits[\"") + name + "\"]";
     if (!hits.contains(name))
-        throw_invalid("hits", "what cast_rays returned", std::string("a dict without ") + name);
+        throw_invalid("hits", std::string("what cast_rays returned, with \"") + name + "\" among its outputs",
+                      "a dict without");
     const py::array array = as_array(hits[name], parameter.c_str(), "iuf");
+    if (array.dtype().is(py::dtype::of<float>()))
+        throw_invalid(parameter.c_str(), "float64, to tell on which side of the surface a ray begins", "float32");
     if (shape_of(array) != shape)
         throw_invalid(parameter.c_str(), "shape " + to_text(shape), to_text(shape_of(array)));
     return array;
@@ -78,12 +81,13 @@ py::array_t<double> secondary_rays(Scene& scene, const py::object& rays, const p
     vectors.push_back(3);
     const auto normals = hit_array<double>(hits, "primitive_normals", vectors);
     const auto geometry_ids = hit_array<std::uint32_t>(hits, "geometry_ids", shape);
-    const auto primitive_ids = hit_array<std::uint32_t>(hits, "primitive_ids", shape);
+    const auto primitive_ids = hit_array<std::uint64_t>(hits, "primitive_ids", shape);
 
     py::array_t<double> result = new_array<double>(shape, {6});
     double* const origins = result.mutable_data();
     const double *const t = t_hit.data(), *const normal = normals.data();
-    const std::uint32_t *const geometries = geometry_ids.data(), *const primitives = primitive_ids.data();
+    const std::uint32_t* const geometries = geometry_ids.data();
+    const std::uint64_t* const primitives = primitive_ids.data();
     long_call("to make " + std::to_string(rows.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
         for (std::size_t i = 0; i < rows.count(); ++i) {

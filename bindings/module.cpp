@@ -11,6 +11,7 @@ PYBIND11_MODULE(_core, module)
         "Raised by an operation whose progress callable returned a false value other than None.";
     Py_AtExit(isospline::end_operations);
     isospline::bind_volume(module);
+    isospline::bind_cells(module);
     isospline::bind_color(module);
     isospline::bind_material(module);
     isospline::bind_isosurface(module);

@@ -22,7 +22,7 @@ def main(samples=96, size=(640, 480), folder="out"):
     image.write(Path(folder) / "155-capped-cuts.png")
 
     # Primitive ids from the number of cells on tell the faces: 0 to 5 of the box, 6 of the half-space.
-    return image.primitive_ids.astype(int) - surface.shell.count
+    return image.primitive_ids.astype(int) - volume.cell_count
 
 
 if __name__ == "__main__":

@@ -1,12 +1,19 @@
 """docs/benchmarks.md from the JSON of a run: goals, tables, plots, machine."""
 
 import importlib.util
+import json
 
 from rows import ROWS
+from suite.clock import OUTLIER
 from suite.goal import skipped
 from suite.tables import markdown_table
 
 from . import plots
+
+
+TIMES = f"""Times are medians, ± half of the range of all runs. All methods of a row are repeated equally often; they
+take turns, forth and back in Python, in a random order in C++. A time above {OUTLIER:g} times the median of its method
+is an outlier: it is measured again, as often as there are repetitions at most, and the new time counts."""
 
 
 def row_goals(name, entry):
@@ -42,14 +49,32 @@ def machines(summary):
     return "\n".join(f"- {', '.join(names)}: {line}" for line, names in lines.items())
 
 
-def sizes(entry):
-    """The settings that shape every row."""
-    settings = entry["settings"]
-    threads = settings["threads"] or "all"
-    return (
-        f"{settings['size'][0]} x {settings['size'][1]} primary rays, medians of {settings['repetitions']} runs in "
-        f"which the methods take turns, {threads} thread{'' if threads == 1 else 's'} unless said otherwise"
-    )
+def settings_line(row, entry):
+    """The settings that shape a row."""
+    found = {name: entry["settings"][name] for name in row.SETTINGS}
+    return f"Settings: {', '.join(f'{name} {text_of(value)}' for name, value in found.items())}."
+
+
+def text_of(value):
+    return " x ".join(map(str, value)) if isinstance(value, (list, tuple)) else f"{value:,}"
+
+
+def to_json(summary):
+    """The JSON of a run, one result a line."""
+    rows = []
+    for name, entry in summary.items():
+        fields = [f"  {json.dumps(key)}: {lines_of(value)}" for key, value in entry.items()]
+        rows.append(f" {json.dumps(name)}: {{\n" + ",\n".join(fields) + "\n }")
+    return "{\n" + ",\n".join(rows) + "\n}\n"
+
+
+def lines_of(value):
+    def text(item):
+        return json.dumps(item, default=lambda number: number.item())
+
+    if not isinstance(value, list) or not value:
+        return text(value)
+    return "[\n" + ",\n".join(f"   {text(item)}" for item in value) + "\n  ]"
 
 
 def page(summary, images, notes=None):
@@ -57,11 +82,10 @@ def page(summary, images, notes=None):
     notes = notes or {}
     text = ["# Benchmarks", "", "Written from `benchmarks.json` by a script; `make bench` measures your machine.", ""]
     if summary:
-        text += [machines(summary), "", f"{sizes(next(iter(summary.values())))}.", ""]
-        text += ["## Goals", "", goal_table(summary), ""]
+        text += [machines(summary), "", TIMES, "", "## Goals", "", goal_table(summary), ""]
     for name, entry in summary.items():
         row = ROWS[name]
-        text += [f"## {row.TITLE}", "", row.ABOUT, ""]
+        text += [f"## {row.TITLE}", "", row.ABOUT, "", settings_line(row, entry), ""]
         if "skipped" in entry:
             text += [f"Not measured: {entry['skipped']}.", ""]
         if "error" in entry:

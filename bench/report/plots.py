@@ -1,18 +1,18 @@
 """Plots of the results: rates, growth, time to the first picture, wrong pixels."""
 
-from rows import frame, primary
+from rows import growth, primary
 
 TITLES = {
     "rates": "Rate of primary rays",
     "wrong": "Lost and wrong pixels",
     "growth": "Cost of a ray against the size of the volume",
-    "frame": "Time from a level to the first picture",
+    "frame": "Time from a level to its picture",
 }
 OF_ROW = {"primary": ("rates", "wrong"), "growth": ("growth",), "frame": ("frame",)}
 
 
 def write(summary, folder):
-    """Draws what there are results for; plots' names to files."""
+    """Draws what there are results for, and removes the plots of what there are none for; plots' names to files."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -20,12 +20,16 @@ def write(summary, folder):
 
     draw = {"rates": draw_rates, "wrong": draw_wrong, "growth": draw_growth, "frame": draw_frame}
     paths = {}
-    for row, names in OF_ROW.items():
-        for name in names if summary.get(row, {}).get("results") else ():
-            figure = draw[name](summary[row]["results"], pyplot)
-            paths[name] = folder / f"bench-{name}.png"
-            figure.savefig(paths[name], dpi=110)
-            pyplot.close(figure)
+    for row, name in ((row, name) for row, names in OF_ROW.items() for name in names):
+        path = folder / f"bench-{name}.png"
+        results = summary.get(row, {}).get("results")
+        figure = draw[name](results, pyplot) if results else None
+        if figure is None:
+            path.unlink(missing_ok=True)
+            continue
+        figure.savefig(path, dpi=110)
+        pyplot.close(figure)
+        paths[name] = path
     return paths
 
 
@@ -60,14 +64,19 @@ def draw_rates(results, pyplot):
 
 
 def draw_wrong(results, pyplot):
-    """Of the methods that trace the spline's surface; the mesh is another one."""
-    names = [name for name in primary.METHODS if not name.startswith("triangle")]
-
+    """Of the methods that trace the spline's surface; the mesh is another one. Methods and views that lose nothing are
+    left out: there is nothing to see."""
     def per_million(result, name):
         oracle = result["methods"][name]["oracle"]
-        return 1e6 * (oracle["lost"] + oracle["wrong"]) / result["oracle_rays"]
+        return 1e6 * (oracle["lost"] + oracle["wrong"]) / result["rays"]
 
-    figure, panels = bars_of_methods(results, pyplot, names, per_million, "lost or wrong of a million pixels")
+    names = [name for name in primary.METHODS
+             if not name.startswith("triangle") and any(per_million(result, name) for result in results)]  # fmt: skip
+    views = {result["view"] for result in results if any(per_million(result, name) for name in names)}
+    if not names:
+        return None
+    figure, panels = bars_of_methods([result for result in results if result["view"] in views], pyplot, names,
+                                     per_million, "lost or wrong of a million pixels")  # fmt: skip
     for axes in panels:
         axes.set_ylim(bottom=0, top=max(axes.get_ylim()[1], 1))
     return figure
@@ -75,9 +84,8 @@ def draw_wrong(results, pyplot):
 
 def draw_growth(results, pyplot):
     figure, axes = pyplot.subplots(figsize=(7, 4.8), layout="constrained")
-    for name in results[0]["ns"]:
-        axes.plot([r["size"] for r in results], [r["ns"][name] for r in results], "o-", label=primary.METHODS[name],
-                  color=f"C{list(primary.METHODS).index(name)}")  # fmt: skip
+    for name, what in growth.WAYS.items():
+        axes.plot([r["size"] for r in results], [r["ns"][name]["median"] for r in results], "o-", label=what)
     axes.set(xscale="log", yscale="log", xlabel="samples along each axis", ylabel="ns a ray")
     axes.set_xticks([r["size"] for r in results], [f"{r['size']}³" for r in results], minor=False)
     axes.minorticks_off()
@@ -90,19 +98,17 @@ def draw_growth(results, pyplot):
 def draw_frame(results, pyplot):
     """A panel a volume, a bar a way, its stages side by side; VTK's volume mappers would dwarf the rest."""
     figure, panels = pyplot.subplots(
-        len(results), 1, figsize=(7, 0.6 + 1.7 * len(results)), squeeze=False, layout="constrained"
+        len(results), 1, figsize=(7, 0.6 + 0.9 * len(results)), squeeze=False, layout="constrained"
     )
-    colors = {"shell": "C0", "bvh": "C1", "extract": "C3", "render": "C2"}
+    colors = {"level": "C0", "extract": "C3", "render": "C2"}
+    shown = ("isospline", "VTK, mesh")
     for result, axes in zip(results, panels[:, 0]):
-        ways = {f"pruned {stage['prune_depth']} deep": {key: stage[key] for key in ("shell", "bvh", "render")}
-                for stage in result["isospline"]}  # fmt: skip
-        ways["VTK, mesh"] = result["vtk"]["mesh"]["seconds"]
-        for at, stages in enumerate(ways.values()):
+        for at, name in enumerate(shown):
             left = 0.0
-            for stage, seconds in stages.items():
+            for stage, seconds in result["ways"][name]["stages"].items():
                 axes.barh(at, 1e3 * seconds, left=1e3 * left, color=colors[stage])
                 left += seconds
-        axes.set_yticks(range(len(ways)), list(ways))
+        axes.set_yticks(range(len(shown)), shown)
         axes.invert_yaxis()
         axes.set_title(result["subject"], fontsize="medium")
         axes.grid(axis="x", alpha=0.4)

@@ -16,6 +16,7 @@ its derivative vanishes, in float64 along a ray in extended precision. *Error* i
 in voxels, over all hits, grazing ones included, with the oracle on the coefficients that isospline stores, in float32
 less the middle of the data's range; *model* is the same with coefficients that are float64, which shows what rounding
 them does. Lost and wrong are as for primary rays."""
+SETTINGS = ("accuracy_rays",)
 GOALS = [("position of the hit against the float64 oracle", "at most 1e-06 voxel")]
 DISTANCES = (1, 100, 10_000)
 

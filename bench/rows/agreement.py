@@ -13,6 +13,7 @@ ABOUT = """The same rays through packets, single rays, `method="reference"` (flo
 all real volumes and two procedural ones: in turns isotropic lines, images from random eyes in tiles, rays from
 within, and rays aimed at corners of cells; a tenth of the rays are in faces, along edges, through corners of cells and
 parallel to axes. A ray differs where t, the geometry id, the primitive id or the normal are not exactly the same."""
+SETTINGS = ("agreement_rays",)
 GOALS = [("hits that differ between packet, single ray, float64 path and hopper", "0")]
 CHUNK = 1 << 18
 PATHS = ("packets", "reference", "hopper")  # each compared with single rays

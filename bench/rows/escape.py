@@ -15,6 +15,7 @@ ABOUT = """Volumes framed with samples below the level, so that the surface is c
 a third in random directions, a third aimed at corners of cells of the shell and a third at places on their edges.
 *Escaped* are rays that hit nothing, *entered* those whose first crossing leads into the solid: they left it through a
 crack."""
+SETTINGS = ("escape_rays",)
 GOALS = [("rays that escape a closed surface from inside", "0")]
 PATHS = {"packets": True, "single": False}
 

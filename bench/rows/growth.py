@@ -1,56 +1,60 @@
 """Growth: the cost of a ray as one and the same object is sampled ever more finely."""
 
-import numpy as np
-
 import isospline
-from suite import peers, subjects
-from suite.clock import rates, take_turns
+from suite import native, peers, subjects
+from suite.clock import spread
 from suite.goal import at_most
-from suite.tables import markdown_table
-from suite.views import in_tiles, whole_camera
-
-from .primary import METHODS, build
+from suite.tables import markdown_table, with_spread
+from suite.views import whole_camera
 
 TITLE = "Growth"
 ABOUT = """The same primary rays at the heart of `isospline.volumes`, sampled on grids of ever more voxels, whole
-view: the object stays the same, the cells become smaller and more."""
-GOALS = [("growth of the cost of a ray, smallest to largest volume", "at most 2 times")]
-COMPARED = ("hop_bracket", "stride_exact", "embree_exact", "packets_exact", "triangle_packets")
+view, from C++ on one thread: the object stays the same, the cells become smaller and more. Before bench/cpp there
+was, a call from Python, the same 15 to 20 ns a ray at all sizes, was in the times, and made the growth less."""
+SETTINGS = ("size", "growth_sizes", "repetitions")
+GOALS = [("growth of the cost of a packet's ray, smallest to largest volume, C++", "at most 2 times")]
+
+#: What bench/cpp calls it, and what it is.
+WAYS = {
+    "packets/spline_whole": "packets",
+    "single_rays/spline_whole": "single rays",
+    "packets/triangles_whole": "packets, Embree's triangles",
+    "hopping/spline_whole": "voxel hopping, bracket + Brent (the paper)",
+}
 
 
 def measure(settings):
     peers.require_vtk()
-    isospline.set_thread_count(settings.threads)
     for size in settings.growth_sizes:
         (subject,) = subjects.procedural(("heart",), (size,))
         volume = isospline.Volume(subject.data, **subject.grid)
-        targets = {name: build(name, subject, volume) for name in COMPARED}
-        rays = in_tiles(whole_camera(volume.bounds, settings.size).rays(settings.size))
-        calls = {name: lambda t=target: t.cast(rays) for name, target in targets.items()}
-        seconds, hits = take_turns(calls, min(3, settings.repetitions))
+        cells = isospline.Isosurface(volume, subject.level).shell.count
+        found = native.measure(subject, settings, WAYS, whole_camera(volume.bounds, settings.size))
+        count = int(found["packets/spline_whole"]["rays"])
         yield {
-            "subject": subject.name, "size": size, "rays": len(rays),
-            "cells": targets["hop_bracket"].tracer.surface.shell.count,
-            "hit": float(np.isfinite(hits["packets_exact"]["t_hit"]).mean()),
-            "ns": {name: 1e3 / rates(len(rays), times)["median"] for name, times in seconds.items()},
+            "subject": subject.name, "size": size, "rays": count, "cells": cells,
+            "hit": found["packets/spline_whole"]["hit"],
+            "ns": {name: spread([1e9 * time / count for time in found[name]["seconds"]]) for name in WAYS},
         }  # fmt: skip
 
 
 def growth(results, name):
     ordered = sorted(results, key=lambda result: result["size"])
-    return ordered[-1]["ns"][name] / ordered[0]["ns"][name]
+    return ordered[-1]["ns"][name]["median"] / ordered[0]["ns"][name]["median"]
 
 
 def goals(results):
     sizes = sorted(result["size"] for result in results)
-    span = f"{sizes[0]}^3 to {sizes[-1]}^3; hopping {growth(results, 'hop_bracket'):.3g} times"
-    return [at_most(GOALS[0][0], 2, {span: growth(results, "packets_exact")}, "times")]
+    others = ", ".join(f"{WAYS[name]} {growth(results, name):.3g}" for name in list(WAYS)[2:])
+    span = f"{sizes[0]}^3 to {sizes[-1]}^3; {others} times"
+    return [at_most(GOALS[0][0], 2, {span: growth(results, "packets/spline_whole")}, "times")]
 
 
 def table(results):
     rows = [
-        (f"{result['size']}^3", result["cells"], f"{result['hit']:.1%}", *(result["ns"][name] for name in COMPARED))
+        (f"{result['size']}^3", result["cells"], f"{result['hit']:.1%}",
+         *(with_spread(result["ns"][name]) for name in WAYS))
         for result in results
-    ]
-    rows.append(("growth", "-", "-", *(growth(results, name) for name in COMPARED)))
-    return markdown_table(("grid", "cells", "hit", *(f"{METHODS[name]}, ns a ray" for name in COMPARED)), rows)
+    ]  # fmt: skip
+    rows.append(("growth", "-", "-", *(growth(results, name) for name in WAYS)))
+    return markdown_table(("grid", "cells", "hit", *(f"{what}, ns a ray" for what in WAYS.values())), rows)

@@ -1,19 +1,28 @@
-"""Another level: shell and BVH against the extraction of the mesh by VTK's FlyingEdges3D."""
+"""Another level, up to its first ray, against the extraction of the mesh by VTK's FlyingEdges3D."""
 
 import numpy as np
 
 import isospline
-from suite import peers, polygons, subjects
-from suite.clock import take_turns
+from suite import native, peers, polygons, subjects
+from suite.clock import spread, take_turns
 from suite.goal import at_least
-from suite.tables import markdown_table
+from suite.levels import shared_ray, two_levels
+from suite.tables import markdown_table, with_spread
+from suite.views import whole_camera
 
-TITLE = "Change of the level"
-ABOUT = """`surface.level = ...` and the scene's BVH, with all cores, against VTK's FlyingEdges3D (no normals, no
-scalars) for the same level with as many threads; both go to and fro between two levels. The headline is depth 2 of
-pruning. Before a time counts, the shell after a change is compared with that of a new surface."""
-GOALS = [("change of the level against VTK's FlyingEdges3D", "at least 1 times")]
-DEPTHS = (0, 1, 2, 3, 4)
+TITLE = "Change of the level, to the first ray"
+ABOUT = """`surface.level = ...` and the hit of one ray near the middle of the whole view, so that whatever a scene
+makes when it is first asked is in the time, with all cores, against VTK's FlyingEdges3D (no normals, no scalars) for
+the same level with as many threads; both go to and fro between two levels. The ray's hit after a change is compared
+with that of a new surface. *In C++* is the same from C++ (bench/cpp/level.bench.cpp). *Select* are the bricks of a
+level selected, *make* all of them made with their blocks, as if rays entered everywhere, both on one thread; *ranges*
+of bricks are made once a volume, and are not in the times (bench/cpp/brick.bench.cpp)."""
+SETTINGS = ("level_sizes", "repetitions")
+GOALS = [("change of the level, to the first ray, against VTK's FlyingEdges3D", "at least 5 times")]
+WAYS = {"isospline": "isospline", "flying edges": "FlyingEdges3D"}
+NATIVE = {
+    "level/spline_first_ray": "in C++", "bricks/select": "select", "bricks/make": "make", "bricks/ranges": "ranges",
+}  # fmt: skip
 
 
 def measure(settings):
@@ -24,23 +33,24 @@ def measure(settings):
     real = settings.subjects() if settings.volumes != "none" else ()
     for chosen in (procedural, real):
         for subject in chosen:
-            result = compare(subject, settings.repetitions)
+            result = compare(subject, settings)
             yield {"subject": subject.name, "threads": isospline.thread_count()} | result
 
 
-def compare(subject, repetitions):
+def compare(subject, settings):
     volume = isospline.Volume(subject.data, **subject.grid)
-    levels = [subject.level + 0.01 * (volume.maximum - volume.minimum), subject.level]
-    surfaces = {depth: isospline.Isosurface(volume, subject.level, prune_depth=depth) for depth in DEPTHS}
-    scenes = {depth: isospline.Scene([surface]) for depth, surface in surfaces.items()}
-    for depth, surface in surfaces.items():
-        changed = surface.with_level(levels[0]).with_level(subject.level).shell.cells
-        assert np.array_equal(changed, surface.shell.cells), f"a change of the level gives another shell, depth {depth}"
+    levels = two_levels(subject)
+    surface = isospline.Isosurface(volume, subject.level)
+    scene = isospline.Scene([surface])
+    ray = shared_ray(surface, scene, levels, whole_camera(scene, settings.size))
+    expected = [first_hit(isospline.Scene([isospline.Isosurface(volume, level)]), ray) for level in levels]
 
-    def to_and_fro(depth):
+    def to_and_fro():
+        hits = []
         for level in levels:
-            surfaces[depth].level = level
-            scenes[depth].memory  # noqa: B018 - a scene builds itself when asked
+            surface.level = level
+            hits.append(first_hit(scene, ray))
+        assert hits == expected, "a change of the level gives another hit"
 
     edges = polygons.flying_edges(polygons.image_data(subject), subject.level)
 
@@ -49,27 +59,32 @@ def compare(subject, repetitions):
             edges.SetValue(0, level)
             edges.Update()
 
-    calls = {f"depth {depth}": lambda d=depth: to_and_fro(d) for depth in DEPTHS} | {"flying edges": extract}
-    seconds, _ = take_turns(calls, repetitions)
+    seconds, _ = take_turns({"isospline": to_and_fro, "flying edges": extract}, settings.repetitions)
+    found = native.measure(subject, settings, NATIVE)
     return {
-        "cells": [surfaces[depth].shell.count for depth in DEPTHS],
-        "triangles": edges.GetOutput().GetNumberOfPolys(),
-        "seconds": {name: float(np.median(times)) / len(levels) for name, times in seconds.items()},
-    }
+        "cells": surface.shell.count, "triangles": edges.GetOutput().GetNumberOfPolys(),
+        "seconds": {name: spread(np.array(times) / len(levels)) for name, times in seconds.items()}
+        | {name: spread(found[name]["seconds"]) for name in NATIVE},
+    }  # fmt: skip
+
+
+def first_hit(scene, ray):
+    return float(scene.cast_rays(ray)["t_hit"][0])
+
+
+def ratio(result):
+    return result["seconds"]["flying edges"]["median"] / result["seconds"]["isospline"]["median"]
 
 
 def goals(results):
-    return [at_least(GOALS[0][0], 1, {
-        result["subject"]: result["seconds"]["flying edges"] / result["seconds"]["depth 2"] for result in results
-    })]  # fmt: skip
+    return [at_least(GOALS[0][0], 5, {result["subject"]: ratio(result) for result in results})]
 
 
 def table(results):
+    names = WAYS | NATIVE
     rows = [
-        (result["subject"], result["cells"][2], result["triangles"],
-         *(1e3 * seconds for seconds in result["seconds"].values()),
-         result["seconds"]["flying edges"] / result["seconds"]["depth 2"])
+        (result["subject"], result["cells"], result["triangles"],
+         *(with_spread(result["seconds"][name], 1e3) for name in names), ratio(result))
         for result in results
     ]  # fmt: skip
-    header = ("volume", "cells", "triangles", *(f"depth {depth}, ms" for depth in DEPTHS), "FlyingEdges3D, ms", "ratio")
-    return markdown_table(header, rows)
+    return markdown_table(("volume", "cells", "triangles", *(f"{what}, ms" for what in names.values()), "ratio"), rows)

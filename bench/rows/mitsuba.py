@@ -6,7 +6,7 @@ import isospline
 from suite import peers, subjects
 from suite.clock import rates, take_turns
 from suite.goal import at_least
-from suite.tables import markdown_table
+from suite.tables import markdown_table, with_spread
 from suite.views import CAMERAS, in_tiles
 
 TITLE = "Mitsuba 3 sdfgrid"
@@ -15,6 +15,7 @@ ABOUT = """The same primary rays in the same order and on the same number of thr
 isospline's time is that of the whole call from Python, with exact normals. `sdfgrid` of Mitsuba 3.9 finds nothing on
 grids that are not cubes, so volumes are filled up to cubes for both. Its model is trilinear, which is isospline's
 degree 1: that surface serves to check Mitsuba's answer (median distance, in voxels, and rays where one hits alone)."""
+SETTINGS = ("size", "repetitions", "threads")
 GOALS = [("packets against Mitsuba 3 sdfgrid (trilinear)", "at least 4 times")]
 
 
@@ -99,7 +100,7 @@ def goals(results):
 
 def table(results):
     rows = [
-        (result["subject"], result["view"], *(rate["median"] for rate in result["mray_per_second"].values()),
+        (result["subject"], result["view"], *(with_spread(rate) for rate in result["mray_per_second"].values()),
          ratio(result), ratio(result, "degree 1"), result["median_distance"], f"{result['one_alone']:.2%}")
         for result in results
     ]  # fmt: skip

@@ -1,7 +1,10 @@
-"""Measuring time: medians, and methods that take turns."""
+"""Measuring time: methods that take turns, outliers that are measured again, medians with their spread."""
 
 import statistics
 import time
+
+#: A time this many times the median of its method is an outlier.
+OUTLIER = 1.25
 
 
 def timed(call):
@@ -11,28 +14,38 @@ def timed(call):
     return time.perf_counter() - start, result
 
 
-def median_seconds(call, repetitions):
-    return statistics.median(timed(call)[0] for _ in range(repetitions))
-
-
 def take_turns(calls, repetitions):
     """Seconds of each of the named calls, as lists, and what each returned.
 
     The calls take turns, forth and back, so that whatever else the machine does falls on all of them. A first round,
-    which is not timed, warms up.
+    which is not timed, warms up. Outliers are measured again.
     """
     results = {name: call() for name, call in calls.items()}
     seconds = {name: [] for name in calls}
     for repetition in range(repetitions):
         for name in list(calls) if repetition % 2 == 0 else reversed(list(calls)):
             seconds[name].append(timed(calls[name])[0])
+    measure_outliers_again(seconds, lambda names: {name: timed(calls[name])[0] for name in names})
     return seconds, results
+
+
+def measure_outliers_again(seconds, measure):
+    """Replaces the largest of each method's times while it is an outlier, at most as often as there are times:
+    `measure(names)` gives one more time of each of these methods."""
+    for _ in range(max(map(len, seconds.values()), default=0)):
+        names = [name for name, times in seconds.items() if max(times) > OUTLIER * statistics.median(times)]
+        if not names:
+            return
+        for name, again in measure(names).items():
+            times = seconds[name]
+            times[times.index(max(times))] = again
+
+
+def spread(values):
+    """Median, smallest and largest."""
+    return {"median": float(statistics.median(values)), "minimum": float(min(values)), "maximum": float(max(values))}
 
 
 def rates(count, seconds):
     """Millions a second: median, smallest and largest of the runs."""
-    return {
-        "median": count / statistics.median(seconds) / 1e6,
-        "minimum": count / max(seconds) / 1e6,
-        "maximum": count / min(seconds) / 1e6,
-    }
+    return spread([count / time / 1e6 for time in seconds])

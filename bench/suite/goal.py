@@ -1,5 +1,6 @@
 """What was aimed at, what was measured, and by how much it was missed."""
 
+import statistics
 from dataclasses import dataclass
 
 from .tables import power
@@ -13,14 +14,14 @@ class Goal:
     verdict: str  # "met", or "missed" and by how much, or "not measured"
 
 
-def at_least(what, goal, values):
-    """A goal for the smallest of the values, a dict of label to ratio."""
-    return _bound(what, f"at least {goal:g} times", goal, values, min, lambda worst: worst >= goal, "times")
+def at_least(what, goal, values, unit="times", of_median=False):
+    """A goal for the smallest of the values, a dict of label to quantity, or for their median."""
+    return _bound(what, f"at least {goal:g} {unit}", goal, values, min, lambda value: value >= goal, unit, of_median)
 
 
 def at_most(what, goal, values, unit):
     """A goal for the largest of the values, a dict of label to quantity."""
-    return _bound(what, f"at most {goal:g} {unit}", goal, values, max, lambda worst: worst <= goal, unit)
+    return _bound(what, f"at most {goal:g} {unit}", goal, values, max, lambda value: value <= goal, unit, False)
 
 
 def none_of(what, values, out_of):
@@ -37,12 +38,16 @@ def skipped(what, goal, reason):
     return Goal(what, goal, "-", f"not measured: {reason}")
 
 
-def _bound(what, text, goal, values, worst_of, is_met, unit):
+def _bound(what, text, goal, values, worst_of, is_met, unit, of_median):
     if not values:
         return Goal(what, text, "-", "not measured")
     label = worst_of(values, key=values.get)
-    worst = values[label]
-    ordered = sorted(values.values())
-    spread = f"; median {ordered[len(ordered) // 2]:.3g}" if len(values) > 1 else ""
-    verdict = "met" if is_met(worst) else f"missed by a factor of {max(worst / goal, goal / worst):.2f}"
-    return Goal(what, text, f"{worst:.3g} {unit} ({label}){spread}", verdict)
+    worst, median = values[label], statistics.median(values.values())
+    measured = f"{worst:.3g} {unit} ({label})"
+    if of_median:
+        measured = f"{median:.3g} {unit}; worst {measured}"
+    elif len(values) > 1:
+        measured += f"; median {median:.3g}"
+    judged = median if of_median else worst
+    verdict = "met" if is_met(judged) else f"missed by a factor of {max(judged / goal, goal / judged):.2f}"
+    return Goal(what, text, measured, verdict)

@@ -27,3 +27,11 @@ def differences(t_hit, t_true, voxels_per_t):
         "distance_median": float(np.median(both)) if len(both) else None,
         "distance_max": float(both.max()) if len(both) else None,
     }
+
+
+def check_covered(parts, of, data):
+    """That surfaces cover about the same part of the rays as that named `of`: the mesh ends at the outermost samples,
+    the spline half a voxel beyond."""
+    bound = 0.01 + 1 / min(data.shape)
+    for name, part in parts.items():
+        assert abs(part - parts[of]) < bound, f"{name} covers {part:.1%} of the rays, not {parts[of]:.1%}"

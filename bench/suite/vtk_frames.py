@@ -1,32 +1,29 @@
-"""Frames of VTK: of the mesh, and of its volume mappers, in an offscreen window."""
+"""Pictures of VTK at one level after the other: of the mesh, and of its volume mappers, in an offscreen window.
 
-import os
-import statistics
+All that does not depend on the level stays: the window, the camera, the pipeline, the volume's texture.
+"""
+
+import numpy as np
 
 from . import polygons
 from .clock import timed
 
 
-def measure(subject, affine, camera, settings):
-    """Seconds and covered part of the image of each way to draw the subject."""
-    polygons.use_threads(os.cpu_count())
+def make(subject, affine, camera, size):
+    """The ways to draw the subject, each a function of the level that returns the seconds of its stages and the pixels
+    (N, 3)."""
     image, matrix = polygons.image_data(subject), polygons.user_matrix(affine)
-    window = Window(camera, settings.size)
-    window.draw([])  # opened, and its shaders' compiler warm
+    window = Window(camera, size)
     return {
-        "mesh": repeat(lambda: mesh_frame(window, image, matrix, subject.level), settings.repetitions),
-        "isosurface": repeat(lambda: volume_frame(window, image, matrix, subject, "isosurface"), 1),
-        "fixed point": repeat(lambda: volume_frame(window, image, matrix, subject, "fixed point"), 1),
+        "mesh": mesh(window, image, matrix),
+        "isosurface": volume(window, image, matrix, subject, "isosurface"),
+        "fixed point": volume(window, image, matrix, subject, "fixed point"),
     }
 
 
-def repeat(frame, repetitions):
-    """Medians of the stages' seconds."""
-    runs = [frame() for _ in range(repetitions)]
-    return {
-        "seconds": {name: statistics.median(seconds[name] for seconds, _ in runs) for name in runs[0][0]},
-        "covered": runs[0][1],
-    }
+def covered(pixels):
+    """The part of a picture that shows something before the black background."""
+    return float((np.asarray(pixels) > 0).any(axis=1).mean())
 
 
 class Window:
@@ -35,54 +32,61 @@ class Window:
     def __init__(self, camera, size):
         import vtkmodules.vtkRenderingOpenGL2
         import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401
-        from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+        from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
 
         self.renderer, self.window = vtkRenderer(), vtkRenderWindow()
         self.window.SetOffScreenRendering(1)
         self.window.SetMultiSamples(0)
         self.window.SetSize(*size)
         self.window.AddRenderer(self.renderer)
+        self.grab = vtkWindowToImageFilter()
+        self.grab.SetInput(self.window)
+        self.grab.ReadFrontBufferOff()
+        self.grab.ShouldRerenderOff()
         view = self.renderer.GetActiveCamera()
         view.SetPosition(camera.eye)
         view.SetFocalPoint(camera.target)
         view.SetViewUp(camera.up)
         view.SetViewAngle(camera.field_of_view)
 
-    def draw(self, props):
-        """The part of the image that the props cover, drawn and read back."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+    def add(self, prop):
+        prop.SetVisibility(False)
+        self.renderer.AddViewProp(prop)
 
-        for prop in props:
-            self.renderer.AddViewProp(prop)
+    def draw(self, prop):
+        """The pixels of a picture of this prop alone, drawn and read back."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        prop.SetVisibility(True)
         self.renderer.ResetCameraClippingRange()
         self.window.Render()
-        grab = vtkWindowToImageFilter()
-        grab.SetInput(self.window)
-        grab.ReadFrontBufferOff()
-        grab.Update()
-        pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
-        for prop in props:
-            self.renderer.RemoveViewProp(prop)
-            prop.ReleaseGraphicsResources(self.window)
-        return float((pixels > 0).any(axis=1).mean())
+        prop.SetVisibility(False)
+        self.grab.Modified()
+        self.grab.Update()
+        return vtk_to_numpy(self.grab.GetOutput().GetPointData().GetScalars())
 
 
-def mesh_frame(window, image, matrix, level):
+def mesh(window, image, matrix):
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-    edges = polygons.flying_edges(image, level, normals=True)
-    extract, _ = timed(edges.Update)
+    edges = polygons.flying_edges(image, 0.0, normals=True)
     mapper, actor = vtkPolyDataMapper(), vtkActor()
     mapper.SetInputConnection(edges.GetOutputPort())
     actor.SetMapper(mapper)
     actor.SetUserMatrix(matrix)
     actor.GetProperty().SetAmbient(0.05)
-    render, covered = timed(lambda: window.draw([actor]))
-    return {"extract": extract, "render": render}, covered
+    window.add(actor)
+
+    def frame(level):
+        edges.SetValue(0, level)
+        extract, _ = timed(edges.Update)
+        render, pixels = timed(lambda: window.draw(actor))
+        return {"extract": extract, "render": render}, pixels
+
+    return frame
 
 
-def volume_frame(window, image, matrix, subject, way):
+def volume(window, image, matrix, subject, way):
     from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
     from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume, vtkVolumeProperty
     from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper, vtkGPUVolumeRayCastMapper
@@ -100,18 +104,30 @@ def volume_frame(window, image, matrix, subject, way):
     if way == "isosurface":
         mapper = vtkGPUVolumeRayCastMapper()
         mapper.SetBlendModeToIsoSurface()
-        prop.GetIsoSurfaceValues().SetValue(0, subject.level)
     else:
         mapper = vtkFixedPointVolumeRayCastMapper()
-        opacity.AddPoint(lower, 0)
-        opacity.AddPoint(subject.level - 1e-3 * (upper - lower), 0)
-        opacity.AddPoint(subject.level, 1)
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetSampleDistance(0.5)  # of a voxel
     mapper.SetInputData(image)
-    volume = vtkVolume()
-    volume.SetMapper(mapper)
-    volume.SetUserMatrix(matrix)
-    volume.SetProperty(prop)
-    seconds, covered = timed(lambda: window.draw([volume]))
-    return {"render": seconds}, covered
+    drawn = vtkVolume()
+    drawn.SetMapper(mapper)
+    drawn.SetUserMatrix(matrix)
+    drawn.SetProperty(prop)
+    window.add(drawn)
+
+    def set_level(level):
+        if way == "isosurface":
+            prop.GetIsoSurfaceValues().SetValue(0, level)
+            return
+        opacity.RemoveAllPoints()
+        opacity.AddPoint(lower, 0)
+        opacity.AddPoint(level - 1e-3 * (upper - lower), 0)
+        opacity.AddPoint(level, 1)
+        opacity.AddPoint(upper, 1)
+
+    def frame(level):
+        set_level(level)
+        render, pixels = timed(lambda: window.draw(drawn))
+        return {"render": render}, pixels
+
+    return frame

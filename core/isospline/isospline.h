@@ -1,7 +1,10 @@
 // All of isospline.
 #pragma once
 
+#include "isospline/hopper/hopper.h"
 #include "isospline/io/exr.h"
+#include "isospline/query/closest_point.h"
+#include "isospline/query/contains.h"
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
 #include "isospline/render/opencv_camera.h"
@@ -17,11 +20,9 @@
 #include "isospline/shade/outline.h"
 #include "isospline/shade/phong.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/spline/sample.h"
 #include "isospline/spline/volume.h"
-#include "isospline/trace/closest_point.h"
-#include "isospline/trace/contains.h"
 #include "isospline/trace/hit.h"
-#include "isospline/trace/hopper.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 #include "isospline/util/progress.h"

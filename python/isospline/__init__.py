@@ -5,6 +5,7 @@ from importlib.metadata import version as _version
 from . import volumes
 from ._core import (
     INVALID_ID,
+    INVALID_PRIMITIVE_ID,
     AmbientOcclusion,
     Box,
     Cancelled,
@@ -47,6 +48,7 @@ __version__ = _version("isospline")
 
 __all__ = [
     "INVALID_ID",
+    "INVALID_PRIMITIVE_ID",
     "AmbientOcclusion",
     "Box",
     "Cancelled",

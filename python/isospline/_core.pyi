@@ -5,7 +5,7 @@ from os import PathLike
 from typing import Any, Literal, SupportsIndex, TypedDict, Union
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import Self, Unpack
 
 _Progress = Union[Callable[[float], object], None]
@@ -16,6 +16,7 @@ _CameraPosition = tuple[_Point, _Point, _Point]
 _OpenCv = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 INVALID_ID: int
+INVALID_PRIMITIVE_ID: int
 
 class Cancelled(RuntimeError): ...
 
@@ -55,6 +56,8 @@ class Volume:
     def from_xarray(
         cls, array: object, dims: Sequence[Hashable] | None = None, **options: Unpack[_ModelOptions]
     ) -> Self: ...
+    def cell_at(self, primitive_ids: ArrayLike) -> NDArray[np.int32]: ...
+    def primitive_id(self, cells: ArrayLike) -> NDArray[np.uint64]: ...
     def sample(self, points: ArrayLike, *, derivative: Literal[0, 1, 2] = 0) -> NDArray[np.float64]: ...
     @property
     def affine(self) -> NDArray[np.float64]: ...
@@ -64,6 +67,8 @@ class Volume:
     def boundary(self) -> Literal["mirror", "periodic"]: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
+    @property
+    def cell_count(self) -> int: ...
     @property
     def coefficients(self) -> NDArray[np.float64]: ...
     @property
@@ -116,7 +121,7 @@ class _ClosestPoints(TypedDict):
     points: NDArray[np.float64]
     distances: NDArray[np.float64]
     error_bounds: NDArray[np.float64]
-    primitive_ids: NDArray[np.uint32]
+    primitive_ids: NDArray[np.uint64]
     primitive_normals: NDArray[np.float64]
 
 class Isosurface:
@@ -199,22 +204,30 @@ class _Crossings(TypedDict):
     ray_ids: NDArray[np.int64]
     t_hit: NDArray[np.float64]
     geometry_ids: NDArray[np.uint32]
-    primitive_ids: NDArray[np.uint32]
+    primitive_ids: NDArray[np.uint64]
     primitive_uvs: NDArray[np.float32]
     primitive_normals: NDArray[np.float64]
     positions: NDArray[np.float64]
     entering: NDArray[np.bool_]
 
-class _HitDetails(TypedDict, total=False):
-    positions: NDArray[np.float64]
-    primitive_uvs: NDArray[np.float32]
-    gradient_magnitudes: NDArray[np.float64]
+_HitOutput = Literal[
+    "t_hit",
+    "geometry_ids",
+    "primitive_ids",
+    "primitive_normals",
+    "positions",
+    "primitive_uvs",
+    "gradient_magnitudes",
+]
 
-class _Hits(_HitDetails):
-    t_hit: NDArray[np.float64]
+class _Hits(TypedDict, total=False):
+    t_hit: NDArray[np.floating[Any]]
     geometry_ids: NDArray[np.uint32]
-    primitive_ids: NDArray[np.uint32]
-    primitive_normals: NDArray[np.float64]
+    primitive_ids: NDArray[np.uint64]
+    primitive_normals: NDArray[np.floating[Any]]
+    positions: NDArray[np.floating[Any]]
+    primitive_uvs: NDArray[np.float32]
+    gradient_magnitudes: NDArray[np.floating[Any]]
 
 class _Visibility(TypedDict):
     camera: bool
@@ -237,7 +250,8 @@ class Scene:
         t_near: float = 0.0,
         t_far: float = ...,
         coherent: bool = False,
-        details: bool = False,
+        outputs: Iterable[_HitOutput] = ...,
+        dtype: DTypeLike = ...,
     ) -> _Hits: ...
     def count_intersections(
         self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...
@@ -270,7 +284,9 @@ class _HopStatistics(TypedDict):
 
 class VoxelHopper:
     def __init__(self, surface: Isosurface, *, strides: bool = False) -> None: ...
-    def cast_rays(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> _Hits: ...
+    def cast_rays(
+        self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ..., outputs: Iterable[_HitOutput] = ...
+    ) -> _Hits: ...
     @property
     def memory(self) -> int: ...
     @property
@@ -658,7 +674,7 @@ class Image:
     @property
     def position(self) -> NDArray[np.float32]: ...
     @property
-    def primitive_ids(self) -> NDArray[np.uint32]: ...
+    def primitive_ids(self) -> NDArray[np.uint64]: ...
     @property
     def variance(self) -> NDArray[np.float32] | None: ...
     @property

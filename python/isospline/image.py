@@ -141,8 +141,10 @@ class Image:
     direct : (height, width, 3) float32 array, or None
         Of a path traced `color`, the light that came after one hit at most, and not from surface to surface: that of
         the lights and of what the camera sees of them. The rest is indirect. None unless `render` was told to.
-    geometry_ids, primitive_ids : (height, width) uint32 array
-        As given by Scene.cast_rays; 0xFFFFFFFF where the ray met nothing.
+    geometry_ids : (height, width) uint32 array
+        As given by Scene.cast_rays; `INVALID_ID` where the ray met nothing.
+    primitive_ids : (height, width) uint64 array
+        As given by Scene.cast_rays; `INVALID_PRIMITIVE_ID` where the ray met nothing.
     variance : (height, width, 3) float32 array, or None
         Of red, green and blue where they are estimates, as of a PathTracer: the square of their standard error.
     world_to_camera, world_to_ndc : (4, 4) float64 array
@@ -212,9 +214,10 @@ class Image:
         ----------
         path : str or path-like
             Ends in ``.exr`` for OpenEXR, with the channels R G B A, Z (depth), P.X P.Y P.Z, N.X N.Y N.Z, albedo.R
-            albedo.G albedo.B, gradient_magnitude, id.geometry and id.primitive, if there are curvature.mean,
-            curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B and variance.R variance.G variance.B, and
-            the camera's matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
+            albedo.G albedo.B, gradient_magnitude, id.geometry, id.primitive and id.primitive_high (a primitive id is
+            ``id.primitive + 2**32 * id.primitive_high``), if there are curvature.mean, curvature.gaussian,
+            ambient_occlusion, direct.R direct.G direct.B and variance.R variance.G variance.B, and the camera's
+            matrices in the header; or in ``.png`` for sRGB colour of 8 bits.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
 

@@ -6,8 +6,31 @@ function(run)
   execute_process(COMMAND ${ARGV} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
+# Where the machine has fused multiply-adds, the consumer is told to use them.
+if(EXISTS /proc/cpuinfo)
+  file(STRINGS /proc/cpuinfo flags REGEX "^flags.* fma " LIMIT_COUNT 1)
+  if(flags)
+    string(APPEND CXX_FLAGS " -mfma")
+  endif()
+endif()
+
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/prefix --component development)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work}/build -G Ninja -D CMAKE_PREFIX_PATH=${work}/prefix
-  -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}")
+  -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O2")
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/consumer)
+
+# No installed header needs any of the libraries that isospline is made with.
+file(GLOB_RECURSE headers RELATIVE ${work}/prefix/include ${work}/prefix/include/*.h)
+list(LENGTH headers count)
+if(count LESS 20)
+  message(FATAL_ERROR "headers: expected the public ones, got ${count}")
+endif()
+list(TRANSFORM headers REPLACE "(.+)" "#include <\\1>\n")
+list(JOIN headers "" includes)
+file(WRITE ${work}/headers.cpp "${includes}")
+execute_process(COMMAND ${CXX_COMPILER} -std=c++20 -Wall -Wextra -Werror -fsyntax-only -H -I ${work}/prefix/include
+  ${work}/headers.cpp RESULT_VARIABLE result ERROR_VARIABLE included)
+if(result OR included MATCHES "/(hwy|tbb|oneapi|embree[34]|OpenEXR|Imath|pybind11)/[^\n]*")
+  message(FATAL_ERROR "headers: expected that they compile with glm alone, got ${CMAKE_MATCH_0}\n${included}")
+endif()

@@ -7,6 +7,7 @@ import gc
 
 import numpy as np
 import pytest
+from hit_outputs import ALL_OUTPUTS
 from spheres import CENTER, moved, sphere
 
 import isospline
@@ -81,7 +82,7 @@ def test_degenerate_triangles_show_nowhere(rng):
     inside = np.minimum(np.minimum(x, y), 1 - x - y) > 1e-5
     clear = (rays[:, 2] > 0.1) & (inside | (x > 1 + 1e-5))  # at its edges, the good triangle may be hit or not
     for coherent in (False, True):
-        hits = scene.cast_rays(rays, coherent=coherent, details=True)
+        hits = scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS)
         hit = np.isfinite(hits["t_hit"])
         np.testing.assert_array_equal(hit[clear], inside[clear])
         assert (hits["primitive_ids"][hit] == GOOD).all() and clear.sum() > 200 and inside.sum() > 100

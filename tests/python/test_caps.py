@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
+from hit_outputs import ALL_OUTPUTS
 
 import isospline
 from analytic_volumes import Gyroid
@@ -67,11 +68,11 @@ def test_a_cut_ball_is_the_closed_form(rng):
     clear = ~(np.nan_to_num(leave - enter, nan=1) * np.linalg.norm(rays[:, 3:], axis=-1) < 0.05)
     clear &= np.abs(np.nan_to_num((rays[:, 3:] @ NORMAL) / np.linalg.norm(rays[:, 3:], axis=-1))) > 1e-3
 
-    hits = scene.cast_rays(rays, details=True)
+    hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
     there = np.isfinite(hits["t_hit"])
     grazing = there != np.isfinite(enter)
     assert grazing.sum() < 20 and not (grazing & clear & there).any()
-    cap = hits["primitive_ids"] == surface.shell.count
+    cap = hits["primitive_ids"] == surface.volume.cell_count
     on_cap = there & cap & clear
     assert on_cap.sum() > 5000 and (there & ~cap).sum() > 5000
     np.testing.assert_array_equal(cap[clear & there], enters_plane[clear & there])
@@ -88,7 +89,8 @@ def test_a_cut_ball_is_the_closed_form(rng):
     assert (count[clear & there] == 2).all()
     last = begin[clear & there] + 1
     np.testing.assert_allclose(crossings["t_hit"][last], leave[clear & there], rtol=1e-5)
-    np.testing.assert_array_equal(crossings["primitive_ids"][last] == surface.shell.count, leaves_plane[clear & there])
+    on_cap = crossings["primitive_ids"][last] == surface.volume.cell_count
+    np.testing.assert_array_equal(on_cap, leaves_plane[clear & there])
 
 
 def test_the_area_of_a_cap():
@@ -103,7 +105,7 @@ def test_the_area_of_a_cap():
     rays = np.concatenate([origins, np.broadcast_to(NORMAL, origins.shape)], axis=-1)
     surface = ball()
     hits = isospline.Scene([surface]).cast_rays(rays, coherent=True)
-    area = (hits["primitive_ids"] == surface.shell.count).sum() * step**2
+    area = (hits["primitive_ids"] == surface.volume.cell_count).sum() * step**2
     assert area == pytest.approx(np.pi * (RADIUS**2 - HEIGHT**2), rel=1e-4)
 
 
@@ -135,7 +137,7 @@ def test_nothing_leaks_through_the_rim(rng, method):
     rays = np.concatenate([inside, rim - inside], axis=-1)
     single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
     assert np.abs(single["t_hit"] - 1).max() < 1e-6
-    cap = single["primitive_ids"] == surface.shell.count
+    cap = single["primitive_ids"] == surface.volume.cell_count
     assert cap.sum() > count / 10 and (~cap).sum() > count / 10
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
@@ -183,7 +185,7 @@ def test_what_contains_is_what_crossings_count(closed, rng):
 def test_all_queries_agree(closed, rng):
     _, rays = around(closed, rng, 40_000)
     scene = isospline.Scene([closed])
-    single, packets = scene.cast_rays(rays, details=True), scene.cast_rays(rays, coherent=True, details=True)
+    single, packets = (scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS) for coherent in (False, True))
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
     hit = np.isfinite(single["t_hit"])
@@ -194,8 +196,8 @@ def test_all_queries_agree(closed, rng):
     np.testing.assert_array_equal(end > begin, hit)
     first = begin[hit]
     np.testing.assert_allclose(crossings["t_hit"][first], single["t_hit"][hit], rtol=1e-9, atol=1e-9)
-    cap = crossings["primitive_ids"] >= closed.shell.count
-    np.testing.assert_array_equal(cap[first], single["primitive_ids"][hit] >= closed.shell.count)
+    cap = crossings["primitive_ids"] >= closed.volume.cell_count
+    np.testing.assert_array_equal(cap[first], single["primitive_ids"][hit] >= closed.volume.cell_count)
     assert cap.sum() > 1000
     direction = rays[crossings["ray_ids"], 3:]
     np.testing.assert_array_equal(
@@ -216,11 +218,11 @@ def test_packets_are_single_rays_at_rims(closed, rng):
     scene = isospline.Scene([closed])
     lower, upper = closed.volume.bounds
     crossings = scene.list_intersections(around(closed, rng, 4000)[1])
-    on_cap = crossings["positions"][crossings["primitive_ids"] >= closed.shell.count][:4000]
+    on_cap = crossings["positions"][crossings["primitive_ids"] >= closed.volume.cell_count][:4000]
     rays = rays_at(rng, on_cap, 50.0).repeat(16, axis=0)
     rays[:, 3:] += rng.normal(scale=0.3, size=(len(rays), 3))
     single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
-    caps = single["primitive_ids"][np.isfinite(single["t_hit"])] >= closed.shell.count
+    caps = single["primitive_ids"][np.isfinite(single["t_hit"])] >= closed.volume.cell_count
     assert 0.02 < caps.mean()
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
@@ -244,7 +246,7 @@ def test_a_box_in_the_solid_is_a_box(rng):
     np.testing.assert_allclose(hits["t_hit"][hit], enter[hit], rtol=1e-12)
     axis = t.min(1).argmax(-1)[hit]
     face = 2 * axis + (np.take_along_axis(rays[hit, 3:], axis[:, None], 1)[:, 0] < 0)
-    np.testing.assert_array_equal(hits["primitive_ids"][hit], face)
+    np.testing.assert_array_equal(hits["primitive_ids"][hit], surface.volume.cell_count + face)
     normals = np.zeros((hit.sum(), 3))
     normals[np.arange(hit.sum()), axis] = np.where(face % 2 == 0, -1, 1)
     np.testing.assert_array_equal(hits["primitive_normals"][hit], normals)
@@ -261,7 +263,7 @@ def test_rays_that_leave_a_cap(rng):
     rays = rays_at(rng, disc, 30.0)
     rays = rays[(rays[:, 3:] @ NORMAL) > 0.1]
     hits = scene.cast_rays(rays)
-    on_cap = hits["primitive_ids"] == surface.shell.count
+    on_cap = hits["primitive_ids"] == surface.volume.cell_count
     rays, hits = rays[on_cap], {name: values[on_cap] for name, values in hits.items()}
     assert len(rays) > 20_000
 
@@ -272,7 +274,8 @@ def test_rays_that_leave_a_cap(rng):
     assert np.isinf(found["t_hit"][outwards]).all()
     np.testing.assert_array_equal(scene.test_occlusions(leaving), ~outwards)
     inwards = ~outwards
-    assert np.isfinite(found["t_hit"][inwards]).all() and not (found["primitive_ids"] == surface.shell.count).any()
+    assert np.isfinite(found["t_hit"][inwards]).all()
+    assert not (found["primitive_ids"] == surface.volume.cell_count).any()
     moved = np.linalg.norm(leaving[:, :3] - (rays[:, :3] + hits["t_hit"][:, None] * rays[:, 3:]), axis=-1)
     assert 0 < moved.max() < 1e-9
     expected = chords(leaving)[1]
@@ -290,7 +293,7 @@ def test_rays_that_leave_the_surface_next_to_a_cap(rng):
     beside = rim + 10 ** -rng.uniform(1, 16, (len(rim), 1)) * NORMAL
     rays = np.concatenate([beside + outwards, -outwards], axis=-1)
     hits = scene.cast_rays(rays)
-    there = hits["primitive_ids"] < surface.shell.count
+    there = hits["primitive_ids"] < surface.volume.cell_count
     rays, hits = rays[there], {name: values[there] for name, values in hits.items()}
     assert len(rays) > 50_000
     directions = -hits["primitive_normals"] + rng.uniform(-0.4, 0.4, rays[:, 3:].shape)
@@ -312,11 +315,11 @@ def test_cuts_follow_the_transform(rng):
     rays = rays_at(rng, rng.uniform(-8, 8, (20_000, 3)), 40.0)
     linear = transform[:3, :3].T
     moved = np.concatenate([rays[:, :3] @ linear + transform[:3, 3], rays[:, 3:] @ linear], axis=-1)
-    expected, hits = plain.cast_rays(rays, details=True), placed.cast_rays(moved, details=True)
+    expected, hits = plain.cast_rays(rays, outputs=ALL_OUTPUTS), placed.cast_rays(moved, outputs=ALL_OUTPUTS)
     same = expected["primitive_ids"] == hits["primitive_ids"]
     assert (~same).sum() < 10  # rays that graze
     hit = same & np.isfinite(expected["t_hit"])
-    cap = hit & (hits["primitive_ids"] >= surface.shell.count)
+    cap = hit & (hits["primitive_ids"] >= surface.volume.cell_count)
     assert cap.sum() > 4000
     np.testing.assert_allclose(hits["t_hit"][hit], expected["t_hit"][hit], rtol=1e-9)
     normals = expected["primitive_normals"][cap] @ np.linalg.inv(transform[:3, :3])
@@ -356,7 +359,7 @@ def test_caps_follow_the_level():
     for radius in (5.0, 7.0, 3.0):
         surface.level = radius**2
         hits = scene.cast_rays(rays)
-        reach = (hits["primitive_ids"] == surface.shell.count).sum() * 8 / 399
+        reach = (hits["primitive_ids"] == surface.volume.cell_count).sum() * 8 / 399
         assert reach == pytest.approx(np.sqrt(radius**2 - HEIGHT**2), abs=0.03)
         memory.append(scene.memory)
     assert memory[2] < memory[0] < memory[1]
@@ -372,7 +375,7 @@ def test_the_cap_that_was_added_last_is_seen(rng):
         for coherent in (False, True):
             hits = scene.cast_rays(towards, coherent=coherent)
             assert (hits["geometry_ids"] == expected).all()
-            assert (hits["primitive_ids"] == objects[expected].shell.count).all()
+            assert (hits["primitive_ids"] == objects[expected].volume.cell_count).all()
         crossings = scene.list_intersections(towards)
         assert (crossings["geometry_ids"][crossings["ray_splits"][:-1]] == expected).all()
 
@@ -392,7 +395,7 @@ def test_the_colour_of_caps(model):
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     values = isospline.ColorByVolume(surface.volume, GRAY, limits=(0, 50))
     image = isospline.render(scene, camera, size=(120, 90), shading=model(cap_color=values), curvature=True)
-    cap, skin = image.primitive_ids == surface.shell.count, image.primitive_ids < surface.shell.count
+    cap, skin = image.primitive_ids == surface.volume.cell_count, image.primitive_ids < surface.volume.cell_count
     assert cap.sum() > 500 and skin.sum() > 300
     value = surface.volume.sample(image.position[cap].astype(float))
     np.testing.assert_allclose(image.albedo[cap], np.tile(value[:, None] / 50, 3), atol=1e-5)
@@ -450,4 +453,4 @@ def test_every_sign_of_the_box_is_named():
     scene = isospline.Scene([surface])
     directions = [sign * axis for axis, sign in itertools.product(np.eye(3), (1.0, -1.0))]
     hits = scene.cast_rays([np.concatenate([-5 * direction, direction]) for direction in directions])
-    assert (hits["primitive_ids"] - surface.shell.count).tolist() == [0, 1, 2, 3, 4, 5]
+    assert (hits["primitive_ids"] - surface.volume.cell_count).tolist() == [0, 1, 2, 3, 4, 5]

@@ -45,7 +45,7 @@ def check(surface, points, nearest, tolerance=None):
     found = np.isfinite(nearest["distances"])
     x = nearest["points"][found]
     half = 0.5 if volume.degree == 2 else 0.0
-    corners = surface.shell.cells[nearest["primitive_ids"][found]] - half
+    corners = volume.cell_at(nearest["primitive_ids"][found]) - half
     middles = (corners + 0.5) @ volume.affine[:3, :3].T + volume.affine[:3, 3]
     # Within the cell, as gradients of degree 1 jump at its faces.
     gradients = volume.sample(x + 1e-9 * (middles - x), derivative=1)
@@ -220,7 +220,7 @@ def test_max_distance(rng):
     found = check(surface, points, nearest)
     np.testing.assert_array_equal(found, expected)
     assert 0.1 < found.mean() < 0.9 and (radii < 5).any()
-    np.testing.assert_array_equal(nearest["primitive_ids"] == isospline.INVALID_ID, ~found)
+    np.testing.assert_array_equal(nearest["primitive_ids"] == isospline.INVALID_PRIMITIVE_ID, ~found)
     assert np.isnan(nearest["points"][~found]).all() and (nearest["primitive_normals"][~found] == 0).all()
     signed = surface.signed_distance(points, max_distance=1.5)
     np.testing.assert_array_equal(np.isinf(signed), ~found)

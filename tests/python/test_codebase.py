@@ -21,9 +21,12 @@ MAY_INCLUDE = {
     "util": set(),
     "math": {"util"},
     "spline": {"util", "math"},
-    "shell": {"util", "math", "spline"},
-    "trace": {"util", "math", "spline", "shell"},
-    "scene": {"util", "math", "spline", "shell", "trace"},
+    "cell": {"util", "math", "spline"},
+    "shell": {"util", "math", "spline", "cell"},
+    "trace": {"util", "math", "spline", "cell", "shell"},
+    "query": {"util", "math", "spline", "cell", "shell", "trace"},
+    "hopper": {"util", "math", "spline", "cell", "shell", "trace"},
+    "scene": {"util", "math", "spline", "cell", "shell", "trace"},
     "shade": {"util", "math", "spline", "shell", "trace"},
     "render": {"util", "math", "spline", "shell", "trace", "scene", "shade"},
     "io": {"util", "math"},
@@ -88,7 +91,7 @@ def test_core_knows_neither_python_nor_numpy(repository):
 
 
 def test_headers_are_guarded(repository):
-    for folder in ("core", "bindings", "tests"):
+    for folder in ("core", "bindings", "bench", "tests"):
         for path in sources(repository / folder, ".h"):
             assert "#pragma once" in path.read_text() or "HWY_TARGET_TOGGLE" in path.read_text(), path
 
@@ -125,6 +128,9 @@ def test_every_source_is_built(repository):
     listed = (repository / "bindings" / "CMakeLists.txt").read_text()
     for path in sources(repository / "bindings", ".cpp"):
         assert path.name in listed, path
+    listed = (repository / "bench" / "CMakeLists.txt").read_text()
+    for path in sources(repository / "bench" / "cpp", ".cpp"):
+        assert f"cpp/{path.name}" in listed, path
 
 
 def test_no_target_needs_the_build_machine(repository):

@@ -127,7 +127,7 @@ def test_shape_of_results_and_statistics(smooth):
     assert hits["t_hit"].shape == (30, 40)
     assert hits["primitive_normals"].shape == (30, 40, 3)
     missed = np.isinf(hits["t_hit"])
-    assert (hits["primitive_ids"][missed] == isospline.INVALID_ID).all()
+    assert (hits["primitive_ids"][missed] == isospline.INVALID_PRIMITIVE_ID).all()
 
     striding.cast_rays(rays)
     assert plain.statistics["strides"] == 0
@@ -146,7 +146,7 @@ def test_another_level_takes_effect():
         surface.level = level
         hits = hopper.cast_rays([(-20, 0.1, 0.2, 1, 0, 0)])
         assert hits["t_hit"][0] == pytest.approx(20 - np.sqrt(level**2 - 0.05), abs=5e-3)
-        assert surface.shell.cells[hits["primitive_ids"][0]].tolist() == [round(8 - level), 8, 8]
+        assert volume.cell_at(hits["primitive_ids"][0]).tolist() == [round(8 - level), 8, 8]
         assert hits["primitive_normals"][0] == pytest.approx([-1, 0.1 / level, 0.2 / level], abs=0.02)
 
 

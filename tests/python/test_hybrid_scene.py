@@ -7,6 +7,7 @@ tolerance, all but those where the two spheres differ: these are the budget, and
 
 import numpy as np
 import pytest
+from hit_outputs import ALL_OUTPUTS
 from spheres import CENTER, mesh_sphere, moved, sagitta, sphere, sphere_t
 
 import isospline
@@ -146,7 +147,7 @@ def test_a_picture_is_the_closed_form(make):
     scene = scene_of(objects)
     image = isospline.render(scene, camera, size=SIZE, shading=MATTE)
     rays = camera.rays(SIZE).reshape(-1, 6)
-    hits = scene.cast_rays(rays, details=True)
+    hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
 
     # Which object is seen, and how far it is.
     ids, decided = expected_ids(objects, rays)
@@ -239,12 +240,12 @@ def test_single_rays_and_packets_are_the_picture():
     scene = scene_of(objects)
     image = isospline.render(scene, camera, size=SIZE)
     rays = camera.rays(SIZE)
-    single = scene.cast_rays(rays, details=True)
+    single = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
     try:
         for threads in range(1, 9):
             isospline.set_thread_count(threads)
             for coherent in (False, True):
-                hits = scene.cast_rays(rays, details=True, coherent=coherent)
+                hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=coherent)
                 for name in single:
                     np.testing.assert_array_equal(hits[name], single[name], err_msg=name)
     finally:
@@ -263,7 +264,7 @@ def test_a_hit_does_not_depend_on_what_is_found_behind_it():
     camera, objects = ellipsoids()
     scene = scene_of(objects)
     rays = camera.rays((1200, 900))
-    single, packets = (scene.cast_rays(rays, details=True, coherent=coherent) for coherent in (False, True))
+    single, packets = (scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=coherent) for coherent in (False, True))
     of_surfaces = single["geometry_ids"] % 2 == 1  # INVALID_ID is odd, too
     assert of_surfaces.mean() > 0.05
     for name in single:

@@ -16,7 +16,7 @@ import isospline
 OpenEXR = pytest.importorskip("OpenEXR")
 
 SIZE = (60, 45)
-IDS = ("id.geometry", "id.primitive")
+IDS = ("id.geometry", "id.primitive", "id.primitive_high")
 CURVATURES = ("curvature.mean", "curvature.gaussian")
 
 
@@ -45,7 +45,7 @@ def test_arrays_share_the_images_memory(image):
         ("gradient_magnitude", (height, width), np.float32),
         ("curvature", (height, width, 2), np.float32),
         ("geometry_ids", (height, width), np.uint32),
-        ("primitive_ids", (height, width), np.uint32),
+        ("primitive_ids", (height, width), np.uint64),
     ):
         array = getattr(image, name)
         assert array.shape == shape and array.dtype == dtype and array.flags.c_contiguous
@@ -101,7 +101,8 @@ def test_exr_holds_everything(image, camera, tmp_path):
     for name in IDS:
         assert channels[name].dtype == np.uint32
     np.testing.assert_array_equal(channels["id.geometry"], image.geometry_ids)
-    np.testing.assert_array_equal(channels["id.primitive"], image.primitive_ids)
+    low, high = (channels[name].astype(np.uint64) for name in IDS[1:])
+    np.testing.assert_array_equal(low + (high << np.uint64(32)), image.primitive_ids)
 
     # The header's matrices map row vectors.
     assert header["compression"] == OpenEXR.ZIP_COMPRESSION

@@ -145,9 +145,9 @@ def test_isosurfaces_are_crossed_where_the_sphere_is(rng):
     locations, index_ray, index_tri = rays.intersects_location(origins, directions)
     np.testing.assert_array_equal(index_ray, np.repeat(np.flatnonzero(hit), 2))
     np.testing.assert_allclose(locations, expected.reshape(-1, 3), atol=2e-3)
-    # Cells of the shell: unit cubes about the samples that they are centred on.
+    # Cells: unit cubes about the samples that they are centred on.
     index = (locations - surface.volume.origin) / surface.volume.spacing
-    assert np.abs(index - surface.shell.cells[index_tri]).max() < 0.5 + 1e-6
+    assert np.abs(index - surface.volume.cell_at(index_tri)).max() < 0.5 + 1e-6
     np.testing.assert_array_equal(rays.intersects_any(origins, directions), hit)
     np.testing.assert_array_equal(rays.intersects_first(origins, directions) >= 0, hit)
 

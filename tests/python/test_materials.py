@@ -163,7 +163,8 @@ def test_capped_cuts_have_a_color_of_their_own(cap_color):
     shading = isospline.Phong(color=isospline.ColorByNormal(), cap_color=cap_color)
     plain = isospline.render(scene, camera, size=SIZE, shading=shading)
     np.testing.assert_array_equal(image.albedo, plain.albedo)
-    cap = (image.primitive_ids == surface.shell.count) & (np.hypot(*np.moveaxis(image.position, -1, 0)[[0, 2]]) < 5.5)
+    axis_distance = np.hypot(*np.moveaxis(image.position, -1, 0)[[0, 2]])
+    cap = (image.primitive_ids == surface.volume.cell_count) & (axis_distance < 5.5)
     assert cap.sum() > 300
     np.testing.assert_allclose(image.color[cap][:, :3], image.albedo[cap], atol=0.02)
     if cap_color is None:

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from hit_outputs import ALL_OUTPUTS
 
 import isospline
 
@@ -118,8 +119,8 @@ def test_packets_and_single_rays_agree_at_silhouettes(angle, mirror):
              np.stack([x, 0 * x - 3, y, 0 * x, 0 * x + 1, x], axis=1)]  # fmt: skip
     for rays in local:
         for given in (rays, np.hstack([rays[:, :3] @ transform[:3, :3].T, rays[:, 3:] @ transform[:3, :3].T])):
-            single = scene.cast_rays(given, details=True)
-            packets = scene.cast_rays(given.reshape(97, 97, 6), details=True, coherent=True)
+            single = scene.cast_rays(given, outputs=ALL_OUTPUTS)
+            packets = scene.cast_rays(given.reshape(97, 97, 6), outputs=ALL_OUTPUTS, coherent=True)
             assert 0.1 < np.isfinite(single["t_hit"]).mean() < 0.9
             for name, values in single.items():
                 np.testing.assert_array_equal(packets[name].reshape(values.shape), values, err_msg=name)

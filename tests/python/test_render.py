@@ -81,8 +81,10 @@ def test_a_sphere_is_the_closed_form(scene, camera):
     np.testing.assert_array_equal(image.color[..., 3], found.astype(np.float32))
     assert not image.color[~found].any()
     assert np.isinf(image.depth[~found]).all()
-    assert (image.geometry_ids[~found] == 0xFFFFFFFF).all() and (image.primitive_ids[~found] == 0xFFFFFFFF).all()
-    assert (image.primitive_ids[found] < sphere_surface().shell.count).all()
+    assert (image.geometry_ids[~found] == 0xFFFFFFFF).all() and (image.primitive_ids[~found] == 2**64 - 1).all()
+    surface = sphere_surface()
+    cells = surface.volume.cell_at(image.primitive_ids[found])
+    assert surface.shell.mask[tuple(cells.T[::-1])].all()
 
 
 def test_phong_is_the_papers(scene, camera):

@@ -199,7 +199,7 @@ def test_no_earlier_crossing_and_no_residual(model, degree, boundary):
     expected = -gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
     if degree > 1:  # the gradient of a model of degree 1 jumps at the faces of cells
         np.testing.assert_allclose(hits["primitive_normals"][hit], expected, atol=1e-5)
-    cells = isospline.Isosurface(volume, level).shell.cells[hits["primitive_ids"][hit]]
+    cells = volume.cell_at(hits["primitive_ids"][hit])
     local = at_hit + (0.5 if degree % 2 == 0 else 0.0) - cells
     assert local.min() > -1e-6 and local.max() < 1 + 1e-6
 
@@ -342,7 +342,7 @@ def test_shapes_types_and_empty_scenes():
     hits = empty.cast_rays(np.zeros((2, 3, 6)) + (0, 0, 0, 0, 0, 1))
     assert {name: (array.shape, array.dtype) for name, array in hits.items()} == {
         "t_hit": ((2, 3), np.float64), "geometry_ids": ((2, 3), np.uint32),
-        "primitive_ids": ((2, 3), np.uint32), "primitive_normals": ((2, 3, 3), np.float64)}
+        "primitive_ids": ((2, 3), np.uint64), "primitive_normals": ((2, 3, 3), np.float64)}
     assert np.isinf(hits["t_hit"]).all()
     scene = isospline.Scene([isospline.Isosurface(quadratic_sphere(), 64.0)])
     assert scene.cast_rays(np.zeros((0, 6)))["t_hit"].shape == (0,)

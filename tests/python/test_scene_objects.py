@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from hit_outputs import ALL_OUTPUTS
 from spheres import CENTER, mesh_sphere, moved, sphere, sphere_t
 
 import isospline
@@ -113,7 +114,7 @@ def test_boxes_cover_the_instance_that_needs_the_widest(rng):
         center = offset + scale * CENTER
         rays = rays_at(rng, center, 7.9 * scale / np.sqrt(3), 5000, 12 * scale)  # all of them hit
         for coherent in (False, True):
-            hits = scene.cast_rays(rays, coherent=coherent, details=True)
+            hits = scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS)
             assert (hits["geometry_ids"] == geometry_id).all()
             radius = np.linalg.norm(hits["positions"] - center, axis=1)
             np.testing.assert_allclose(radius, 8 * scale, rtol=1e-6, atol=1e-15 * np.abs(offset).max())
@@ -129,7 +130,8 @@ def test_a_hundred_instances_take_the_memory_of_one(rng):
         one = scene.memory
         for i in range(1, 100):
             scene.add(shape, moved(30 * i, 0, 0))
-        assert scene.memory < one + 99 * 2000
+        # Some 660 bytes of transforms and ids an instance, and its share of Embree's hierarchy over all of them.
+        assert scene.memory < one + 99 * 1000
         copies = isospline.Scene([shape, type(shape)(*shape_arguments(shape))])
         assert copies.memory > 1.8 * one
 
@@ -230,13 +232,13 @@ def test_details_of_hits(rng):
     surface, mesh = sphere(), isospline.Mesh([(0, 0, 30), (24, 0, 30), (0, 24, 31)], [(0, 1, 2)])
     scene = isospline.Scene([surface, mesh])
     rays = rays_at(rng, CENTER, 14.0, 4000).reshape(40, 100, 6)
-    plain, hits = scene.cast_rays(rays), scene.cast_rays(rays, details=True)
+    plain, hits = scene.cast_rays(rays), scene.cast_rays(rays, outputs=ALL_OUTPUTS)
     for name in plain:
         np.testing.assert_array_equal(hits[name], plain[name])
     assert {name: (hits[name].shape, hits[name].dtype) for name in hits.keys() - plain.keys()} == {
         "positions": ((40, 100, 3), np.float64), "primitive_uvs": ((40, 100, 2), np.float32),
         "gradient_magnitudes": ((40, 100), np.float64)}
-    assert_same_hits(scene.cast_rays(rays, details=True, coherent=True), hits)
+    assert_same_hits(scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=True), hits)
 
     on_surface, on_mesh = hits["geometry_ids"] == 0, hits["geometry_ids"] == 1
     assert on_surface.sum() > 500 and on_mesh.sum() > 100
@@ -312,7 +314,7 @@ def test_degenerate_triangles_are_never_hit():
     for coherent in (False, True):
         hits = scene.cast_rays([(0.2, 0.2, 1, 0, 0, -1), (0.5, 0.0, 1, 0, 0, -1), (1.5, 0, 1, 0, 0, -1)],
                                coherent=coherent)
-        assert hits["primitive_ids"][0] == 3 and hits["primitive_ids"][1] in (3, isospline.INVALID_ID)
+        assert hits["primitive_ids"][0] == 3 and hits["primitive_ids"][1] in (3, isospline.INVALID_PRIMITIVE_ID)
         assert np.isinf(hits["t_hit"][2])
     assert np.isfinite(hits["primitive_normals"]).all()
     only_points = isospline.Scene([isospline.Mesh(vertices, [(0, 0, 0)])])

@@ -110,6 +110,82 @@ def test_threads_read_the_cells_of_one_level():
     assert found == expected
 
 
+def test_threads_ask_for_all_that_a_changing_scene_tells():
+    """Eight threads, of which three change levels and places: each answer is that of a state that there was."""
+    surface, other, mesh = sphere(), sphere(), mesh_sphere(6.0, 32)
+    scene = isospline.Scene([surface])
+    scene.add(other, transform=moved(40.0, 0.0, 0.0))
+    scene.add(mesh)
+    levels, places = [16.0, 64.0], [moved(0.0, 0.0, -60.0), moved(0.0, 0.0, 90.0)]
+    rays = np.array([(11.4, 11.3, 60.0, 0.0, 0.0, -1.0), (51.4, 11.3, 60.0, 0.0, 0.0, -1.0)])
+    camera = isospline.PerspectiveCamera((60, -40, 30), (11.5, 11.5, 15))
+    boxes, spots = set(), set()
+    for level, other_level, place in itertools.product(levels, levels, places):
+        surface.level, other.level = level, other_level
+        scene.set_transform(2, place)
+        boxes.add(scene.bounds.tobytes())
+        spots.add(scene.cast_rays(rays)["t_hit"].tobytes())
+    hits = scene.cast_rays(rays)
+    positions = rays[:, :3] + hits["t_hit"][:, None] * rays[:, 3:]
+    assert len(boxes) >= 4 and len(spots) >= 4
+    stop, asked = threading.Event(), [0] * 5
+
+    def change_level(changed):
+        for i in itertools.count():
+            if stop.is_set():
+                break
+            changed.level = levels[i % 2]
+
+    def change_place():
+        end = time.monotonic() + 60
+        for i in itertools.count():
+            scene.set_transform(2, places[i % 2])
+            extra = scene.add(mesh, transform=places[i % 2], camera=False)
+            scene.remove(extra)
+            if (min(asked) > 20 and i > 100) or time.monotonic() > end:
+                break
+        stop.set()
+
+    def until_stopped(thread, ask):
+        def loop():
+            try:
+                while not stop.is_set():
+                    ask()
+                    asked[thread] += 1
+            finally:
+                stop.set()
+
+        return loop
+
+    def bounds():
+        box = scene.bounds
+        assert box.tobytes() in boxes, box
+
+    built = [0]
+
+    def counts():
+        count = scene.build_count
+        assert count >= built[0] and scene.memory > 10_000 and len(scene) in (3, 4)
+        built[0] = count
+
+    def leave():
+        """Of hits of another level as well: their cells are there at every level."""
+        leaving = scene.secondary_rays(rays, hits, hits["primitive_normals"])
+        np.testing.assert_allclose(leaving[:, :3], positions, atol=0.3)
+
+    def cast():
+        assert scene.cast_rays(rays)["t_hit"].tobytes() in spots
+        assert scene.count_intersections(rays).tolist() == [2, 2]
+
+    def draw():
+        image = isospline.render(scene, camera, size=(16, 12))
+        assert set(np.unique(image.geometry_ids)) <= {0, 1, 2, isospline.INVALID_ID}
+
+    run(lambda: change_level(surface), lambda: change_level(other), change_place,
+        *(until_stopped(i, ask) for i, ask in enumerate((bounds, counts, leave, cast, draw))))
+    assert min(asked) > 20
+
+
 FORK = """
 import itertools
 import os

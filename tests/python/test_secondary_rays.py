@@ -236,6 +236,7 @@ def test_bad_secondary_rays():
         (rays, scene.cast_rays(rays + 9), [(0, 0, 1)], "hits"),
         (rays, {**hits, "geometry_ids": np.array([7])}, [(0, 0, 1)], "hit"),
         (rays, {**hits, "primitive_ids": np.array([700])}, [(0, 0, 1)], "hit"),
+        (rays, {**hits, "primitive_ids": hits["primitive_ids"] + np.uint64(2**32)}, [(0, 0, 1)], "hit"),
     ):
         with pytest.raises(ValueError, match=f"^{name}: expected .* got "):
             scene.secondary_rays(bad_rays, bad_hits, directions)

@@ -13,6 +13,7 @@
 #include <half.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <system_error>
 #include <vector>
@@ -117,7 +118,10 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     for (std::size_t part = 0; part < 3 && !image.variance.empty(); ++part)
         channels.add(variance_names[part], Imf::FLOAT, image.variance, part * sizeof(float));
     channels.add("id.geometry", Imf::UINT, image.geometry_ids);
-    channels.add("id.primitive", Imf::UINT, image.primitive_ids);
+    // OpenEXR has integers of 32 bits only.
+    constexpr std::size_t low = std::endian::native == std::endian::little ? 0 : 4;
+    channels.add("id.primitive", Imf::UINT, image.primitive_ids, low);
+    channels.add("id.primitive_high", Imf::UINT, image.primitive_ids, 4 - low);
 
     // The file. OutputFile swallows errors in its destructor, which the stream keeps for commit().
     AtomicFile file(path);

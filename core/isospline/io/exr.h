@@ -13,10 +13,13 @@ struct ExrOptions {
 };
 
 /// Writes an image with the channels R G B A, Z (along the viewing direction, world units), P.X P.Y P.Z, N.X N.Y N.Z,
-/// albedo.R albedo.G albedo.B, gradient_magnitude, id.geometry and id.primitive (unsigned integers), and, where the
-/// image has them, curvature.mean and curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, and variance.R
-/// variance.G variance.B; compressed by ZIP, and with worldToCamera and, but for panoramas, worldToNDC in the header as
-/// OpenEXR defines them.
+/// albedo.R albedo.G albedo.B, gradient_magnitude, id.geometry, id.primitive and id.primitive_high (unsigned integers),
+/// and, where the image has them, curvature.mean and curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B,
+/// and variance.R variance.G variance.B; compressed by ZIP, and with worldToCamera and, but for panoramas, worldToNDC
+/// in the header as OpenEXR defines them.
+///
+/// OpenEXR's integers have 32 bits: a primitive id is id.primitive + 2^32 id.primitive_high, 0xffffffff in both on a
+/// miss.
 ///
 /// The file appears whole or not at all: it is written under another name in the same folder and then renamed.
 /// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written, and Cancelled where

@@ -6,8 +6,8 @@
 
 namespace isospline {
 
-template <int Degree>
-using Bernstein = std::array<double, Degree + 1>;
+template <int Degree, typename Number = double>
+using Bernstein = std::array<Number, Degree + 1>;
 
 /// C(N, k) for k from 0 to N.
 template <int N>
@@ -40,19 +40,6 @@ inline int sign_changes(const Bernstein<Degree>& b)
     for (int i = 0; i < Degree; ++i)
         changes += (b[i] < 0.0) != (b[i + 1] < 0.0);
     return changes;
-}
-
-/// Coefficients of 1, s, s^2, ... of the same polynomial.
-template <int Degree>
-inline std::array<double, Degree + 1> to_monomial(Bernstein<Degree> b)
-{
-    // The k-th forward difference of the b_i, times C(D, k).
-    for (int k = 1; k <= Degree; ++k)
-        for (int i = Degree; i >= k; --i)
-            b[i] -= b[i - 1];
-    for (int k = 0; k <= Degree; ++k)
-        b[k] *= binomials<Degree>[k];
-    return b;
 }
 
 } // namespace isospline

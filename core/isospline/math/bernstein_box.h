@@ -51,18 +51,4 @@ inline BernsteinBox<Degree> half_of(BernsteinBox<Degree> b, int axis, bool upper
     return b;
 }
 
-/// From the coefficients of uniform B-splines on a cell to those of the Bernstein polynomials, along one axis.
-template <int Degree>
-constexpr Bernstein<Degree> from_bspline(const Bernstein<Degree>& c)
-{
-    static_assert(Degree >= 1 && Degree <= 3);
-    if constexpr (Degree == 1)
-        return c;
-    else if constexpr (Degree == 2)
-        return {0.5 * (c[0] + c[1]), c[1], 0.5 * (c[1] + c[2])};
-    else
-        return {(c[0] + 4.0 * c[1] + c[2]) / 6.0, (2.0 * c[1] + c[2]) / 3.0, (c[1] + 2.0 * c[2]) / 3.0,
-                (c[1] + 4.0 * c[2] + c[3]) / 6.0};
-}
-
 } // namespace isospline

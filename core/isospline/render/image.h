@@ -28,18 +28,13 @@ struct Image {
     Image() = default;
     /// An image of rays that all missed.
     explicit Image(glm::ivec2 image_size, const Layers& layers = {})
-        : size(image_size),
-          color(pixel_count(), glm::vec4(0.0f)),
-          depth(pixel_count(), std::numeric_limits<float>::infinity()),
-          position(pixel_count(), glm::vec3(0.0f)),
-          normal(pixel_count(), glm::vec3(0.0f)),
-          albedo(pixel_count(), glm::vec3(0.0f)),
-          gradient_magnitude(pixel_count(), 0.0f),
-          curvature(layers.curvature ? pixel_count() : 0, glm::vec2(0.0f)),
+        : size(image_size), color(pixel_count(), glm::vec4(0.0f)),
+          depth(pixel_count(), std::numeric_limits<float>::infinity()), position(pixel_count(), glm::vec3(0.0f)),
+          normal(pixel_count(), glm::vec3(0.0f)), albedo(pixel_count(), glm::vec3(0.0f)),
+          gradient_magnitude(pixel_count(), 0.0f), curvature(layers.curvature ? pixel_count() : 0, glm::vec2(0.0f)),
           ambient_occlusion(layers.ambient_occlusion > 0 ? pixel_count() : 0, 0.0f),
-          direct(layers.direct ? pixel_count() : 0, glm::vec3(0.0f)),
-          geometry_ids(pixel_count(), invalid_id),
-          primitive_ids(pixel_count(), invalid_id)
+          direct(layers.direct ? pixel_count() : 0, glm::vec3(0.0f)), geometry_ids(pixel_count(), invalid_id),
+          primitive_ids(pixel_count(), invalid_primitive_id)
     {
     }
 
@@ -56,7 +51,7 @@ struct Image {
     std::vector<float> ambient_occlusion;     ///< openness, as of AmbientOcclusion, or empty; zero on a miss
     std::vector<glm::vec3> direct;            ///< the part of the colour that is light after one hit at most, or empty
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
-    std::vector<std::uint32_t> primitive_ids; ///< invalid_id on a miss
+    std::vector<std::uint64_t> primitive_ids; ///< invalid_primitive_id on a miss
     std::vector<glm::vec3> variance;          ///< of the colour, where it is an estimate; empty unless path traced
 
     glm::dmat4 world_to_camera{1.0};        ///< as Projection::world_to_camera()

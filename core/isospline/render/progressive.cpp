@@ -13,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -114,6 +115,8 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
 {
     if (samples < 1)
         throw_invalid("samples", "a number of at least 1", samples);
+    if (const int left = std::numeric_limits<int>::max() - this->samples(); samples > left)
+        throw_invalid("samples", "at most " + std::to_string(left) + " more", samples);
     const int wanted = this->samples() + samples;
     if (!has_centers_)
         begin(part_of(progress, 0.0, 0.05));

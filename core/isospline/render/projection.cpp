@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace isospline {
 
@@ -29,8 +30,10 @@ bool parallel(const glm::dvec3& a, const glm::dvec3& b)
 
 Projection::Projection(const Camera& camera, glm::ivec2 size) : size_(size)
 {
-    if (size.x <= 0 || size.y <= 0)
-        throw_invalid("size", "a width and a height of at least 1", to_text(size.x) + " x " + to_text(size.y));
+    constexpr int largest = 1 << 28; // so that sums of it and the side of a tile stay well within an int
+    if (size.x < 1 || size.y < 1 || size.x > largest || size.y > largest)
+        throw_invalid("size", "a width and a height of 1 to " + std::to_string(largest),
+                      std::to_string(size.x) + " x " + std::to_string(size.y));
     std::visit([this](const auto& given) { set_up(given); }, camera);
 }
 

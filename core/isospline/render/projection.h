@@ -20,10 +20,10 @@ namespace isospline {
 /// viewer, in world units. *NDC* is theirs too: (0, 0) is the top left corner of the image and (1, 1) the bottom right.
 class Projection {
 public:
-    /// Throws std::invalid_argument for a size that is not positive, a number that is not finite, an eye on its target,
-    /// an up vector along the viewing direction, a field of view outside of (0, 180), a height that is not positive,
-    /// a negative aperture, a focus distance that is not positive, and edges that span no plane or a plane through the
-    /// eye.
+    /// Throws std::invalid_argument for a size that is not positive or above 2^28, a number that is not finite, an eye
+    /// on its target, an up vector along the viewing direction, a field of view outside of (0, 180), a height that is
+    /// not positive, a negative aperture, a focus distance that is not positive, and edges that span no plane or a
+    /// plane through the eye.
     Projection(const Camera& camera, glm::ivec2 size);
 
     /// The ray through a raster position. In a perspective its direction is P - E, with the plane at the distance 1

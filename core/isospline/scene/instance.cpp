@@ -46,9 +46,9 @@ double traversal_rounding_error(double radius, const glm::dmat4& centred_to_loca
 
 } // namespace
 
-Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform)
+Box placed_bounds(const Object& object, const glm::dmat4& transform)
 {
-    return transform_box(transform * local.to_object, local.bounds);
+    return transform_box(transform * object.local().to_object, object.bounds());
 }
 
 Box placed_domain(const LocalSpace& local, const glm::dmat4& transform)

@@ -14,7 +14,7 @@
 namespace isospline {
 
 /// The box, in the scene's world space, of an object that is placed there.
-Box placed_bounds(const LocalSpace& local, const glm::dmat4& transform);
+Box placed_bounds(const Object& object, const glm::dmat4& transform);
 /// One that holds that of every level.
 Box placed_domain(const LocalSpace& local, const glm::dmat4& transform);
 

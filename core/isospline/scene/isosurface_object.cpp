@@ -28,31 +28,12 @@ constexpr auto lane_bits = [] {
     return bits;
 }();
 
-/// The box of the cells of the shell and of the caps, in lattice space.
-Box bounds_of(const IsosurfaceSnapshot& surface)
-{
-    Box bounds = surface.shell().bounds();
-    for (const Box& box : cap_boxes(surface))
-        bounds.extend(box);
-    return bounds;
-}
-
-/// Of the cells that a ray meets, the one that it meets first.
-int nearest_cell(const GroupEntries& entries)
-{
-    int nearest = std::countr_zero(entries.cells);
-    for (unsigned rest = entries.cells & (entries.cells - 1u); rest != 0; rest &= rest - 1u)
-        if (const int cell = std::countr_zero(rest); entries.t_near[cell] < entries.t_near[nearest])
-            nearest = cell;
-    return nearest;
-}
-
 } // namespace
 
 IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface)
-    : Object({surface->volume().lattice_to_world(), bounds_of(*surface), domain_lattice(surface->volume())}),
+    : Object({surface->volume().lattice_to_world(), domain_lattice(surface->volume())}),
       surface_(std::move(surface)),
-      intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), culler_(group_culler())
+      intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), tracer_(brick_tracer())
 {
 }
 
@@ -66,14 +47,22 @@ bool IsosurfaceObject::fits(double rounding_error_local) const
 embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, double rounding_error_local)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
-    groups_ = cell_groups(*surface_);
+    boxes_ = shell_boxes(surface_->bricks(), 0);
     cap_boxes_ = cap_boxes(*surface_);
-    return UserGeometry<IsosurfaceObject>::make(device, *this, groups_.size() + cap_boxes_.size());
+    return UserGeometry<IsosurfaceObject>::make(device, *this, boxes_.size() + cap_boxes_.size());
 }
 
 std::size_t IsosurfaceObject::own_memory() const
 {
-    return groups_.capacity() * sizeof(CellGroup) + cap_boxes_.capacity() * sizeof(Box);
+    return boxes_.capacity() * sizeof(ShellBox) + cap_boxes_.capacity() * sizeof(Box) + surface_->memory();
+}
+
+Box IsosurfaceObject::bounds() const
+{
+    Box bounds = surface_->bounds_lattice();
+    for (const Box& box : isospline::cap_boxes(*surface_))
+        bounds.extend(box);
+    return bounds;
 }
 
 void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
@@ -82,8 +71,8 @@ void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3
     hit.position = ray_world.at(hit.t);
     set_surface_normal(hit, gradient_local, surface_->options().inside, placement.world_to_local);
     if (surface_->is_cap(hit.primitive_id)) {
-        const HalfSpace& cut = surface_->clip_lattice()[hit.primitive_id - surface_->shell().count()];
-        hit.normal = -glm::normalize(transform_gradient(placement.world_to_local, cut.normal));
+        const glm::dvec3& into_solid = surface_->cut_of(hit.primitive_id).normal;
+        hit.normal = -glm::normalize(transform_gradient(placement.world_to_local, into_solid));
     }
 }
 
@@ -113,9 +102,8 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
 
 Box IsosurfaceObject::box(unsigned int primitive) const
 {
-    const std::size_t group_count = groups_.size();
-    const Box box =
-        primitive < group_count ? isospline::bounds(groups_[primitive]) : cap_boxes_[primitive - group_count];
+    const Box box = primitive < boxes_.size() ? bounds_of(surface_->bricks(), boxes_[primitive])
+                                              : cap_boxes_[primitive - boxes_.size()];
     return {box.lower - box_margin_, box.upper + box_margin_};
 }
 
@@ -128,8 +116,7 @@ std::optional<IsosurfaceObject::CapHit> IsosurfaceObject::first_cap(const Capped
     const int face = enters_cap ? chord.entry : chord.exit;
     if (!(t <= t_limit) || !(enters_cap || chord.leaves_cap(*surface_)))
         return std::nullopt;
-    const auto primitive = static_cast<std::uint32_t>(surface_->shell().count()) + static_cast<std::uint32_t>(face);
-    return CapHit{{t, gradient_lattice(*surface_, chord.at(t))}, primitive};
+    return CapHit{{t, gradient_lattice(*surface_, chord.at(t))}, surface_->cap_id(static_cast<std::size_t>(face))};
 }
 
 void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
@@ -140,48 +127,57 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     query.enter(slot, *surface_);
     if (!query.clip_leaves_any)
         return;
-    const bool of_caps = arguments.primID >= groups_.size();
+    const bool of_caps = arguments.primID >= boxes_.size();
     const LatticeRay& lattice_ray = query.in_lattice;
     if (query.all != nullptr) {
         if (!of_caps)
-            collect_all(arguments.primID, query, lattice_ray);
+            collect_all(arguments.primID, query);
         return;
     }
     if (of_caps || query.enters_cap) {
         const double t_limit = std::min(query.nearest.t, static_cast<double>(ray.tfar));
         if (const std::optional<CapHit> cap = first_cap(query.chord, query.enters_cap, t_limit))
-            query.record(cap->root, {slot, cap->primitive, true}, ray);
+            query.record(cap->root, {slot, true, cap->primitive}, ray);
         return;
     }
 
     // Nothing counts behind the nearest hit so far, kept exactly. The ray in a cell does not end there, though: a root
     // would depend, in its last bit, on the order in which cells are visited.
-    const CellGroup& group = groups_[arguments.primID];
-    GroupEntries entries = culler_.entries(group, lattice_ray, static_cast<float>(box_margin_));
-    while (entries.cells != 0) {
-        const int cell = nearest_cell(entries);
-        if (static_cast<double>(entries.t_near[cell]) > query.nearest.t)
-            return;
-        entries.cells &= ~(1u << cell);
-        if (const std::optional<RootInCell> root = intersector_.first_root(cell_block(group, cell), lattice_ray))
-            query.record(*root, {slot, group.row(cell), false}, ray);
-    }
+    struct Visit {
+        const IsosurfaceObject& object;
+        RayQuery& query;
+        RTCRay& ray;
+        unsigned int slot;
+    } visit{*this, query, ray, slot};
+    const auto record = [](void* context, const CellCoefficients& cell, const glm::ivec3& index) {
+        const Visit& of = *static_cast<Visit*>(context);
+        if (const std::optional<RootInCell> root = of.object.intersector_.first_root(cell, of.query.in_lattice))
+            of.query.record(*root, {of.slot, false, of.object.surface_->volume().primitive_id(index)}, of.ray);
+        return std::min(of.query.nearest.t, of.query.in_lattice.t_far);
+    };
+    tracer_.trace(surface_->bricks(), boxes_[arguments.primID], lattice_ray, static_cast<float>(box_margin_),
+                  std::min(query.nearest.t, lattice_ray.t_far), {record, &visit});
 }
 
-void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const
+void IsosurfaceObject::collect_all(unsigned int primitive, RayQuery& query) const
 {
-    const CellGroup& group = groups_[primitive];
-    const GroupEntries entries = culler_.entries(group, ray, static_cast<float>(box_margin_));
-    std::vector<CrossingInCell> crossings;
-    for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u) {
-        const int cell = std::countr_zero(rest);
-        const CellBlock block = cell_block(group, cell);
-        crossings.clear();
-        intersector_.all_roots(block, ray, crossings);
-        const double t_begin = ray.inside_cell(block.lower).t_near;
-        for (const CrossingInCell& crossing : crossings)
-            query.all->push_back({crossing, t_begin, query.instID[0], group.row(cell)});
-    }
+    struct Visit {
+        const IsosurfaceObject& object;
+        RayQuery& query;
+        std::vector<CrossingInCell> crossings;
+    } visit{*this, query, {}};
+    const auto collect = [](void* context, const CellCoefficients& cell, const glm::ivec3& index) {
+        Visit& of = *static_cast<Visit*>(context);
+        const LatticeRay& ray = of.query.in_lattice;
+        of.crossings.clear();
+        of.object.intersector_.all_roots(cell, ray, of.crossings);
+        for (const CrossingInCell& crossing : of.crossings)
+            of.query.all->push_back({crossing, ray.inside_cell(cell.lower).t_near, of.query.cached_slot,
+                                     of.object.surface_->volume().primitive_id(index)});
+        return ray.t_far;
+    };
+    tracer_.trace(surface_->bricks(), boxes_[primitive], query.in_lattice, static_cast<float>(box_margin_),
+                  query.in_lattice.t_far, {collect, &visit});
 }
 
 void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
@@ -194,40 +190,39 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     for (unsigned int lane = 0; lane < size; ++lane)
         active |= static_cast<LaneMask>(arguments.valid[lane]) & lane_bits[lane];
     active &= query.clip_leaves;
-    const bool of_caps = arguments.primID >= groups_.size();
+    const bool of_caps = arguments.primID >= boxes_.size();
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
     for (LaneMask rest = of_caps ? active : active & query.enters_cap; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const double t_limit = std::min(query.nearest.t[lane], static_cast<double>(t_far[lane]));
         const bool enters_cap = (query.enters_cap >> lane & 1u) != 0;
         if (const std::optional<CapHit> cap = first_cap(query.chords[lane], enters_cap, t_limit))
-            query.record(lane, cap->root, {slot, cap->primitive, true}, t_far[lane]);
+            query.record(lane, cap->root, {slot, true, cap->primitive}, t_far[lane]);
     }
     active &= ~query.enters_cap;
     if (of_caps || active == 0)
         return;
 
-    const CellGroup& group = groups_[arguments.primID];
-    const auto lanes = culler_.lanes(group, query.in_lattice, query.nearest.t, active, static_cast<float>(box_margin_));
-
-    // Nearest cells first, as the first ray has them.
-    const int any_lane = std::countr_zero(active);
-    std::size_t flip = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        flip |= static_cast<std::size_t>(query.in_lattice.direction[axis][any_lane] < 0.0) << axis;
-    RootPacket roots;
-    for (std::size_t i = 0; i < CellGroup::capacity; ++i) {
-        const std::size_t cell = i ^ flip;
-        if (lanes[cell] == 0)
-            continue;
-        const int member = static_cast<int>(cell);
+    struct Visit {
+        const IsosurfaceObject& object;
+        PacketQuery& query;
+        float* t_far;
+        unsigned int slot;
+        RootPacket roots;
+    } visit{*this, query, t_far, slot, {}};
+    const auto record = [](void* context, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
+        Visit& of = *static_cast<Visit*>(context);
         const LaneMask found =
-            intersector_.first_roots(cell_block(group, member), query.in_lattice, query.nearest.t, lanes[cell], roots);
+            of.object.intersector_.first_roots(cell, of.query.in_lattice, of.query.nearest.t, lanes, of.roots);
+        const HitIds ids{of.slot, false, of.object.surface_->volume().primitive_id(index)};
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
-            query.record(lane, roots.root(lane), {slot, group.row(member), false}, t_far[lane]);
+            of.query.record(lane, of.roots.root(lane), ids, of.t_far[lane]);
         }
-    }
+        return found != 0;
+    };
+    tracer_.trace_packet(surface_->bricks(), boxes_[arguments.primID], query.in_lattice,
+                         static_cast<float>(box_margin_), active, {record, &visit, query.nearest.t});
 }
 
 bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) const
@@ -237,14 +232,21 @@ bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) cons
         return false;
     if (query.enters_cap)
         return true;
-    if (primitive >= groups_.size())
+    if (primitive >= boxes_.size())
         return query.chord.leaves_cap(*surface_);
-    const CellGroup& group = groups_[primitive];
-    const GroupEntries entries = culler_.entries(group, query.in_lattice, static_cast<float>(box_margin_));
-    for (unsigned rest = entries.cells; rest != 0; rest &= rest - 1u)
-        if (intersector_.any_root(cell_block(group, std::countr_zero(rest)), query.in_lattice))
-            return true;
-    return false;
+    struct Visit {
+        const IsosurfaceObject& object;
+        const LatticeRay& ray;
+        bool is_occluded;
+    } visit{*this, query.in_lattice, false};
+    const auto test = [](void* context, const CellCoefficients& cell, const glm::ivec3&) {
+        Visit& of = *static_cast<Visit*>(context);
+        of.is_occluded = of.object.intersector_.any_root(cell, of.ray);
+        return of.is_occluded ? -huge_inverse : of.ray.t_far;
+    };
+    tracer_.trace(surface_->bricks(), boxes_[primitive], query.in_lattice, static_cast<float>(box_margin_),
+                  query.in_lattice.t_far, {test, &visit});
+    return visit.is_occluded;
 }
 
 } // namespace isospline

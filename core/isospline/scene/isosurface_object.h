@@ -1,12 +1,11 @@
-// An isosurface as Embree user geometry: one box a block of 2 x 2 x 2 cells of the shell, in lattice space, then those
-// of its caps.
+// An isosurface as Embree user geometry: boxes of octets of bricks, in lattice space, then those of its caps.
 #pragma once
 
+#include "isospline/cell/intersector.h"
 #include "isospline/scene/object.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/brick_trace.h"
 #include "isospline/trace/cap.h"
-#include "isospline/trace/cell_group.h"
-#include "isospline/trace/cell_intersector.h"
 
 #include <cstdint>
 #include <memory>
@@ -29,6 +28,7 @@ public:
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
                   const Placement& placement) const override;
+    Box bounds() const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                const Placement& placement) const override;
@@ -39,28 +39,23 @@ private:
     embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
     std::size_t own_memory() const override;
 
-    CellBlock cell_block(const CellGroup& group, int cell) const
-    {
-        return {surface_->volume(), surface_->threshold(), group.cell(cell)};
-    }
-
     Box box(unsigned int primitive) const;
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
-    void collect_all(unsigned int primitive, RayQuery& query, const LatticeRay& ray) const;
+    void collect_all(unsigned int primitive, RayQuery& query) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
     bool is_occluded(unsigned int primitive, RayQuery& query) const;
 
     /// The first cap along a chord, if any, as a root.
     struct CapHit {
         RootInCell root;
-        std::uint32_t primitive;
+        std::uint64_t primitive;
     };
     std::optional<CapHit> first_cap(const CappedChord& chord, bool enters_cap, double t_limit) const;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
     CellIntersector intersector_;
-    GroupCuller culler_;
-    std::vector<CellGroup> groups_;
+    BrickTracer tracer_;
+    std::vector<ShellBox> boxes_;
     std::vector<Box> cap_boxes_;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
+#include <limits>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <tuple>
 #include <variant>
 
@@ -33,8 +37,7 @@ void SceneSnapshot::Impl::add_caps(const ChordOfInstance& of_instance, const Ray
         Crossing crossing{};
         crossing.hit.t = prepared.limits.given_t(t);
         crossing.hit.geometry_id = instance.id;
-        crossing.hit.primitive_id =
-            static_cast<std::uint32_t>(surface.shell().count()) + static_cast<std::uint32_t>(face);
+        crossing.hit.primitive_id = surface.cap_id(static_cast<std::size_t>(face));
         instance.object->complete(crossing.hit, ray, gradient_lattice(surface, chord.at(t)), instance.placement);
         crossing.entering = entering;
         return ListedCrossing{crossing, true};
@@ -121,6 +124,7 @@ void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vec
                                std::span<std::uint32_t> counts) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
+    constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // of Open3D, too
     RayQuery query(instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
@@ -129,6 +133,8 @@ void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vec
         list(top, rays[i], i, query, of_ray);
         for (const ListedCrossing& listed : of_ray)
             crossings.push_back(listed.crossing);
+        if (of_ray.size() > largest_count)
+            throw std::length_error("crossings of a ray: more than " + std::to_string(largest_count));
         counts[i] = static_cast<std::uint32_t>(of_ray.size());
     }
 }

@@ -26,6 +26,8 @@ Mesh::Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std:
     : vertices_(std::move(vertices)), faces_(std::move(faces)), normals_(std::move(normals)),
       colors_(std::move(colors)), material_(std::move(material))
 {
+    check_count("vertices", vertices_.size());
+    check_count("faces", faces_.size());
     check_attribute("normals", normals_, vertices_.size());
     check_attribute("colors", colors_, vertices_.size());
     for (const glm::dvec3& color : colors_)

@@ -18,8 +18,8 @@ class Mesh {
 public:
     /// `normals` and linear `colors` are one a vertex, or none; surfaces are shaded with what lies between them. The
     /// material, if any, is what path tracers take.
-    /// Throws std::invalid_argument for a vertex that is not finite, a face that names a missing vertex, normals and
-    /// colours that are not finite or not as many as vertices, and a negative colour.
+    /// Throws std::invalid_argument for 2^32 vertices or faces and more, a vertex that is not finite, a face that names
+    /// a missing vertex, normals and colours that are not finite or not as many as vertices, and a negative colour.
     Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals = {},
          std::vector<glm::dvec3> colors = {}, std::shared_ptr<const Material> material = nullptr);
 

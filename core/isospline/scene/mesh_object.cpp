@@ -31,7 +31,7 @@ LocalSpace local_space(const Mesh& mesh)
 {
     const glm::dvec3 centre = centre_of(mesh);
     const Box box{mesh.bounds().lower - centre, mesh.bounds().upper - centre};
-    return {glm::translate(glm::dmat4(1.0), centre), box, box};
+    return {glm::translate(glm::dmat4(1.0), centre), box};
 }
 
 } // namespace
@@ -72,8 +72,8 @@ std::optional<TriangleHit> MeshObject::hit_within(const TriangleRay& ray, std::u
     return hit;
 }
 
-bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std::uint32_t first_primitive,
-                           const TriangleHit& second, std::uint32_t second_primitive) const
+bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std::uint64_t first_primitive,
+                           const TriangleHit& second, std::uint64_t second_primitive) const
 {
     const double gap = second.t - first.t;
     if (std::abs(gap) > first.t_error + second.t_error)
@@ -89,7 +89,7 @@ bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double 
         return true;
     if (nearest_ids.slot == hit.slot)
         return is_before(ray, hit.hit, hit.primitive, nearest_in_mesh.hit, nearest_in_mesh.primitive);
-    return t < nearest_t || (t == nearest_t && precedes({hit.slot, hit.primitive, false}, nearest_ids));
+    return t < nearest_t || (t == nearest_t && precedes({hit.slot, false, hit.primitive}, nearest_ids));
 }
 
 void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
@@ -109,7 +109,7 @@ void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) 
     if (!takes_place(query.in_mesh, candidate, t, query.nearest_in_mesh, query.nearest.t, query.nearest_ids))
         return;
     query.nearest_in_mesh = candidate;
-    query.keep({t, glm::dvec3(0.0)}, {slot, primitive, false}, reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray);
+    query.keep({t, glm::dvec3(0.0)}, {slot, false, primitive}, reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray);
 }
 
 void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
@@ -138,7 +138,7 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
                          query.nearest_ids[lane]))
             continue;
         query.nearest_in_mesh[lane] = candidate;
-        query.keep(lane, {t, glm::dvec3(0.0)}, {slot, primitive, false},
+        query.keep(lane, {t, glm::dvec3(0.0)}, {slot, false, primitive},
                    RTCRayN_tfar(rays, size, static_cast<unsigned int>(lane)));
     }
 }

@@ -24,6 +24,7 @@ public:
     explicit MeshObject(std::shared_ptr<const Mesh> mesh);
 
     bool fits(double rounding_error_local) const override;
+    Box bounds() const override { return local().domain; }
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
@@ -37,7 +38,7 @@ private:
     friend struct UserGeometry<MeshObject>;
 
     embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
-    Triangle triangle(std::uint32_t primitive) const
+    Triangle triangle(std::uint64_t primitive) const
     {
         const glm::uvec3& face = mesh_->faces()[primitive];
         const std::vector<glm::dvec3>& vertices = mesh_->vertices();
@@ -45,8 +46,8 @@ private:
     }
 
     /// Whether a ray meets one of its triangles before another.
-    bool is_before(const TriangleRay& ray, const TriangleHit& first, std::uint32_t first_primitive,
-                   const TriangleHit& second, std::uint32_t second_primitive) const;
+    bool is_before(const TriangleRay& ray, const TriangleHit& first, std::uint64_t first_primitive,
+                   const TriangleHit& second, std::uint64_t second_primitive) const;
     /// A hit of one of its triangles within the limits of a ray, if there is one.
     std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive) const;
     /// Whether a hit, at t of the prepared ray, takes the place of the nearest so far.

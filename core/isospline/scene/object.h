@@ -1,11 +1,11 @@
 // What the instances of one isosurface or mesh share: an Embree scene of its own, in its local space.
 #pragma once
 
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
 #include "isospline/scene/device.h"
 #include "isospline/trace/hit.h"
-#include "isospline/trace/lattice_ray_packet.h"
 #include "isospline/trace/prepared_ray.h"
 
 #include <glm/mat3x3.hpp>
@@ -28,8 +28,7 @@ struct Placement {
 /// The space of an object's own Embree geometry.
 struct LocalSpace {
     glm::dmat4 to_object; ///< to the object's world space
-    Box bounds;           ///< of what the object shows
-    Box domain;           ///< holds that of every level
+    Box domain;           ///< holds what the object shows, at every level
 };
 
 /// Built once, by the thread that makes it; from then on any number of threads may use it, as it never changes.
@@ -44,6 +43,8 @@ public:
     bool is_built() const { return scene_ != nullptr; }
     /// Whether what is built serves rays whose single precision rounding error in local space is this at most.
     virtual bool fits(double rounding_error_local) const = 0;
+    /// The box of what the object shows, in local space. May have to be found, once.
+    virtual Box bounds() const = 0;
     /// Builds the object's own Embree scene, its boxes wide enough for that rounding error.
     void build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress);
     /// Bytes that the object holds for queries.

@@ -1,10 +1,11 @@
 // Where rays that leave a surface begin: off it by a bound on the rounding error of what would find it again. The
 // bounds are derived in docs/method.md, "Rays that leave a surface".
+#include "isospline/cell/value-inl.h"
+#include "isospline/cell/value_error.h"
 #include "isospline/math/affine.h"
 #include "isospline/scene/isosurface_object.h"
 #include "isospline/scene/mesh_object.h"
-#include "isospline/trace/cell_block.h"
-#include "isospline/trace/value_error.h"
+#include "isospline/spline/degree.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
@@ -48,8 +49,8 @@ public:
         for (int z = first.z; z <= last.z; ++z)
             for (int y = first.y; y <= last.y; ++y)
                 for (int x = first.x; x <= last.x; ++x) {
-                    const CellBlock cell = block({x, y, z});
-                    const double value = value_in_cell<Degree>(cell, lattice - cell.lower);
+                    const CellCoefficients cell(surface_.volume(), surface_.threshold(), glm::ivec3(x, y, z));
+                    const double value = scalar::value_in_cell<Degree>(cell, lattice - cell.lower);
                     least = std::min(least, side * value - value_error<Degree>(cell, coordinate_error_));
                 }
         return least;
@@ -63,10 +64,10 @@ public:
     }
 
     /// Of the hit's own cell: at degree 1 that of a neighbour at the same point is another one.
-    glm::dvec3 gradient_lattice(const glm::dvec3& position, const Cell& hit_cell) const
+    glm::dvec3 gradient_lattice(const glm::dvec3& position, const glm::ivec3& hit_cell) const
     {
-        const CellBlock cell(surface_.volume(), surface_.threshold(), hit_cell);
-        return gradient_in_cell<Degree>(cell, transform_point(to_lattice_, position - centre_) - cell.lower);
+        const CellCoefficients cell(surface_.volume(), surface_.threshold(), hit_cell);
+        return scalar::gradient_in_cell<Degree>(cell, transform_point(to_lattice_, position - centre_) - cell.lower);
     }
 
 private:
@@ -76,12 +77,6 @@ private:
     glm::ivec3 cell_at(const glm::dvec3& lattice) const
     {
         return glm::clamp(glm::ivec3(glm::floor(lattice)), glm::ivec3(0), surface_.volume().cell_shape() - 1);
-    }
-
-    CellBlock block(const glm::ivec3& cell) const
-    {
-        const glm::vec<3, std::uint16_t> index(cell);
-        return CellBlock(surface_.volume(), surface_.threshold(), Cell{index.x, index.y, index.z});
     }
 
     const IsosurfaceSnapshot& surface_;
@@ -184,9 +179,9 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
     if (hit.primitive_id >= surface_->primitive_count())
         throw_invalid("hit", "a primitive id below " + std::to_string(surface_->primitive_count()), hit.primitive_id);
     const double cell_size = 1.0 / (std::sqrt(3.0) * norm_of(glm::dmat3(placement.centred_to_local)));
-    const auto of_degree = [&]<int Degree>() {
+    return dispatch_degree(surface_->volume().degree(), [&](auto degree) {
         const glm::dmat4& to_lattice = placement.centred_to_local;
-        const Clearance<Degree> clearance(*surface_, to_lattice, frame, hit.position);
+        const Clearance<degree> clearance(*surface_, to_lattice, frame, hit.position);
         // The normal decides, as its user sees it: the gradient here is rounded otherwise.
         const bool outward = glm::dot(hit.normal, towards) >= 0.0;
         const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
@@ -195,7 +190,7 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
                              unit_or_zero(transform_gradient(to_lattice, half_space.normal))};
         };
         if (outward && surface_->is_cap(hit.primitive_id)) {
-            const auto& [normal, offset] = surface_->clip_lattice()[hit.primitive_id - surface_->shell().count()];
+            const auto& [normal, offset] = surface_->cut_of(hit.primitive_id);
             return offset_until_all_hold({in_half_space({-normal, -offset})}, hit.position, towards, cell_size);
         }
         if (!outward && surface_->options().capped) {
@@ -208,17 +203,9 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
             return offset_until_all_hold(in_solid, hit.position, towards, cell_size);
         }
         const glm::dvec3 gradient = transform_gradient(
-            to_lattice, clearance.gradient_lattice(hit.position, surface_->shell().cells()[hit.primitive_id]));
+            to_lattice, clearance.gradient_lattice(hit.position, surface_->volume().cell_at(hit.primitive_id)));
         return offset_from_isosurface(clearance, gradient, side, hit.position, towards, cell_size);
-    };
-    switch (surface_->volume().degree()) {
-    case 1:
-        return of_degree.operator()<1>();
-    case 2:
-        return of_degree.operator()<2>();
-    default:
-        return of_degree.operator()<3>();
-    }
+    });
 }
 
 glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,

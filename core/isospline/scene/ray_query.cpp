@@ -42,7 +42,7 @@ void PacketQuery::enter_mesh(std::uint32_t slot)
     slot_in_mesh = slot;
     for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        in_mesh.set(lane, ray_in_mesh(given[static_cast<std::size_t>(lane)], instances[slot]->placement));
+        in_mesh.set(lane, ray_in_mesh(given->ray(lane), instances[slot]->placement));
     }
 }
 

@@ -4,13 +4,13 @@
 // that Embree hands to the callbacks is the base of these objects.
 #pragma once
 
+#include "isospline/cell/lattice_ray.h"
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/scene/embree_ray.h"
 #include "isospline/scene/instance.h"
 #include "isospline/scene/mesh_query.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
-#include "isospline/trace/lattice_ray.h"
-#include "isospline/trace/lattice_ray_packet.h"
 #include "isospline/trace/prepared_ray.h"
 #include "isospline/trace/triangle_packet.h"
 
@@ -38,13 +38,15 @@ struct RawCrossing {
 
     std::variant<CrossingInCell, TriangleHit> found;
     double t_begin; ///< of the cell's segment, by which crossings at the same t follow each other; of a mesh, t
-    std::uint32_t slot, primitive;
+    std::uint32_t slot;
+    std::uint64_t primitive;
 };
 
 /// What was hit, but for where.
 struct HitIds {
-    std::uint32_t slot = RTC_INVALID_GEOMETRY_ID, primitive = 0;
+    std::uint32_t slot = RTC_INVALID_GEOMETRY_ID;
     bool is_cap = false;
+    std::uint64_t primitive = 0;
 };
 
 /// Whether one of two hits at the same t is the hit of the ray, and not the other: the one with the smaller geometry
@@ -160,9 +162,9 @@ struct PacketQuery : Query {
     explicit PacketQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
     /// To be called with the rays as given when `prepared` is set.
-    void begin(std::span<const Ray> rays, LaneMask used_lanes)
+    void begin(const RayPacket& rays, LaneMask used_lanes)
     {
-        given = rays;
+        given = &rays;
         slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
         for (MeshHit& hit : nearest_in_mesh)
             hit.slot = RTC_INVALID_GEOMETRY_ID;
@@ -195,7 +197,7 @@ struct PacketQuery : Query {
     void enter_mesh(std::uint32_t slot);
 
     Instances instances;
-    std::span<const Ray> given;
+    const RayPacket* given = nullptr;
     PreparedPacket prepared;
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRayPacket in_mesh;

@@ -128,7 +128,8 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
     }
     check_alone(given, likely_id);
     const std::lock_guard lock(mutex());
-    ISOSPLINE_ASSERT(next_id, <, invalid_id);
+    if (next_id == invalid_id)
+        throw_invalid("object", "fewer than " + std::to_string(invalid_id) + " added to one scene, ever", next_id);
     entries_to_edit().emplace(next_id, std::move(given));
     return next_id++;
 }

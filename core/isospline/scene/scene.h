@@ -40,7 +40,8 @@ public:
     Scene& operator=(Scene&&) noexcept;
 
     /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id: ids count
-    /// up from 0 and are never used again. Throws std::invalid_argument for a transform that is singular or not affine.
+    /// up from 0 and are never used again. Throws std::invalid_argument for a transform that is singular or not affine,
+    /// and where no id is left, after 2^32 - 1 of them.
     std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0),
                       SeenBy seen_by = {});
     std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0),

@@ -38,7 +38,10 @@ glm::dvec3 SceneSnapshot::offset_position(const Hit& hit, const glm::dvec3& towa
 
 Box SceneSnapshot::bounds() const
 {
-    return impl_->bounds;
+    Box bounds;
+    for (const auto& instance : impl_->instances)
+        bounds.extend(placed_bounds(*instance->object, instance->shown.transform));
+    return bounds;
 }
 
 const SnapshotObject& SceneSnapshot::object(std::uint32_t geometry_id) const
@@ -67,7 +70,10 @@ std::uint64_t SceneSnapshot::build_count() const
 
 std::size_t SceneSnapshot::memory() const
 {
-    return impl_->memory;
+    std::size_t bytes = impl_->top_memory;
+    for (const auto& object : impl_->objects)
+        bytes += object->memory();
+    return bytes;
 }
 
 } // namespace isospline

@@ -86,6 +86,7 @@ public:
     std::size_t memory() const;
 
 private:
+    friend class RayCaster;
     friend class Scene;
     friend struct SnapshotBuilder;
     std::unique_ptr<const Impl> impl_;

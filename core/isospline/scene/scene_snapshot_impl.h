@@ -34,10 +34,6 @@ struct SceneSnapshot::Impl {
     /// The same; throws std::invalid_argument, which names the parameter, where there is none.
     const Instance& instance(std::uint32_t id, const char* parameter) const;
 
-    void cast_singles(std::span<const Ray> rays, std::span<Hit> hits) const;
-    template <int Size>
-    void cast_packets(std::span<const Ray> rays, std::span<Hit> hits) const;
-
     /// All crossings of rays with what an Embree scene holds, for list_intersections().
     void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
               std::span<std::uint32_t> counts) const;
@@ -51,12 +47,12 @@ struct SceneSnapshot::Impl {
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
     embree::SceneHandle camera_top;                         ///< of cast_rays() and list_intersections()
     embree::SceneHandle own_shadow_top;                     ///< null where shadow rays see what the camera does
-    Box bounds;
     RayFrame frame;            ///< of all objects, whatever their levels: rays do not depend on these
     std::uint64_t version = 0; ///< of the scene's edits
     std::uint32_t next_id = 0; ///< above all ids that there have been
     std::uint64_t build_count = 0;
-    std::size_t memory = 0;
+    std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
+    std::size_t top_memory = 0;                         ///< of the instances and what is above them
 
     /// Of test_occlusions() and list_occluders().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }

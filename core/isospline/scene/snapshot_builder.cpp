@@ -94,10 +94,8 @@ void SnapshotBuilder::plan_instances()
 void SnapshotBuilder::place_instances()
 {
     Box domain;
-    for (const Plan& plan : plans_) {
-        next_->bounds.extend(placed_bounds(plan.shape->object->local(), plan.shown.transform));
+    for (const Plan& plan : plans_)
         domain.extend(placed_domain(plan.shape->object->local(), plan.shown.transform));
-    }
     next_->frame = RayFrame(domain);
     for (Plan& plan : plans_) {
         Shape& shape = *plan.shape;
@@ -154,9 +152,9 @@ void SnapshotBuilder::make_instances()
     if (shadows_differ)
         next_->own_shadow_top = make_top(next_->instances, &SeenBy::shadow);
 
-    next_->memory = embree_memory.bytes() + plans_.size() * sizeof(Instance);
+    next_->top_memory = embree_memory.bytes() + plans_.size() * sizeof(Instance);
     for (const auto& [what, shape] : shapes_)
-        next_->memory += shape.object->memory();
+        next_->objects.push_back(shape.object);
 }
 
 } // namespace isospline

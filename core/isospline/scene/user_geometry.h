@@ -4,7 +4,7 @@
 #include "isospline/scene/device.h"
 #include "isospline/scene/object.h"
 #include "isospline/scene/ray_query.h"
-#include "isospline/util/error.h"
+#include "isospline/util/check.h"
 #include "isospline/util/fan_out.h"
 
 #include <cmath>
@@ -29,9 +29,11 @@ inline float next_below(double value)
 /// No exception crosses Embree's frames: the query keeps it.
 template <typename Shape>
 struct UserGeometry {
-    /// A geometry of `count` primitives. The object must outlive it.
+    /// A geometry of `count` primitives. The object must outlive it. Throws std::invalid_argument where there are more
+    /// than Embree counts.
     static embree::GeometryHandle make(const Device& device, const Shape& shape, std::size_t count)
     {
+        check_count("boxes of an object", count);
         embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
         device.check();
         rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(count));

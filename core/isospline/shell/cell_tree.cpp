@@ -1,5 +1,7 @@
 #include "isospline/shell/cell_tree.h"
 
+#include "isospline/util/check.h"
+
 #include <algorithm>
 #include <span>
 
@@ -70,6 +72,7 @@ void add_subtree(std::span<Node> leaves, std::vector<Node>& nodes)
 
 CellTree::CellTree(const std::vector<Cell>& cells)
 {
+    check_count("cells of the shell, twice", 2 * static_cast<std::uint64_t>(cells.size())); // nodes have 32-bit indices
     std::vector<Node> leaves = leaves_of(cells);
     if (leaves.empty())
         return;

@@ -2,9 +2,13 @@
 
 #include "isospline/util/check.h"
 #include "isospline/util/fork.h"
+#include "isospline/util/turn.h"
 
 #include <glm/common.hpp>
 
+#include <algorithm>
+#include <atomic>
+#include <bit>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -33,8 +37,11 @@ void check_level(double level)
         throw_invalid("level", "a finite number", level);
 }
 
-void check_mask(const Mask& mask, const Volume& volume)
+void check_shell(const ShellOptions& options, const Volume& volume)
 {
+    if (options.prune_depth < 0 || options.prune_depth > 6)
+        throw_invalid("prune_depth", "0 to 6", options.prune_depth);
+    const Mask& mask = options.mask;
     const glm::vec<3, std::size_t> shape(volume.shape());
     const std::size_t samples = shape.x * shape.y * shape.z;
     if (!mask.empty() && mask.size() != samples)
@@ -52,27 +59,121 @@ void check_clip(const std::vector<HalfSpace>& clip)
 
 } // namespace
 
-IsosurfaceSnapshot::IsosurfaceSnapshot(const IsosurfaceSnapshot& other, double level, const Progress& progress)
-    : volume_(other.volume_), bounds_(other.bounds_), options_(other.options_), clip_lattice_(other.clip_lattice_),
-      level_(level), threshold_(level - volume_->offset()),
-      shell_(*volume_, *bounds_, threshold_, options_->shell, clip_lattice_, progress)
+/// What is found by whoever asks first.
+struct IsosurfaceSnapshot::OnDemand {
+    template <typename Item>
+    struct Lazy {
+        template <typename Find>
+        const Item& get(const Progress& progress, const Find& find)
+        {
+            if (!is_found) {
+                const Turn::Taken taken(turn, progress);
+                if (!is_found) {
+                    item = find();
+                    is_found = true;
+                }
+            }
+            return item;
+        }
+
+        Turn turn; ///< to find it
+        std::atomic<bool> is_found = false;
+        Item item;
+    };
+
+    Lazy<Shell> shell;
+    Lazy<Box> bounds;
+};
+
+IsosurfaceSnapshot::IsosurfaceSnapshot(std::shared_ptr<const Common> common, double level, const Progress& progress)
+    : common_(std::move(common)), level_(level),
+      bricks_(volume(), common_->source, *common_->ranges, level - volume().offset(), options().shell.mask,
+              clip_lattice(), progress),
+      on_demand_(std::make_shared<OnDemand>())
 {
 }
 
+const Shell& IsosurfaceSnapshot::shell(const Progress& progress) const
+{
+    return on_demand_->shell.get(progress, [&] { return Shell(volume(), bricks_, options().shell, progress); });
+}
+
+Box IsosurfaceSnapshot::bounds_lattice() const
+{
+    return on_demand_->bounds.get({}, [&] { return find_bounds(); });
+}
+
+BrickCells IsosurfaceSnapshot::cells(const Octet& octet, int child) const
+{
+    const Brick brick = bricks_.place(octet, child);
+    BrickCells cells = bricks_.cells(brick);
+    prune_bricks(volume(), threshold(), options().shell, {&brick, 1}, {&cells, 1});
+    return cells;
+}
+
+bool IsosurfaceSnapshot::is_empty() const
+{
+    for (const Octet& octet : bricks_.octets())
+        for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
+            if (count_cells(cells(octet, std::countr_zero(rest))) > 0)
+                return false;
+    return true;
+}
+
+Box IsosurfaceSnapshot::find_bounds() const
+{
+    // Along each axis bricks are looked at from both ends, until those that are left cannot widen the box.
+    struct Place {
+        glm::ivec3 first; // cell
+        const Octet* octet;
+        int child;
+    };
+    std::vector<Place> places;
+    places.reserve(bricks_.count());
+    for (const Octet& octet : bricks_.octets())
+        for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u) {
+            const int child = std::countr_zero(rest);
+            places.push_back({bricks_.place(octet, child).first, &octet, child});
+        }
+    Box bounds;
+    const auto extend = [&](const Place& place) {
+        for_each_cell(cells(*place.octet, place.child), [&](int x, int y, int z) {
+            const glm::dvec3 lower(place.first + glm::ivec3(x, y, z));
+            bounds.extend(Box{lower, lower + 1.0});
+        });
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+        std::sort(places.begin(), places.end(),
+                  [axis](const Place& a, const Place& b) { return a.first[axis] < b.first[axis]; });
+        for (std::size_t i = 0; i < places.size() && places[i].first[axis] < bounds.lower[axis]; ++i)
+            extend(places[i]);
+        for (std::size_t i = places.size(); i-- > 0 && places[i].first[axis] + brick_size > bounds.upper[axis];)
+            extend(places[i]);
+    }
+    return bounds;
+}
+
+std::size_t IsosurfaceSnapshot::memory() const
+{
+    return bricks_.memory() + common_->ranges->memory() + (on_demand_->shell.is_found ? on_demand_->shell.item.memory() : 0);
+}
+
 Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
-                       std::shared_ptr<const ValueBounds> bounds, const Progress& progress)
+                       std::shared_ptr<const BrickRanges> ranges, const Progress& progress,
+                       std::shared_ptr<const CoefficientSource> source)
 {
     check_volume(volume);
-    check_mask(options.shell.mask, *volume);
+    check_shell(options.shell, *volume);
     check_clip(options.clip);
     check_level(level);
-    IsosurfaceSnapshot common;
+    auto common = std::make_shared<IsosurfaceSnapshot::Common>();
     for (const HalfSpace& half_space : options.clip)
-        common.clip_lattice_.push_back(pull_back(half_space, volume->lattice_to_world()));
-    common.bounds_ = bounds ? std::move(bounds) : std::make_shared<const ValueBounds>(*volume);
-    common.options_ = std::make_shared<const IsosurfaceOptions>(std::move(options));
-    common.volume_ = std::move(volume);
-    snapshot_.reset(new IsosurfaceSnapshot(common, level, progress));
+        common->clip_lattice.push_back(pull_back(half_space, volume->lattice_to_world()));
+    common->ranges = ranges ? std::move(ranges) : std::make_shared<const BrickRanges>(*volume);
+    common->source = source ? std::move(source) : std::make_shared<const VolumeSource>(volume);
+    common->options = std::move(options);
+    common->volume = std::move(volume);
+    snapshot_.reset(new IsosurfaceSnapshot(std::move(common), level, progress));
 }
 
 Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())
@@ -88,7 +189,7 @@ std::shared_ptr<const IsosurfaceSnapshot> Isosurface::snapshot() const
 void Isosurface::set_level(double level, const Progress& progress)
 {
     check_level(level);
-    std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(*snapshot(), level, progress));
+    std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(snapshot()->common_, level, progress));
     const std::lock_guard lock(moment_mutex(this));
     snapshot_.swap(changed); // so that the one before goes after the lock
 }

@@ -1,8 +1,9 @@
 // The isosurface f = level of a volume: what scenes and hoppers trace.
 #pragma once
 
+#include "isospline/brick/bricks.h"
+#include "isospline/cell/method.h"
 #include "isospline/shell/shell.h"
-#include "isospline/shell/value_bounds.h"
 
 #include <cstdint>
 #include <memory>
@@ -11,13 +12,6 @@
 namespace isospline {
 
 struct Material;
-
-/// How the root in a cell is found.
-enum class Method {
-    exact,     ///< Bernstein form of the polynomial along the ray: never misses a root
-    reference, ///< the same, scalar and all in double precision: slow, the oracle of tests
-    bracket    ///< the paper's §4: opposite signs at the ends of the cell, then Brent's method
-};
 
 /// The side of the surface that is the solid; the outward normal points to the other one.
 enum class Inside {
@@ -38,52 +32,81 @@ struct IsosurfaceOptions {
 /// it keeps it alive.
 class IsosurfaceSnapshot {
 public:
-    const Volume& volume() const { return *volume_; }
-    const std::shared_ptr<const Volume>& shared_volume() const { return volume_; }
-    const IsosurfaceOptions& options() const { return *options_; }
-    const std::shared_ptr<const Material>& material() const { return options_->material; }
-    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return bounds_; }
+    const Volume& volume() const { return *common_->volume; }
+    const std::shared_ptr<const Volume>& shared_volume() const { return common_->volume; }
+    const IsosurfaceOptions& options() const { return common_->options; }
+    const std::shared_ptr<const Material>& material() const { return options().material; }
+    const std::shared_ptr<const BrickRanges>& shared_ranges() const { return common_->ranges; }
+    /// The clip half-spaces in lattice space.
+    const std::vector<HalfSpace>& clip_lattice() const { return common_->clip_lattice; }
     double level() const { return level_; }
     /// The level that stored coefficients are compared with: level - volume().offset().
-    double threshold() const { return threshold_; }
-    const Shell& shell() const { return shell_; }
-    /// The clip half-spaces in lattice space.
-    const std::vector<HalfSpace>& clip_lattice() const { return clip_lattice_; }
-    /// Whether a primitive id is that of a cap: shell().count() + position of its half-space in the clip.
-    bool is_cap(std::uint32_t primitive_id) const { return primitive_id >= shell_.count(); }
-    /// How many primitive ids there are: cells and caps.
-    std::size_t primitive_count() const { return shell_.count() + (options_->capped ? clip_lattice_.size() : 0); }
+    double threshold() const { return bricks_.threshold(); }
+    /// What rays meet.
+    const Bricks& bricks() const { return bricks_; }
+    /// Found by the first call, which may come from any thread. Waits for others that find it, and throws Cancelled
+    /// where `progress` returns false.
+    const Shell& shell(const Progress& progress = {}) const;
+    /// Whether the shell has no cell; it is not made for this.
+    bool is_empty() const;
+    /// The box of the shell's cells, in lattice space; empty where there are none. Found by the first call, without the
+    /// shell.
+    Box bounds_lattice() const;
+    /// Bytes held for queries, the volume not counted. It grows as rays meet bricks, and where the shell is asked for.
+    std::size_t memory() const;
+
+    /// The primitive id of a cap, by the position of its half-space in the clip: it follows those of all cells.
+    std::uint64_t cap_id(std::size_t half_space) const { return volume().cell_count() + half_space; }
+    bool is_cap(std::uint64_t primitive_id) const { return primitive_id >= volume().cell_count(); }
+    /// The half-space, in lattice space, of a cap's primitive id.
+    const HalfSpace& cut_of(std::uint64_t primitive_id) const
+    {
+        return clip_lattice()[static_cast<std::size_t>(primitive_id - volume().cell_count())];
+    }
+    /// How many primitive ids there are: cells of the volume, and caps.
+    std::uint64_t primitive_count() const { return cap_id(options().capped ? clip_lattice().size() : 0); }
 
 private:
     friend class Isosurface;
-    IsosurfaceSnapshot() = default;
-    /// The same surface at another level.
-    IsosurfaceSnapshot(const IsosurfaceSnapshot& other, double level, const Progress& progress);
 
-    std::shared_ptr<const Volume> volume_;
-    std::shared_ptr<const ValueBounds> bounds_;
-    std::shared_ptr<const IsosurfaceOptions> options_;
-    std::vector<HalfSpace> clip_lattice_;
-    double level_ = 0.0, threshold_ = 0.0;
-    Shell shell_;
+    /// What all levels have in common.
+    struct Common {
+        std::shared_ptr<const Volume> volume;
+        std::shared_ptr<const CoefficientSource> source;
+        std::shared_ptr<const BrickRanges> ranges;
+        IsosurfaceOptions options;
+        std::vector<HalfSpace> clip_lattice;
+    };
+    struct OnDemand;
+
+    IsosurfaceSnapshot(std::shared_ptr<const Common> common, double level, const Progress& progress);
+    BrickCells cells(const Octet& octet, int child) const;
+    Box find_bounds() const;
+
+    std::shared_ptr<const Common> common_;
+    double level_;
+    Bricks bricks_;
+    std::shared_ptr<OnDemand> on_demand_;
 };
 
 /// The surface f = level of a volume's model, of degree 1, 2 or 3.
 ///
-/// Changing the level re-uses coefficients and value bounds: only bricks that straddle the level are visited. Any
-/// number of threads may change the level and use the surface at a time. Whoever uses it takes a snapshot, which later
-/// changes of the level leave as it is; a change waits for nobody.
+/// Changing the level selects the bricks that straddle it; all else is made when a ray asks for it. Any number of
+/// threads may change the level and use the surface at a time. Whoever uses it takes a snapshot, which later changes of
+/// the level leave as it is; a change waits for nobody.
 ///
-/// Several surfaces of one volume share its value bounds: a copy shares them with the original, and the constructor
-/// takes those of another surface.
+/// Several surfaces of one volume share the ranges of its bricks: a copy shares them with the original, and the
+/// constructor takes those of another surface.
 class Isosurface {
 public:
     /// Throws std::invalid_argument where the volume's degree is not 1, 2 or 3, it has fewer than two samples along an
     /// axis at an odd degree, more than 65535 cells along one, the level is not finite, the depth of pruning is not in
     /// 0-6, the mask has not one byte a sample, or a half-space of the clip is not finite or has no normal.
-    /// `bounds` are those of `volume`, and are computed where there are none.
+    /// `ranges` are those of `volume`, and are computed where there are none; `source` gives its coefficients, the
+    /// volume itself where there is none.
     Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {},
-               std::shared_ptr<const ValueBounds> bounds = nullptr, const Progress& progress = {});
+               std::shared_ptr<const BrickRanges> ranges = nullptr, const Progress& progress = {},
+               std::shared_ptr<const CoefficientSource> source = nullptr);
     Isosurface(const Isosurface& other);
     Isosurface& operator=(const Isosurface&) = delete;
 
@@ -94,12 +117,12 @@ public:
     /// finite. Nothing changes where this throws or is cancelled.
     void set_level(double level, const Progress& progress = {});
 
-    // What all levels have in common.
+    // What all levels have in common; references are good for as long as this lives.
     const Volume& volume() const { return snapshot()->volume(); }
-    const std::shared_ptr<const Volume>& shared_volume() const { return snapshot()->shared_volume(); }
+    std::shared_ptr<const Volume> shared_volume() const { return snapshot()->shared_volume(); }
     const IsosurfaceOptions& options() const { return snapshot()->options(); }
     const std::shared_ptr<const Material>& material() const { return options().material; }
-    const std::shared_ptr<const ValueBounds>& shared_bounds() const { return snapshot()->shared_bounds(); }
+    std::shared_ptr<const BrickRanges> shared_ranges() const { return snapshot()->shared_ranges(); }
 
 private:
     std::shared_ptr<const IsosurfaceSnapshot> snapshot_; ///< read and swapped under moment_mutex(this)

@@ -4,6 +4,7 @@
 
 #include "isospline/shell/prune.h"
 #include "isospline/shell/prune_blocks-inl.h"
+#include "isospline/spline/degree.h"
 #include "isospline/spline/volume.h"
 
 #include <hwy/aligned_allocator.h>
@@ -272,14 +273,8 @@ void prune_degree(const Volume& volume, double threshold, int depth, std::span<c
 void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
            std::span<BrickCells> cells)
 {
-    switch (volume.degree()) {
-    case 1:
-        return prune_degree<1>(volume, threshold, depth, bricks, cells);
-    case 2:
-        return prune_degree<2>(volume, threshold, depth, bricks, cells);
-    default:
-        return prune_degree<3>(volume, threshold, depth, bricks, cells);
-    }
+    dispatch_degree(volume.degree(),
+                    [&](auto degree) { prune_degree<degree>(volume, threshold, depth, bricks, cells); });
 }
 
 } // namespace HWY_NAMESPACE

@@ -1,7 +1,7 @@
 // Voxel pruning: cells that a finer representation of the spline shows to hold no surface.
 #pragma once
 
-#include "isospline/shell/brick.h"
+#include "isospline/brick/brick.h"
 
 #include <span>
 

@@ -7,6 +7,7 @@
 #endif
 
 #include "isospline/spline/basis.h"
+#include "isospline/spline/cell_weights-inl.h"
 
 #include <hwy/highway.h>
 
@@ -74,14 +75,15 @@ struct Blocks {
     {
         const Lanes lanes;
         const std::size_t step = Inner * hn::Lanes(lanes);
-        constexpr auto weights = cell_weights<Degree>(Real(0));
+        using V = hn::Vec<Lanes>;
+        constexpr auto weights = cell_weights<Degree>(0.0);
         for (int outer = 0; outer < Outer; ++outer)
             for (int inner = 0; inner < Inner; ++inner)
                 for (int corner = 0; corner < 3; ++corner) {
                     const Real* row = block + ((outer * fine + corner) * Inner + inner) * hn::Lanes(lanes);
-                    auto value = hn::Mul(hn::Set(lanes, weights[0]), hn::Load(lanes, row));
+                    auto value = number<V>(weights[0]) * hn::Load(lanes, row);
                     for (std::size_t j = 1; j < Degree; ++j)
-                        value = hn::MulAdd(hn::Set(lanes, weights[j]), hn::Load(lanes, row + j * step), value);
+                        value = mul_add(number<V>(weights[j]), hn::Load(lanes, row + j * step), value);
                     hn::Store(value, lanes, values + ((outer * 3 + corner) * Inner + inner) * hn::Lanes(lanes));
                 }
     }

@@ -1,14 +1,13 @@
 #include "isospline/shell/shell.h"
 
+#include "isospline/brick/bricks.h"
 #include "isospline/shell/cell_tree.h"
 #include "isospline/shell/prune.h"
-#include "isospline/shell/signs.h"
-#include "isospline/shell/value_bounds.h"
-#include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 #include "isospline/util/turn.h"
 
 #include <atomic>
+#include <bit>
 #include <memory>
 #include <span>
 
@@ -34,7 +33,9 @@ BrickCells border_cells(const Brick& brick, const glm::ivec3& cell_shape)
     return border;
 }
 
-/// Replaces the sets of cells by what pruning leaves of them, without touching the border where that is not asked for.
+} // namespace
+
+// The border stays as it is where that is asked for.
 void prune_bricks(const Volume& volume, double threshold, const ShellOptions& options, std::span<const Brick> bricks,
                   std::span<BrickCells> cells)
 {
@@ -57,8 +58,6 @@ void prune_bricks(const Volume& volume, double threshold, const ShellOptions& op
             cells[i][z] |= left[i][z];
 }
 
-} // namespace
-
 struct Shell::LazyTree {
     Turn turn; ///< to build it
     std::atomic<bool> is_built = false;
@@ -69,32 +68,22 @@ Shell::Shell() : tree_(std::make_shared<LazyTree>())
 {
 }
 
-Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, const ShellOptions& options,
-             const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
-    : Shell()
+Shell::Shell(const Volume& volume, const Bricks& all, const ShellOptions& options, const Progress& progress) : Shell()
 {
-    if (options.prune_depth < 0 || options.prune_depth > 6)
-        throw_invalid("prune_depth", "0 to 6", options.prune_depth);
-
-    // Only bricks with coefficients on both sides of the threshold are visited.
     std::vector<Brick> bricks;
-    for (std::size_t index = 0; index < bounds.ranges().size(); ++index)
-        if (bounds.ranges()[index].straddles(threshold))
-            bricks.push_back(brick_at(volume.cell_shape(), index));
+    bricks.reserve(all.count());
+    for (const Octet& octet : all.octets())
+        for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
+            bricks.push_back(all.place(octet, std::countr_zero(rest)));
 
     // The cells of each, as a set; chunks of bricks, whose coefficients stay in the cache from one step to the next.
     std::vector<BrickCells> cells(bricks.size());
     parallel_for(
         bricks.size(), 16,
         [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                cells[i] = mixed_cells(volume, bricks[i], threshold);
-                if (!options.mask.empty())
-                    cut_by_mask(cells[i], bricks[i], options.mask, volume);
-                for (const HalfSpace& half_space : clip_lattice)
-                    cut_by_half_space(cells[i], bricks[i], half_space);
-            }
-            prune_bricks(volume, threshold, options, std::span(bricks).subspan(begin, end - begin),
+            for (std::size_t i = begin; i < end; ++i)
+                cells[i] = all.cells(bricks[i]);
+            prune_bricks(volume, all.threshold(), options, std::span(bricks).subspan(begin, end - begin),
                          std::span(cells).subspan(begin, end - begin));
         },
         progress);
@@ -117,11 +106,6 @@ Shell::Shell(const Volume& volume, const ValueBounds& bounds, double threshold, 
             });
         }
     });
-    for (const Cell& cell : cells_) {
-        const glm::dvec3 lower(cell.x, cell.y, cell.z);
-        bounds_.lower = glm::min(bounds_.lower, lower);
-        bounds_.upper = glm::max(bounds_.upper, lower + 1.0);
-    }
 }
 
 const CellTree& Shell::tree() const

@@ -1,7 +1,8 @@
 #include "isospline/spline/volume.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/spline/basis.h"
+#include "isospline/spline/cell_weights-inl.h"
+#include "isospline/spline/degree.h"
 #include "isospline/spline/filter_design.h"
 #include "isospline/spline/line_filter.h"
 #include "isospline/spline/prefilter.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iomanip>
 #include <limits>
 #include <string>
 #include <utility>
@@ -54,14 +56,16 @@ void check(const SampleView& samples, const VolumeOptions& options)
                       to_text(direction[0]) + ", " + to_text(direction[1]) + ", " + to_text(direction[2]));
 }
 
-void check_memory(std::size_t needed)
+/// `needed` bytes are more than 64 bits count where axes are long.
+void check_memory(double needed)
 {
-    const std::size_t available = available_memory();
+    const auto available = static_cast<double>(available_memory());
     if (needed <= available)
         return;
+    constexpr double mebibyte = 1 << 20;
     std::ostringstream message;
-    message << "data: the coefficients need " << (needed >> 20) << " MiB of memory, of which " << (available >> 20)
-            << " MiB are available";
+    message << std::fixed << std::setprecision(0) << "data: the coefficients need " << needed / mebibyte
+            << " MiB of memory, of which " << available / mebibyte << " MiB are available";
     throw std::length_error(message.str());
 }
 
@@ -106,37 +110,28 @@ public:
         : x_(position.x, volume.shape().x, volume.boundary()), y_(position.y, volume.shape().y, volume.boundary()),
           z_(position.z, volume.shape().z, volume.boundary()),
           origin_(volume.cell_coefficients(Degree / 2, Degree / 2, Degree / 2)), row_stride_(volume.row_stride()),
-          slice_stride_(volume.slice_stride()), x_basis_(cell_basis<Degree>(x_.s)), y_basis_(cell_basis<Degree>(y_.s)),
-          z_basis_(cell_basis<Degree>(z_.s))
+          slice_stride_(volume.slice_stride()), x_basis_(scalar::cell_basis<Degree>(x_.s)),
+          y_basis_(scalar::cell_basis<Degree>(y_.s)), z_basis_(scalar::cell_basis<Degree>(z_.s))
     {
     }
 
-    const CellBasis<Degree, double>& x() const { return x_basis_; }
-    const CellBasis<Degree, double>& y() const { return y_basis_; }
-    const CellBasis<Degree, double>& z() const { return z_basis_; }
+    const scalar::CellBasis<Degree, double>& x() const { return x_basis_; }
+    const scalar::CellBasis<Degree, double>& y() const { return y_basis_; }
+    const scalar::CellBasis<Degree, double>& z() const { return z_basis_; }
 
     double sum(const Weights<Degree>& x, const Weights<Degree>& y, const Weights<Degree>& z) const
     {
-        double total = 0.0;
-        for (std::size_t k = 0; k <= Degree; ++k) {
-            double slice = 0.0;
-            for (std::size_t j = 0; j <= Degree; ++j) {
-                const float* const row = origin_ + y_.index[j] * row_stride_ + z_.index[k] * slice_stride_;
-                double line = 0.0;
-                for (std::size_t i = 0; i <= Degree; ++i)
-                    line += x[i] * static_cast<double>(row[x_.index[i]]);
-                slice += y[j] * line;
-            }
-            total += z[k] * slice;
-        }
-        return total;
+        const auto coefficient = [this](std::size_t i, std::size_t j, std::size_t k) {
+            return static_cast<double>(origin_[x_.index[i] + y_.index[j] * row_stride_ + z_.index[k] * slice_stride_]);
+        };
+        return scalar::weighted_sum(coefficient, x, y, z);
     }
 
 private:
     Support<Degree> x_, y_, z_;
     const float* origin_;
     std::ptrdiff_t row_stride_, slice_stride_;
-    CellBasis<Degree, double> x_basis_, y_basis_, z_basis_;
+    scalar::CellBasis<Degree, double> x_basis_, y_basis_, z_basis_;
 };
 
 /// Calls function(Neighbourhood<degree>); a position that is not finite has none.
@@ -145,14 +140,8 @@ Result with_neighbourhood(const Volume& volume, const glm::dvec3& position, cons
 {
     if (!is_finite(position))
         return otherwise;
-    switch (volume.degree()) {
-    case 0: return function(Neighbourhood<0>(volume, position));
-    case 1: return function(Neighbourhood<1>(volume, position));
-    case 2: return function(Neighbourhood<2>(volume, position));
-    case 3: return function(Neighbourhood<3>(volume, position));
-    case 4: return function(Neighbourhood<4>(volume, position));
-    default: return function(Neighbourhood<5>(volume, position));
-    }
+    return dispatch_degree<0, 5>(volume.degree(),
+                                 [&](auto degree) { return function(Neighbourhood<degree>(volume, position)); });
 }
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -173,8 +162,8 @@ Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Pr
         slice += line;
     row_stride_ = static_cast<std::ptrdiff_t>(padded(0));
     slice_stride_ = static_cast<std::ptrdiff_t>(slice);
+    check_memory(static_cast<double>(sizeof(float)) * static_cast<double>(slice) * static_cast<double>(padded(2)));
     coefficient_count_ = slice * padded(2) + slack;
-    check_memory(coefficient_count_ * sizeof(float));
 
     // Maps between the spaces.
     for (int axis = 0; axis < 3; ++axis)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/math/box.h"
+#include "isospline/math/grid.h"
 #include "isospline/spline/samples.h"
 #include "isospline/util/progress.h"
 
@@ -10,6 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -31,14 +33,14 @@ enum class Filter {
 enum class Axes { zyx, xyz };
 
 struct VolumeOptions {
-    glm::dvec3 spacing{1.0};     ///< world units between samples along x, y, z
-    glm::dvec3 origin{0.0};      ///< world position of sample (0, 0, 0)
-    glm::dmat3 direction{1.0};   ///< columns are the world directions of the axes x, y, z
-    int degree = 2;              ///< of the B-spline, 0 to 5
+    glm::dvec3 spacing{1.0};   ///< world units between samples along x, y, z
+    glm::dvec3 origin{0.0};    ///< world position of sample (0, 0, 0)
+    glm::dmat3 direction{1.0}; ///< columns are the world directions of the axes x, y, z
+    int degree = 2;            ///< of the B-spline, 0 to 5
     Boundary boundary = Boundary::mirror;
     Filter filter = Filter::interpolate;
-    double smoothing = 0.0;      ///< weight of the roughness, at least 0; used by Filter::smoothing
-    Axes axes = Axes::zyx;       ///< kept for bindings that exchange arrays; nothing in C++ depends on it
+    double smoothing = 0.0; ///< weight of the roughness, at least 0; used by Filter::smoothing
+    Axes axes = Axes::zyx;  ///< kept for bindings that exchange arrays; nothing in C++ depends on it
 };
 
 /// Samples along an axis are at most so many: indices and periods stay well within an int.
@@ -69,6 +71,11 @@ public:
     glm::ivec3 shape() const { return shape_; }
     /// Cells along x, y, z: as many as samples for even degrees, one fewer for odd ones.
     glm::ivec3 cell_shape() const { return degree() % 2 == 0 ? shape_ : shape_ - 1; }
+    std::uint64_t cell_count() const { return place_count(cell_shape()); }
+    /// The primitive id of a cell, its place in the grid of all cells: the same for every level.
+    std::uint64_t primitive_id(const glm::ivec3& cell) const { return place_in(cell_shape(), cell); }
+    /// The cell of a primitive id below cell_count().
+    glm::ivec3 cell_at(std::uint64_t primitive_id) const { return at_place(cell_shape(), primitive_id); }
     /// Smallest and largest sample.
     double minimum() const { return minimum_; }
     double maximum() const { return maximum_; }

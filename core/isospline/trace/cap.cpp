@@ -1,11 +1,14 @@
 #include "isospline/trace/cap.h"
 
-#include "isospline/shell/brick.h"
+#include "isospline/brick/brick.h"
+#include "isospline/cell/value-inl.h"
+#include "isospline/cell/value_error.h"
+#include "isospline/spline/degree.h"
 #include "isospline/trace/point_in_cell.h"
-#include "isospline/trace/value_error.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -17,18 +20,6 @@ namespace {
 
 /// Where a point is, as far as double precision can tell.
 enum class Side { outside, undecided, inside };
-
-template <int Degree>
-Side side_in_cell(const PointInCell& point, double coordinate_error, Inside inside)
-{
-    const double value = value_in_cell<Degree>(point.cell, point.local);
-    const double error = value_error<Degree>(point.cell, coordinate_error);
-    const double inward = inside == Inside::above ? value : -value;
-    if (inward > error)
-        return Side::inside;
-    // A cell that is wholly at the level has no error, and no inside.
-    return inward > -error ? Side::undecided : Side::outside;
-}
 
 /// Of the solid: in the domain, as far as double precision can tell, not cut away by the mask, on the inner side.
 Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double t)
@@ -48,22 +39,22 @@ Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double
     if (!mask.empty() && is_cut_by_mask(point.index, mask, volume))
         return Side::outside;
 
-    const Inside inside = surface.options().inside;
-    switch (volume.degree()) {
-    case 1:
-        return side_in_cell<1>(point, coordinate_error, inside);
-    case 2:
-        return side_in_cell<2>(point, coordinate_error, inside);
-    default:
-        return side_in_cell<3>(point, coordinate_error, inside);
-    }
+    return dispatch_degree(volume.degree(), [&](auto degree) {
+        const double value = scalar::value_in_cell<degree>(point.cell, point.local);
+        const double error = value_error<degree>(point.cell, coordinate_error);
+        const double inward = surface.options().inside == Inside::above ? value : -value;
+        if (inward > error)
+            return Side::inside;
+        // A cell that is wholly at the level has no error, and no inside.
+        return inward > -error ? Side::undecided : Side::outside;
+    });
 }
 
 /// Room for rounding where boxes are narrowed.
 constexpr double box_margin = 1e-6;
 
 /// Whether the coefficients of a brick, as far as rounding can tell, leave any of it to the solid.
-bool may_hold_solid(const ValueBounds::Range& range, double threshold, Inside inside)
+bool may_hold_solid(const BrickRanges::Range& range, double threshold, Inside inside)
 {
     const double lower = static_cast<double>(range.lower) - threshold;
     const double upper = static_cast<double>(range.upper) - threshold;
@@ -119,14 +110,8 @@ CappedEnds CappedChord::capped_ends(const IsosurfaceSnapshot& surface, std::opti
 glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
 {
     const PointInCell point(surface, lattice);
-    switch (surface.volume().degree()) {
-    case 1:
-        return gradient_in_cell<1>(point.cell, point.local);
-    case 2:
-        return gradient_in_cell<2>(point.cell, point.local);
-    default:
-        return gradient_in_cell<3>(point.cell, point.local);
-    }
+    return dispatch_degree(surface.volume().degree(),
+                           [&](auto degree) { return scalar::gradient_in_cell<degree>(point.cell, point.local); });
 }
 
 std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
@@ -135,11 +120,14 @@ std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
     if (!surface.options().capped)
         return boxes;
     const std::vector<HalfSpace>& clip = surface.clip_lattice();
-    const std::vector<ValueBounds::Range>& ranges = surface.shared_bounds()->ranges();
-    for (std::size_t index = 0; index < ranges.size(); ++index) {
-        if (!may_hold_solid(ranges[index], surface.threshold(), surface.options().inside))
+    const BrickRanges& ranges = *surface.shared_ranges();
+    for (std::size_t index = 0; index < 8 * ranges.octets().size(); ++index) {
+        const auto child = static_cast<int>(index % 8);
+        const glm::ivec3 position = 2 * at_place(ranges.shape(), index / 8) + child_position(child);
+        const Brick brick = brick_at(surface.volume().cell_shape(), position);
+        if (glm::any(glm::lessThanEqual(brick.size, glm::ivec3(0))) ||
+            !may_hold_solid(ranges.octets()[index / 8].brick(index % 8), surface.threshold(), surface.options().inside))
             continue;
-        const Brick brick = brick_at(surface.volume().cell_shape(), index);
         const Box cells{glm::dvec3(brick.first), glm::dvec3(brick.first + brick.size)};
         for (const HalfSpace& plane : clip) {
             const double distance = glm::dot(plane.normal, cells.center()) - plane.offset;

@@ -1,9 +1,9 @@
 // Caps: the parts of a clip's planes that are in the solid, which close the surface where it is cut.
 #pragma once
 
+#include "isospline/cell/lattice_ray.h"
 #include "isospline/math/box.h"
 #include "isospline/shell/isosurface.h"
-#include "isospline/trace/lattice_ray.h"
 
 #include <glm/vec3.hpp>
 

@@ -9,7 +9,9 @@
 
 namespace isospline {
 
-inline constexpr std::uint32_t invalid_id = 0xffffffffu;
+/// The ids of a miss.
+inline constexpr std::uint32_t invalid_id = 0xffffffffu; ///< of a geometry
+inline constexpr std::uint64_t invalid_primitive_id = 0xffffffffffffffffu;
 
 /// The first crossing of a ray with a scene, in world space; t is infinite on a miss.
 struct Hit {
@@ -19,8 +21,9 @@ struct Hit {
     double gradient_magnitude = 0.0; ///< |gradient of f| in world units; 0 for a mesh
     glm::vec2 uv{0.0f};              ///< weights of a triangle's second and third corner; 0 for an isosurface
     std::uint32_t geometry_id = invalid_id;
-    std::uint32_t primitive_id =
-        invalid_id; ///< position in Shell::cells(), or IsosurfaceSnapshot::is_cap(); triangle of a mesh
+    /// Of an isosurface: Volume::primitive_id() of the cell, or that of a cap, IsosurfaceSnapshot::is_cap(); triangle
+    /// of a mesh.
+    std::uint64_t primitive_id = invalid_primitive_id;
 
     /// Makes it a miss.
     void clear()
@@ -29,7 +32,8 @@ struct Hit {
         position = normal = glm::dvec3(0.0);
         gradient_magnitude = 0.0;
         uv = glm::vec2(0.0f);
-        geometry_id = primitive_id = invalid_id;
+        geometry_id = invalid_id;
+        primitive_id = invalid_primitive_id;
     }
 
     explicit operator bool() const { return geometry_id != invalid_id; }

@@ -1,13 +1,11 @@
 // A point of a volume's domain, as a place in one of its cells.
 #pragma once
 
+#include "isospline/cell/coefficients.h"
 #include "isospline/shell/isosurface.h"
-#include "isospline/trace/cell_block.h"
 
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
-
-#include <cstdint>
 
 namespace isospline {
 
@@ -16,15 +14,12 @@ namespace isospline {
 struct PointInCell {
     PointInCell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
         : index(glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape() - 1))),
-          cell(surface.volume(), surface.threshold(),
-               Cell{static_cast<std::uint16_t>(index.x), static_cast<std::uint16_t>(index.y),
-                    static_cast<std::uint16_t>(index.z)}),
-          local(lattice - cell.lower)
+          cell(surface.volume(), surface.threshold(), index), local(lattice - cell.lower)
     {
     }
 
     glm::ivec3 index;
-    CellBlock cell;
+    CellCoefficients cell;
     glm::dvec3 local;
 };
 

@@ -19,7 +19,7 @@
 
 #include <hwy/highway.h>
 
-#include "isospline/trace/lane_mask-inl.h"
+#include "isospline/cell/lane_mask-inl.h"
 
 #ifndef ISOSPLINE_TRACE_PREPARATION
 #define ISOSPLINE_TRACE_PREPARATION
@@ -27,6 +27,9 @@ namespace isospline {
 
 /// Room for the rounding of limits, relative to the numbers that they are computed from.
 inline constexpr double limits_rounding = 8.0 * 0x1p-53;
+
+/// Room for the rounding of some ten operations, of prepare() and of what foretells its result.
+inline constexpr double miss_rounding = 32.0 * 0x1p-53;
 
 // What came of the rays of a packet.
 struct Preparation {
@@ -61,29 +64,58 @@ HWY_INLINE hn::Vec<Doubles> FusedMulAdd(hn::Vec<Doubles> a, hn::Vec<Doubles> b, 
 #endif
 }
 
-// The operations of prepare(), in its order. Rays that are not valid have no meaning afterwards.
-Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, const Box& box, PreparedPacket& prepared)
+// Lanes whose rays are finite and whose lines miss the box, by more than rounding can make of it. A line o + t d
+// meets a box about the origin only if |o_y d_z - o_z d_y| <= h_y |d_z| + h_z |d_y|, and so for each pair of axes: the
+// box's and the line's shadow along the third one meet. There is no division in it, unlike in what it saves.
+LaneMask ClearMisses(const RayPacket& rays, const glm::dvec3& centre, const Box& box)
 {
-    // Axis by axis; lanes beyond the rays repeat the last one.
-    for (std::size_t lane = 0; lane < PreparedPacket::capacity; ++lane) {
-        const Ray& ray = rays[std::min(lane, rays.size() - 1)];
+    const Doubles d;
+    using V = hn::Vec<Doubles>;
+    LaneMask misses = 0;
+    for (std::size_t first = 0; first < static_cast<std::size_t>(rays.count); first += hn::Lanes(d)) {
+        V origin[3], direction[3], reach[3], size[3], half_size[3];
         for (int axis = 0; axis < 3; ++axis) {
-            prepared.origin[axis][lane] = ray.origin[axis];
-            prepared.direction[axis][lane] = ray.direction[axis];
+            origin[axis] = hn::Sub(hn::Load(d, rays.origin[axis] + first), hn::Set(d, centre[axis]));
+            direction[axis] = hn::Load(d, rays.direction[axis] + first);
+            size[axis] = hn::Abs(direction[axis]);
+            half_size[axis] = hn::Set(d, box.upper[axis]);
+            reach[axis] = hn::Add(hn::Abs(origin[axis]), half_size[axis]);
         }
-        prepared.limits.t_near[lane] = ray.t_near;
-        prepared.limits.t_far[lane] = ray.t_far;
+        auto outside = hn::FirstN(d, 0);
+        for (int axis = 0; axis < 3; ++axis) {
+            const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+            const V moment = hn::Abs(hn::Sub(hn::Mul(origin[a], direction[b]), hn::Mul(origin[b], direction[a])));
+            const V shadow = hn::Add(hn::Mul(half_size[a], size[b]), hn::Mul(half_size[b], size[a]));
+            const V terms = hn::Add(hn::Mul(reach[a], size[b]), hn::Mul(reach[b], size[a]));
+            const V room = hn::Add(hn::Mul(terms, hn::Set(d, miss_rounding)), hn::Set(d, 1e-300)); // or underflow
+            outside = hn::Or(outside, hn::Gt(moment, hn::Add(shadow, room)));
+        }
+        const V largest = hn::Add(hn::Add(reach[0], reach[1]), reach[2]);
+        const V length = hn::Add(hn::Add(size[0], size[1]), size[2]);
+        const V least = hn::Set(d, 1e-150), most = hn::Set(d, 1e150); // whose squares are finite and not zero
+        const auto valid = hn::And(hn::And(hn::Gt(length, least), hn::Lt(length, most)), hn::Lt(largest, most));
+        misses |= to_lane_mask(d, hn::And(outside, valid), first);
     }
+    return misses;
+}
+
+// The operations of prepare(), in its order. Rays that are not valid have no meaning afterwards.
+Preparation PreparePacket(const RayPacket& rays, const glm::dvec3& centre, const Box& box, PreparedPacket& prepared)
+{
+    const LaneMask all = (LaneMask{1} << rays.count) - 1u;
+    if ((ClearMisses(rays, centre, box) & all) == all)
+        return {all, 0};
 
     const Doubles d;
     using V = hn::Vec<Doubles>;
     const V zero = hn::Zero(d);
     Preparation preparation{0, 0};
-    for (std::size_t first = 0; first < PreparedPacket::capacity; first += hn::Lanes(d)) {
+    const auto count = static_cast<std::size_t>(rays.count);
+    for (std::size_t first = 0; first < count; first += hn::Lanes(d)) {
         V origin[3], direction[3], given_direction[3], rest[3];
         for (int axis = 0; axis < 3; ++axis) {
-            origin[axis] = hn::Load(d, prepared.origin[axis] + first);
-            direction[axis] = hn::Load(d, prepared.direction[axis] + first);
+            origin[axis] = hn::Load(d, rays.origin[axis] + first);
+            direction[axis] = hn::Load(d, rays.direction[axis] + first);
         }
         const auto dot = [](const V(&a)[3], const V(&b)[3]) HWY_ATTR {
             return hn::Add(hn::Add(hn::Mul(a[0], b[0]), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2]));
@@ -114,8 +146,8 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
             t_far = hn::IfThenElse(parallel, t_far, hn::Min(t_far, hn::Max(to_lower, to_upper)));
         }
         const V shift = hn::Mul(t_near, scale);
-        const V near_limit = hn::Load(d, prepared.limits.t_near + first);
-        const V far_limit = hn::Load(d, prepared.limits.t_far + first);
+        const V near_limit = hn::Load(d, rays.t_near + first);
+        const V far_limit = hn::Load(d, rays.t_far + first);
         const auto room = [&](V limit) HWY_ATTR {
             return hn::Mul(hn::Mul(hn::Set(d, limits_rounding), hn::Add(hn::Abs(limit), hn::Abs(shift))), length);
         };
@@ -131,10 +163,12 @@ Preparation PreparePacket(std::span<const Ray> rays, const glm::dvec3& centre, c
         }
         hn::Store(t_near, d, prepared.t_near + first);
         hn::Store(t_far, d, prepared.t_far + first);
+        hn::Store(near_limit, d, prepared.limits.t_near + first);
+        hn::Store(far_limit, d, prepared.limits.t_far + first);
         hn::Store(shift, d, prepared.limits.shift + first);
         hn::Store(length, d, prepared.limits.length + first);
-        preparation.valid |= ToLaneMask(d, finite, first);
-        preparation.inside |= ToLaneMask(d, inside, first);
+        preparation.valid |= to_lane_mask(d, finite, first);
+        preparation.inside |= to_lane_mask(d, inside, first);
     }
     return preparation;
 }
@@ -232,14 +266,13 @@ bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedR
     return unit.t_near <= unit.t_far;
 }
 
-LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared)
+LaneMask prepare_packet(const RayPacket& rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared)
 {
-    const LaneMask wanted = (LaneMask{1} << rays.size()) - 1u;
-    const Preparation preparation =
-        HWY_DYNAMIC_DISPATCH(PreparePacket)(rays, frame.centre, frame.box, prepared);
+    const LaneMask wanted = (LaneMask{1} << rays.count) - 1u;
+    const Preparation preparation = HWY_DYNAMIC_DISPATCH(PreparePacket)(rays, frame.centre, frame.box, prepared);
     for (LaneMask rest = wanted & ~preparation.valid; rest != 0; rest &= rest - 1u) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-        check_ray(rays[lane], index + lane);
+        const int lane = std::countr_zero(rest);
+        check_ray(rays.ray(lane), index + static_cast<std::size_t>(lane));
     }
     return frame.box.empty() ? 0 : preparation.inside & wanted;
 }

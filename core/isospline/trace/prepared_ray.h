@@ -3,15 +3,15 @@
 // the limits of the ray.
 #pragma once
 
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
 #include "isospline/spline/volume.h"
-#include "isospline/trace/lattice_ray_packet.h"
+#include "isospline/trace/ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 
 #include <cstddef>
-#include <span>
 
 namespace isospline {
 
@@ -44,10 +44,19 @@ struct PreparedRay {
 struct PreparedPacket {
     static constexpr int capacity = packet_capacity;
 
-    alignas(64) double origin[3][capacity];
-    alignas(64) double direction[3][capacity];
-    alignas(64) double t_near[capacity];
-    alignas(64) double t_far[capacity];
+    PreparedRay operator[](int lane) const
+    {
+        return {{{origin[0][lane], origin[1][lane], origin[2][lane]},
+                 {direction[0][lane], direction[1][lane], direction[2][lane]},
+                 t_near[lane],
+                 t_far[lane]},
+                limits[lane]};
+    }
+
+    alignas(64) double origin[3][capacity] = {};
+    alignas(64) double direction[3][capacity] = {};
+    alignas(64) double t_near[capacity] = {};
+    alignas(64) double t_far[capacity] = {};
     RayLimitsPacket limits;
 };
 
@@ -55,9 +64,9 @@ struct PreparedPacket {
 /// direction; `index` names it in the error.
 bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedRay& prepared);
 
-/// Prepares up to 16 rays, each as prepare() would, bit for bit. `index` is the first one's. Returns those that do not
-/// miss the box.
-LaneMask prepare_packet(std::span<const Ray> rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared);
+/// Prepares the rays of a packet, each as prepare() would, bit for bit. `index` is the first one's. Returns those that
+/// do not miss the box.
+LaneMask prepare_packet(const RayPacket& rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared);
 
 /// The ray in the lattice space of a volume of `shape` cells, given the map from the space of prepared rays.
 LatticeRay to_lattice(const PreparedRay& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape);

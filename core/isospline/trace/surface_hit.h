@@ -1,9 +1,9 @@
 // From a root in a cell to a hit in world space.
 #pragma once
 
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/hit.h"
-#include "isospline/trace/lattice_ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 

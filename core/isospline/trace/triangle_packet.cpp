@@ -9,7 +9,7 @@
 
 #include <hwy/highway.h>
 
-#include "isospline/trace/lane_mask-inl.h"
+#include "isospline/cell/lane_mask-inl.h"
 
 #ifndef ISOSPLINE_TRACE_SURE_PASSAGES
 #define ISOSPLINE_TRACE_SURE_PASSAGES
@@ -77,9 +77,9 @@ SurePassages FindSurePassages(const TriangleRayPacket& rays, const Triangle& tri
         const auto largest = hn::Max(hn::Max(past_a, past_b), past_c);
         const auto extent = hn::Max(hn::Max(Size(a), Size(b)), Size(c));
         const auto error = hn::Mul(hn::Set(d, edge_function_error), hn::Mul(extent, extent));
-        const LaneMask above = ToLaneMask(d, hn::Gt(least, error), first);
-        const LaneMask below = ToLaneMask(d, hn::Lt(largest, hn::Neg(error)), first);
-        const LaneMask outside = ToLaneMask(d, hn::And(hn::Lt(least, hn::Neg(error)), hn::Gt(largest, error)), first);
+        const LaneMask above = to_lane_mask(d, hn::Gt(least, error), first);
+        const LaneMask below = to_lane_mask(d, hn::Lt(largest, hn::Neg(error)), first);
+        const LaneMask outside = to_lane_mask(d, hn::And(hn::Lt(least, hn::Neg(error)), hn::Gt(largest, error)), first);
         const LaneMask all = lanes & all_lanes(d) << first;
         found.passages.along_normal |= above & all;
         found.passages.against_normal |= below & all;

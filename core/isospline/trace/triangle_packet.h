@@ -1,7 +1,7 @@
 // Rays that meet a triangle together, one a SIMD lane.
 #pragma once
 
-#include "isospline/trace/lattice_ray_packet.h"
+#include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/trace/triangle.h"
 
 namespace isospline {

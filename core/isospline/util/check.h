@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include <cmath>
+#include <cstdint>
 #include <sstream>
 #include <string>
 
@@ -55,6 +56,14 @@ inline void check_not_negative(const char* parameter, const glm::dvec3& vector)
 {
     if (!(is_finite(vector) && vector.x >= 0.0 && vector.y >= 0.0 && vector.z >= 0.0))
         throw_invalid(parameter, "finite numbers of at least 0", to_text(vector));
+}
+
+/// Of what is numbered in 32 bits, by Embree or in faces; the largest number stands for none.
+inline void check_count(const char* parameter, std::uint64_t count)
+{
+    constexpr std::uint64_t most = 0xffffffff;
+    if (count > most)
+        throw_invalid(parameter, "at most " + std::to_string(most), count);
 }
 
 inline void check_fraction(const char* parameter, double value)

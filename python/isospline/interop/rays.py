@@ -35,8 +35,8 @@ class RayMeshIntersector:
 
     Notes
     -----
-    ``index_tri`` is the row of a mesh's faces or of `Isosurface.shell.cells`; where the scene has several objects,
-    `Scene.list_intersections` tells them apart.
+    ``index_tri`` is the row of a mesh's faces, or the primitive id of an isosurface's cell, of which `Volume.cell_at`
+    makes its indices; where the scene has several objects, `Scene.list_intersections` tells them apart.
 
     Examples
     --------
@@ -104,7 +104,7 @@ class RayMeshIntersector:
         Returns
         -------
         index_tri : (M,) int64 array
-            Row of the face or the cell.
+            Row of the face, or primitive id of the cell.
         index_ray : (M,) int64 array
             Row of the ray, ascending; crossings of one ray are in their order along it.
         locations : (M, 3) float64 array, world units

@@ -65,7 +65,7 @@ Image some_image()
         image.ambient_occlusion[i] = uniform(random);
         image.direct[i] = vector();
         image.geometry_ids[i] = static_cast<std::uint32_t>(i % 3);
-        image.primitive_ids[i] = 4000000000u + static_cast<std::uint32_t>(i);
+        image.primitive_ids[i] = (std::uint64_t{1} << 32) * (i % 4) + 4000000000u + i;
     }
     return image;
 }
@@ -115,7 +115,11 @@ TEST_CASE("an EXR file holds every channel bit for bit", "[io]")
     REQUIRE(channel("ambient_occlusion") == image.ambient_occlusion);
     REQUIRE(channel("Z") == image.depth);
     REQUIRE(read_channel<std::uint32_t>(file, "id.geometry", Imf::UINT) == image.geometry_ids);
-    REQUIRE(read_channel<std::uint32_t>(file, "id.primitive", Imf::UINT) == image.primitive_ids);
+    const auto low = read_channel<std::uint32_t>(file, "id.primitive", Imf::UINT);
+    const auto high = read_channel<std::uint32_t>(file, "id.primitive_high", Imf::UINT);
+    for (std::size_t i = 0; i < image.pixel_count(); ++i)
+        REQUIRE((std::uint64_t{high[i]} << 32 | low[i]) == image.primitive_ids[i]);
+    REQUIRE((low[1] == 0xffffffffu && high[1] == 0xffffffffu)); // a miss
 }
 
 TEST_CASE("an EXR header holds the camera's matrices in Imath's convention", "[io]")

@@ -1,8 +1,9 @@
 #include "catch.h"
 
-#include "isospline/math/roots.h"
+#include "isospline/math/roots-inl.h"
 
 #include <algorithm>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -41,6 +42,17 @@ double evaluate(Bernstein<Degree> b, double s)
 }
 
 template <int Degree>
+std::optional<double> first_root(const Bernstein<Degree>& b)
+{
+    std::optional<double> first;
+    isospline::scalar::for_each_root<Degree>(b, [&](double s, bool) {
+        first = s;
+        return false;
+    });
+    return first;
+}
+
+template <int Degree>
 void check_random_roots(unsigned seed)
 {
     std::mt19937 random(seed);
@@ -51,7 +63,7 @@ void check_random_roots(unsigned seed)
             root = anywhere(random);
         std::sort(roots.begin(), roots.end());
         const auto b = from_roots<Degree>(roots, std::pow(10.0, scale_exponent(random)));
-        const std::optional<double> found = isospline::first_root<Degree>(b);
+        const std::optional<double> found = first_root<Degree>(b);
         const auto first = std::find_if(roots.begin(), roots.end(), [](double root) { return root >= 0.0; });
         if (first == roots.end() || *first > 1.0) {
             REQUIRE_FALSE(found);
@@ -73,7 +85,7 @@ void check_random_roots(unsigned seed)
 TEST_CASE("to_monomial and split_in_half describe the same polynomial", "[math]")
 {
     const Bernstein<3> b{1.0, -2.0, 5.0, 0.5};
-    const auto a = isospline::to_monomial<3>(b);
+    const auto a = isospline::scalar::to_monomial<3>(b);
     Bernstein<3> left, right;
     isospline::split_in_half<3>(b, left, right);
     for (double s = 0.0; s <= 1.0; s += 0.125) {
@@ -95,19 +107,18 @@ TEST_CASE("first_root on hostile input", "[math]")
 {
     // Two roots 1e-6 apart; a root at each end; a double root, which only touches and so may be taken for a crossing or
     // not; all zero; constants.
-    REQUIRE(*isospline::first_root<3>(from_roots<3>({0.3, 0.300001, 5.0}, 1.0)) == Approx(0.3).margin(1e-8));
-    REQUIRE(*isospline::first_root<3>(from_roots<3>({0.0, 3.0, 4.0}, -1.0)) == Approx(0.0).margin(1e-14));
-    REQUIRE(*isospline::first_root<3>(from_roots<3>({1.0, 3.0, 4.0}, 1.0)) == Approx(1.0).margin(1e-14));
-    REQUIRE_FALSE(isospline::first_root<3>({1.0, 0.0, 0.0, 1.0}));
-    const auto touch = isospline::first_root<3>(from_roots<3>({0.3, 0.3, -1.0}, 1.0));
+    REQUIRE(*first_root<3>(from_roots<3>({0.3, 0.300001, 5.0}, 1.0)) == Approx(0.3).margin(1e-8));
+    REQUIRE(*first_root<3>(from_roots<3>({0.0, 3.0, 4.0}, -1.0)) == Approx(0.0).margin(1e-14));
+    REQUIRE(*first_root<3>(from_roots<3>({1.0, 3.0, 4.0}, 1.0)) == Approx(1.0).margin(1e-14));
+    REQUIRE_FALSE(first_root<3>({1.0, 0.0, 0.0, 1.0}));
+    const auto touch = first_root<3>(from_roots<3>({0.3, 0.3, -1.0}, 1.0));
     REQUIRE((!touch || *touch == Approx(0.3).margin(1e-6)));
-    REQUIRE_FALSE(isospline::first_root<6>(Bernstein<6>{}));
-    REQUIRE_FALSE(isospline::first_root<6>({1, 1, 1, 1, 1, 1, 1}));
-    REQUIRE_FALSE(isospline::first_root<6>({-1, -1, -1, -1, -1, -1, -1}));
+    REQUIRE_FALSE(first_root<6>(Bernstein<6>{}));
+    REQUIRE_FALSE(first_root<6>({1, 1, 1, 1, 1, 1, 1}));
+    REQUIRE_FALSE(first_root<6>({-1, -1, -1, -1, -1, -1, -1}));
     // A triple root is a crossing.
-    REQUIRE(*isospline::first_root<9>(from_roots<9>({0.4, 0.4, 0.4, 2, 3, 4, 5, 6, 7}, 1.0)) ==
-            Approx(0.4).margin(1e-4));
+    REQUIRE(*first_root<9>(from_roots<9>({0.4, 0.4, 0.4, 2, 3, 4, 5, 6, 7}, 1.0)) == Approx(0.4).margin(1e-4));
     // Very steep and very flat polynomials.
-    REQUIRE(*isospline::first_root<3>({-1e-300, -1e-300, -1e-300, 1e-300}) > 0.5);
-    REQUIRE(*isospline::first_root<3>({-1e300, 1e-300, 1e-300, 1e300}) > 0.0);
+    REQUIRE(*first_root<3>({-1e-300, -1e-300, -1e-300, 1e-300}) > 0.5);
+    REQUIRE(*first_root<3>({-1e300, 1e-300, 1e-300, 1e300}) > 0.0);
 }

@@ -34,7 +34,7 @@ void cast_at_spheres(std::span<const Ray> rays, std::span<Hit> hits)
             hits[i].position = rays[i].at(t);
             hits[i].normal = hits[i].position - center;
             hits[i].geometry_id = id;
-            hits[i].primitive_id = id + 100;
+            hits[i].primitive_id = (std::uint64_t{1} << 40) + id; // images keep all 64 bits
         }
     }
 }

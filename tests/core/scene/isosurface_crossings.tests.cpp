@@ -2,8 +2,8 @@
 // takes there: each crossing belongs to one cell, in every kind of query. ISOSPLINE_TEST_RAYS sets the number of rays.
 #include "catch.h"
 
+#include "isospline/hopper/hopper.h"
 #include "isospline/scene/scene.h"
-#include "isospline/trace/hopper.h"
 
 #include <glm/geometric.hpp>
 

@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include "../shell/noise_volume.h"
+#include "noise_volume.h"
 
 #include "isospline/scene/scene.h"
 #include "isospline/util/turn.h"

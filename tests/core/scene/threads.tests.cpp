@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include "../shell/noise_volume.h"
+#include "noise_volume.h"
 
 #include "isospline/isospline.h"
 
@@ -8,9 +8,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -18,8 +20,15 @@ using namespace isospline;
 
 namespace {
 
+/// How long threads meet: so many seconds as the environment says, as `make sanitize-thread` does, or a few.
+std::chrono::seconds duration()
+{
+    const char* const given = std::getenv("ISOSPLINE_THREADS_SECONDS");
+    return std::chrono::seconds(given != nullptr ? std::stoi(given) : 3);
+}
+
 /// Runs calls in threads of their own, again and again, for a while; rethrows what one of them throws.
-void hammer(const std::vector<std::function<void(int)>>& calls, std::chrono::milliseconds duration)
+void hammer(const std::vector<std::function<void(int)>>& calls)
 {
     std::atomic<bool> stop = false;
     std::mutex mutex;
@@ -33,9 +42,12 @@ void hammer(const std::vector<std::function<void(int)>>& calls, std::chrono::mil
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 raised = std::current_exception();
+                stop = true;
             }
         });
-    std::this_thread::sleep_for(duration);
+    for (const auto end = std::chrono::steady_clock::now() + duration();
+         !stop && std::chrono::steady_clock::now() < end;)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
     stop = true;
     for (std::thread& thread : threads)
         thread.join();
@@ -53,7 +65,7 @@ TEST_CASE("all calls of all threads at a time", "[scene][threads]")
     IsosurfaceOptions options;
     options.clip = {{{0, 0, 1}, 4.0}};
     options.capped = true;
-    const auto capped = std::make_shared<Isosurface>(volume, 0.2, options, surface->shared_bounds());
+    const auto capped = std::make_shared<Isosurface>(volume, 0.2, options, surface->shared_ranges());
     const auto mesh =
         std::make_shared<Mesh>(std::vector<glm::dvec3>{{5, -5, -5}, {5, 25, -5}, {5, 25, 25}, {5, -5, 25}},
                                std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}});
@@ -94,6 +106,9 @@ TEST_CASE("all calls of all threads at a time", "[scene][threads]")
         const auto snapshot = scene.snapshot();
         REQUIRE_FALSE(snapshot->bounds().empty());
         static_cast<void>(snapshot->memory() + snapshot->build_count() + scene.count() + scene.ids().size());
+        REQUIRE(surface->shared_volume() == volume);
+        const Isosurface copy(*surface);
+        REQUIRE(copy.shared_ranges() == surface->shared_ranges());
     };
     const auto draw = [&](int) {
         RenderOptions picture;
@@ -124,8 +139,7 @@ TEST_CASE("all calls of all threads at a time", "[scene][threads]")
         std::vector<Hit> hits(rays.size());
         other.snapshot()->cast_rays(rays, hits);
     };
-    hammer({change_levels, change_objects, query, query, look, draw, trace, measure, other_scene},
-           std::chrono::seconds(3));
+    hammer({change_levels, change_objects, query, query, look, draw, trace, measure, other_scene});
 }
 
 TEST_CASE("an interrupted wait for another thread's build", "[scene][threads]")

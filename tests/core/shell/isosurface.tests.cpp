@@ -12,24 +12,24 @@
 
 using namespace isospline;
 
-TEST_CASE("another level re-uses the bounds and gives the shell of a new surface", "[shell]")
+TEST_CASE("another level re-uses the ranges of bricks and gives the shell of a new surface", "[shell]")
 {
     const auto volume = noise_volume({20, 12, 9}, 2);
     Isosurface surface(volume, 0.5);
-    const auto bounds = surface.shared_bounds();
+    const auto ranges = surface.shared_ranges();
     const auto before = surface.snapshot();
     surface.set_level(-0.25);
     REQUIRE(surface.level() == -0.25);
     REQUIRE(surface.snapshot()->threshold() == -0.25 - volume->offset());
     REQUIRE(before->level() == 0.5);
     REQUIRE((before->shell().cells() == Isosurface(volume, 0.5).snapshot()->shell().cells()));
-    REQUIRE(surface.shared_bounds() == bounds);
+    REQUIRE(surface.shared_ranges() == ranges);
     REQUIRE((surface.snapshot()->shell().cells() == Isosurface(volume, -0.25).snapshot()->shell().cells()));
-    REQUIRE((surface.snapshot()->shell().cells() == Isosurface(volume, -0.25, {}, bounds).snapshot()->shell().cells()));
+    REQUIRE((surface.snapshot()->shell().cells() == Isosurface(volume, -0.25, {}, ranges).snapshot()->shell().cells()));
 
     Isosurface copy = surface;
     copy.set_level(0.5);
-    REQUIRE(copy.shared_bounds() == bounds);
+    REQUIRE(copy.shared_ranges() == ranges);
     REQUIRE((copy.snapshot()->shell().cells() == Isosurface(volume, 0.5).snapshot()->shell().cells()));
     REQUIRE(surface.level() == -0.25);
 }
@@ -66,6 +66,60 @@ TEST_CASE("the clip is given in world space and kept in lattice space", "[shell]
     REQUIRE(surface.shell().count() < Isosurface(volume, 0.0).snapshot()->shell().count());
 }
 
+TEST_CASE("whether a surface is empty, and its bounds, are those of its shell", "[shell]")
+{
+    Mask mask(33 * 20 * 27, 1);
+    for (int i = 0; i < 33 * 20 * 14; ++i)
+        mask[static_cast<std::size_t>(i)] = 0;
+    const Mask nothing(mask.size(), 0);
+    const std::vector<HalfSpace> half{{{1.0, 0.3, 0.2}, 20.0}}, outside{{{1.0, 0.0, 0.0}, 100.0}};
+    std::size_t empty = 0, full = 0, pruned_empty = 0;
+    for (int degree = 1; degree <= 3; ++degree) {
+        const auto volume = noise_volume({33, 20, 27}, degree);
+        for (const Mask& cut : {Mask(), mask, nothing})
+            for (const auto& clip : {std::vector<HalfSpace>(), half, outside})
+                for (const int depth : {0, 2, 4})
+                    for (const double level : {0.0, 1.2, 2.0, 2.3, -2.1, 1e3}) {
+                        IsosurfaceOptions options;
+                        options.shell = {.prune_depth = depth, .prune_border = true, .mask = cut};
+                        options.clip = clip;
+                        const auto surface = Isosurface(volume, level, options).snapshot();
+                        const auto asked_later = Isosurface(volume, level, options).snapshot();
+                        Box expected;
+                        for (const Cell& cell : asked_later->shell().cells()) {
+                            const glm::dvec3 lower(cell.x, cell.y, cell.z);
+                            expected.extend(Box{lower, lower + 1.0});
+                        }
+                        for (const auto& asked : {surface, asked_later, surface}) {
+                            REQUIRE(asked->is_empty() == expected.empty());
+                            REQUIRE(asked->bounds_lattice().empty() == expected.empty());
+                            if (expected.empty())
+                                continue;
+                            REQUIRE(asked->bounds_lattice().lower == expected.lower);
+                            REQUIRE(asked->bounds_lattice().upper == expected.upper);
+                        }
+                        ++(expected.empty() ? empty : full);
+                        pruned_empty += expected.empty() && surface->bricks().count() > 0;
+                    }
+    }
+    REQUIRE(empty > 50);
+    REQUIRE(full > 50);
+    REQUIRE(pruned_empty > 5);
+}
+
+TEST_CASE("memory grows with what is asked for", "[shell]")
+{
+    const auto surface = Isosurface(noise_volume({33, 20, 27}, 2), 0.1).snapshot();
+    const std::size_t before = surface->memory();
+    REQUIRE(before >= surface->shared_ranges()->memory() + surface->bricks().memory());
+    REQUIRE_FALSE(surface->is_empty());
+    surface->bounds_lattice();
+    REQUIRE(surface->memory() == before);
+    const std::size_t shell = surface->shell().memory();
+    REQUIRE(shell >= surface->shell().count() * sizeof(Cell));
+    REQUIRE(surface->memory() == before + shell);
+}
+
 TEST_CASE("what an isosurface is made of is checked", "[shell]")
 {
     const auto volume = noise_volume({4, 5, 6}, 2);
@@ -78,6 +132,12 @@ TEST_CASE("what an isosurface is made of is checked", "[shell]")
     REQUIRE_NOTHROW(Isosurface(noise_volume({4, 1, 6}, 2), 0.0));
     REQUIRE_THROWS_AS(Isosurface(noise_volume({65536, 1, 1}, 2), 0.0), std::invalid_argument);
     REQUIRE_NOTHROW(Isosurface(noise_volume({65535, 1, 1}, 2), 0.0));
+
+    for (const int depth : {-1, 7}) {
+        IsosurfaceOptions bad_depth;
+        bad_depth.shell.prune_depth = depth;
+        REQUIRE_THROWS_AS(Isosurface(volume, 0.0, bad_depth), std::invalid_argument);
+    }
 
     IsosurfaceOptions short_mask;
     short_mask.shell.mask.assign(4 * 5 * 6 - 1, 1);

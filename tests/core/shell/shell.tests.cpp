@@ -1,17 +1,15 @@
 #include "catch.h"
 
+#include "each_target.h"
+#include "level_bricks.h"
 #include "noise_volume.h"
 
 #include "isospline/shell/shell.h"
-#include "isospline/shell/value_bounds.h"
 #include "isospline/spline/basis.h"
 #include "isospline/util/parallel.h"
 
-#include <hwy/targets.h>
-
 #include <algorithm>
 #include <cstddef>
-#include <stdexcept>
 #include <tuple>
 #include <vector>
 
@@ -77,33 +75,41 @@ bool is_in_shell(const Volume& volume, const glm::ivec3& cell, double threshold,
     return coefficients.has_both_signs();
 }
 
+Shell shell_of(const LevelBricks& level, int depth, bool prune_border = true)
+{
+    return Shell(*level.volume, level.bricks, {.prune_depth = depth, .prune_border = prune_border, .mask = {}});
+}
+
+/// The index of a cell of an octet: by brick, by block, by cell, each with x varying fastest.
+int index_in_octet(const Cell& cell)
+{
+    const auto index = [&](int edge, int count) {
+        const auto place = [&](int coordinate) { return coordinate / edge % count; };
+        return place(cell.x) + count * (place(cell.y) + count * place(cell.z));
+    };
+    return 8 * (64 * index(8, 2) + index(2, 4)) + index(1, 2);
+}
+
 template <int Degree>
 void compare_with_definition(const glm::ivec3& shape, int depth)
 {
-    const auto volume = noise_volume(shape, Degree);
-    const ValueBounds bounds(*volume);
-    const double threshold = 0.2;
-    const Shell shell(*volume, bounds, threshold, {.prune_depth = depth, .prune_border = true, .mask = {}}, {});
+    const LevelBricks level(noise_volume(shape, Degree), 0.2);
+    const Shell shell = shell_of(level, depth);
 
     std::vector<Cell> expected;
-    const glm::ivec3 cells = volume->cell_shape();
-    const auto by_block = [](const Cell& a, const Cell& b) {
-        return std::tuple(a.z / 2, a.y / 2, a.x / 2, a.z % 2, a.y % 2, a.x % 2) <
-               std::tuple(b.z / 2, b.y / 2, b.x / 2, b.z % 2, b.y % 2, b.x % 2);
-    };
-    for (std::size_t index = 0; index < bounds.ranges().size(); ++index) {
-        const Brick brick = brick_at(cells, index);
-        const auto first_of_brick = static_cast<std::ptrdiff_t>(expected.size());
-        for (int z = 0; z < brick.size.z; ++z)
-            for (int y = 0; y < brick.size.y; ++y)
-                for (int x = 0; x < brick.size.x; ++x) {
-                    const glm::ivec3 cell = brick.first + glm::ivec3(x, y, z);
-                    if (is_in_shell<Degree>(*volume, cell, threshold, depth))
-                        expected.push_back({static_cast<std::uint16_t>(cell.x), static_cast<std::uint16_t>(cell.y),
-                                            static_cast<std::uint16_t>(cell.z)});
-                }
-        std::sort(expected.begin() + first_of_brick, expected.end(), by_block);
-    }
+    const glm::ivec3 cells = level.volume->cell_shape();
+    for (int z = 0; z < cells.z; ++z)
+        for (int y = 0; y < cells.y; ++y)
+            for (int x = 0; x < cells.x; ++x)
+                if (is_in_shell<Degree>(*level.volume, {x, y, z}, level.bricks.threshold(), depth))
+                    expected.push_back(
+                        {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z)});
+    std::sort(expected.begin(), expected.end(), [](const Cell& a, const Cell& b) {
+        const auto place = [](const Cell& cell) {
+            return std::tuple(cell.z / 16, cell.y / 16, cell.x / 16, index_in_octet(cell));
+        };
+        return place(a) < place(b);
+    });
     REQUIRE(!expected.empty());
     REQUIRE(shell.count() == expected.size());
     REQUIRE((shell.cells() == expected));
@@ -111,9 +117,9 @@ void compare_with_definition(const glm::ivec3& shape, int depth)
 
 } // namespace
 
-TEST_CASE("the shell is that of the definition, in the order of bricks and blocks", "[shell]")
+TEST_CASE("the shell is that of the definition, in the order of octets, bricks and blocks", "[shell]")
 {
-    for (const auto& shape : {glm::ivec3(11, 9, 10), glm::ivec3(2, 17, 3)}) {
+    for (const auto& shape : {glm::ivec3(11, 9, 10), glm::ivec3(2, 17, 3), glm::ivec3(18, 3, 33)}) {
         for (int depth = 0; depth <= 2; ++depth)
             compare_with_definition<1>(shape, depth);
         for (int depth = 0; depth <= 2; ++depth)
@@ -125,13 +131,9 @@ TEST_CASE("the shell is that of the definition, in the order of bricks and block
 
 TEST_CASE("with the paper's border rule the border is not pruned", "[shell]")
 {
-    const auto volume = noise_volume({12, 17, 9}, 2);
-    const ValueBounds bounds(*volume);
-    const auto shell_of = [&](int depth, bool prune_border) {
-        const ShellOptions options{.prune_depth = depth, .prune_border = prune_border, .mask = {}};
-        return Shell(*volume, bounds, 0.1, options, {}).cells();
-    };
-    const auto initial = shell_of(0, true), pruned = shell_of(2, true), paper = shell_of(2, false);
+    const LevelBricks level(noise_volume({12, 17, 9}, 2), 0.1);
+    const auto initial = shell_of(level, 0).cells(), pruned = shell_of(level, 2).cells(),
+               paper = shell_of(level, 2, false).cells();
     std::vector<Cell> expected;
     for (const Cell& cell : initial) {
         const bool border = cell.x == 0 || cell.y == 0 || cell.z == 0 || cell.x == 11 || cell.y == 16 || cell.z == 8;
@@ -146,49 +148,29 @@ TEST_CASE("with the paper's border rule the border is not pruned", "[shell]")
 TEST_CASE("the shell is the same for any number of threads", "[shell][threads]")
 {
     const auto volume = noise_volume({60, 50, 40}, 2);
-    const ValueBounds bounds(*volume);
-    const Shell many(*volume, bounds, 0.3, {}, {});
+    const auto cells = [&] { return shell_of(LevelBricks(volume, 0.3), 2).cells(); };
+    const std::vector<Cell> many = cells();
     set_thread_count(1);
-    const Shell one(*volume, bounds, 0.3, {}, {});
+    const std::vector<Cell> one = cells();
     set_thread_count(0);
-    REQUIRE((many.cells() == one.cells()));
+    REQUIRE((many == one));
 }
 
 TEST_CASE("the shell is the same for any SIMD target", "[shell]")
 {
     for (int degree = 1; degree <= 3; ++degree) {
         const auto volume = noise_volume({13, 12, 11}, degree);
-        const ValueBounds bounds(*volume);
         for (int depth = 1; depth <= 4; ++depth) {
-            const ShellOptions options{.prune_depth = depth, .prune_border = true, .mask = {}};
-            const auto shell = [&] { return Shell(*volume, bounds, 0.3, options, {}).cells(); };
-            const auto expected = shell();
-            for (auto targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
-                const auto target = targets & -targets;
-                hwy::SetSupportedTargetsForTest(target);
-                hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-                INFO(hwy::TargetName(target));
-                CHECK((shell() == expected));
-                hwy::SetSupportedTargetsForTest(0);
-                hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-            }
+            const auto cells = [&] { return shell_of(LevelBricks(volume, 0.3), depth).cells(); };
+            const std::vector<Cell> expected = cells();
+            for_each_target([&] { CHECK((cells() == expected)); });
         }
     }
 }
 
-TEST_CASE("a threshold out of the bounds leaves no cell", "[shell]")
+TEST_CASE("a threshold out of the ranges leaves no cell", "[shell]")
 {
     const auto volume = noise_volume({9, 9, 9}, 3);
-    const ValueBounds bounds(*volume);
-    REQUIRE(Shell(*volume, bounds, 100.0, {}, {}).count() == 0);
-    REQUIRE(Shell(*volume, bounds, -1e300, {}, {}).count() == 0);
-}
-
-TEST_CASE("the depth of pruning is checked", "[shell]")
-{
-    const auto volume = noise_volume({4, 4, 4}, 2);
-    const ValueBounds bounds(*volume);
-    for (const int depth : {-1, 7})
-        REQUIRE_THROWS_AS(Shell(*volume, bounds, 0.0, {.prune_depth = depth, .prune_border = true, .mask = {}}, {}),
-                          std::invalid_argument);
+    REQUIRE(shell_of(LevelBricks(volume, 100.0), 2).count() == 0);
+    REQUIRE(shell_of(LevelBricks(volume, -1e300), 2).count() == 0);
 }

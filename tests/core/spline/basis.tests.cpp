@@ -1,6 +1,7 @@
 #include "catch.h"
 
 #include "isospline/spline/basis.h"
+#include "isospline/spline/cell_weights-inl.h"
 
 #include <array>
 #include <cmath>
@@ -27,44 +28,10 @@ double bspline_by_definition(int degree, double x)
 }
 
 template <int Degree>
-void check_cell_basis()
-{
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> unit(0.0, 1.0);
-    for (int trial = 0; trial < 100; ++trial) {
-        const double s = trial == 0 ? 0.0 : trial == 1 ? 1.0 : unit(random);
-        const auto basis = cell_basis<Degree>(s);
-        double sum = 0.0, slope = 0.0, curvature = 0.0;
-        for (int j = 0; j <= Degree; ++j) {
-            const auto at = static_cast<std::size_t>(j);
-            const double x = s + 0.5 * (Degree - 1) - j;
-            // beta^0 is halved at its jumps, where a cell's weight is its limit from inside.
-            if (Degree > 1 || (s > 0.0 && s < 1.0)) {
-                REQUIRE(basis.values[at] == Approx(bspline(Degree, x).value).margin(1e-14));
-                REQUIRE(basis.first[at] == Approx(bspline(Degree, x).derivative).margin(1e-14));
-            }
-            REQUIRE(basis.values[at] >= 0.0);
-            REQUIRE(cell_weights<Degree>(static_cast<float>(s))[at] == Approx(basis.values[at]).margin(1e-7));
-            if (Degree > 2) {
-                const double h = 1e-4;
-                const double difference = bspline(Degree, x + h).derivative - bspline(Degree, x - h).derivative;
-                REQUIRE(basis.second[at] == Approx(difference / (2.0 * h)).margin(1e-3));
-            }
-            sum += basis.values[at];
-            slope += basis.first[at];
-            curvature += basis.second[at];
-        }
-        REQUIRE(sum == Approx(1.0).epsilon(1e-14));
-        REQUIRE(slope == Approx(0.0).margin(1e-14));
-        REQUIRE(curvature == Approx(0.0).margin(1e-14));
-    }
-}
-
-template <int Degree>
 double spline_value(const std::vector<double>& coefficients, double lattice)
 {
     const auto cell = static_cast<std::size_t>(std::floor(lattice));
-    const auto weights = cell_weights<Degree>(lattice - std::floor(lattice));
+    const auto weights = scalar::cell_weights<Degree>(lattice - std::floor(lattice));
     double sum = 0.0;
     for (std::size_t j = 0; j <= Degree; ++j)
         sum += weights[j] * coefficients[cell + j];
@@ -119,27 +86,6 @@ TEST_CASE("B-splines of every degree sum to one", "[spline]")
             REQUIRE(sum == Approx(1.0).epsilon(1e-13));
             REQUIRE(slope == Approx(0.0).margin(1e-13));
         }
-}
-
-TEST_CASE("the 13-operation form agrees with the recursion", "[spline]")
-{
-    for (double x = -0.5; x <= 0.5; x += 0.01)
-        for (int k = 0; k < 3; ++k) {
-            const auto at = static_cast<std::size_t>(k);
-            const auto basis = quadratic_basis(x);
-            REQUIRE(basis.values[at] == Approx(bspline(2, x - 1.0 + k).value).margin(1e-15));
-            REQUIRE(basis.derivatives[at] == Approx(bspline(2, x - 1.0 + k).derivative).margin(1e-15));
-        }
-}
-
-TEST_CASE("the weights of a cell are B-splines, not negative, and sum to one", "[spline]")
-{
-    check_cell_basis<0>();
-    check_cell_basis<1>();
-    check_cell_basis<2>();
-    check_cell_basis<3>();
-    check_cell_basis<4>();
-    check_cell_basis<5>();
 }
 
 TEST_CASE("coefficients of half the spacing give the same spline", "[spline]")

@@ -1,7 +1,7 @@
 #include "catch.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/spline/basis.h"
+#include "isospline/spline/cell_weights-inl.h"
 #include "isospline/spline/line_filter.h"
 #include "isospline/spline/sample.h"
 #include "isospline/spline/volume.h"
@@ -54,8 +54,8 @@ VolumeOptions options_of(int degree, Boundary boundary)
 
 TEST_CASE("an interpolating volume passes through its samples", "[spline][threads]")
 {
-    for (const auto& shape : {glm::ivec3(1, 1, 1), glm::ivec3(2, 1, 3), glm::ivec3(3, 2, 2), glm::ivec3(17, 70, 5),
-                              glm::ivec3(131, 4, 66)})
+    for (const auto& shape :
+         {glm::ivec3(1, 1, 1), glm::ivec3(2, 1, 3), glm::ivec3(3, 2, 2), glm::ivec3(17, 70, 5), glm::ivec3(131, 4, 66)})
         for (int degree = 0; degree <= 5; ++degree)
             for (const auto boundary : {Boundary::mirror, Boundary::periodic}) {
                 Samples samples(shape, 3);
@@ -64,8 +64,8 @@ TEST_CASE("an interpolating volume passes through its samples", "[spline][thread
                 for (int z = 0; z < shape.z; ++z)
                     for (int y = 0; y < shape.y; ++y)
                         for (int x = 0; x < shape.x; ++x)
-                            worst = std::max(worst, std::abs(volume.value({x, y, z}) -
-                                                             static_cast<double>(samples.at(x, y, z))));
+                            worst = std::max(
+                                worst, std::abs(volume.value({x, y, z}) - static_cast<double>(samples.at(x, y, z))));
                 // Noise is the worst case: at degree 5 its coefficients are many times as large as the samples, and so
                 // is the rounding of a float32.
                 constexpr double range = 8.0;
@@ -102,7 +102,8 @@ TEST_CASE("the coefficients of a cell give the model inside of it", "[spline]")
         for (int y = 0; y < volume.cell_shape().y; ++y)
             for (int x = 0; x < volume.cell_shape().x; ++x) {
                 const glm::dvec3 s(unit(random), unit(random), unit(random));
-                const auto u = cell_weights<2>(s.x), v = cell_weights<2>(s.y), w = cell_weights<2>(s.z);
+                const auto u = scalar::cell_weights<2>(s.x), v = scalar::cell_weights<2>(s.y),
+                           w = scalar::cell_weights<2>(s.z);
                 const float* const first = volume.cell_coefficients(x, y, z);
                 double sum = volume.offset();
                 for (std::size_t k = 0; k < 3; ++k)
@@ -138,8 +139,8 @@ TEST_CASE("derivatives are those of the values, in world space too", "[spline]")
             step[axis] = h;
             const double slope = (value_at(volume, position + step) - value_at(volume, position - step)) / (2.0 * h);
             REQUIRE(gradient[axis] == Approx(slope).margin(1e-4));
-            const glm::dvec3 bend = (gradient_at(volume, position + step) - gradient_at(volume, position - step)) /
-                                    (2.0 * h);
+            const glm::dvec3 bend =
+                (gradient_at(volume, position + step) - gradient_at(volume, position - step)) / (2.0 * h);
             REQUIRE(glm::length(hessian[axis] - bend) < 2e-2);
         }
     }
@@ -232,4 +233,21 @@ TEST_CASE("making a volume can be cancelled", "[spline][threads]")
     });
     REQUIRE(last == 1.0);
     REQUIRE_THROWS_AS(Volume(samples.view(), {}, [](double fraction) { return fraction < 0.5; }), Cancelled);
+}
+
+TEST_CASE("primitive ids count the cells of a volume, x fastest", "[spline]")
+{
+    for (int degree = 1; degree <= 3; ++degree) {
+        const Samples samples({6, 4, 5}, 9);
+        const Volume volume(samples.view(), options_of(degree, Boundary::mirror));
+        const glm::ivec3 shape = volume.cell_shape();
+        std::uint64_t next = 0;
+        for (int z = 0; z < shape.z; ++z)
+            for (int y = 0; y < shape.y; ++y)
+                for (int x = 0; x < shape.x; ++x, ++next) {
+                    REQUIRE(volume.primitive_id({x, y, z}) == next);
+                    REQUIRE(volume.cell_at(next) == glm::ivec3(x, y, z));
+                }
+        REQUIRE(volume.cell_count() == next);
+    }
 }

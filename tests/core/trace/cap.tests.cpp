@@ -1,9 +1,9 @@
-#include "../shell/noise_volume.h"
 #include "catch.h"
+#include "noise_volume.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/query/contains.h"
 #include "isospline/trace/cap.h"
-#include "isospline/trace/contains.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -152,7 +152,7 @@ TEST_CASE("primitive ids of caps follow those of cells", "[trace]")
 {
     const auto snapshot = cut_noise(2, true);
     const IsosurfaceSnapshot& surface = *snapshot;
-    const auto cells = static_cast<std::uint32_t>(surface.shell().count());
+    const std::uint64_t cells = surface.volume().cell_count();
     REQUIRE(!surface.is_cap(cells - 1));
     REQUIRE(surface.is_cap(cells));
     REQUIRE(surface.primitive_count() == cells + 8);

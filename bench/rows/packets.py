@@ -1,0 +1,71 @@
+"""Packets of primary rays, called from C++: the isosurface, Embree's own triangles and the paper's hopping."""
+
+from suite import judge, native, peers
+from suite.clock import rates
+from suite.goal import at_least
+from suite.tables import markdown_table, with_spread
+
+TITLE = "Packets against Embree's triangles and hopping"
+ABOUT = """The primary rays of *Primary rays*, from C++ (bench/cpp, Google Benchmark), on one thread, in chunks of
+4096 that one array of hits serves. *Triangles* are the marching-cubes mesh of the same level (VTK's FlyingEdges3D) in
+an Embree scene of its own: `RTC_GEOMETRY_TYPE_TRIANGLE`, robust, coherent packets of the machine's width; Embree
+decides them in single precision. Both take double precision rays one after the other and give t, a unit normal and
+ids: that of a triangle is made of Embree's Ng for all lanes side by side, the isosurface's is exact, and its hits
+have more in them, all of it in double precision. *Hopping* is the paper's, with bracket + Brent. All must hit about
+as many rays."""
+SETTINGS = ("size", "repetitions")
+GOALS = [("packets against Embree's own triangle packets, C++", "at least 0.7 times"),
+         ("the same, median", "at least 0.9 times"),
+         ("packets against the paper's hopping, C++, median", "at least 10 times")]  # fmt: skip
+VIEWS = ("whole", "close")
+WAYS = {"spline": "packets/spline", "triangles": "packets/triangles", "hopping": "hopping/spline"}
+
+
+def measure(settings):
+    peers.require_vtk()
+    for subject in settings.subjects():
+        names = [f"{name}_{view}" for view in VIEWS for name in WAYS.values()]
+        found = native.measure(subject, settings, names)
+        for view in VIEWS:
+            of_view = {way: found[f"{name}_{view}"] for way, name in WAYS.items()}
+            yield {"subject": subject.name, "view": view} | rates_and_hits(of_view, subject)
+
+
+def rates_and_hits(found, subject):
+    """Of what C++ measured by ways that must hit about as many rays as the isosurface."""
+    count = int(found["spline"]["rays"])
+    hit = {way: result["hit"] for way, result in found.items()}
+    judge.check_covered(hit, "spline", subject.data)
+    return {
+        "rays": count, "hit": hit["spline"],
+        "mray_per_second": {way: rates(count, result["seconds"]) for way, result in found.items()},
+    }  # fmt: skip
+
+
+def ratio(result, other):
+    rate = result["mray_per_second"]
+    return rate["spline"]["median"] / rate[other]["median"]
+
+
+def ratios(results, other):
+    return {f"{result['subject']}, {result['view']}": ratio(result, other) for result in results}
+
+
+def goals(results):
+    triangles = ratios(results, "triangles")
+    return [
+        at_least(GOALS[0][0], 0.7, triangles),
+        at_least(GOALS[1][0], 0.9, triangles, of_median=True),
+        at_least(GOALS[2][0], 10, ratios(results, "hopping"), of_median=True),
+    ]
+
+
+def table(results):
+    rows = [
+        (result["subject"], result["view"], f"{result['hit']:.1%}",
+         *(with_spread(result["mray_per_second"][way]) for way in WAYS),
+         ratio(result, "triangles"), ratio(result, "hopping"))
+        for result in results
+    ]  # fmt: skip
+    header = ("volume", "view", "hit", *(f"{way}, Mray/s" for way in WAYS), "of triangles", "of hopping")
+    return markdown_table(header, rows)

@@ -1,0 +1,158 @@
+// Rays from NumPy arrays: the same for scenes and hoppers.
+#pragma once
+
+#include "arrays.h"
+
+#include "isospline/math/ray.h"
+#include "isospline/trace/check_ray.h"
+#include "isospline/trace/ray_packet.h"
+#include "isospline/util/parallel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace isospline {
+
+inline void check_limits(double t_near, double t_far)
+{
+    if (std::isnan(t_near))
+        throw_invalid("t_near", "a number", t_near);
+    if (std::isnan(t_far))
+        throw_invalid("t_far", "a number", t_far);
+}
+
+/// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of 4 x
+/// 4, as those of a picture are close together so; others one after the other.
+class RayOrder {
+public:
+    static constexpr std::size_t tile = 4;
+
+    RayOrder(const Shape& shape, bool tiled) : tiled_(tiled && shape.size() >= 2)
+    {
+        if (!tiled_)
+            return;
+        width_ = static_cast<std::size_t>(shape.back());
+        height_ = static_cast<std::size_t>(shape[shape.size() - 2]);
+        tiled_ = width_ % tile == 0 && height_ % tile == 0 && width_ > 0 && height_ > 0;
+    }
+
+    /// The places in the array of `count` rays from the `first` of the order on, which begins a row of a tile.
+    void set_places(std::size_t first, int count, std::array<std::size_t, RayPacket::capacity>& places) const
+    {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += tile) {
+            const std::size_t begin = (*this)(first + i);
+            for (std::size_t j = 0; j < tile; ++j)
+                places[i + j] = begin + j;
+        }
+    }
+
+    /// The place in the array of the ray that is i-th in the order.
+    std::size_t operator()(std::size_t i) const
+    {
+        if (!tiled_)
+            return i;
+        const std::size_t row_of_tiles = i / (width_ * tile), within_row = i % (width_ * tile);
+        const std::size_t tile_in_row = within_row / (tile * tile), within_tile = within_row % (tile * tile);
+        return (row_of_tiles * tile + within_tile / tile) * width_ + tile_in_row * tile + within_tile % tile;
+    }
+
+private:
+    bool tiled_;
+    std::size_t width_ = 0, height_ = 0;
+};
+
+/// Rays of a chunk; only the last may have fewer.
+inline constexpr std::size_t ray_chunk_size = 1024;
+
+/// The rays in an array of shape (..., 6), with limits that all have.
+struct GivenRays {
+    GivenRays(const pybind11::handle& rays, double given_t_near, double given_t_far, bool tiled)
+        : rows(rays, "rays", 6), order(rows.leading_shape(), tiled), t_near(given_t_near), t_far(given_t_far)
+    {
+        check_limits(t_near, t_far);
+    }
+
+    std::size_t count() const { return rows.count(); }
+
+    /// Those from `begin` to `end` of the order.
+    std::vector<Ray> chunk(std::size_t begin, std::size_t end) const
+    {
+        std::vector<Ray> rays;
+        rays.reserve(end - begin);
+        for (std::size_t i = begin; i < end; ++i)
+            rays.push_back({rows.vector(order(i), 0), rows.vector(order(i), 3), t_near, t_far});
+        return rays;
+    }
+
+    /// Calls `body(begin, end)` in parallel for chunks of the order, without the GIL.
+    template <typename Body>
+    void for_each_chunk(const Progress& progress, const Body& body) const
+    {
+        try {
+            parallel_for((count() + ray_chunk_size - 1) / ray_chunk_size, 1,
+                         [&](std::size_t first, std::size_t last) {
+                             for (std::size_t i = first; i < last; ++i)
+                                 body(i * ray_chunk_size, std::min((i + 1) * ray_chunk_size, count()));
+                         },
+                         progress);
+        } catch (const std::invalid_argument&) {
+            check(); // names the first of the bad rays, whichever thread came upon one
+            throw;
+        }
+    }
+
+    /// Calls `body(packet, begin, places)` for the rays of a chunk in packets of up to `width`; `places` are those in
+    /// the array, and `begin` counts in the order.
+    template <typename Body>
+    void for_each_packet(std::size_t begin, std::size_t end, int width, const Body& body) const
+    {
+        RayPacket packet;
+        std::fill_n(packet.t_near, RayPacket::capacity, t_near);
+        std::fill_n(packet.t_far, RayPacket::capacity, t_far);
+        std::array<std::size_t, RayPacket::capacity> places;
+        for (; begin < end; begin += static_cast<std::size_t>(packet.count)) {
+            packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), end - begin));
+            order.set_places(begin, packet.count, places);
+            rows.visit([&](const auto* numbers) { load(numbers, places, packet); });
+            body(std::as_const(packet), begin, std::as_const(places));
+        }
+    }
+
+    RowArray rows;
+    RayOrder order;
+    double t_near, t_far;
+
+private:
+    template <typename Number>
+    static void load(const Number* rows, const std::array<std::size_t, RayPacket::capacity>& places, RayPacket& packet)
+    {
+        for (int lane = 0; lane < packet.count; ++lane) {
+            const Number* const row = rows + 6 * places[static_cast<std::size_t>(lane)];
+            for (int axis = 0; axis < 3; ++axis) {
+                packet.origin[axis][lane] = static_cast<double>(row[axis]);
+                packet.direction[axis][lane] = static_cast<double>(row[axis + 3]);
+            }
+        }
+    }
+
+    /// Throws where a ray is not one that can be cast.
+    void check() const
+    {
+        for (std::size_t i = 0; i < count(); ++i) {
+            for (std::size_t column = 0; column < 6; ++column)
+                if (!std::isfinite(rows(i, column)))
+                    throw_invalid("rays", "finite origins and directions",
+                                  std::to_string(rows(i, column)) + " in ray " + std::to_string(i));
+            if (rows.vector(i, 3) == glm::dvec3(0.0))
+                throw_invalid("rays", "directions that are not zero", "(0, 0, 0) in ray " + std::to_string(i));
+            check_ray({rows.vector(i, 0), rows.vector(i, 3)}, i);
+        }
+    }
+};
+
+} // namespace isospline

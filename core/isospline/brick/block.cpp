@@ -1,0 +1,198 @@
+#include "isospline/brick/block.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isospline/brick/block.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "isospline/brick/block_table-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Lanes are the cells of a block, as many as there is room for.
+using Cells = hn::CappedTag<float, Block::capacity>;
+
+// B-spline coefficients along a line to the Bernstein coefficients of the same polynomial in the cell.
+template <int Degree, class D, class Item>
+HWY_INLINE void LineToBernstein(D d, const Item& c)
+{
+    using V = hn::Vec<D>;
+    const V half = hn::Set(d, 0.5f);
+    if constexpr (Degree == 2) {
+        c(0) = hn::Mul(half, hn::Add(c(0), c(1)));
+        c(2) = hn::Mul(half, hn::Add(c(1), c(2)));
+    } else if constexpr (Degree == 3) {
+        // Knots are inserted where the cell begins and ends.
+        const auto third = [&](V near, V far) HWY_ATTR {
+            return hn::Mul(hn::Set(d, 1.0f / 3.0f), hn::MulAdd(hn::Set(d, 2.0f), near, far));
+        };
+        const V before = third(c(1), c(0)), after = third(c(2), c(3));
+        const V left = third(c(1), c(2)), right = third(c(2), c(1));
+        c(0) = hn::Mul(half, hn::Add(before, left));
+        c(1) = left;
+        c(2) = right;
+        c(3) = hn::Mul(half, hn::Add(right, after));
+    }
+}
+
+// The same along all axes of a cell, x being the last.
+template <int Degree, class D, class V>
+HWY_INLINE void CellToBernstein(D d, V (&c)[Degree + 1][Degree + 1][Degree + 1])
+{
+    const auto for_each_line = [](const auto& convert) HWY_ATTR {
+        for (int p = 0; p <= Degree; ++p)
+            for (int q = 0; q <= Degree; ++q)
+                convert(p, q);
+    };
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][q][i]; }); });
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][i][q]; }); });
+    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[i][p][q]; }); });
+}
+
+// Sets slabs along the mean gradients of the cells.
+//
+// In Bernstein form, a linear l has its values at the Greville abscissae as coefficients, 1/n apart. So f - l has the
+// differences as coefficients, and lies between the least and the largest of them, as the weights are not negative and
+// sum to one. Where f is the level, l is between the negatives of these.
+template <int Degree>
+void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold, unsigned cells)
+{
+    // Positions of coefficients from the middle of the cell.
+    constexpr int count = Degree + 1;
+    constexpr auto position = [](int i) { return static_cast<float>(i) / Degree - 0.5f; };
+    float squares_of_positions = 0.0f;
+    for (int i = 0; i < count; ++i)
+        squares_of_positions += position(i) * position(i) * static_cast<float>(count * count);
+
+    const Cells d;
+    const hn::RebindToSigned<Cells> to_int;
+    const hn::Rebind<std::int8_t, Cells> to_byte;
+    using V = hn::Vec<Cells>;
+    const BlockTable<Degree> table(corner, cells);
+    const auto single_threshold = static_cast<float>(full_threshold);
+    const V threshold = hn::Set(d, single_threshold), zero = hn::Zero(d);
+    unsigned met = 0;
+    for (std::size_t first = 0; first < Block::capacity; first += hn::Lanes(d)) {
+        // The slope of the least-squares fit along each axis, but for a factor.
+        const CoefficientsOfLanes<Degree, Cells> look_up(d, table, hn::Iota(to_int, static_cast<std::int32_t>(first)));
+        V coefficients[count][count][count];
+        V magnitude = zero, sums[3] = {zero, zero, zero};
+        for (int k = 0; k < count; ++k)
+            for (int j = 0; j < count; ++j)
+                for (int i = 0; i < count; ++i) {
+                    const V coefficient = hn::Sub(look_up(i, j, k), threshold);
+                    coefficients[k][j][i] = coefficient;
+                    magnitude = hn::Max(magnitude, hn::Abs(coefficient));
+                }
+        CellToBernstein<Degree>(d, coefficients);
+        for (int k = 0; k < count; ++k)
+            for (int j = 0; j < count; ++j) {
+                V sum = zero;
+                for (int i = 0; i < count; ++i) {
+                    const V coefficient = coefficients[k][j][i];
+                    sum = hn::Add(sum, coefficient);
+                    sums[0] = hn::MulAdd(hn::Set(d, position(i)), coefficient, sums[0]);
+                }
+                sums[1] = hn::MulAdd(hn::Set(d, position(j)), sum, sums[1]);
+                sums[2] = hn::MulAdd(hn::Set(d, position(k)), sum, sums[2]);
+            }
+        const V largest = hn::Max(hn::Abs(sums[0]), hn::Max(hn::Abs(sums[1]), hn::Abs(sums[2])));
+        const auto has_slope = hn::And(hn::Gt(largest, zero), hn::Le(largest, hn::Set(d, 1e37f)));
+
+        // The linear function along the rounded normal.
+        V normal[3], dot = zero, square = zero;
+        const V longest = hn::Div(hn::Set(d, 31.0f), hn::IfThenElse(has_slope, largest, hn::Set(d, 1.0f)));
+        for (int axis = 0; axis < 3; ++axis) {
+            normal[axis] = hn::IfThenElseZero(has_slope, hn::Round(hn::Mul(sums[axis], longest)));
+            dot = hn::MulAdd(normal[axis], sums[axis], dot);
+            square = hn::MulAdd(normal[axis], normal[axis], square);
+        }
+        const V scale = hn::Div(dot, hn::Mul(square, hn::Set(d, squares_of_positions)));
+        V least = hn::Set(d, std::numeric_limits<float>::infinity()), most = hn::Neg(least);
+        for (int k = 0; k < count; ++k)
+            for (int j = 0; j < count; ++j) {
+                const V across = hn::Mul(
+                    scale, hn::MulAdd(normal[1], hn::Set(d, position(j)), hn::Mul(normal[2], hn::Set(d, position(k)))));
+                const V along = hn::Mul(scale, normal[0]);
+                for (int i = 0; i < count; ++i) {
+                    const V linear = hn::MulAdd(along, hn::Set(d, position(i)), across);
+                    const V difference = hn::Sub(coefficients[k][j][i], linear);
+                    least = hn::Min(least, difference);
+                    most = hn::Max(most, difference);
+                }
+            }
+
+        // A Bernstein coefficient is off by at most 4 roundings an axis, of numbers of at most 3 times the magnitude, a
+        // difference by 16 more, of at most 5 times the magnitude, and both by the threshold's own.
+        const V rounding = hn::Mul(hn::Set(d, 0x1p-24f), hn::MulAdd(hn::Set(d, 116.0f), magnitude,
+                                                                    hn::Set(d, 2.0f * std::abs(single_threshold))));
+        const V middle = hn::Mul(hn::Set(d, 0.5f), hn::Add(normal[0], hn::Add(normal[1], normal[2])));
+        const V of_the_quotient = hn::Set(d, 1e-4f), least_byte = hn::Set(d, -128.0f), most_byte = hn::Set(d, 127.0f);
+        const V lower = hn::Sub(middle, hn::Div(hn::Add(most, rounding), scale));
+        const V upper = hn::Sub(middle, hn::Div(hn::Sub(least, rounding), scale));
+        const auto store = [&](V value, auto& bytes) HWY_ATTR {
+            const V limited = hn::Max(least_byte, hn::Min(most_byte, value));
+            hn::StoreU(hn::DemoteTo(to_byte, hn::ConvertTo(to_int, limited)), to_byte, bytes.data() + first);
+        };
+        for (int axis = 0; axis < 3; ++axis)
+            store(normal[axis], block.slab_normal[axis]);
+        const V slab_lower = hn::IfThenElse(has_slope, hn::Floor(hn::Sub(lower, of_the_quotient)), least_byte);
+        const V slab_upper = hn::IfThenElse(has_slope, hn::Ceil(hn::Add(upper, of_the_quotient)), most_byte);
+        store(slab_lower, block.slab_lower);
+        store(slab_upper, block.slab_upper);
+
+        // <normal, local> is from the sum of the negative components to that of the positive ones.
+        V smallest = zero, greatest = zero;
+        for (const V& component : normal) {
+            smallest = hn::Add(smallest, hn::Min(component, zero));
+            greatest = hn::Add(greatest, hn::Max(component, zero));
+        }
+        std::uint8_t bits[8] = {};
+        hn::StoreMaskBits(d, hn::And(hn::Le(slab_lower, greatest), hn::Ge(slab_upper, smallest)), bits);
+        met |= static_cast<unsigned>(bits[0]) << first;
+    }
+    block.cells = static_cast<std::uint8_t>(met & cells);
+}
+
+Block MakeBlock(const CoefficientView& first, int degree, double threshold, unsigned cells)
+{
+    Block block;
+    switch (degree) {
+    case 1:
+        SetSlabs<1>(block, first, threshold, cells);
+        break;
+    case 2:
+        SetSlabs<2>(block, first, threshold, cells);
+        break;
+    default:
+        SetSlabs<3>(block, first, threshold, cells);
+    }
+    return block;
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isospline {
+
+HWY_EXPORT(MakeBlock);
+
+Block make_block(const CoefficientView& first, int degree, double threshold, unsigned cells)
+{
+    return HWY_DYNAMIC_DISPATCH(MakeBlock)(first, degree, threshold, cells);
+}
+
+} // namespace isospline
+#endif

@@ -1,0 +1,183 @@
+// The first roots of a packet of rays in one cell; SIMD lanes are the rays. Included once for each target.
+#include "isospline/cell/lane_mask-inl.h"
+#include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/cell/single_ray-inl.h"
+
+#if defined(ISOSPLINE_CELL_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef ISOSPLINE_CELL_PACKET_INL_H
+#undef ISOSPLINE_CELL_PACKET_INL_H
+#else
+#define ISOSPLINE_CELL_PACKET_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+using Singles = hn::CappedTag<float, LatticeRayPacket::capacity>;
+using Doubles = hn::CappedTag<double, LatticeRayPacket::capacity>;
+
+// With so few rays in a cell, one after the other is faster.
+constexpr int few_lanes = 2;
+
+// Where the rays of a packet are inside a cell.
+struct PacketSegments {
+    alignas(64) double t_near[LatticeRayPacket::capacity];
+    alignas(64) double t_far[LatticeRayPacket::capacity];
+    alignas(64) float entry[3][LatticeRayPacket::capacity]; ///< local coordinates
+    alignas(64) float exit[3][LatticeRayPacket::capacity];
+};
+
+// The segments of the rays that belong to a cell; returns the lanes where there is one that is, in part, within what
+// cuts leave of the ray and before t_limit.
+HWY_INLINE LaneMask clip_packet(const CellCoefficients& cell, const LatticeRayPacket& rays,
+                                const double* HWY_RESTRICT t_limit, LaneMask active, PacketSegments& segments)
+{
+    const Doubles d;
+    using V = hn::Vec<Doubles>;
+    const hn::Rebind<float, Doubles> to_float;
+    LaneMask inside = 0;
+    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+        if ((active >> first & all_lanes(d)) == 0)
+            continue;
+        V origin[3], direction[3];
+        V t_near = hn::Set(d, -huge_inverse), t_far = hn::Set(d, huge_inverse);
+        for (int axis = 0; axis < 3; ++axis) {
+            origin[axis] = hn::Load(d, rays.origin[axis] + first);
+            direction[axis] = hn::Load(d, rays.direction[axis] + first);
+            const V inverse = hn::Load(d, rays.inverse_direction[axis] + first);
+            const V plane_origin = hn::Load(d, rays.plane_origin[axis] + first);
+            const V to_lower = hn::Mul(hn::Sub(hn::Set(d, cell.lower[axis]), plane_origin), inverse);
+            const V to_upper = hn::Mul(hn::Sub(hn::Set(d, cell.lower[axis] + 1.0), plane_origin), inverse);
+            t_near = hn::Max(t_near, hn::Min(to_lower, to_upper));
+            t_far = hn::Min(t_far, hn::Max(to_lower, to_upper));
+        }
+        const V end = hn::Min(hn::Load(d, rays.t_far + first), hn::Load(d, t_limit + first));
+        const auto in_reach = hn::And(hn::Le(t_near, end), hn::Ge(t_far, hn::Load(d, rays.t_near + first)));
+        inside |= to_lane_mask(d, hn::And(hn::Lt(t_near, t_far), in_reach), first);
+        hn::Store(t_near, d, segments.t_near + first);
+        hn::Store(t_far, d, segments.t_far + first);
+        for (int axis = 0; axis < 3; ++axis) {
+            const V corner = hn::Set(d, cell.lower[axis]);
+            const auto local = [&](V t) HWY_ATTR {
+                return hn::DemoteTo(to_float, hn::Sub(hn::Add(origin[axis], hn::Mul(t, direction[axis])), corner));
+            };
+            hn::Store(local(t_near), to_float, segments.entry[axis] + first);
+            hn::Store(local(t_far), to_float, segments.exit[axis] + first);
+        }
+    }
+    return inside & active;
+}
+
+// What single precision proves of the segments.
+struct PacketVerdict {
+    LaneMask one_root, undecided;
+    alignas(64) float s[LatticeRayPacket::capacity]; ///< with one root, about where it is
+    alignas(64) float slope[LatticeRayPacket::capacity];
+};
+
+template <int Degree>
+HWY_INLINE PacketVerdict judge_packet(const CellCoefficients& cell, const PacketSegments& segments, LaneMask inside)
+{
+    const ReducedCoefficients<Degree, float> coefficients(cell);
+    const Singles d;
+    using V = hn::Vec<Singles>;
+    constexpr int order = 3 * Degree;
+    PacketVerdict verdict;
+    verdict.one_root = verdict.undecided = 0;
+    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+        const LaneMask wanted = inside & all_lanes(d) << first;
+        if (wanted == 0)
+            continue;
+        const auto load = [&](const auto& axes) HWY_ATTR {
+            return std::array<V, 3>{hn::Load(d, axes[0] + first), hn::Load(d, axes[1] + first),
+                                    hn::Load(d, axes[2] + first)};
+        };
+        const auto scaled = scaled_bernstein<Degree>(coefficients, load(segments.entry), load(segments.exit));
+        const Verdict<V> proven = judge<order>(scaled, coefficients.error);
+        const LaneMask one_root = to_lane_mask(d, proven.one_root, first) & wanted;
+        verdict.one_root |= one_root;
+        verdict.undecided |= wanted & ~to_lane_mask(d, proven.no_root, first) & ~one_root;
+        if (one_root != 0) {
+            const RootEstimate<V> estimate = estimate_root<order>(scaled);
+            hn::Store(estimate.s, d, verdict.s + first);
+            hn::Store(estimate.slope, d, verdict.slope + first);
+        }
+    }
+    return verdict;
+}
+
+// Whether crossings at t count, a ray a lane.
+HWY_INLINE hn::Mask<Doubles> are_within_limits(const LatticeRayPacket& rays, std::size_t first, hn::Vec<Doubles> t)
+{
+    const Doubles d;
+    const auto load = [&](const double* values) HWY_ATTR { return hn::Load(d, values + first); };
+    const auto given = hn::Add(load(rays.limits.shift), hn::Div(t, load(rays.limits.length)));
+    return hn::And(hn::And(hn::Ge(t, load(rays.t_near)), hn::Le(t, load(rays.t_far))),
+                   hn::And(hn::Ge(given, load(rays.limits.t_near)), hn::Le(given, load(rays.limits.t_far))));
+}
+
+template <int Degree>
+LaneMask exact_first_roots(const CellCoefficients& cell, const LatticeRayPacket& rays,
+                           const double* HWY_RESTRICT t_limit, LaneMask active, RootPacket& roots)
+{
+    PacketSegments segments;
+    const LaneMask inside = clip_packet(cell, rays, t_limit, active, segments);
+    if (inside == 0)
+        return 0;
+
+    PacketVerdict verdict;
+    if (std::popcount(inside) <= few_lanes) {
+        verdict.one_root = 0;
+        verdict.undecided = inside;
+    } else {
+        verdict = judge_packet<Degree>(cell, segments, inside);
+    }
+
+    // One root each: double precision takes it from where single precision has it.
+    LaneMask found = 0;
+    if (verdict.one_root != 0) {
+        const ReducedCoefficients<Degree, double> coefficients(cell);
+        const Doubles d;
+        const hn::Rebind<float, Doubles> to_float;
+        for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
+            const LaneMask wanted = verdict.one_root & all_lanes(d) << first;
+            if (wanted == 0)
+                continue;
+            RootSearch<hn::Vec<Doubles>> search;
+            for (int axis = 0; axis < 3; ++axis) {
+                search.origin[axis] = hn::Load(d, rays.origin[axis] + first);
+                search.direction[axis] = hn::Load(d, rays.direction[axis] + first);
+            }
+            search.begin(hn::Load(d, segments.t_near + first), hn::Load(d, segments.t_far + first),
+                         {hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
+                          hn::PromoteTo(d, hn::Load(to_float, verdict.slope + first))});
+            const auto arrived = refine_root<Degree>(coefficients, cell.lower, to_mask(d, wanted, first), search);
+            const auto near_enough = hn::Le(search.t, hn::Load(d, t_limit + first));
+            const auto counts = hn::And(hn::And(arrived, near_enough), are_within_limits(rays, first, search.t));
+            hn::Store(search.t, d, roots.t + first);
+            for (int axis = 0; axis < 3; ++axis)
+                hn::Store(search.gradient[axis], d, roots.gradient[axis] + first);
+            found |= to_lane_mask(d, counts, first);
+            verdict.undecided |= wanted & ~to_lane_mask(d, arrived, first);
+        }
+    }
+
+    // The others one by one.
+    for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const auto root =
+            first_root_in_segment<Degree>(cell, rays.ray(lane), Interval{segments.t_near[lane], segments.t_far[lane]});
+        if (!root || root->t > t_limit[lane])
+            continue;
+        found |= LaneMask{1} << lane;
+        roots.set(lane, *root);
+    }
+    return found;
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,78 @@
+// From about where a ray meets the surface in a cell to where it does. Included once for each SIMD target.
+#include "isospline/cell/value-inl.h"
+#include "isospline/math/roots-inl.h"
+
+#if defined(ISOSPLINE_CELL_REFINE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef ISOSPLINE_CELL_REFINE_INL_H
+#undef ISOSPLINE_CELL_REFINE_INL_H
+#else
+#define ISOSPLINE_CELL_REFINE_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+/// Rays that have exactly one root in [t_near, t_far] each, one a lane; t is near it, and slope about the derivative of
+/// f by t there.
+template <class V>
+struct RootSearch {
+    /// Begins where single precision has the root, on the way from t_near to t_far.
+    HWY_INLINE void begin(V near_limit, V far_limit, RootEstimate<V> estimate)
+    {
+        t_near = near_limit;
+        t_far = far_limit;
+        const V way = t_far - t_near;
+        t = mul_add(estimate.s, way, t_near);
+        slope = estimate.slope / way;
+    }
+
+    HWY_INLINE std::array<V, 3> local(const glm::dvec3& lower) const
+    {
+        const auto along = [&](int axis)
+                               HWY_ATTR { return origin[axis] + t * direction[axis] - number<V>(lower[axis]); };
+        return {along(0), along(1), along(2)};
+    }
+
+    std::array<V, 3> origin, direction;
+    V t_near, t_far, t, slope;
+    std::array<V, 3> gradient;
+};
+
+/// Newton's method in double precision, the first step with the slope that is given, until a step is below 1e-9 of a
+/// voxel: the step after would be below rounding, and the gradient is that of the root. Returns the wanted lanes where
+/// it arrives, within [t_near, t_far]; others do not hold these up.
+template <int Degree, class V, class Coefficients>
+HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const glm::dvec3& lower, MaskOf<V> wanted,
+                                 RootSearch<V>& search)
+{
+    constexpr int iteration_limit = 5;
+    const hn::DFromV<V> d;
+    V speed = hn::Zero(d);
+    for (int axis = 0; axis < 3; ++axis) {
+        speed = hn::Max(speed, hn::Abs(search.direction[axis]));
+        search.gradient[axis] = hn::Zero(d);
+    }
+    search.t = search.t - value_in_cell<Degree>(coefficient, search.local(lower)) / search.slope;
+    auto done = hn::Not(wanted);
+    for (int iteration = 0; iteration < iteration_limit; ++iteration) {
+        const auto [value, gradient] = value_and_gradient_in_cell<Degree>(coefficient, search.local(lower));
+        V slope = gradient[0] * search.direction[0];
+        slope = mul_add(gradient[1], search.direction[1], slope);
+        slope = mul_add(gradient[2], search.direction[2], slope);
+        const V step = value / slope;
+        search.t = select(done, search.t, search.t - step);
+        for (int axis = 0; axis < 3; ++axis)
+            search.gradient[axis] = select(done, search.gradient[axis], gradient[axis]);
+        done = either(done, less_equal(hn::Abs(step) * speed, number<V>(1e-9)));
+        if (hn::AllTrue(d, done))
+            break;
+    }
+    return both(both(done, wanted), both(less_equal(search.t_near, search.t), less_equal(search.t, search.t_far)));
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#endif

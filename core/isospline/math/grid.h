@@ -1,0 +1,32 @@
+// Places in a grid of cells or samples, counted with x varying fastest, in 64 bits: exact for grids of more than 2^32.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+
+namespace isospline {
+
+/// How many places there are.
+constexpr std::uint64_t place_count(const glm::ivec3& shape)
+{
+    const glm::vec<3, std::uint64_t> size(shape);
+    return size.x * size.y * size.z;
+}
+
+/// The place of (x, y, z): x + shape.x * (y + shape.y * z).
+constexpr std::uint64_t place_in(const glm::ivec3& shape, const glm::ivec3& at)
+{
+    const glm::vec<3, std::uint64_t> size(shape), position(at);
+    return position.x + size.x * (position.y + size.y * position.z);
+}
+
+/// What is at a place.
+constexpr glm::ivec3 at_place(const glm::ivec3& shape, std::uint64_t place)
+{
+    const glm::vec<3, std::uint64_t> size(shape);
+    const std::uint64_t row = place / size.x;
+    return {static_cast<int>(place % size.x), static_cast<int>(row % size.y), static_cast<int>(row / size.y)};
+}
+
+} // namespace isospline

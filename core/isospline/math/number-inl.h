@@ -1,0 +1,151 @@
+// The numbers that formulas are written for: double, and Highway's vectors of float or double with lanes that are known
+// at compile time. Included once for each SIMD target.
+//
+// A formula is a template on its number. So a ray alone, a ray in a packet and the reference go through the same
+// operations in the same order, and lanes of the same type agree bit for bit. Sums, products and quotients are written
+// as operators; what follows is what operators lack.
+//
+// Code that is compiled once, and not for each target, uses these formulas as `scalar::formula(...)`.
+#include <hwy/highway.h>
+
+#include <type_traits>
+#include <utility>
+
+#if defined(ISOSPLINE_MATH_NUMBER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef ISOSPLINE_MATH_NUMBER_INL_H
+#undef ISOSPLINE_MATH_NUMBER_INL_H
+#else
+#define ISOSPLINE_MATH_NUMBER_INL_H
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// A constant, in all lanes.
+template <class N>
+HWY_INLINE constexpr N number(double value)
+{
+    if constexpr (std::is_arithmetic_v<N>) {
+        return static_cast<N>(value);
+    } else {
+        const hn::DFromV<N> d;
+        return hn::Set(d, static_cast<hn::TFromD<hn::DFromV<N>>>(value));
+    }
+}
+
+template <class N>
+HWY_INLINE constexpr N negated(N a)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return -a;
+    else
+        return hn::Neg(a);
+}
+
+/// a b + c. Vectors fuse it where the machine can; double never does, so that it is the same on all machines.
+template <class N>
+HWY_INLINE constexpr N mul_add(N a, N b, N c)
+{
+    static_assert(!std::is_same_v<N, float>,
+                  "a single float goes into a vector of one lane, to be fused as others are");
+    if constexpr (std::is_arithmetic_v<N>)
+        return a * b + c;
+    else
+        return hn::MulAdd(a, b, c);
+}
+
+/// a b - c, likewise.
+template <class N>
+HWY_INLINE constexpr N mul_sub(N a, N b, N c)
+{
+    static_assert(!std::is_same_v<N, float>);
+    if constexpr (std::is_arithmetic_v<N>)
+        return a * b - c;
+    else
+        return hn::MulSub(a, b, c);
+}
+
+/// a < b: a bool, or a mask of lanes.
+template <class N>
+HWY_INLINE constexpr auto less(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return a < b;
+    else
+        return hn::Lt(a, b);
+}
+
+template <class N>
+HWY_INLINE constexpr auto less_equal(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return a <= b;
+    else
+        return hn::Le(a, b);
+}
+
+/// What less() gives.
+template <class N>
+using MaskOf = decltype(less(std::declval<N>(), std::declval<N>()));
+
+template <class M>
+HWY_INLINE constexpr M both(M a, M b)
+{
+    if constexpr (std::is_same_v<M, bool>)
+        return static_cast<bool>(a & b);
+    else
+        return hn::And(a, b);
+}
+
+template <class M>
+HWY_INLINE constexpr M either(M a, M b)
+{
+    if constexpr (std::is_same_v<M, bool>)
+        return static_cast<bool>(a | b);
+    else
+        return hn::Or(a, b);
+}
+
+/// a and not b.
+template <class M>
+HWY_INLINE constexpr M without(M a, M b)
+{
+    if constexpr (std::is_same_v<M, bool>)
+        return static_cast<bool>(a & !b);
+    else
+        return hn::AndNot(b, a);
+}
+
+/// Exactly one of both.
+template <class M>
+HWY_INLINE constexpr M differ(M a, M b)
+{
+    if constexpr (std::is_same_v<M, bool>)
+        return a != b;
+    else
+        return hn::Xor(a, b);
+}
+
+/// a where the mask is set, b elsewhere.
+template <class M, class N>
+HWY_INLINE constexpr N select(M mask, N a, N b)
+{
+    if constexpr (std::is_same_v<M, bool>)
+        return mask ? a : b;
+    else
+        return hn::IfThenElse(mask, a, b);
+}
+
+} // namespace HWY_NAMESPACE
+
+#if HWY_ONCE
+namespace scalar = HWY_NAMESPACE;
+#endif
+
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#endif

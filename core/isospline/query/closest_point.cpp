@@ -1,0 +1,248 @@
+#include "isospline/query/closest_point.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/query/surface_box.h"
+#include "isospline/query/surface_descent.h"
+#include "isospline/shell/cell_tree.h"
+#include "isospline/spline/degree.h"
+#include "isospline/trace/surface_hit.h"
+#include "isospline/util/check.h"
+
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace isospline {
+
+struct ClosestPointFinder::Search {
+    virtual ~Search() = default;
+    virtual ClosestPoint find(const glm::dvec3& point_world) = 0;
+};
+
+template <int Degree>
+struct ClosestPointFinder::SearchOfDegree final : Search {
+    /// Boxes are not halved more often than this, 32 times along each axis.
+    static constexpr int max_depth = 96;
+    static constexpr std::size_t face_count = 6;
+
+    /// What is yet to be looked at: a node of the tree, or a box.
+    struct Item {
+        double bound; ///< on its distance, world units
+        std::uint32_t index;
+        bool is_box;
+
+        bool operator<(const Item& other) const { return bound > other.bound; } // the nearest is at the heap's top
+    };
+
+    SearchOfDegree(const IsosurfaceSnapshot& isosurface, const ClosestPointOptions& search_options)
+        : surface(isosurface), options(search_options), metric(surface.volume().lattice_to_world()),
+          nodes(surface.shell().tree().nodes())
+    {
+        if (options.tolerance == 0.0)
+            options.tolerance = 1e-6 * metric.shortest_edge;
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::dvec3 normal(0.0);
+            normal[axis] = 1.0;
+            half_spaces.push_back({normal, 0.0});
+            half_spaces.push_back({-normal, -1.0});
+        }
+        half_spaces.insert(half_spaces.end(), surface.clip_lattice().begin(), surface.clip_lattice().end());
+    }
+
+    CellCoefficients coefficients(std::uint32_t row) const
+    {
+        return {surface.volume(), surface.threshold(), surface.shell().cells()[row]};
+    }
+
+    /// A cell, whose planes `half_spaces` then has.
+    CellCoefficients enter(std::uint32_t row)
+    {
+        const CellCoefficients cell = coefficients(row);
+        for (std::size_t i = 0; i < surface.clip_lattice().size(); ++i) {
+            const HalfSpace& cut = surface.clip_lattice()[i];
+            half_spaces[face_count + i].offset = cut.offset - glm::dot(cut.normal, cell.lower);
+        }
+        return cell;
+    }
+
+    std::span<const HalfSpace> cuts() const { return std::span(half_spaces).subspan(face_count); }
+
+    double limit() const { return std::min(nearest.distance, options.max_distance); }
+
+    void push(double bound, std::uint32_t index, bool is_box)
+    {
+        queue.push_back({bound, index, is_box});
+        std::push_heap(queue.begin(), queue.end());
+    }
+
+    void push_node(std::uint32_t index)
+    {
+        const double bound = metric.distance_bound(point, nodes[index].box());
+        if (bound <= limit())
+            push(bound, index, false);
+    }
+
+    void push_box(const SurfaceBox<Degree>& box, const CellCoefficients& cell, double least_bound)
+    {
+        if (!box.has_surface())
+            return;
+        for (const HalfSpace& cut : cuts()) {
+            const glm::dvec3 farthest(glm::greaterThan(cut.normal, glm::dvec3(0.0)));
+            if (glm::dot(cut.normal, box.lower + farthest * box.size) < cut.offset - descent_margin)
+                return;
+        }
+        const double bound = std::max(least_bound, distance_bound<Degree>(box, metric, point - cell.lower, cuts()));
+        if (!(bound <= limit()))
+            return;
+        if (free_boxes.empty()) {
+            free_boxes.push_back(static_cast<std::uint32_t>(boxes.size()));
+            boxes.emplace_back();
+        }
+        const std::uint32_t index = free_boxes.back();
+        free_boxes.pop_back();
+        boxes[index] = box;
+        push(bound, index, true);
+    }
+
+    /// Looks for a nearer point of the surface, from the middle of a box.
+    void descend_from(const SurfaceBox<Degree>& box, const CellCoefficients& cell)
+    {
+        const glm::dvec3 point_local = point - cell.lower;
+        auto found = descend<Degree>(cell, metric, half_spaces, point_local, box);
+        if (!found)
+            found = any_point<Degree>(cell, half_spaces, box);
+        if (!found)
+            return;
+        const double distance = metric.length(found->position - point_local);
+        if (distance < nearest.distance && distance <= options.max_distance)
+            nearest = {distance, found->position, box.row, found->is_free};
+    }
+
+    void halve(const SurfaceBox<Degree>& box, const CellCoefficients& cell, double bound)
+    {
+        int longest = 0;
+        for (int axis = 1; axis < 3; ++axis)
+            if (box.size[axis] * glm::length(metric.to_world[axis]) >
+                box.size[longest] * glm::length(metric.to_world[longest]) * (1.0 + 1e-9))
+                longest = axis;
+        push_box(half_of<Degree>(box, longest, false), cell, bound);
+        push_box(half_of<Degree>(box, longest, true), cell, bound);
+    }
+
+    ClosestPoint find(const glm::dvec3& point_world) override
+    {
+        point = transform_point(surface.volume().world_to_lattice(), point_world);
+        nearest = {};
+        queue.clear();
+        boxes.clear();
+        free_boxes.clear();
+        if (!nodes.empty())
+            push_node(0);
+
+        // Nearest first, until what is left cannot be nearer by more than the tolerance.
+        double undecided = std::numeric_limits<double>::infinity();
+        for (int count = 0; !queue.empty();) {
+            const Item item = queue.front();
+            if (!(item.bound < limit() - options.tolerance) || count >= options.max_boxes)
+                break;
+            std::pop_heap(queue.begin(), queue.end());
+            queue.pop_back();
+            const CellTree::Node* const node = item.is_box ? nullptr : &nodes[item.index];
+            if (node == nullptr) {
+                const SurfaceBox<Degree> box = boxes[item.index];
+                free_boxes.push_back(item.index);
+                const CellCoefficients cell = enter(box.row);
+                if (nearest.row == invalid_id || (box.depth > 0 && box.depth % 3 == 0))
+                    descend_from(box, cell);
+                if (box.depth < max_depth)
+                    halve(box, cell, item.bound);
+                else
+                    undecided = std::min(undecided, item.bound);
+                count += 2;
+            } else if (node->count == 0) {
+                push_node(item.index + 1);
+                push_node(node->first);
+            } else {
+                for (std::uint32_t row = node->first; row < node->first + node->count; ++row) {
+                    const CellCoefficients cell = enter(row);
+                    push_box(surface_box<Degree>(cell, row), cell, 0.0);
+                }
+                count += static_cast<int>(node->count);
+            }
+        }
+        if (!queue.empty())
+            undecided = std::min(undecided, queue.front().bound);
+
+        // A point that came to a face of its cell may have a nearer one behind that face.
+        for (int count = 0; count < 32 && !nearest.is_free && !queue.empty() && queue.front().bound < limit();
+             ++count) {
+            const Item item = queue.front();
+            std::pop_heap(queue.begin(), queue.end());
+            queue.pop_back();
+            if (item.is_box)
+                descend_from(boxes[item.index], enter(boxes[item.index].row));
+        }
+        return result(point_world, undecided);
+    }
+
+    /// The answer, given that all of the surface is as far as `proven`, or as the nearest point.
+    ClosestPoint result(const glm::dvec3& point_world, double proven) const
+    {
+        ClosestPoint answer;
+        answer.error = proven < limit() ? limit() - proven : 0.0;
+        if (nearest.row == invalid_id)
+            return answer;
+        const CellCoefficients cell = coefficients(nearest.row);
+        Hit hit;
+        set_surface_normal(hit, scalar::gradient_in_cell<Degree>(cell, nearest.local), surface.options().inside,
+                           surface.volume().world_to_lattice());
+        answer.position = transform_point(surface.volume().lattice_to_world(), cell.lower + nearest.local);
+        answer.normal = hit.normal;
+        answer.distance = glm::length(answer.position - point_world);
+        answer.primitive_id = surface.volume().primitive_id(surface.shell().cells()[nearest.row]);
+        return answer;
+    }
+
+    /// The nearest point that is known.
+    struct Nearest {
+        double distance = std::numeric_limits<double>::infinity();
+        glm::dvec3 local{0.0}; ///< in its cell
+        std::uint32_t row = invalid_id;
+        bool is_free = false; ///< not on a face of the cell, a cut or the rim of the volume
+    };
+
+    const IsosurfaceSnapshot& surface;
+    ClosestPointOptions options;
+    const LatticeMetric metric;
+    const std::vector<CellTree::Node>& nodes;
+    glm::dvec3 point{0.0}; ///< lattice space
+    Nearest nearest;
+    std::vector<Item> queue; ///< a heap
+    std::vector<SurfaceBox<Degree>> boxes;
+    std::vector<std::uint32_t> free_boxes; ///< items of `boxes` that may be used again
+    std::vector<HalfSpace> half_spaces;    ///< faces of the cell that was entered, then cuts, in its local coordinates
+};
+
+ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options)
+{
+    if (!(options.max_distance >= 0.0))
+        throw_invalid("max_distance", "a number of at least 0", options.max_distance);
+    check_not_negative("tolerance", options.tolerance);
+    if (options.max_boxes < 1)
+        throw_invalid("max_boxes", "a number above 0", options.max_boxes);
+    search_ = dispatch_degree(surface.volume().degree(), [&](auto degree) -> std::unique_ptr<Search> {
+        return std::make_unique<SearchOfDegree<degree>>(surface, options);
+    });
+}
+
+ClosestPointFinder::~ClosestPointFinder() = default;
+
+ClosestPoint ClosestPointFinder::operator()(const glm::dvec3& point_world)
+{
+    return search_->find(point_world);
+}
+
+} // namespace isospline

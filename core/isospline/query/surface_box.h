@@ -1,0 +1,221 @@
+// A part of a cell, with f - level on it: how near the surface in it can be to a point.
+#pragma once
+
+#include "isospline/brick/cutout.h"
+#include "isospline/cell/coefficients.h"
+#include "isospline/math/bernstein_box.h"
+#include "isospline/query/lattice_metric.h"
+#include "isospline/spline/cell_weights-inl.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace isospline {
+
+/// The box lower + [0, 1]^3 * size of a cell.
+template <int Degree>
+struct SurfaceBox {
+    BernsteinBox<Degree> b; ///< f - level on it
+    glm::dvec3 lower, size; ///< local coordinates of the cell
+    std::uint32_t row;      ///< of the cell, in Shell::cells()
+    int depth;              ///< how many times it was halved
+
+    bool has_surface() const
+    {
+        const auto [least, most] = std::minmax_element(b.begin(), b.end());
+        return *least < 0.0 && *most >= 0.0;
+    }
+};
+
+/// All of a cell.
+template <int Degree>
+inline SurfaceBox<Degree> surface_box(const CellCoefficients& cell, std::uint32_t row)
+{
+    SurfaceBox<Degree> box{{}, glm::dvec3(0.0), glm::dvec3(1.0), row, 0};
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i <= Degree; ++i)
+                box.b[bernstein_item<Degree>(i, j, k)] = cell(i, j, k);
+    for (int axis = 0; axis < 3; ++axis)
+        map_rows<Degree>(box.b, axis, [](Bernstein<Degree>& c) { c = scalar::bernstein_of_bspline<Degree>(c); });
+    return box;
+}
+
+/// One half of a box, cut across an axis.
+template <int Degree>
+inline SurfaceBox<Degree> half_of(const SurfaceBox<Degree>& box, int axis, bool upper)
+{
+    SurfaceBox<Degree> half{half_of<Degree>(box.b, axis, upper), box.lower, box.size, box.row, box.depth + 1};
+    half.size[axis] *= 0.5;
+    if (upper)
+        half.lower[axis] += half.size[axis];
+    return half;
+}
+
+/// The points t of the unit cube with lower <= <normal, t> <= upper.
+struct UnitSlab {
+    glm::dvec3 normal;
+    double lower, upper;
+};
+
+/// A slab that holds the surface in a box, in coordinates t of the box. As in cell_slabs.cpp: with the linear function
+/// l along the mean gradient, whose Bernstein coefficients are its values at (i, j, k) / n, f - l lies between the
+/// least and the largest of the differences of coefficients.
+template <int Degree>
+inline UnitSlab slab_of(const SurfaceBox<Degree>& box)
+{
+    constexpr int count = Degree + 1;
+    UnitSlab slab{glm::dvec3(0.0), 0.0, 0.0};
+    for (int j = 0; j < count; ++j)
+        for (int i = 0; i < count; ++i) {
+            slab.normal.x += box.b[bernstein_item<Degree>(Degree, i, j)] - box.b[bernstein_item<Degree>(0, i, j)];
+            slab.normal.y += box.b[bernstein_item<Degree>(i, Degree, j)] - box.b[bernstein_item<Degree>(i, 0, j)];
+            slab.normal.z += box.b[bernstein_item<Degree>(i, j, Degree)] - box.b[bernstein_item<Degree>(i, j, 0)];
+        }
+    slab.normal /= count * count;
+    double least = std::numeric_limits<double>::infinity(), most = -least, largest = 0.0;
+    for (int k = 0; k < count; ++k)
+        for (int j = 0; j < count; ++j)
+            for (int i = 0; i < count; ++i) {
+                const double coefficient = box.b[bernstein_item<Degree>(i, j, k)];
+                const double difference = coefficient - glm::dot(slab.normal, glm::dvec3(i, j, k)) / Degree;
+                least = std::min(least, difference);
+                most = std::max(most, difference);
+                largest = std::max(largest, std::abs(coefficient));
+            }
+    const double rounding = 0x1p-46 * largest;
+    slab.lower = -most - rounding;
+    slab.upper = -least + rounding;
+    return slab;
+}
+
+/// The least <cost, t> of a slab's points; infinite where it has none.
+///
+/// A linear program with one constraint: from the cheapest corner, coordinates go to their other end in the order of
+/// what a unit of <normal, t> costs along them, until the slab is reached.
+inline double least_over(const UnitSlab& slab, const glm::dvec3& cost)
+{
+    glm::dvec3 corner(0.0);
+    for (int axis = 0; axis < 3; ++axis)
+        corner[axis] = cost[axis] < 0.0 ? 1.0 : 0.0;
+    double total = std::min(cost.x, 0.0) + std::min(cost.y, 0.0) + std::min(cost.z, 0.0);
+    const double at = glm::dot(slab.normal, corner);
+    const double sign = at < slab.lower ? 1.0 : -1.0;
+    double missing = at < slab.lower ? slab.lower - at : at - slab.upper;
+
+    glm::dvec3 gain = sign * slab.normal * (1.0 - 2.0 * corner);
+    while (missing > 0.0) {
+        int cheapest = -1;
+        for (int axis = 0; axis < 3; ++axis)
+            if (gain[axis] > 0.0 &&
+                (cheapest < 0 || std::abs(cost[axis]) * gain[cheapest] < std::abs(cost[cheapest]) * gain[axis]))
+                cheapest = axis;
+        if (cheapest < 0)
+            return std::numeric_limits<double>::infinity();
+        const double part = std::min(1.0, missing / gain[cheapest]);
+        total += part * std::abs(cost[cheapest]);
+        missing = part < 1.0 ? 0.0 : missing - gain[cheapest];
+        gain[cheapest] = 0.0;
+    }
+    return total;
+}
+
+/// A half-space, as seen from a point: the x with <normal, L (x - point)> >= offset; the normal has length one.
+struct CutInWorld {
+    glm::dvec3 normal;
+    double offset;
+};
+
+/// A lower bound on the world distance of the surface in a box, in all half-spaces, from a point; infinite where there
+/// is none. All is in local coordinates of the cell.
+///
+/// The surface is in the convex set of points that the box, its slab and the half-spaces have in common. For every unit
+/// vector u the distance from that set is at least the least <u, x - point> over it. u is taken to be the direction to
+/// the middle of the slab within the half-spaces, that across the slab, and that to the nearest point of the box. With
+/// a multiplier for each half-space the least is again one over the slab alone; multipliers are those that leave least
+/// of u but a multiple of the slab's normal, and any that are not negative are right.
+///
+/// The set's extent along the surface being h, its thickness h^2 and the error of the first u being h over the
+/// distance, the bound is off by a multiple of h^2: few boxes of each size are left, also where the surface is parallel
+/// to the sphere about the point.
+template <int Degree>
+inline double distance_bound(const SurfaceBox<Degree>& box, const LatticeMetric& metric, const glm::dvec3& point_local,
+                             std::span<const HalfSpace> half_spaces = {})
+{
+    constexpr std::size_t capacity = 8; // more half-spaces than that are left out, which is right as well
+    constexpr int rounds = 8;
+    const UnitSlab slab = slab_of<Degree>(box);
+    const glm::dvec3 across = (slab.normal / box.size) * metric.to_lattice; // gradient of <normal, t> in the world
+    const double square = glm::dot(across, across);
+    std::array<CutInWorld, capacity> cuts;
+    std::size_t cut_count = 0;
+    for (const HalfSpace& half_space : half_spaces) {
+        const glm::dvec3 farthest_out(glm::lessThan(half_space.normal, glm::dvec3(0.0)));
+        const bool crosses = glm::dot(half_space.normal, box.lower + farthest_out * box.size) < half_space.offset;
+        if (!crosses || cut_count == capacity)
+            continue;
+        const glm::dvec3 normal = half_space.normal * metric.to_lattice;
+        const double length = glm::length(normal);
+        cuts[cut_count++] = {normal / length, (half_space.offset - glm::dot(half_space.normal, point_local)) / length};
+    }
+
+    double bound = 0.0;
+    const auto try_vector = [&](const glm::dvec3& u, double of_cuts) {
+        const double least = least_over(slab, box.size * (u * metric.to_world)); // u^T L
+        bound = std::max(bound, least + glm::dot(u, metric.to_world * (box.lower - point_local)) + of_cuts);
+    };
+    const auto try_direction = [&](const glm::dvec3& direction) {
+        const double length = glm::length(direction);
+        if (!(length > 0.0))
+            return;
+        const glm::dvec3 u = direction / length;
+        try_vector(u, 0.0);
+        if (cut_count == 0)
+            return;
+        std::array<double, capacity> multipliers{};
+        glm::dvec3 rest = u, of_slab_alone = u;
+        double of_cuts = 0.0;
+        for (int round = 0; round < rounds; ++round) {
+            if (square > 0.0)
+                rest -= (glm::dot(rest, across) / square) * across;
+            for (std::size_t i = 0; i < cut_count; ++i) {
+                const double change = std::max(glm::dot(rest, cuts[i].normal), -multipliers[i]);
+                multipliers[i] += change;
+                rest -= change * cuts[i].normal;
+            }
+        }
+        for (std::size_t i = 0; i < cut_count; ++i) {
+            of_slab_alone -= multipliers[i] * cuts[i].normal;
+            of_cuts += multipliers[i] * cuts[i].offset;
+        }
+        try_vector(of_slab_alone, of_cuts);
+    };
+
+    const glm::dvec3 nearest = glm::clamp(point_local, box.lower, box.lower + box.size);
+    try_direction(metric.to_world * (nearest - point_local));
+    if (square > 0.0) {
+        const double to_middle = 0.5 * (slab.lower + slab.upper - slab.normal.x - slab.normal.y - slab.normal.z);
+        glm::dvec3 middle =
+            metric.to_world * (box.lower + 0.5 * box.size - point_local) + (to_middle / square) * across;
+        const double height = glm::dot(across, middle);
+        for (int round = 0; cut_count > 0 && round < rounds; ++round) {
+            for (std::size_t i = 0; i < cut_count; ++i)
+                middle += std::max(cuts[i].offset - glm::dot(cuts[i].normal, middle), 0.0) * cuts[i].normal;
+            middle += ((height - glm::dot(across, middle)) / square) * across;
+        }
+        try_direction(middle);
+        try_direction(height < 0.0 ? -across : across);
+    }
+    return bound;
+}
+
+} // namespace isospline

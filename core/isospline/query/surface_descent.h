@@ -1,0 +1,213 @@
+// From a point of a cell to the point of the surface in it that is, locally, the nearest to another.
+#pragma once
+
+#include "isospline/brick/cutout.h"
+#include "isospline/cell/value-inl.h"
+#include "isospline/math/brent.h"
+#include "isospline/math/linear_system.h"
+#include "isospline/query/lattice_metric.h"
+#include "isospline/query/surface_box.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace isospline {
+
+/// Points that a descent finds are in the cell and in the half-spaces up to this, in lattice units.
+inline constexpr double descent_margin = 1e-11;
+
+/// f - level with its derivatives by local coordinates.
+struct Jet {
+    double value = 0.0;
+    glm::dvec3 gradient{0.0};
+    glm::dmat3 hessian{0.0};
+};
+
+template <int Degree>
+inline Jet jet_in_cell(const CellCoefficients& cell, const glm::dvec3& local)
+{
+    const auto x = scalar::cell_basis<Degree>(local.x), y = scalar::cell_basis<Degree>(local.y),
+               z = scalar::cell_basis<Degree>(local.z);
+    Jet jet;
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j) {
+            double line = 0.0, first = 0.0, second = 0.0;
+            for (int i = 0; i <= Degree; ++i) {
+                const double coefficient = cell(i, j, k);
+                line += x.values[i] * coefficient;
+                first += x.first[i] * coefficient;
+                second += x.second[i] * coefficient;
+            }
+            const double yz = y.values[j] * z.values[k];
+            jet.value += yz * line;
+            jet.gradient += glm::dvec3(yz * first, y.first[j] * z.values[k] * line, y.values[j] * z.first[k] * line);
+            jet.hessian[0][0] += yz * second;
+            jet.hessian[1][1] += y.second[j] * z.values[k] * line;
+            jet.hessian[2][2] += y.values[j] * z.second[k] * line;
+            jet.hessian[0][1] += y.first[j] * z.values[k] * first;
+            jet.hessian[0][2] += y.values[j] * z.first[k] * first;
+            jet.hessian[1][2] += y.first[j] * z.first[k] * line;
+        }
+    jet.hessian[1][0] = jet.hessian[0][1];
+    jet.hessian[2][0] = jet.hessian[0][2];
+    jet.hessian[2][1] = jet.hessian[1][2];
+    return jet;
+}
+
+/// What a descent found, in local coordinates of the cell.
+struct DescentEnd {
+    glm::dvec3 position;
+    bool is_free; ///< not on the plane of a half-space
+};
+
+/// Newton's method on the conditions of Lagrange for the least |L (x - point)|^2 / 2 with f(x) = level, from the middle
+/// of a box, with steps of at most the box's size. Nothing where it does not end on the surface.
+///
+/// Where the surface bends so that the Newton step would lead to a maximum or a saddle, the step is that for a plane.
+/// One that would leave a half-space ends on its plane and goes on along it until it is pulled off it: minima on the
+/// faces of the cell and on cuts are found as well.
+template <int Degree>
+inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const LatticeMetric& metric,
+                                         const std::vector<HalfSpace>& half_spaces, const glm::dvec3& point,
+                                         const SurfaceBox<Degree>& box)
+{
+    constexpr std::size_t capacity = 6;
+    constexpr int iterations = 24, first_restoration = 20;
+    const double scale = 1.0 / (metric.shortest_edge * metric.shortest_edge);
+    const double longest_step = std::max({box.size.x, box.size.y, box.size.z});
+    glm::dvec3 x = box.lower + 0.5 * box.size;
+    double multiplier = 0.0;
+    std::array<const HalfSpace*, 2> active{};
+    std::size_t active_count = 0;
+    for (int iteration = 0; iteration < iterations; ++iteration) {
+        const Jet jet = jet_in_cell<Degree>(cell, x);
+        const double slope = glm::length(jet.gradient);
+        if (!(slope > 0.0))
+            return std::nullopt;
+        if (iteration == 0)
+            multiplier = -scale * glm::dot(jet.gradient, metric.gram * (x - point)) / (slope * slope);
+
+        // The unknowns are the step, the multiplier times the slope, and those of the planes.
+        LinearSystem<capacity> system;
+        const auto solve_step = [&](const glm::dmat3& quadratic, const glm::dvec3& pull) {
+            system = {};
+            for (int row = 0; row < 3; ++row) {
+                const auto at = static_cast<std::size_t>(row);
+                for (int column = 0; column < 3; ++column)
+                    system[at][static_cast<std::size_t>(column)] = quadratic[column][row];
+                system[at][3] = system[3][at] = jet.gradient[row] / slope;
+                for (std::size_t plane = 0; plane < active_count; ++plane)
+                    system[at][4 + plane] = system[4 + plane][at] = active[plane]->normal[row];
+                system[at][capacity] = pull[row];
+            }
+            system[3][capacity] = -jet.value / slope;
+            for (std::size_t plane = 0; plane < active_count; ++plane)
+                system[4 + plane][capacity] = active[plane]->offset - glm::dot(active[plane]->normal, x);
+            return solve(system, 4 + active_count, 1e-12);
+        };
+        const auto step_of_solution = [&] {
+            return glm::dvec3(system[0][capacity], system[1][capacity], system[2][capacity]);
+        };
+
+        // The last steps only lead back to the surface.
+        const bool restores = iteration >= first_restoration;
+        const glm::dmat3 flat = scale * metric.gram, curved = flat + multiplier * jet.hessian;
+        const glm::dvec3 pull = restores ? glm::dvec3(0.0) : scale * (metric.gram * (point - x));
+        bool solved = !restores && solve_step(curved, pull);
+        if (solved) {
+            const glm::dvec3 along =
+                step_of_solution() + (jet.value / (slope * slope)) * jet.gradient; // about in the tangent plane
+            solved = glm::dot(along, curved * along) >= 0.0;
+        }
+        if (!solved && !solve_step(flat, pull))
+            return std::nullopt;
+
+        // Planes that hold the step back from the surface's other side of them, by the sign of their multipliers, go.
+        const auto holds = [&](std::size_t plane) { return system[4 + plane][capacity] <= 1e-12; };
+        if (!restores && active_count > 0 && iteration < first_restoration / 2) {
+            const std::size_t before = active_count;
+            std::size_t kept = 0;
+            for (std::size_t plane = 0; plane < before; ++plane)
+                if (holds(plane))
+                    active[kept++] = active[plane];
+            if (kept < before) {
+                active_count = kept;
+                std::fill(active.begin() + static_cast<std::ptrdiff_t>(kept), active.end(), nullptr);
+                continue;
+            }
+        }
+        glm::dvec3 step = step_of_solution();
+        const double length = glm::length(step);
+        if (!std::isfinite(length))
+            return std::nullopt;
+        if (length > longest_step)
+            step *= longest_step / length;
+
+        // How much of it can be taken.
+        double part = 1.0;
+        const HalfSpace* met = nullptr;
+        for (const HalfSpace& half_space : half_spaces) {
+            const double room = std::max(glm::dot(half_space.normal, x) - half_space.offset, 0.0);
+            const double speed = -glm::dot(half_space.normal, step);
+            if (part * speed > room + 0.5 * descent_margin && &half_space != active[0] && &half_space != active[1]) {
+                part = room / speed;
+                met = &half_space;
+            }
+        }
+        x += part * step;
+        if (met != nullptr) {
+            if (active_count == active.size())
+                return std::nullopt;
+            active[active_count++] = met;
+            continue;
+        }
+        multiplier = system[3][capacity] / slope;
+        if (length < 1e-13 || (iteration > 12 && length < 1e-9))
+            break;
+    }
+
+    // Whether it is the nearest point or not, it must be one of the surface.
+    const double residual = scalar::value_in_cell<Degree>(cell, x);
+    if (!(std::abs(residual) <= descent_margin * glm::length(scalar::gradient_in_cell<Degree>(cell, x))))
+        return std::nullopt;
+    for (const HalfSpace& half_space : half_spaces)
+        if (glm::dot(half_space.normal, x) < half_space.offset - descent_margin)
+            return std::nullopt;
+    return DescentEnd{x, active_count == 0};
+}
+
+/// Some point of the surface in a box, between corners where f - level has opposite signs; nothing where there are none
+/// such or the point is not in all half-spaces.
+template <int Degree>
+inline std::optional<DescentEnd> any_point(const CellCoefficients& cell, const std::vector<HalfSpace>& half_spaces,
+                                           const SurfaceBox<Degree>& box)
+{
+    std::optional<glm::dvec3> below, above;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 at(corner & 1, corner >> 1 & 1, corner >> 2);
+        const double value = box.b[bernstein_item<Degree>(Degree * at.x, Degree * at.y, Degree * at.z)];
+        (value < 0.0 ? below : above) = box.lower + glm::dvec3(at) * box.size;
+    }
+    if (!below || !above)
+        return std::nullopt;
+    const auto along = [&](double s) { return *below + s * (*above - *below); };
+    const auto f = [&](double s) { return scalar::value_in_cell<Degree>(cell, along(s)); };
+    const FunctionPoint first{0.0, f(0.0)}, last{1.0, f(1.0)};
+    if (!(first.value <= 0.0 && last.value >= 0.0)) // rounding: the surface is at a corner
+        return std::nullopt;
+    const glm::dvec3 x = along(brent_root(f, first, last, 1e-14));
+    for (const HalfSpace& half_space : half_spaces)
+        if (glm::dot(half_space.normal, x) < half_space.offset - descent_margin)
+            return std::nullopt;
+    return DescentEnd{x, false};
+}
+
+} // namespace isospline

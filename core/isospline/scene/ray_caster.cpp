@@ -1,0 +1,211 @@
+#include "isospline/scene/ray_caster.h"
+
+#include "isospline/scene/ray_query.h"
+#include "isospline/scene/scene_snapshot_impl.h"
+#include "isospline/util/error.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <optional>
+
+namespace isospline {
+
+namespace {
+
+/// Sets what is known of a hit before its object completes it: of a mesh, t is that of its triangle.
+void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_mesh, std::uint32_t geometry_id)
+{
+    hit.clear();
+    hit.t = t;
+    hit.geometry_id = geometry_id;
+    hit.primitive_id = ids.primitive;
+    if (ids.slot != nearest_in_mesh.slot)
+        return;
+    hit.t = nearest_in_mesh.hit.t;
+    hit.uv = nearest_in_mesh.hit.uv;
+}
+
+} // namespace
+
+struct RayCaster::Impl {
+    Impl(const SceneSnapshot::Impl& given_scene, Parts given_parts)
+        : scene(given_scene), complete(given_parts == Parts::all), query(scene.instances)
+    {
+    }
+
+    LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    template <int Size>
+    LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
+
+    const SceneSnapshot::Impl& scene;
+    bool complete;
+    int packet_size = 0; ///< 0 where rays are traced one by one
+    RayQuery query;
+    PreparedPacket prepared;
+    std::optional<PacketQuery> packet_query;
+};
+
+LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
+{
+    LaneMask hit_lanes = 0;
+    RTCRayHit ray_hit;
+    for (LaneMask rest = prepare_packet(rays, index, scene.frame, prepared); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const Ray given = rays.ray(lane);
+        query.prepared = prepared[lane];
+        query.begin(given);
+        set_ray(query.prepared.ray, ray_hit.ray);
+        embree::intersect(scene.camera_top.get(), query, ray_hit);
+        query.rethrow();
+        if (!query.has_hit())
+            continue;
+        hit_lanes |= LaneMask{1} << lane;
+        Hit& hit = hits[static_cast<std::size_t>(lane)];
+        const Instance& instance = *scene.instances[query.nearest_ids.slot];
+        set_hit(hit, query.prepared.limits.given_t(query.nearest.t), query.nearest_ids, query.nearest_in_mesh,
+                instance.id);
+        if (complete)
+            instance.object->complete(hit, given, query.nearest.gradient, instance.placement);
+    }
+    return hit_lanes;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
+{
+    PacketQuery& packet = *packet_query;
+    const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
+    if (used == 0)
+        return 0;
+    packet.begin(rays, used);
+    alignas(64) RTCRayHitNt<Size> ray_hits;
+    set_rays(packet.prepared, ray_hits);
+    alignas(64) int valid[Size];
+    for (int lane = 0; lane < Size; ++lane)
+        valid[lane] = -static_cast<int>(used >> lane & 1u);
+    embree::intersect_coherent(scene.camera_top.get(), packet, valid, ray_hits);
+    packet.rethrow();
+
+    LaneMask hit_lanes = 0;
+    std::array<Ray, Size> given;
+    for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        if (!packet.has_hit(lane))
+            continue;
+        hit_lanes |= LaneMask{1} << lane;
+        const auto i = static_cast<std::size_t>(lane);
+        given[i] = rays.ray(lane);
+        set_hit(hits[i], packet.prepared.limits[lane].given_t(packet.nearest.t[lane]), packet.nearest_ids[lane],
+                packet.nearest_in_mesh[lane], scene.instances[packet.nearest_ids[lane].slot]->id);
+    }
+    for (LaneMask rest = complete ? hit_lanes : 0; rest != 0;) {
+        const unsigned int slot = packet.nearest_ids[std::countr_zero(rest)].slot;
+        LaneMask of_instance = 0;
+        for (LaneMask others = rest; others != 0; others &= others - 1u)
+            if (const int lane = std::countr_zero(others); packet.nearest_ids[lane].slot == slot)
+                of_instance |= LaneMask{1} << lane;
+        const Instance& instance = *scene.instances[slot];
+        instance.object->complete(hits, given, of_instance, packet.nearest, instance.placement);
+        rest &= ~of_instance;
+    }
+    return hit_lanes;
+}
+
+LaneMask RayCaster::Impl::test_occlusions(const RayPacket& rays, std::size_t index)
+{
+    LaneMask occluded = 0;
+    RTCRay ray;
+    for (LaneMask rest = prepare_packet(rays, index, scene.frame, prepared); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const Ray given = rays.ray(lane);
+        query.prepared = prepared[lane];
+        query.begin(given);
+        set_ray(query.prepared.ray, ray);
+        embree::occluded(scene.shadow_top(), query, ray);
+        query.rethrow();
+        occluded |= static_cast<LaneMask>(ray.tfar < 0.0f) << lane;
+    }
+    return occluded;
+}
+
+RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts)
+    : impl_(std::make_unique<Impl>(*scene.impl_, parts))
+{
+    if (rays == Rays::incoherent)
+        return;
+    impl_->packet_size = Device::shared().packet_size();
+    impl_->packet_query.emplace(impl_->scene.instances);
+}
+RayCaster::~RayCaster() = default;
+
+int RayCaster::width() const
+{
+    return impl_->packet_size == 0 ? RayPacket::capacity : impl_->packet_size;
+}
+
+LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
+{
+    ISOSPLINE_ASSERT(rays.count, <=, width());
+    ISOSPLINE_ASSERT(static_cast<std::size_t>(rays.count), <=, hits.size());
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->cast_packet<16>(rays, index, hits);
+    case 8:
+        return impl_->cast_packet<8>(rays, index, hits);
+    case 4:
+        return impl_->cast_packet<4>(rays, index, hits);
+    default:
+        return impl_->cast_singles(rays, index, hits);
+    }
+}
+
+LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
+{
+    return impl_->test_occlusions(rays, index);
+}
+
+namespace {
+
+/// Calls `body(packet, first)` for packets of up to `width` rays.
+template <typename Body>
+void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
+{
+    RayPacket packet;
+    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(packet.count)) {
+        packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), rays.size() - first));
+        for (int lane = 0; lane < packet.count; ++lane)
+            packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
+        body(packet, first);
+    }
+}
+
+} // namespace
+
+void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
+    RayCaster caster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent);
+    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+        const std::span<Hit> of_packet = hits.subspan(first, static_cast<std::size_t>(packet.count));
+        const LaneMask hit_lanes = caster.cast(packet, first, of_packet);
+        for (std::size_t lane = 0; lane < of_packet.size(); ++lane)
+            if ((hit_lanes >> lane & 1u) == 0)
+                of_packet[lane].clear();
+    });
+}
+
+void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
+{
+    ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
+    RayCaster caster(*this, RayCaster::Rays::incoherent);
+    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+        const LaneMask lanes = caster.test_occlusions(packet, first);
+        for (int lane = 0; lane < packet.count; ++lane)
+            occluded[first + static_cast<std::size_t>(lane)] = lanes >> lane & 1u;
+    });
+}
+
+} // namespace isospline

@@ -1,0 +1,37 @@
+#include "isospline/trace/brick_trace.h"
+
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isospline/trace/brick_trace.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "isospline/trace/brick_packet-inl.h"
+#include "isospline/trace/brick_single-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+BrickTracer tracer_of_target()
+{
+    return {trace_ray, trace_packet};
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isospline {
+
+HWY_EXPORT(tracer_of_target);
+
+BrickTracer brick_tracer()
+{
+    return HWY_DYNAMIC_DISPATCH(tracer_of_target)();
+}
+
+} // namespace isospline
+#endif

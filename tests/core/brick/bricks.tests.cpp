@@ -1,0 +1,266 @@
+#include "isospline/brick/bricks.h"
+
+#include "catch.h"
+#include "counting_source.h"
+#include "level_bricks.h"
+#include "noise_volume.h"
+
+#include "isospline/math/grid.h"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <thread>
+#include <vector>
+
+using namespace isospline;
+
+namespace {
+
+/// Noise, of which only a ball holds a part of the surfaces at levels about 0.
+std::shared_ptr<const Volume> ball_of_noise(const glm::ivec3& shape, int degree)
+{
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> noise(-1.0f, 1.0f);
+    std::vector<float> samples;
+    for (int z = 0; z < shape.z; ++z)
+        for (int y = 0; y < shape.y; ++y)
+            for (int x = 0; x < shape.x; ++x) {
+                const float sample = noise(random);
+                const bool inside = glm::length(glm::dvec3(x, y, z) - 0.4 * glm::dvec3(shape)) < 0.3 * shape.x;
+                samples.push_back(inside ? sample : 9.0f);
+            }
+    VolumeOptions options;
+    options.degree = degree;
+    options.filter = Filter::none;
+    constexpr std::ptrdiff_t step = sizeof(float);
+    return std::make_shared<const Volume>(
+        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
+        options);
+}
+
+bool is_mixed(const Volume& volume, const glm::ivec3& cell, double threshold)
+{
+    const float* first = volume.cell_coefficients(cell.x, cell.y, cell.z);
+    bool below = false, above = false;
+    for (int z = 0; z <= volume.degree(); ++z)
+        for (int y = 0; y <= volume.degree(); ++y)
+            for (int x = 0; x <= volume.degree(); ++x)
+                (first[x + y * volume.row_stride() + z * volume.slice_stride()] < threshold ? below : above) = true;
+    return below && above;
+}
+
+/// Whether a cell has no corner in all half-spaces' inner sides.
+bool is_clipped(const std::vector<HalfSpace>& clip, const glm::ivec3& cell)
+{
+    return std::any_of(clip.begin(), clip.end(), [&](const HalfSpace& half_space) {
+        for (int corner = 0; corner < 8; ++corner)
+            if (glm::dot(half_space.normal, glm::dvec3(cell + child_position(corner))) >= half_space.offset)
+                return false;
+        return true;
+    });
+}
+
+template <typename Use>
+void for_each_brick(const Bricks& bricks, const Use& use)
+{
+    for (const Octet& octet : bricks.octets())
+        for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
+            use(octet, std::countr_zero(rest));
+}
+
+/// All blocks of all bricks, in the order of octets or in a random one. Bricks that `use` is called with are made.
+template <typename Use>
+void for_each_block(const Bricks& bricks, std::mt19937* shuffle, const Use& use)
+{
+    struct Place {
+        const Octet* octet;
+        int child, block;
+    };
+    std::vector<Place> places;
+    for_each_brick(bricks, [&](const Octet& octet, int child) {
+        for (int block = 0; block < blocks_per_brick; ++block)
+            places.push_back({&octet, child, block});
+    });
+    if (shuffle != nullptr)
+        std::shuffle(places.begin(), places.end(), *shuffle);
+    for (const auto& [octet, child, block] : places) {
+        const MadeBrick& brick = bricks.brick(*octet, child);
+        if ((brick.blocks() >> block & 1u) == 0)
+            continue;
+        Block own;
+        use(Bricks::number(*octet, child) * blocks_per_brick + static_cast<std::size_t>(block),
+            brick.block(block, bricks.degree(), bricks.threshold(), own));
+    }
+}
+
+} // namespace
+
+TEST_CASE("the bricks of a level hold the cells of both signs that masks and clips leave", "[brick]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = ball_of_noise({37, 22, 30}, degree);
+    const glm::ivec3 shape = volume->cell_shape();
+    Mask mask(37 * 22 * 30, 1);
+    for (std::size_t i = 0; i < mask.size(); i += 7)
+        mask[i] = 0;
+    const std::vector<HalfSpace> clip{{glm::normalize(glm::dvec3(1.0, 2.0, -0.5)), 11.0}, {{0.0, 0.0, -1.0}, -14.0}};
+    for (const bool is_masked : {false, true})
+        for (const bool is_clip : {false, true})
+            for (const double level_of_samples : {0.2, 9.0, 9.5}) {
+                const double threshold = level_of_samples - volume->offset();
+                const LevelBricks level(volume, threshold, is_masked ? mask : Mask(),
+                                        is_clip ? clip : std::vector<HalfSpace>());
+                const Bricks& bricks = level.bricks;
+                REQUIRE(bricks.degree() == degree);
+                REQUIRE(bricks.threshold() == threshold);
+
+                // Octets in the order of the lattice, numbers in the order of octets and children.
+                std::uint64_t last_octet = 0;
+                std::size_t count = 0;
+                for (const Octet& octet : bricks.octets()) {
+                    const glm::ivec3 first(octet.first[0], octet.first[1], octet.first[2]);
+                    const std::uint64_t place = place_in(octet_shape(shape), first / (2 * brick_size));
+                    REQUIRE(first % (2 * brick_size) == glm::ivec3(0));
+                    REQUIRE((count == 0 || place > last_octet));
+                    REQUIRE(octet.bricks != 0);
+                    last_octet = place;
+                    for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
+                        REQUIRE(Bricks::number(octet, std::countr_zero(rest)) == count++);
+                }
+                REQUIRE(bricks.count() == count);
+
+                std::vector<bool> held(place_count(shape));
+                for_each_brick(bricks, [&](const Octet& octet, int child) {
+                    const Brick place = bricks.place(octet, child);
+                    const MadeBrick& brick = bricks.brick(octet, child);
+                    REQUIRE(brick.first() == place.first);
+                    REQUIRE(&bricks.brick(octet, child) == &brick);
+                    BrickCells of_blocks{};
+                    for (int block = 0; block < blocks_per_brick; ++block) {
+                        REQUIRE((brick.blocks() >> block & 1u) == (brick.cells(block) != 0));
+                        for (int i = 0; i < 8; ++i) {
+                            if ((brick.cells(block) >> i & 1) == 0)
+                                continue;
+                            const glm::ivec3 at = block_position(block) + child_position(i), cell = place.first + at;
+                            REQUIRE(brick.coefficients(at).first == volume->cell_coefficients(cell.x, cell.y, cell.z));
+                            held.at(place_in(shape, cell)) = true;
+                            of_blocks[static_cast<std::size_t>(at.z)] |= std::uint64_t{1} << (at.x + 8 * at.y);
+                        }
+                    }
+                    REQUIRE(of_blocks == bricks.cells(place));
+                });
+                std::size_t cells = 0;
+                for (std::uint64_t place = 0; place < held.size(); ++place) {
+                    const glm::ivec3 cell = at_place(shape, place);
+                    const bool expected = is_mixed(*volume, cell, threshold) &&
+                                          !(is_masked && is_cut_by_mask(cell, mask, *volume)) &&
+                                          !(is_clip && is_clipped(clip, cell));
+                    REQUIRE(held[place] == expected);
+                    cells += expected;
+                }
+                REQUIRE((cells > 0) == (level_of_samples < 9.5));
+            }
+}
+
+TEST_CASE("a clip leaves bricks out that are wholly outside of it", "[brick]")
+{
+    const auto volume = noise_volume({40, 40, 40}, 2);
+    const LevelBricks level(volume, 0.1, {}, {{{1.0, 0.0, 0.0}, 17.0}, {{0.0, -1.0, 0.0}, -8.0}});
+    for_each_brick(level.bricks, [&](const Octet& octet, int child) {
+        const Brick brick = level.bricks.place(octet, child);
+        REQUIRE(brick.first.x >= 16);
+        REQUIRE(brick.first.y <= 8);
+    });
+    REQUIRE(level.bricks.count() == 3 * 2 * 5);
+}
+
+TEST_CASE("memory is of the bricks that were made", "[brick]")
+{
+    const LevelBricks level(noise_volume({40, 33, 24}, 2), 0.1);
+    std::size_t before = level.bricks.memory();
+    REQUIRE(before >= level.bricks.count() * sizeof(void*));
+    std::size_t made = 0;
+    for_each_brick(level.bricks, [&](const Octet& octet, int child) {
+        made += level.bricks.brick(octet, child).memory();
+        REQUIRE(level.bricks.memory() == before + made);
+        level.bricks.brick(octet, child);
+        REQUIRE(level.bricks.memory() == before + made);
+    });
+}
+
+// Of the noise every block is entered by all threads, each in an order of its own.
+TEST_CASE("bricks and blocks are the same whoever makes them and in whatever order", "[brick][threads]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = noise_volume({37, 22, 30}, degree);
+    const LevelBricks of_one(volume, 0.1);
+    std::vector<Block> expected(of_one.bricks.count() * blocks_per_brick);
+    std::vector<bool> has_cells(expected.size());
+    for_each_block(of_one.bricks, nullptr, [&](std::size_t index, const Block& block) {
+        expected[index] = block;
+        has_cells[index] = true;
+    });
+
+    constexpr std::size_t thread_count = 8;
+    for (int repetition = 0; repetition < 5; ++repetition) {
+        const auto source = std::make_shared<CountingSource>(volume);
+        const LevelBricks level(volume, 0.1, {}, {}, source);
+        REQUIRE(level.bricks.count() == of_one.bricks.count());
+        std::vector<std::size_t> different(thread_count), entered(thread_count);
+        std::vector<std::vector<const MadeBrick*>> bricks_of_thread(thread_count);
+        std::vector<std::thread> threads;
+        for (std::size_t thread = 0; thread < thread_count; ++thread)
+            threads.emplace_back([&, thread] {
+                std::mt19937 random(
+                    static_cast<unsigned>(thread_count * static_cast<std::size_t>(repetition) + thread));
+                for_each_block(level.bricks, &random, [&](std::size_t index, const Block& block) {
+                    different[thread] += !has_cells[index] || std::memcmp(&block, &expected[index], sizeof block) != 0;
+                    ++entered[thread];
+                });
+                for_each_brick(level.bricks, [&](const Octet& octet, int child) {
+                    bricks_of_thread[thread].push_back(&level.bricks.brick(octet, child));
+                });
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+        const auto count = static_cast<std::size_t>(std::count(has_cells.begin(), has_cells.end(), true));
+        for (std::size_t thread = 0; thread < thread_count; ++thread) {
+            REQUIRE(different[thread] == 0);
+            REQUIRE(entered[thread] == count);
+            REQUIRE((bricks_of_thread[thread] == bricks_of_thread[0]));
+        }
+        REQUIRE(level.bricks.memory() == [&] {
+            std::size_t memory = LevelBricks(volume, 0.1).bricks.memory();
+            for (const MadeBrick* brick : bricks_of_thread[0])
+                memory += brick->memory();
+            return memory;
+        }());
+        REQUIRE(source->bricks().size() == level.bricks.count());
+        REQUIRE(source->asked() >= level.bricks.count());
+    }
+}
+
+TEST_CASE("a brick whose source refuses it is made by the next call", "[brick]")
+{
+    const auto volume = noise_volume({20, 12, 9}, 2);
+    const auto source = std::make_shared<CountingSource>(volume);
+    const LevelBricks level(volume, 0.1, {}, {}, source);
+    const Octet& octet = level.bricks.octets().front();
+    const int child = std::countr_zero(static_cast<unsigned>(octet.bricks));
+    const std::size_t before = level.bricks.memory();
+    source->refuse = true;
+    REQUIRE_THROWS_AS(level.bricks.brick(octet, child), CountingSource::Refusal);
+    REQUIRE(level.bricks.memory() == before);
+    source->refuse = false;
+    const MadeBrick& brick = level.bricks.brick(octet, child);
+    const LevelBricks plain(volume, 0.1);
+    REQUIRE(brick.blocks() == plain.bricks.brick(plain.bricks.octets().front(), child).blocks());
+    REQUIRE(source->asked() == 1);
+    REQUIRE(&level.bricks.brick(octet, child) == &brick);
+    REQUIRE(source->asked() == 1);
+}

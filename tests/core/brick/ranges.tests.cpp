@@ -1,0 +1,66 @@
+#include "catch.h"
+
+#include "noise_volume.h"
+
+#include "isospline/brick/ranges.h"
+#include "isospline/math/grid.h"
+
+#include <algorithm>
+
+using namespace isospline;
+
+namespace {
+
+/// The range of all coefficients that reach a brick's cells.
+BrickRanges::Range range_of(const Volume& volume, const Brick& brick)
+{
+    const float* first = volume.cell_coefficients(brick.first.x, brick.first.y, brick.first.z);
+    BrickRanges::Range range{*first, *first};
+    for (int z = 0; z < brick.size.z + volume.degree(); ++z)
+        for (int y = 0; y < brick.size.y + volume.degree(); ++y)
+            for (int x = 0; x < brick.size.x + volume.degree(); ++x) {
+                const float c = first[x + y * volume.row_stride() + z * volume.slice_stride()];
+                range = {std::min(range.lower, c), std::max(range.upper, c)};
+            }
+    return range;
+}
+
+} // namespace
+
+TEST_CASE("ranges of bricks are those of the coefficients that reach their cells", "[brick][threads]")
+{
+    for (const auto& shape : {glm::ivec3(20, 9, 17), glm::ivec3(16, 8, 8), glm::ivec3(3, 2, 2), glm::ivec3(9, 33, 2)})
+        for (int degree = 0; degree <= 5; ++degree) {
+            const auto volume = noise_volume(shape, degree);
+            const glm::ivec3 cells = volume->cell_shape(), bricks = brick_shape(cells);
+            const BrickRanges ranges(*volume);
+            REQUIRE(ranges.shape() == octet_shape(cells));
+            REQUIRE(ranges.octets().size() == place_count(ranges.shape()));
+            for (std::size_t index = 0; index < ranges.octets().size(); ++index) {
+                unsigned straddling = 0;
+                for (int child = 0; child < 8; ++child) {
+                    const glm::ivec3 position = 2 * at_place(ranges.shape(), index) + child_position(child);
+                    const auto range = ranges.octets()[index].brick(static_cast<std::size_t>(child));
+                    if (position.x >= bricks.x || position.y >= bricks.y || position.z >= bricks.z) {
+                        REQUIRE(range.lower > range.upper);
+                        continue;
+                    }
+                    const auto expected = range_of(*volume, brick_at(cells, position));
+                    REQUIRE(range.lower == expected.lower);
+                    REQUIRE(range.upper == expected.upper);
+                    straddling |= static_cast<unsigned>(expected.straddles(0.9)) << child;
+                }
+                REQUIRE(ranges.straddling(index, 0.9) == straddling);
+            }
+        }
+}
+
+TEST_CASE("a range straddles a threshold where both signs occur, zero counting as positive", "[brick]")
+{
+    const BrickRanges::Range range{-1.0f, 2.0f};
+    REQUIRE(range.straddles(0.0));
+    REQUIRE(range.straddles(2.0));
+    REQUIRE(!range.straddles(-1.0));
+    REQUIRE(!range.straddles(2.0 + 1e-12));
+    REQUIRE(range.straddles(-1.0 + 1e-12));
+}

@@ -1,0 +1,104 @@
+"""What cast_rays is asked for: the names of its outputs, their precision, and the precision of its rays."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hit_outputs import ALL_OUTPUTS
+from spheres import CENTER, mesh_sphere, moved, sphere
+
+import isospline
+
+DEFAULT = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals")
+REAL = ("t_hit", "primitive_normals", "positions", "gradient_magnitudes")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    scene = isospline.Scene([sphere()])
+    scene.add(mesh_sphere(5.0), moved(*(CENTER + (9, 0, 4))))
+    return scene
+
+
+@pytest.fixture(scope="module")
+def rays():
+    """Of a picture in single precision: hits of both objects, and misses of the scene's box."""
+    camera = isospline.PerspectiveCamera(np.add(CENTER, (5, -60, 8)), CENTER, field_of_view=45)
+    return camera.rays((44, 36)).astype(np.float32)
+
+
+@pytest.mark.parametrize("coherent", [False, True])
+def test_each_output_is_the_same_whatever_is_asked_for_beside_it(scene, rays, coherent):
+    everything = scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS)
+    assert tuple(everything) == ALL_OUTPUTS
+    assert {0, 1, isospline.INVALID_ID} == set(np.unique(everything["geometry_ids"]))
+    pairs = [(name,) for name in ALL_OUTPUTS] + list(itertools.combinations(ALL_OUTPUTS, 2))
+    for asked in [*pairs, DEFAULT]:
+        hits = scene.cast_rays(rays, coherent=coherent, outputs=asked)
+        assert set(hits) == set(asked)
+        for name in asked:
+            np.testing.assert_array_equal(hits[name], everything[name])
+    assert tuple(scene.cast_rays(rays, coherent=coherent)) == DEFAULT
+    assert scene.cast_rays(rays, coherent=coherent, outputs=()) == {}
+
+
+@pytest.mark.parametrize("coherent", [False, True])
+def test_float32_outputs_are_the_float64_ones_rounded(scene, rays, coherent):
+    double, single = (
+        scene.cast_rays(rays, coherent=coherent, outputs=ALL_OUTPUTS, dtype=dtype) for dtype in (np.float64, "float32")
+    )
+    for name in ALL_OUTPUTS:
+        if name in REAL:
+            assert double[name].dtype == np.float64 and single[name].dtype == np.float32
+            np.testing.assert_array_equal(single[name], double[name].astype(np.float32))
+        else:
+            np.testing.assert_array_equal(single[name], double[name])
+
+
+@pytest.mark.parametrize("count", [0, 1, 15, 16, 17, 1023, 1025, 1584])
+@pytest.mark.parametrize("coherent", [False, True])
+def test_float32_rays_are_those_of_float64(scene, rays, coherent, count):
+    """In one packet, in many, and in one that is not full."""
+    some = rays.reshape(-1, 6)[:count]
+    single = scene.cast_rays(some, coherent=coherent)
+    double = scene.cast_rays(some.astype(np.float64), coherent=coherent)
+    for name in DEFAULT:
+        np.testing.assert_array_equal(single[name], double[name])
+    np.testing.assert_array_equal(scene.test_occlusions(some), np.isfinite(double["t_hit"]))
+
+
+def test_the_hopper_has_the_same_outputs(rays):
+    surface = sphere()
+    scene, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
+    for asked in [(name,) for name in ALL_OUTPUTS] + [ALL_OUTPUTS]:
+        expected, found = (each.cast_rays(rays, outputs=asked) for each in (scene, hopper))
+        for name in asked:
+            np.testing.assert_array_equal(found[name], expected[name])
+
+
+@pytest.mark.parametrize("outputs, error, message", [
+    (("t_hit", "uv"), ValueError, 'outputs: expected names among "t_hit", .*"gradient_magnitudes", got "uv"'),
+    ("t_hit", TypeError, r'outputs: expected a sequence of names, such as \("t_hit",\), got "t_hit"'),
+    (None, TypeError, "outputs: expected a sequence of names, .* got None"),
+    ((1,), TypeError, "outputs: expected names, got int"),
+])  # fmt: skip
+def test_bad_outputs(scene, rays, outputs, error, message):
+    for caster in (scene, isospline.VoxelHopper(sphere())):
+        with pytest.raises(error, match=f"^{message}"):
+            caster.cast_rays(rays, outputs=outputs)
+
+
+@pytest.mark.parametrize("dtype", ["float16", "int32", None, "real", ">f4"])
+def test_bad_dtypes(scene, rays, dtype):
+    with pytest.raises((ValueError, TypeError), match="^dtype: expected float32 or float64, got"):
+        scene.cast_rays(rays, dtype=dtype)
+
+
+def test_secondary_rays_need_the_outputs_that_they_come_from(scene):
+    ray, towards = [(*np.add(CENTER, (0, -30, 0)), 0, 1, 0)], [(0, -1, 0)]
+    hits = scene.cast_rays(ray, outputs=("t_hit", "geometry_ids", "primitive_normals"))
+    with pytest.raises(ValueError, match='^hits: expected what cast_rays returned, with "primitive_ids" among its'):
+        scene.secondary_rays(ray, hits, towards)
+    with pytest.raises(ValueError, match=r'^hits\["t_hit"\]: expected float64, .* got float32'):
+        scene.secondary_rays(ray, scene.cast_rays(ray, dtype="float32"), towards)
+    assert not scene.test_occlusions(scene.secondary_rays(ray, scene.cast_rays(ray), towards))[0]
