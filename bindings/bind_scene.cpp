@@ -36,6 +36,10 @@ objects : iterable of Isosurface and Mesh
 build_quality : {"medium", "low", "high"}
     Of Embree's acceleration structures. "low" takes half the memory and is built a little faster, and rays take up to a
     fifth longer (measured on CT volumes); "high" splits long triangles, and does nothing for isosurfaces.
+box_edge : {16, 8, 4, 2, 1}
+    Cells along an edge of the boxes that Embree has of an isosurface. Inside a box, cells are found by halving it, and
+    made when the first ray enters it. Below 8, all cells are found whenever the level changes; 1 is a box for each cell.
+    For benchmarks: the default changes levels fastest, by far, and hits do not depend on it.
 
 Notes
 -----
@@ -183,9 +187,9 @@ BuildQuality as_build_quality(const std::string& name)
     throw_invalid("build_quality", "'low', 'medium' or 'high'", "'" + name + "'");
 }
 
-std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string& build_quality)
+std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string& build_quality, int box_edge)
 {
-    auto scene = std::make_unique<Scene>(as_build_quality(build_quality));
+    auto scene = std::make_unique<Scene>(BuildOptions{as_build_quality(build_quality), box_edge});
     for (const auto& object : objects)
         add_object(*scene, py::reinterpret_borrow<py::object>(object), py::none(), {});
     return scene;
@@ -338,7 +342,7 @@ void bind_scene(py::module_& module)
 
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
-             py::arg("build_quality") = "medium")
+             py::arg("build_quality") = "medium", py::arg("box_edge") = 16)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false,
              py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::dtype::of<double>(), cast_rays_doc)

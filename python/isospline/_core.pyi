@@ -235,7 +235,11 @@ class _Visibility(TypedDict):
 
 class Scene:
     def __init__(
-        self, objects: Iterable[Isosurface | Mesh] = (), *, build_quality: Literal["low", "medium", "high"] = "medium"
+        self,
+        objects: Iterable[Isosurface | Mesh] = (),
+        *,
+        build_quality: Literal["low", "medium", "high"] = "medium",
+        box_edge: Literal[16, 8, 4, 2, 1] = 16,
     ) -> None: ...
     def __contains__(self, geometry_id: Any) -> bool: ...
     def __iter__(self) -> Iterator[int]: ...

@@ -31,8 +31,7 @@ constexpr auto lane_bits = [] {
 } // namespace
 
 IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface)
-    : Object({surface->volume().lattice_to_world(), domain_lattice(surface->volume())}),
-      surface_(std::move(surface)),
+    : Object({surface->volume().lattice_to_world(), domain_lattice(surface->volume())}), surface_(std::move(surface)),
       intersector_(cell_intersector(surface_->volume().degree(), surface_->options().method)), tracer_(brick_tracer())
 {
 }
@@ -44,10 +43,11 @@ bool IsosurfaceObject::fits(double rounding_error_local) const
            (box_margin_ <= least_box_margin || rounding_error_local >= box_margin_ / 16.0);
 }
 
-embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, double rounding_error_local)
+embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, const BuildOptions& options,
+                                                       double rounding_error_local)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
-    boxes_ = shell_boxes(surface_->bricks(), 0);
+    boxes_ = shell_boxes(surface_->bricks(), std::countr_zero(16u / static_cast<unsigned>(options.box_edge)));
     cap_boxes_ = cap_boxes(*surface_);
     return UserGeometry<IsosurfaceObject>::make(device, *this, boxes_.size() + cap_boxes_.size());
 }

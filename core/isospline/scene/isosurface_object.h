@@ -36,7 +36,8 @@ public:
 private:
     friend struct UserGeometry<IsosurfaceObject>;
 
-    embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) override;
+    embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options,
+                                         double rounding_error_local) override;
     std::size_t own_memory() const override;
 
     Box box(unsigned int primitive) const;

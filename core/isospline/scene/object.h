@@ -4,6 +4,7 @@
 #include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
+#include "isospline/scene/build_options.h"
 #include "isospline/scene/device.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/prepared_ray.h"
@@ -46,7 +47,7 @@ public:
     /// The box of what the object shows, in local space. May have to be found, once.
     virtual Box bounds() const = 0;
     /// Builds the object's own Embree scene, its boxes wide enough for that rounding error.
-    void build(RTCBuildQuality quality, double rounding_error_local, const Progress& progress);
+    void build(const BuildOptions& options, double rounding_error_local, const Progress& progress);
     /// Bytes that the object holds for queries.
     std::size_t memory() const { return embree_memory_ + own_memory(); }
     /// Completes a hit, of which t, uv and primitive_id are given, for a ray in the scene's world space.
@@ -70,7 +71,8 @@ public:
 
 private:
     /// The geometry of the object's own Embree scene.
-    virtual embree::GeometryHandle make_geometry(const Device& device, double rounding_error_local) = 0;
+    virtual embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options,
+                                                 double rounding_error_local) = 0;
     /// Embree's not counted.
     virtual std::size_t own_memory() const { return 0; }
 

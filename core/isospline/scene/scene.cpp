@@ -37,18 +37,6 @@ void check_transform(const glm::dmat4& transform)
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
 }
 
-RTCBuildQuality to_embree(BuildQuality quality)
-{
-    switch (quality) {
-    case BuildQuality::low:
-        return RTC_BUILD_QUALITY_LOW;
-    case BuildQuality::high:
-        return RTC_BUILD_QUALITY_HIGH;
-    default:
-        return RTC_BUILD_QUALITY_MEDIUM;
-    }
-}
-
 /// What the last placement to be checked was of: many instances of one object are often added in a row.
 struct CheckedObject {
     std::weak_ptr<const void> shown;
@@ -58,7 +46,7 @@ struct CheckedObject {
 } // namespace
 
 struct Scene::Impl {
-    explicit Impl(BuildQuality quality) : build_quality(to_embree(quality)) {}
+    explicit Impl(const BuildOptions& options) : build_options(options) {}
 
     std::uint32_t add(PlacedObject given);
     /// Throws std::invalid_argument for a placement that does not do in any scene.
@@ -70,7 +58,7 @@ struct Scene::Impl {
     const PlacedObject& entry(std::uint32_t id) const;
     Entries& entries_to_edit();
 
-    const RTCBuildQuality build_quality;
+    const BuildOptions build_options;
     Turn turn;
 
     /// Of all below, for moments only.
@@ -161,7 +149,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
         return known;
 
     SnapshotBuilder builder;
-    builder.quality = build_quality;
+    builder.options = build_options;
     std::uint64_t built_version;
     std::uint32_t ids;
     {
@@ -193,8 +181,11 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
     }
 }
 
-Scene::Scene(BuildQuality quality) : impl_(std::make_unique<Impl>(quality))
+Scene::Scene(const BuildOptions& options) : impl_(std::make_unique<Impl>(options))
 {
+    const int edge = options.box_edge;
+    if (edge != 1 && edge != 2 && edge != 4 && edge != 8 && edge != 16)
+        throw_invalid("box_edge", "1, 2, 4, 8 or 16 cells", edge);
 }
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;

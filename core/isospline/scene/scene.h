@@ -1,7 +1,7 @@
 // Isosurfaces and meshes in one Embree scene.
 #pragma once
 
-#include "isospline/scene/build_quality.h"
+#include "isospline/scene/build_options.h"
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/shell/isosurface.h"
@@ -34,7 +34,8 @@ struct PlacedObject {
 /// threads that want a snapshot while something has changed, one builds it and the others wait.
 class Scene {
 public:
-    explicit Scene(BuildQuality quality = BuildQuality::medium);
+    /// Throws std::invalid_argument for an edge of boxes that is not one of those named.
+    explicit Scene(const BuildOptions& options = {});
     ~Scene();
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;

@@ -112,7 +112,7 @@ void SnapshotBuilder::build_objects(const Progress& progress)
         if (shape.object->is_built() && shape.object->fits(shape.largest_error))
             continue;
         const std::shared_ptr<Object> built = make_object(plan.shown.object);
-        built->build(quality, shape.largest_error, progress);
+        built->build(options, shape.largest_error, progress);
         shape.object = built;
         known[address(plan.shown.object).get()] = built;
         ++build_count;

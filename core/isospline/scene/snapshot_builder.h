@@ -42,7 +42,7 @@ struct SnapshotBuilder {
     std::shared_ptr<const SceneSnapshot> before; ///< or null
     Objects known;
     std::uint64_t build_count = 0; ///< grows
-    RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
+    BuildOptions options;
 
 private:
     /// What the instances of one object have in common.
