@@ -38,8 +38,8 @@ build_quality : {"medium", "low", "high"}
     fifth longer (measured on CT volumes); "high" splits long triangles, and does nothing for isosurfaces.
 box_edge : {16, 8, 4, 2, 1}
     Cells along an edge of the boxes that Embree has of an isosurface. Inside a box, cells are found by halving it, and
-    made when the first ray enters it. Below 8, all cells are found whenever the level changes; 1 is a box for each cell.
-    For benchmarks: the default changes levels fastest, by far, and hits do not depend on it.
+    made when the first ray enters it. Below 8, all cells are found whenever the level changes; 1 is a box for each
+    cell. For benchmarks: the default changes levels fastest, by far, and hits do not depend on it.
 
 Notes
 -----

@@ -45,7 +45,7 @@ struct Slice {
 
 Slice slice_signs(const float* first_row, std::ptrdiff_t row_stride, const Brick& brick, int degree, float threshold)
 {
-    // Along x: cell x reads the coefficients x ... x + n. Rows are bytes, the last three of eleven in words of their own.
+    // Along x: cell x reads the coefficients x ... x + n. Rows are bytes, the last three of eleven in a second word.
     std::uint64_t any[2] = {0, 0}, all[2] = {0, 0};
     for (int y = 0; y < brick.size.y + degree; ++y) {
         const unsigned bits = below(first_row + y * row_stride, brick.size.x + degree, threshold);

@@ -155,7 +155,8 @@ Box IsosurfaceSnapshot::find_bounds() const
 
 std::size_t IsosurfaceSnapshot::memory() const
 {
-    return bricks_.memory() + common_->ranges->memory() + (on_demand_->shell.is_found ? on_demand_->shell.item.memory() : 0);
+    const std::size_t of_shell = on_demand_->shell.is_found ? on_demand_->shell.item.memory() : 0;
+    return bricks_.memory() + common_->ranges->memory() + of_shell;
 }
 
 Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
