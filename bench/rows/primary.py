@@ -139,7 +139,8 @@ def table(results):
         )
         rows = [
             (what, with_spread(method["mray_per_second"]), rate(result, name) / rate(result, "hop_bracket"),
-             method["oracle"]["lost"], method["oracle"]["wrong"], method["differ"], method["build_seconds"], method["memory"] / 1e6)
+             method["oracle"]["lost"], method["oracle"]["wrong"], method["differ"], method["build_seconds"],
+             method["memory"] / 1e6)
             for name, what in METHODS.items() if (method := result["methods"][name])
         ]  # fmt: skip
         header = ("method", "Mray/s", "ratio", "lost", "wrong", "differ", "build s", "MB")
