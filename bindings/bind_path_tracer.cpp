@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "colors.h"
+#include "layers.h"
 #include "long_call.h"
 
 #include "isospline/render/progressive.h"
@@ -62,8 +63,8 @@ Examples
 /// A renderer, and one caller at a time.
 struct SceneRenderer {
     SceneRenderer(Scene& rendered, const Camera& camera, const glm::ivec2& size, PathTracer path_tracer,
-                  const glm::vec4& background, const Layers& layers)
-        : renderer(rendered, camera, size, std::move(path_tracer), background, layers)
+                  const glm::vec4& background, const Layers& layers, ColorEncoding color_encoding)
+        : renderer(rendered, camera, size, std::move(path_tracer), background, layers), encoding(color_encoding)
     {
     }
 
@@ -76,6 +77,7 @@ struct SceneRenderer {
     }
 
     ProgressiveRenderer renderer;
+    const ColorEncoding encoding;
     Turn turn;
     bool was_abandoned = false; ///< needs the turn
 };
@@ -131,16 +133,18 @@ void bind_path_tracer(py::module_& module)
 
     py::class_<SceneRenderer>(module, "ProgressiveRenderer", "What isospline.ProgressiveRenderer is made of.")
         .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& integrator,
-                         const py::object& background, bool curvature, int ambient_occlusion, bool direct) {
+                         const py::object& background, const py::object& layers, int ambient_occlusion_samples,
+                         const std::string& encoding) {
                  return naming_memory("to render " + size_text(size[0], size[1]), [&] {
                      return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), integrator,
                                                             as_background(background, "background"),
-                                                            Layers{curvature, ambient_occlusion, direct});
+                                                            as_layers(layers, ambient_occlusion_samples),
+                                                            as_enum(color_encodings, encoding, "encoding"));
                  });
              }),
              py::keep_alive<1, 2>(), py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
-             py::arg("integrator"), py::arg("background"), py::arg("curvature"), py::arg("ambient_occlusion"),
-             py::arg("direct"))
+             py::arg("integrator"), py::arg("background"), py::arg("layers"), py::arg("ambient_occlusion_samples"),
+             py::arg("encoding"))
         .def("step", &step, py::arg("samples"), py::kw_only(), py::arg("progress"))
         .def("reset", &reset, py::arg("camera"))
         .def("image",
@@ -149,7 +153,7 @@ void bind_path_tracer(py::module_& module)
                  long_call("to copy the image", py::none(), [&](const Progress& progress) {
                      const Turn::Taken taken(self.turn, progress);
                      self.check(taken);
-                     *image = self.renderer.image();
+                     *image = self.renderer.image(self.encoding);
                  });
                  return image;
              })

@@ -26,7 +26,10 @@ def main(samples=96, size=(640, 480), folder="out"):
             isospline.EnvironmentLight(image=sky, visible=True),
         ],
     )
-    for image in isospline.render_progressive(scene, camera, size=size, integrator=integrator, samples=256):
+    images = isospline.render_progressive(
+        scene, camera, size=size, integrator=integrator, samples=256, layers=("variance",)
+    )
+    for image in images:
         if np.sqrt(image.variance.mean()) < 0.015:
             break
     Path(folder).mkdir(exist_ok=True)

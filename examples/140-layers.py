@@ -1,4 +1,4 @@
-"""What an image holds beside colour: an EXR file with all layers, and a few of them to look at."""
+"""What an image holds beside colour: an EXR file with layers, and a few of them to look at."""
 
 from pathlib import Path
 
@@ -15,11 +15,14 @@ def main(samples=96, size=(480, 400), folder="out"):
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=size)
     shading = isospline.Phong(color=isospline.ridges_and_valleys(8, color=(0.5, 0.1, 0.1), valley=(0.1, 0, 0)))
-    image = isospline.render(scene, camera, size=size, shading=shading, samples=4, curvature=True)
+    image = isospline.render(
+        scene, camera, size=size, shading=shading, samples=4,
+        layers=("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "geometry_ids"),
+    )  # fmt: skip
 
     folder = Path(folder)
     folder.mkdir(exist_ok=True)
-    image.write(folder / "140-layers.exr")  # R G B A, Z, P, N, albedo, gradient_magnitude, curvature, id
+    image.write(folder / "140-layers.exr")  # R G B A, Z, P, N, albedo, gradient_magnitude, curvature, id.geometry
 
     seen = np.isfinite(image.depth)
     nearest, farthest = (image.depth[seen].min(), image.depth[seen].max()) if seen.any() else (0, 1)

@@ -18,7 +18,8 @@ def main(samples=96, size=(640, 480), folder="out"):
     shading = isospline.Phong(color=(0.55, 0.7, 0.75), cap_color=values, shadows=True)
     camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0), field_of_view=32)
     Path(folder).mkdir(exist_ok=True)
-    image = isospline.render(isospline.Scene([surface]), camera, size=size, shading=shading, samples=4)
+    scene = isospline.Scene([surface])
+    image = isospline.render(scene, camera, size=size, shading=shading, samples=4, layers=("primitive_ids",))
     image.write(Path(folder) / "155-capped-cuts.png")
 
     # Primitive ids from the number of cells on tell the faces: 0 to 5 of the box, 6 of the half-space.

@@ -145,7 +145,7 @@ def _images(scene, cameras, look, arguments, progress):
 
         image = isospline.render(
             scene, camera, size=arguments.size, background=arguments.background, samples=samples,
-            curvature=arguments.curvature, ambient_occlusion=arguments.ambient_occlusion, direct=arguments.direct,
+            layers=arguments.layers, ambient_occlusion_samples=arguments.ambient_occlusion_samples,
             progress=progress and report, **look,
         )  # fmt: skip
         yield image.denoise() if arguments.denoise else image
@@ -198,10 +198,11 @@ def _check_output(arguments):
     elif not path.lower().endswith(PICTURES):
         videos = " (for a video, say --turntable)" if path.lower().endswith(VIDEOS) else ""
         raise ValueError(f"{path}: expected the name of a picture, which ends in {' or '.join(PICTURES)}{videos}")
-    layers = [name for name in ("curvature", "ambient_occlusion", "direct") if getattr(arguments, name)]
-    if layers and not path.lower().endswith(".exr"):
-        option = layers[0].replace("_", "-")
-        raise ValueError(f"--{option}: expected the name of a picture that has layers, which ends in .exr, got {path}")
+    if arguments.layers and not path.lower().endswith(".exr"):
+        raise ValueError(f"--layers: expected the name of a picture that has layers, which ends in .exr, got {path}")
+    traced = {"direct", "variance"} & set(arguments.layers)
+    if traced and arguments.shading != "path-trace":
+        raise ValueError(f"--layers: expected {min(traced)} with --shading path-trace only, got {arguments.shading}")
     folder = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"{path}: expected a folder that exists, got {folder}")

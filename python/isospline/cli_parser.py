@@ -8,6 +8,7 @@ import re
 
 import isospline
 
+from ._core import LAYERS
 from .cameras import VIEWS
 from .looks import CURVATURES, SHADINGS
 
@@ -98,10 +99,11 @@ def make_parser(info, render):
     group.add_argument("--limits", type=_numbers(2), metavar="A,B", help="values of its first and last colour")
     group.add_argument("--exponent", type=float, default=2.0, metavar="N", help="of outline (default 2)")
 
-    group = command.add_argument_group("more layers of an .exr")
-    group.add_argument("--curvature", action="store_true", help="mean and Gaussian curvature")
-    group.add_argument("--ambient-occlusion", type=int, default=0, metavar="N", help="openness to the sky, by N rays")
-    group.add_argument("--direct", action="store_true", help="of path-trace, light that is not from surface to surface")
+    group = command.add_argument_group("layers of an .exr")
+    group.add_argument("--layers", type=_layers, default=(), metavar="NAME,NAME",
+                       help=f"what to store beside colour: {', '.join(LAYERS)}; direct and variance of path-trace")
+    group.add_argument("--ambient-occlusion-samples", type=int, default=16, metavar="N",
+                       help="rays that ambient_occlusion is the mean of (default 16)")
     return parser
 
 
@@ -140,6 +142,14 @@ def _numbers(*counts, instead=""):
         raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
 
     return parse
+
+
+def _layers(text):
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in LAYERS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"expected names among {', '.join(LAYERS)}, got {unknown[0]!r}")
+    return names
 
 
 def _counts(text):

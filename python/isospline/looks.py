@@ -14,13 +14,13 @@ SHADINGS = {
     "phong": ("light", "shadows", "opacity"),
     "outline": ("opacity",),
     "ambient-occlusion": ("opacity",),
-    "path-trace": ("light", "environment", "direct", "denoise"),
+    "path-trace": ("light", "environment", "denoise"),
 }
 
 
 def looks(arguments, count):
     """How each of `count` objects looks: a shading each, or materials; and the lights of the latter, or None."""
-    for option in ("light", "shadows", "opacity", "environment", "direct", "denoise"):
+    for option in ("light", "shadows", "opacity", "environment", "denoise"):
         shadings = [shading for shading, options in SHADINGS.items() if option in options]
         if getattr(arguments, option) and arguments.shading not in shadings:
             expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]

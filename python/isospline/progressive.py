@@ -23,7 +23,7 @@ class ProgressiveRenderer:
         Width and height of the image in pixels.
     integrator : PathTracer, optional
         Materials and lights; by default ``PathTracer()``.
-    background, curvature, ambient_occlusion, direct
+    background, layers, ambient_occlusion_samples, encoding
         As for `render`.
 
     Examples
@@ -45,14 +45,14 @@ class ProgressiveRenderer:
     """
 
     def __init__(
-        self, scene, camera, *, size=(640, 360), integrator=None, background=None, curvature=False,
-        ambient_occlusion=0, direct=False,
+        self, scene, camera, *, size=(640, 360), integrator=None, background=None, layers=(),
+        ambient_occlusion_samples=16, encoding="linear",
     ):  # fmt: skip
         check_type(scene, "scene", _core.Scene, "a Scene")
         integrator = _core.PathTracer() if integrator is None else integrator
         self._renderer = _core.ProgressiveRenderer(
-            scene, camera, size=size, integrator=integrator, background=background, curvature=curvature,
-            ambient_occlusion=ambient_occlusion, direct=direct,
+            scene, camera, size=size, integrator=integrator, background=background, layers=layers,
+            ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding,
         )  # fmt: skip
 
     def step(self, samples=1, *, progress=None):
@@ -117,7 +117,7 @@ def render_progressive(scene, camera, *, samples=None, **options):
     >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
     >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     >>> camera = isospline.camera_for(scene)
-    >>> for image in isospline.render_progressive(scene, camera, size=(32, 24)):
+    >>> for image in isospline.render_progressive(scene, camera, size=(32, 24), layers=("variance",)):
     ...     if image.variance.max() < 1e-2:
     ...         break
     """

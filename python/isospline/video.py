@@ -14,7 +14,7 @@ import tempfile
 
 import numpy as np
 
-from .colors import linear_to_srgb
+from .colors import linear_to_srgb, srgb_to_linear
 from .image import Image, row_bands, whole_file
 from .parameters import check_path, check_type
 
@@ -67,7 +67,7 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
     if first is _NONE:
         raise ValueError("images: expected at least one, got none")
     check_type(first, "images", Image, "an isospline.Image each")
-    height, width = first.depth.shape
+    width, height = first.size
     encoder = check((width, height), fps)
 
     command = [
@@ -86,13 +86,11 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
             with contextlib.suppress(BrokenPipeError), process.stdin:
                 for image in itertools.chain([first], images):
                     check_type(image, "images", Image, "an isospline.Image each")
-                    if image.depth.shape != (height, width):
-                        shapes = f"{(height, width)} and {image.depth.shape}"
-                        raise ValueError(f"images: expected all of one size, got {shapes}")
-                    # Premultiplied colour is colour over black.
-                    for rows in row_bands(image.color):
-                        srgb = linear_to_srgb(image.color[rows, :, :3])
-                        process.stdin.write(np.rint(255 * srgb).astype(np.uint8).tobytes())
+                    if image.size != (width, height):
+                        raise ValueError(f"images: expected all of one size, got {(width, height)} and {image.size}")
+                    srgb = image.to_srgb()
+                    for rows in row_bands(srgb):
+                        process.stdin.write(_over_black(srgb[rows]).tobytes())
             if process.wait() != 0:
                 complaints.seek(0)
                 reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")
@@ -100,6 +98,14 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
         finally:
             process.kill()
             process.wait()
+
+
+def _over_black(srgb):
+    """Red, green and blue of 8 bits over black, (..., 3), of those with alpha."""
+    color, alpha = srgb[..., :3], srgb[..., 3:]
+    if alpha.min() == 255:
+        return np.ascontiguousarray(color)
+    return np.rint(255 * linear_to_srgb(srgb_to_linear(color / 255) * (alpha / 255))).astype(np.uint8)
 
 
 def _system_error(reason, code):

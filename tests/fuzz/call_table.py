@@ -39,7 +39,8 @@ def calls(o, folder):
     """(name, function, arguments) of each call; `folder` is for files."""
     points, size, samples = [(0.1, 0.2, 0.3), (1, 1, 1)], (5, 4), np.arange(60.0).reshape(3, 4, 5)
     look = {"eye": (0, -5, 0), "target": (0, 0, 0), "up": (0, 0, 1)}
-    picture = {"size": (4, 3), "background": (1, 0, 0), "curvature": False, "ambient_occlusion": 2}
+    picture = {"size": (4, 3), "background": (1, 0, 0), "layers": ("depth", "ambient_occlusion"),
+               "ambient_occlusion_samples": 2, "encoding": "srgb8"}
     frame = {"view": "iso", "up": (0, 0, 1), "projection": "perspective", "field_of_view": 30.0, "size": size,
              "margin": 0.1}  # fmt: skip
     near = {"t_near": 0.0, "t_far": 9.0}
@@ -105,7 +106,7 @@ def calls(o, folder):
                               "shadows": True, "opacity": 1.0, "cap_color": None}),
         ("PositionalLight", iso.PositionalLight, {"position": (0, 0, 3), "intensity": 1.0}),
         ("ProgressiveRenderer", iso.ProgressiveRenderer, {"scene": scene, "camera": o["camera"], **picture,
-                                                          "integrator": iso.PathTracer(), "direct": True}),
+                                                          "integrator": iso.PathTracer()}),
         ("ProgressiveRenderer.step", o["progressive"].step, {"samples": 1, "progress": None}),
         ("ProgressiveRenderer.reset", o["progressive"].reset, {"camera": o["camera"]}),
         ("RayMeshIntersector", iso.RayMeshIntersector, {"geometry": o["surface"]}),

@@ -8,6 +8,7 @@ import gc
 import numpy as np
 import pytest
 from hit_outputs import ALL_OUTPUTS
+from layered import render
 from spheres import CENTER, moved, sphere
 
 import isospline
@@ -134,13 +135,13 @@ def test_no_picture_has_what_is_no_number(normals, options):
     scene = isospline.Scene([isospline.Mesh(CORNERS, DEGENERATE, normals=normals), sphere()])
     scene.set_transform(1, moved(*(-CENTER - (0, 0, 9))))
     camera = isospline.PerspectiveCamera((0.3, 0.2, 4), (0.3, 0.3, 0), up=(0, 1, 0), field_of_view=40)
-    image = isospline.render(scene, camera, size=(48, 36), **options)
+    image = render(scene, camera, size=(48, 36), **options)
     seen = image.geometry_ids == 0
     assert seen.sum() > 50 and (image.primitive_ids[seen] == GOOD).all()
     assert np.isfinite(image.color).all() and image.color[seen][:, :3].max() > 0
     shown = image.geometry_ids != isospline.INVALID_ID
-    for layer in (image.normal, image.albedo, image.position, image.depth, image.curvature, image.variance):
-        assert layer is None or np.isfinite(layer[shown]).all()
+    for name in image.layers:
+        assert np.isfinite(getattr(image, name)[shown]).all()
     np.testing.assert_allclose(np.linalg.norm(image.normal[shown], axis=-1), 1, rtol=1e-6)
 
 
@@ -216,7 +217,7 @@ def test_materials_of_removed_objects_are_refused():
     scene.remove(0)
     tracer = isospline.PathTracer(materials={0: isospline.Material()})
     with pytest.raises(ValueError, match="expected geometry ids of objects in the scene, got 0"):
-        isospline.render(scene, isospline.camera_for(scene), size=(8, 8), integrator=tracer)
+        render(scene, isospline.camera_for(scene), size=(8, 8), integrator=tracer)
 
 
 def test_parts_outlive_the_names_of_what_they_are_of():
@@ -236,7 +237,7 @@ def test_parts_outlive_the_names_of_what_they_are_of():
     gc.collect()
     scene, shading, renderer, intersector, shell, volume, vertices, faces = kept
     assert scene.cast_rays([(0.1, 0.2, 9, 0, 0, -1)])["t_hit"][0] == pytest.approx(9 - np.sqrt(9 - 0.05), abs=1e-2)
-    image = isospline.render(scene, isospline.camera_for(scene), size=(32, 24), shading=shading)
+    image = render(scene, isospline.camera_for(scene), size=(32, 24), shading=shading)
     assert np.ptp(image.albedo[image.geometry_ids == 0], axis=0).min() > 0.2
     del scene, kept
     gc.collect()

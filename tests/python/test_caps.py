@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from hit_outputs import ALL_OUTPUTS
+from layered import render
 
 import isospline
 from analytic_volumes import Gyroid
@@ -394,7 +395,7 @@ def test_the_colour_of_caps(model):
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     values = isospline.ColorByVolume(surface.volume, GRAY, limits=(0, 50))
-    image = isospline.render(scene, camera, size=(120, 90), shading=model(cap_color=values), curvature=True)
+    image = render(scene, camera, size=(120, 90), shading=model(cap_color=values), layers=("curvature",))
     cap, skin = image.primitive_ids == surface.volume.cell_count, image.primitive_ids < surface.volume.cell_count
     assert cap.sum() > 500 and skin.sum() > 300
     value = surface.volume.sample(image.position[cap].astype(float))
@@ -403,7 +404,7 @@ def test_the_colour_of_caps(model):
     np.testing.assert_allclose(image.normal[cap], np.tile(-NORMAL, (cap.sum(), 1)), atol=1e-6)
     assert not image.curvature[cap].any() and image.curvature[skin, 0].min() > 0.1
 
-    plain = isospline.render(scene, camera, size=(120, 90), shading=model())
+    plain = render(scene, camera, size=(120, 90), shading=model())
     np.testing.assert_allclose(plain.albedo[cap], np.tile((0.9, 0.6, 0.3), (cap.sum(), 1)), rtol=1e-6)
     assert model(cap_color=0.5).cap_color.tolist() == [0.5] * 3 and model().cap_color is None
     with pytest.raises(ValueError, match="^cap_color: expected "):
@@ -415,7 +416,7 @@ def test_colours_of_caps_may_be_by_depth_and_curvature():
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     by_depth = isospline.Phong(color=isospline.ColorByDepth(GRAY), cap_color=isospline.ColorByDepth(GRAY))
     same, split = (
-        isospline.render(scene, camera, size=(60, 45), shading=shading)
+        render(scene, camera, size=(60, 45), shading=shading)
         for shading in (isospline.Phong(color=isospline.ColorByDepth(GRAY)), by_depth)
     )
     np.testing.assert_array_equal(same.albedo, split.albedo)
@@ -426,7 +427,7 @@ def test_a_translucent_cut_ball_has_two_layers_everywhere():
     surface = ball()
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     shading = isospline.Phong(opacity=0.25)
-    image = isospline.render(isospline.Scene([surface]), camera, size=(120, 90), shading=shading)
+    image = render(isospline.Scene([surface]), camera, size=(120, 90), shading=shading)
     hit = image.geometry_ids == 0
     assert hit.sum() > 1000
     np.testing.assert_allclose(image.color[hit, 3], 1 - 0.75**2, rtol=1e-6)
@@ -437,7 +438,7 @@ def test_white_furnace():
     scene = isospline.Scene([CLOSED["corner of a gyroid"]()])
     integrator = isospline.PathTracer(isospline.Material(1, specular=0), max_bounces=10_000)
     camera = isospline.camera_for(scene, view=(-0.3, 1, -0.6))
-    image = isospline.render(scene, camera, size=(80, 60), integrator=integrator, samples=4)
+    image = render(scene, camera, size=(80, 60), integrator=integrator, samples=4)
     assert (image.color[..., 3] == 1).sum() > 500
     np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
 

@@ -288,8 +288,9 @@ def test_render_denoises(ball, picture, monkeypatch, capsys):
 def test_render_stores_layers(ball, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
     assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--samples", "2", "--shading", "path-trace",
-                 "--curvature", "--ambient-occlusion", "8", "--direct", "-o", str(tmp_path / "a.exr")]) == 0
-    layers = dict(curvature=True, ambient_occlusion=8, direct=True)
+                 "--layers", "curvature,ambient_occlusion,direct", "--ambient-occlusion-samples", "8",
+                 "-o", str(tmp_path / "a.exr")]) == 0
+    layers = dict(layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8)
     expected = rendered(ball, samples=2, integrator=isospline.PathTracer(), **layers)
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
@@ -300,11 +301,12 @@ def test_render_stores_layers(ball, tmp_path):
 
 def test_render_through_a_lens_stores_curvature(ball, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
-    common = ["-l", "0", "--size", "48x32", "--curvature", "-o", str(tmp_path / "a.exr")]
+    common = ["-l", "0", "--size", "48x32", "--layers", "curvature", "-o", str(tmp_path / "a.exr")]
     assert main(["render", str(ball), *common, "--aperture", "2", "--focus", "60"]) == 0
     scene = isospline.Scene([isospline.Isosurface(isospline.Volume(np.load(ball)), 0)])
     camera = isospline.camera_for(scene, size=(48, 32)).with_lens(2, focus_distance=60)
-    expected = isospline.render(scene, camera, size=(48, 32), background=0, samples=4, curvature=True)
+    expected = isospline.render(scene, camera, size=(48, 32), background=0, samples=4,
+                                layers=("curvature",))  # fmt: skip
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = file.channels()
         np.testing.assert_array_equal(channels["curvature.mean"].pixels, expected.curvature[..., 0])
@@ -399,7 +401,7 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "--light: expected --shading phong or path-trace beside it, got outline",
           *render, "--light", "top", "--shading", "outline")
     fails(capsys, 2, "--shadows: expected --shading phong beside it, got path-trace", *render, *traced, "--shadows")
-    for option in (("--environment", "1"), ("--direct",), ("--denoise",)):
+    for option in (("--environment", "1"), ("--denoise",)):
         fails(capsys, 2, f"{option[0]}: expected --shading path-trace beside it, got phong",
               "render", ball, "-o", ball.parent / "a.exr", *option)
     fails(capsys, 2, "--environment: expected 1 or 3 numbers with commas or a file that ends in .exr, got 'blue'",
@@ -416,10 +418,12 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "opacity: expected", *render, "--opacity", "2")
     fails(capsys, 2, "--color: expected it without --color-by", *render, "--color", "1,1,1", "--color-by", "normal")
     fails(capsys, 2, r"no\.stl: No such file", *render, "--mesh", ball.parent / "no.stl")
-    fails(capsys, 2, "--curvature: expected the name of a picture that has layers", *render, "--curvature")
-    fails(capsys, 2, "--ambient-occlusion: expected .* in .exr", *render, "--ambient-occlusion", "4")
-    fails(capsys, 2, "ambient_occlusion: expected rays a hit", "render", ball, "--level", "0",
-          "--ambient-occlusion", "-1", "-o", ball.parent / "a.exr")
+    fails(capsys, 2, "--layers: expected the name of a picture that has layers", *render, "--layers", "curvature")
+    exr = ("render", ball, "--level", "0", "-o", ball.parent / "a.exr")
+    fails(capsys, 2, "--layers: expected names among depth, .*, primitive_ids, got 'z'", *exr, "--layers", "depth,z")
+    fails(capsys, 2, "--layers: expected direct with --shading path-trace only, got phong", *exr, "--layers", "direct")
+    fails(capsys, 2, "ambient_occlusion_samples: expected rays a hit",
+          *exr, "--layers", "ambient_occlusion", "--ambient-occlusion-samples", "0")
     assert not leftovers(picture.parent)
 
 

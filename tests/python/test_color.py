@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 from analytic_volumes import Gyroid, Torus
@@ -14,7 +15,7 @@ RAMP = [(0, 0, 0), (1, 1, 1)]
 
 def shown(scene, camera, color):
     """The image of a scene in this colour alone, without any light."""
-    return isospline.render(scene, camera, size=SIZE, shading=isospline.Outline(0, color=color))
+    return render(scene, camera, size=SIZE, shading=isospline.Outline(0, color=color))
 
 
 def value_of(image, limits):
@@ -156,7 +157,7 @@ def test_vertex_colors_are_linear_between_the_corners(camera, transform):
     scene = isospline.Scene()
     scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors), transform)
     light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 2))
-    image = isospline.render(scene, camera, size=SIZE, shading=light)
+    image = render(scene, camera, size=SIZE, shading=light)
     seen = np.isfinite(image.depth)
     assert seen.sum() > 300
     placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
@@ -174,7 +175,7 @@ def test_vertex_normals_are_interpolated(camera, transform):
     np.testing.assert_array_equal(mesh.normals, normals)
     scene = isospline.Scene()
     scene.add(mesh, transform)
-    image = isospline.render(scene, camera, size=SIZE)
+    image = render(scene, camera, size=SIZE)
     seen = np.isfinite(image.depth)
     placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
     units = normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -192,7 +193,7 @@ def test_vertex_normals_are_interpolated(camera, transform):
 def test_a_normal_that_tips_over_the_horizon_stays_on_it():
     mesh = isospline.Mesh([(-1, 0, -1), (1, 0, -1), (0, 0, 2)], [(0, 1, 2)], normals=[(0, 1, 0.5)] * 3)
     camera = isospline.OrthographicCamera((0, -5, 0), (0, 0, 0), height=1)
-    normal = isospline.render(isospline.Scene([mesh]), camera, size=(4, 4)).normal
+    normal = render(isospline.Scene([mesh]), camera, size=(4, 4)).normal
     np.testing.assert_allclose(normal, np.broadcast_to((0, 0, 1), (4, 4, 3)), atol=1e-5)
     assert (normal[..., 1] < 0).all()  # towards the viewer, as the face
 

@@ -8,6 +8,7 @@ tolerance, all but those where the two spheres differ: these are the budget, and
 import numpy as np
 import pytest
 from hit_outputs import ALL_OUTPUTS
+from layered import render
 from spheres import CENTER, mesh_sphere, moved, sagitta, sphere, sphere_t
 
 import isospline
@@ -145,7 +146,7 @@ def test_a_picture_is_the_closed_form(make):
     """All but BUDGET pixels of the silhouettes and cuts, and as many of the shadows, are right."""
     camera, objects = make()
     scene = scene_of(objects)
-    image = isospline.render(scene, camera, size=SIZE, shading=MATTE)
+    image = render(scene, camera, size=SIZE, shading=MATTE)
     rays = camera.rays(SIZE).reshape(-1, 6)
     hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
 
@@ -176,7 +177,7 @@ def test_a_picture_is_the_closed_form(make):
     color = image.color.reshape(-1, 4)[seen]
     np.testing.assert_allclose(color[sure, 0], 0.125 + 0.75 * light[sure], atol=1e-5)
     unshadowed = isospline.Phong(ambient=0.125, diffuse=0.75, specular=0, lights=LIGHTS)
-    plain = isospline.render(scene, camera, size=SIZE, shading=unshadowed).color.reshape(-1, 4)[seen]
+    plain = render(scene, camera, size=SIZE, shading=unshadowed).color.reshape(-1, 4)[seen]
     darker = shown[seen][sure & (color[:, 0] < plain[:, 0] - 0.01)]
     for kind in ("floor", isospline.Isosurface, isospline.Mesh):  # each is in the shadow of another
         kinds = ["floor", *(type(shape) for shape, _ in objects)]
@@ -228,7 +229,7 @@ def test_threads_do_not_change_a_bit_of_the_picture(options):
     try:
         for threads in range(1, 9):
             isospline.set_thread_count(threads)
-            pictures.append(bytes_of(isospline.render(scene, camera, size=(101, 75), **options)))
+            pictures.append(bytes_of(render(scene, camera, size=(101, 75), **options)))
     finally:
         isospline.set_thread_count(0)
     assert len(pictures[0]) >= 8
@@ -238,7 +239,7 @@ def test_threads_do_not_change_a_bit_of_the_picture(options):
 def test_single_rays_and_packets_are_the_picture():
     camera, objects = ellipsoids()
     scene = scene_of(objects)
-    image = isospline.render(scene, camera, size=SIZE)
+    image = render(scene, camera, size=SIZE)
     rays = camera.rays(SIZE)
     single = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
     try:
@@ -277,6 +278,6 @@ def test_instances_are_copies():
     copies = [(isospline.Mesh(shape.vertices, shape.faces) if is_mesh(shape) else sphere(RADIUS), transform)
               for shape, transform in objects]
     scenes = [scene_of(objects), scene_of(copies)]
-    pictures = [bytes_of(isospline.render(scene, camera, size=(101, 75), shading=MATTE)) for scene in scenes]
+    pictures = [bytes_of(render(scene, camera, size=(101, 75), shading=MATTE)) for scene in scenes]
     assert pictures[0] == pictures[1]
     assert [scene.build_count for scene in scenes] == [3, 9]

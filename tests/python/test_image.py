@@ -10,6 +10,7 @@ import textwrap
 import numpy as np
 import PIL.Image
 import pytest
+from layered import render
 
 import isospline
 
@@ -30,8 +31,8 @@ def image(camera):
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
     scene = isospline.Scene([isospline.Isosurface(volume, 40, inside="below")])
-    return isospline.render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4,
-                            curvature=True)  # fmt: skip
+    return render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4,
+                            layers=("curvature",))  # fmt: skip
 
 
 def test_arrays_share_the_images_memory(image):
@@ -54,7 +55,7 @@ def test_arrays_share_the_images_memory(image):
 
 def test_arrays_outlive_the_image(camera):
     volume = isospline.Volume(np.random.default_rng(1).random((9, 9, 9)), origin=(-4, -4, -4))
-    color = isospline.render(isospline.Scene([isospline.Isosurface(volume, 0.5)]), camera, size=(50, 50)).color
+    color = render(isospline.Scene([isospline.Isosurface(volume, 0.5)]), camera, size=(50, 50)).color
     before = color.copy()
     np.full((50, 50, 4), 7, np.float32)
     np.testing.assert_array_equal(color, before)
@@ -77,6 +78,31 @@ def test_srgb_is_the_standards_curve(image):
     slope = np.where(encoded <= 0.04045, 1 / 12.92, 2.4 / 1.055 * ((encoded + 0.055) / 1.055) ** 1.4)
     assert (np.abs(decoded - linear) <= 0.51 / 255 * np.maximum(slope, 1 / 12.92) + 2e-5).all()
     assert not srgb[~shown].any()
+
+
+@pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
+@pytest.mark.parametrize("background", [None, (0.2, 0.4, 0.8), (1, 1, 1, 0.3)])
+def test_an_image_of_8_bits_is_the_linear_one_encoded(camera, tmp_path, integrator, background):
+    scene = isospline.Scene([isospline.Mesh([(-9, 0, -9), (9, 0, -9), (0, 0, 9)], [(0, 1, 2)])])
+    options = dict(size=SIZE, samples=2, integrator=integrator, background=background)
+    linear, encoded = (isospline.render(scene, camera, encoding=name, **options) for name in ("linear", "srgb8"))
+    srgb = encoded.to_srgb()
+    assert srgb.shape == (45, 60, 4) and srgb.dtype == np.uint8 and len(np.unique(srgb)) > 3
+    np.testing.assert_array_equal(srgb, linear.to_srgb())
+    assert not srgb.flags.owndata and repr(encoded) == repr(linear)
+    encoded.write(tmp_path / "image.png")
+    np.testing.assert_array_equal(np.asarray(PIL.Image.open(tmp_path / "image.png")), srgb)
+    with pytest.raises(AttributeError, match="^color: expected render.*linear.* got an image of 8-bit sRGB$"):
+        encoded.color
+    with pytest.raises(ValueError, match="^image: expected one of linear colour, got one of 8-bit sRGB"):
+        encoded.write(tmp_path / "image.exr")
+    assert os.listdir(tmp_path) == ["image.png"]
+
+
+def test_srgb_follows_changes_of_the_colour(camera):
+    image = isospline.render(isospline.Scene(), camera, size=(4, 3))
+    image.color[1, 2] = (0.25, 0.5, 0.0, 0.5)
+    assert image.to_srgb()[1, 2].tolist() == [188, 255, 0, 128] and not image.to_srgb()[0].any()
 
 
 def test_exr_holds_everything(image, camera, tmp_path):

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 
 SIZE = (80, 60)
 RADIUS, SCALE = 5.0, 1.5
+OPENNESS = {"layers": ("ambient_occlusion",), "ambient_occlusion_samples": 16}
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +23,7 @@ def image():
     scene.add(isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], colors=colors))
     camera = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
     shading = {0: isospline.Phong(color=(0.9, 0.5, 0.1)), 1: isospline.Outline(surface_color=(1, 0.5, 1))}
-    return isospline.render(scene, camera, size=SIZE, shading=shading, samples=2, curvature=True)
+    return render(scene, camera, size=SIZE, shading=shading, samples=2, layers=("curvature",))
 
 
 def test_albedo(image):
@@ -48,12 +50,63 @@ def test_curvature(image):
     assert not image.curvature[~ball].any()
 
 
-def test_layers_are_there_only_where_they_are_wanted():
-    camera = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0))
-    for integrator in (None, isospline.PathTracer()):
-        image = isospline.render(isospline.Scene(), camera, size=(4, 3), integrator=integrator)
-        assert image.curvature is None and image.ambient_occlusion is None and image.direct is None
-        assert image.albedo.shape == (3, 4, 3)
+# Of every layer, the type and what follows the shape of the picture.
+LAYERS = {
+    "depth": (np.float32, ()), "position": (np.float32, (3,)), "normal": (np.float32, (3,)),
+    "albedo": (np.float32, (3,)), "gradient_magnitude": (np.float32, ()), "curvature": (np.float32, (2,)),
+    "ambient_occlusion": (np.float32, ()), "direct": (np.float32, (3,)), "variance": (np.float32, (3,)),
+    "geometry_ids": (np.uint32, ()), "primitive_ids": (np.uint64, ()),
+}  # fmt: skip
+TRACED = ("direct", "variance")
+
+
+@pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
+def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
+    """Each is the same whatever is asked for beside it, and so is the colour."""
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    names = [name for name in LAYERS if integrator or name not in TRACED]
+    options = {"size": (40, 30), "integrator": integrator, "samples": 2}
+    everything = isospline.render(scene, OUTSIDE, layers=names, **options)
+    assert everything.layers == tuple(names)
+    for asked in [(), *((name,) for name in names), names[::3]]:
+        image = isospline.render(scene, OUTSIDE, layers=iter(asked), **options)
+        assert image.layers == tuple(asked)
+        np.testing.assert_array_equal(image.color, everything.color)
+        for name, (dtype, trailing) in LAYERS.items():
+            if name in asked:
+                layer = getattr(image, name)
+                assert layer.dtype == dtype and layer.shape == (30, 40, *trailing)
+                np.testing.assert_array_equal(layer, getattr(everything, name))
+            else:
+                held = ", ".join(asked) or "no layers"
+                message = rf'{name}: expected render\(..., layers=\("{name}",\)\) for it, got an image with {held}'
+                with pytest.raises(AttributeError, match=f"^{message}$"):
+                    getattr(image, name)
+
+
+@pytest.mark.parametrize("lens", [False, True])
+@pytest.mark.parametrize("samples", [1, 2, 3])
+@pytest.mark.parametrize("shading", [isospline.Phong(opacity=0.5, shadows=True), isospline.AmbientOcclusion(4)])
+def test_layers_do_not_change_the_colour(shading, samples, lens):
+    """Rays through the centres are left out where nothing asks for them."""
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    camera = OUTSIDE.with_lens(1.0) if lens else OUTSIDE
+    with_layers, alone = (
+        isospline.render(scene, camera, size=(40, 30), shading=shading, samples=samples, layers=layers)
+        for layers in (("depth", "ambient_occlusion"), ())
+    )
+    np.testing.assert_array_equal(alone.color, with_layers.color)
+
+
+def test_a_progressive_image_holds_the_layers_that_are_named():
+    renderer = isospline.ProgressiveRenderer(isospline.Scene([ball()]), OUTSIDE, size=(8, 6), layers=("variance",))
+    for _ in range(2):
+        assert renderer.image.layers == ("variance",)
+        renderer.step(2)
+    assert np.isfinite(renderer.image.variance).all()
+    renderer = isospline.ProgressiveRenderer(isospline.Scene([ball()]), OUTSIDE, size=(8, 6))
+    renderer.step()
+    assert renderer.image.layers == () and repr(renderer.image).startswith("Image(8 x 6, ")
 
 
 def square(side, *, height=0.0):
@@ -77,7 +130,7 @@ OUTSIDE = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
 ], ids=["plane", "outside of a ball", "inside"])  # fmt: skip
 @pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
 def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator):
-    image = isospline.render(scene, camera, size=SIZE, integrator=integrator, samples=2, ambient_occlusion=16)
+    image = render(scene, camera, size=SIZE, integrator=integrator, samples=2, **OPENNESS)
     hit = image.geometry_ids == 0
     assert hit.sum() > 500 and image.ambient_occlusion.shape == SIZE[::-1]
     assert (image.ambient_occlusion[hit] == openness).all() and not image.ambient_occlusion[~hit].any()
@@ -89,7 +142,7 @@ def test_openness_before_a_wall_is_the_form_factor():
     wall = [(-150, 0, 0), (150, 0, 0), (150, 0, height), (-150, 0, height)]
     scene = isospline.Scene([square(200), isospline.Mesh(wall, [(0, 1, 2), (0, 2, 3)])])
     camera = isospline.PerspectiveCamera((0, -30, 20), (0, -4, 0), field_of_view=25)
-    image = isospline.render(scene, camera, size=SIZE, ambient_occlusion=4096)
+    image = render(scene, camera, size=SIZE, **OPENNESS | {"ambient_occlusion_samples": 4096})
     floor = (image.geometry_ids == 0) & (image.position[..., 1] < 0)
     distance = -image.position[floor][:, 1]
     assert floor.sum() > 2000 and distance.min() < 1 and distance.max() > 8
@@ -101,13 +154,13 @@ def test_openness_is_what_the_shading_shows():
     """Of one sample a pixel, and so the same rays."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     shading = isospline.AmbientOcclusion(16)
-    image = isospline.render(scene, OUTSIDE, size=SIZE, shading=shading, ambient_occlusion=16)
+    image = render(scene, OUTSIDE, size=SIZE, shading=shading, **OPENNESS)
     np.testing.assert_array_equal(image.ambient_occlusion, image.color[..., 0])
     assert len(np.unique(image.ambient_occlusion)) > 5
 
     try:
         isospline.set_thread_count(1)
-        other = isospline.render(scene, OUTSIDE, size=SIZE, samples=3, ambient_occlusion=16)
+        other = render(scene, OUTSIDE, size=SIZE, samples=3, **OPENNESS)
     finally:
         isospline.set_thread_count(0)
     np.testing.assert_array_equal(other.ambient_occlusion, image.ambient_occlusion)
@@ -120,8 +173,8 @@ def test_direct_light_is_that_of_one_bounce():
     """With the same random numbers, bit for bit."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     whole, once, shown = (
-        isospline.render(
-            scene, OUTSIDE, size=SIZE, samples=4, background=background, direct=True,
+        render(
+            scene, OUTSIDE, size=SIZE, samples=4, background=background, layers=("direct",),
             integrator=isospline.PathTracer(lights=LAMPS, max_bounces=bounces),
         )
         for bounces, background in ((16, None), (1, None), (1, (0.1, 0.2, 0.3)))
@@ -140,8 +193,8 @@ def test_direct_light_in_an_integrating_sphere():
     integrator = isospline.PathTracer(
         isospline.Material(part, specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
     )
-    image = isospline.render(
-        isospline.Scene([ball(radius)]), INSIDE, size=SIZE, integrator=integrator, samples=2, direct=True
+    image = render(
+        isospline.Scene([ball(radius)]), INSIDE, size=SIZE, integrator=integrator, samples=2, layers=("direct",)
     )
     direct = part / np.pi / radius**2
     np.testing.assert_allclose(image.direct, np.full_like(image.direct, direct), rtol=2e-3)
@@ -151,7 +204,7 @@ def test_direct_light_in_an_integrating_sphere():
 def test_curvature_beside_a_path_tracer():
     scene = isospline.Scene([ball()])
     traced, plain = (
-        isospline.render(scene, OUTSIDE, size=SIZE, integrator=integrator, curvature=True)
+        render(scene, OUTSIDE, size=SIZE, integrator=integrator, layers=("curvature",))
         for integrator in (isospline.PathTracer(), None)
     )
     assert plain.curvature.any()
@@ -162,9 +215,10 @@ def test_layers_are_in_the_file(tmp_path):
     openexr = pytest.importorskip("OpenEXR")
     scene = isospline.Scene([ball(), square(12, height=-7)])
     integrator = isospline.PathTracer(lights=LAMPS)
-    image = isospline.render(
-        scene, OUTSIDE, size=SIZE, integrator=integrator, samples=2, curvature=True, ambient_occlusion=8, direct=True
-    )
+    image = render(
+        scene, OUTSIDE, size=SIZE, integrator=integrator, samples=2,
+        layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8,
+    )  # fmt: skip
     image.write(tmp_path / "all.exr", half=True)
     with openexr.File(str(tmp_path / "all.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
@@ -173,20 +227,28 @@ def test_layers_are_in_the_file(tmp_path):
     for name, layer in expected.items():
         assert channels[name].dtype == np.float32 and len(np.unique(layer)) > 8
         np.testing.assert_array_equal(channels[name], layer)
-    isospline.render(scene, OUTSIDE, size=SIZE).write(tmp_path / "plain.exr")
+    render(scene, OUTSIDE, size=SIZE).write(tmp_path / "plain.exr")
     with openexr.File(str(tmp_path / "plain.exr"), separate_channels=True) as file:
         assert not {"ambient_occlusion", "direct.R", "curvature.mean"} & set(file.channels())
 
 
 @pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
 def test_bad_layers(integrator):
-    options = dict(size=(4, 3), integrator=integrator)
-    for rays in (-1, 65537):
-        with pytest.raises(ValueError, match="^ambient_occlusion: expected .* got "):
-            isospline.render(isospline.Scene(), OUTSIDE, ambient_occlusion=rays, **options)
+    def fails(error, message, **options):
+        with pytest.raises(error, match=f"^{message}"):
+            isospline.render(isospline.Scene(), OUTSIDE, size=(4, 3), integrator=integrator, **options)
+
+    for rays in (-1, 0, 65537):
+        fails(ValueError, "ambient_occlusion_samples: expected .* got ", ambient_occlusion_samples=rays)
+    names = ", ".join(f'"{name}"' for name in LAYERS)
+    fails(ValueError, f'layers: expected names among {names}, got "z"', layers=("depth", "z"))
+    fails(TypeError, r'layers: expected a sequence of names, such as \("depth",\), got "depth"', layers="depth")
+    fails(TypeError, "layers: expected a sequence of names, .* got None", layers=None)
+    fails(TypeError, "layers: expected names, got int", layers=[1])
+    fails(ValueError, 'encoding: expected "linear" or "srgb8", got "png"', encoding="png")
     if integrator is None:
-        with pytest.raises(ValueError, match="^direct: expected False without an integrator, got True"):
-            isospline.render(isospline.Scene(), OUTSIDE, direct=True, **options)
+        for name in TRACED:
+            fails(ValueError, f"layers: expected direct and variance of path traced .* got {name}", layers=(name,))
 
 
 @pytest.mark.parametrize("opacity", [0.0, 0.3, 1.0])
@@ -199,7 +261,7 @@ def test_openness_below_a_translucent_ball(opacity):
     scene.add(ball(radius), move)
     camera = isospline.PerspectiveCamera((0, -30, 15), (0, 0, 0), field_of_view=30)
     shading = {1: isospline.Phong(opacity=opacity)}
-    image = isospline.render(scene, camera, size=(40, 30), shading=shading, ambient_occlusion=1024)
+    image = render(scene, camera, size=(40, 30), shading=shading, **OPENNESS | {"ambient_occlusion_samples": 1024})
     floor = image.geometry_ids == 0
     offset = center - image.position[floor]
     distance = np.linalg.norm(offset, axis=-1)

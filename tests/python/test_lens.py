@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 
@@ -22,7 +23,7 @@ def camera(**lens):
 def edge(depth, samples, **lens):
     """Mean coverage of each column of the image of the half-plane, and x of the columns on the plane at distance 1."""
     scene = isospline.Scene([half_plane(depth)])
-    image = isospline.render(scene, camera(**lens), size=SIZE, samples=samples)
+    image = render(scene, camera(**lens), size=SIZE, samples=samples)
     x = camera().rays(SIZE)[0, :, 3]
     return image.color[..., 3].mean(0), x
 
@@ -55,9 +56,9 @@ def test_an_edge_in_focus_is_sharp():
 
 def test_the_lens_leaves_all_but_colour_alone():
     scene = isospline.Scene([half_plane(3.0)])
-    sharp = isospline.render(scene, camera(), size=SIZE)
+    sharp = render(scene, camera(), size=SIZE)
     for samples in (1, 5, 8):
-        image = isospline.render(scene, camera(aperture_radius=RADIUS), size=SIZE, samples=samples)
+        image = render(scene, camera(aperture_radius=RADIUS), size=SIZE, samples=samples)
         for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids"):
             np.testing.assert_array_equal(getattr(image, name), getattr(sharp, name))
         assert not np.array_equal(image.color, sharp.color)
@@ -69,7 +70,7 @@ def test_threads_do_not_change_an_image_through_a_lens():
     try:
         for threads in (1, 2):
             isospline.set_thread_count(threads)
-            images.append(isospline.render(scene, camera(aperture_radius=RADIUS), size=SIZE, samples=3).color.tobytes())
+            images.append(render(scene, camera(aperture_radius=RADIUS), size=SIZE, samples=3).color.tobytes())
     finally:
         isospline.set_thread_count(0)
     assert images[0] == images[1]
@@ -114,7 +115,7 @@ def test_a_panorama_from_inside_a_box():
     eye = np.array([0.1, -0.2, 0.05])
     panorama = isospline.PanoramicCamera(eye, eye + (0, 1, 0))
     size = (120, 60)
-    image = isospline.render(scene, panorama, size=size)
+    image = render(scene, panorama, size=size)
     assert np.isfinite(image.depth).all()
 
     # Spherical coordinates of what is seen are those of its pixel.
@@ -136,6 +137,6 @@ def test_a_panorama_from_inside_a_box():
 def test_a_panorama_as_exr_has_no_matrix_to_ndc(tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
     panorama = isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
-    isospline.render(isospline.Scene([half_plane(1.0)]), panorama, size=(8, 4)).write(tmp_path / "a.exr")
+    render(isospline.Scene([half_plane(1.0)]), panorama, size=(8, 4)).write(tmp_path / "a.exr")
     header = OpenEXR.File(str(tmp_path / "a.exr")).header()
     assert "worldToCamera" in header and "worldToNDC" not in header

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 
@@ -70,8 +71,8 @@ def expected_color(name, image, bounds):
 def test_base_colors_follow_from_the_point(ball, name):
     color = RULES[name]
     integrator = isospline.PathTracer(matte(color))
-    image = isospline.render(ball, CAMERA, size=SIZE, integrator=integrator, samples=16)
-    phong = isospline.render(ball, CAMERA, size=SIZE, shading=isospline.Phong(color=color))
+    image = render(ball, CAMERA, size=SIZE, integrator=integrator, samples=16)
+    phong = render(ball, CAMERA, size=SIZE, shading=isospline.Phong(color=color))
     np.testing.assert_array_equal(image.albedo, phong.albedo)
 
     # Away from the silhouette, where a pixel's samples see about what its centre does.
@@ -91,7 +92,7 @@ def test_base_colors_are_those_of_every_hit_of_a_path():
     for color, vertex_colors in ((RULES["volume"], None), (1.0, ramp((corner[:, 0] + 10) / 20))):
         scene = isospline.Scene([isospline.Mesh(corner, faces, colors=vertex_colors)])
         integrator = isospline.PathTracer(matte(color), lights=lights, max_bounces=2)
-        images.append(isospline.render(scene, camera, size=SIZE, integrator=integrator, samples=4, direct=True))
+        images.append(render(scene, camera, size=SIZE, integrator=integrator, samples=4, layers=("direct",)))
     by_volume, at_vertices = images
     assert (by_volume.color[..., 0] > 1.2 * by_volume.direct[..., 0]).mean() > 0.1  # there is light that depends on it
     np.testing.assert_allclose(by_volume.color, at_vertices.color, atol=1e-5)
@@ -101,7 +102,7 @@ def test_base_colors_are_those_of_every_hit_of_a_path():
 def test_colors_at_vertices_do_not_make_light():
     bright = isospline.Mesh(9 * SQUARE, FACES, colors=np.full((4, 3), 3.0))
     integrator = isospline.PathTracer(matte((0.2, 0.5, 0.3)))
-    image = isospline.render(isospline.Scene([bright]), DOWN, size=(16, 12), integrator=integrator)
+    image = render(isospline.Scene([bright]), DOWN, size=(16, 12), integrator=integrator)
     for layer in (image.albedo, image.color[..., :3]):
         np.testing.assert_allclose(layer, np.broadcast_to((0.6, 1.0, 0.9), layer.shape), atol=1e-6)
 
@@ -125,7 +126,7 @@ def test_materials_of_geometries_come_before_those_of_objects_before_the_default
         scene.add(mesh, move)
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=2)
     integrator = isospline.PathTracer(red, materials={2: blue, 3: matte(0.5)})
-    image = isospline.render(scene, camera, size=(16, 4), integrator=integrator)
+    image = render(scene, camera, size=(16, 4), integrator=integrator)
     expected = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0.5)]).repeat(4, axis=0)
     for layer in (image.albedo, image.color[..., :3]):
         np.testing.assert_allclose(layer, np.broadcast_to(expected, (4, 16, 3)), atol=1e-6)
@@ -140,7 +141,8 @@ def test_isosurfaces_carry_materials():
     assert isospline.Isosurface(volume, field.level).material is None
 
     scene = isospline.Scene()
-    renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(isospline.Scene([surface])), size=(16, 12))
+    renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(isospline.Scene([surface])), size=(16, 12),
+                                             layers=("albedo", "geometry_ids"))  # fmt: skip
     renderer.step()
     scene.add(surface)
     renderer.reset()
@@ -159,9 +161,9 @@ def test_capped_cuts_have_a_color_of_their_own(cap_color):
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((15, -30, 8), (0, 0, 0), field_of_view=28)
     material = isospline.Material(isospline.ColorByNormal(), specular=0, cap_color=cap_color)
-    image = isospline.render(scene, camera, size=SIZE, integrator=isospline.PathTracer(material), samples=4)
+    image = render(scene, camera, size=SIZE, integrator=isospline.PathTracer(material), samples=4)
     shading = isospline.Phong(color=isospline.ColorByNormal(), cap_color=cap_color)
-    plain = isospline.render(scene, camera, size=SIZE, shading=shading)
+    plain = render(scene, camera, size=SIZE, shading=shading)
     np.testing.assert_array_equal(image.albedo, plain.albedo)
     axis_distance = np.hypot(*np.moveaxis(image.position, -1, 0)[[0, 2]])
     cap = (image.primitive_ids == surface.volume.cell_count) & (axis_distance < 5.5)
@@ -177,7 +179,7 @@ def test_bad_materials():
     mesh = isospline.Mesh(SQUARE, FACES)
     scene = isospline.Scene([mesh])
     for make in (
-        lambda: isospline.render(scene, DOWN, integrator=isospline.PathTracer(materials={1: isospline.Material()})),
+        lambda: render(scene, DOWN, integrator=isospline.PathTracer(materials={1: isospline.Material()})),
         lambda: isospline.PathTracer(material=isospline.Material(), materials={0: isospline.Material(1.5)}),
         lambda: isospline.Material(isospline.ColorByCurvature(limits=(1, 1))),
         lambda: isospline.Material((0.5, 0.5)),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.spatial
+from layered import render
 from spheres import mesh_sphere, moved
 
 import isospline
@@ -115,7 +116,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     materials = {0: isospline.Material((1, 0, 0), specular=0), 1: isospline.Material((0, 1, 0), specular=0)}
     tracer = isospline.PathTracer(materials=materials, max_bounces=1,
                                   lights=[isospline.EnvironmentLight(1, visible=False)])
-    image = isospline.render(scene, camera, size=(90, 70), integrator=tracer, samples=1)
+    image = render(scene, camera, size=(90, 70), integrator=tracer, samples=1)
     covered = image.geometry_ids != isospline.INVALID_ID
     assert 0.1 < covered.mean() < 0.9
     np.testing.assert_array_equal(image.color[..., 3], covered)
@@ -129,7 +130,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     renderer.step(1)
     np.testing.assert_array_equal(renderer.image.color, image.color)
     renderer.step(3)
-    expected = isospline.render(scene, camera, size=(90, 70), integrator=tracer, samples=4)
+    expected = render(scene, camera, size=(90, 70), integrator=tracer, samples=4)
     assert renderer.samples == 4
     np.testing.assert_array_equal(renderer.image.color, expected.color)
     assert ((expected.color[..., 3] > 0) & (expected.color[..., 3] < 1)).any()
@@ -153,7 +154,7 @@ def test_even_light_on_a_plane_is_the_integral(material, angle):
     direction = at_angle(angle)
     camera = isospline.OrthographicCamera(30 * direction, (0, 0, 0), height=1)
     integrator = isospline.PathTracer(material, lights=[isospline.EnvironmentLight((1.0, 0.5, 2.0))])
-    image = isospline.render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=256)
+    image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=256)
     assert_means(image, albedo(material, direction) * (1.0, 0.5, 2.0), 1e-3)
 
 
@@ -165,7 +166,7 @@ def test_colors_at_vertices_tint_the_material():
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=8)
     base = np.array((0.9, 0.6, 0.3))
     integrator = isospline.PathTracer(isospline.Material(base, specular=0))
-    image = isospline.render(scene, camera, size=(40, 40), integrator=integrator, samples=4)
+    image = render(scene, camera, size=(40, 40), integrator=integrator, samples=4)
     x, y = (image.position[..., axis, None].astype(float) for axis in (0, 1))
     expected = base * np.concatenate([0.5 + 0.06 * x, 0.65 - 0.07 * y, 0.5 + 0 * x], axis=-1)
     np.testing.assert_allclose(image.albedo, expected, atol=1e-6)
@@ -191,7 +192,7 @@ def test_white_furnace(shape):
     """White and convex, in even light: as bright as the light, at every pixel and without noise."""
     scene = isospline.Scene([shape])
     integrator = isospline.PathTracer(isospline.Material(1, specular=0), lights=[isospline.EnvironmentLight(0.75)])
-    image = isospline.render(scene, isospline.camera_for(scene), size=(80, 60), integrator=integrator, samples=4)
+    image = render(scene, isospline.camera_for(scene), size=(80, 60), integrator=integrator, samples=4)
     covered = image.color[..., 3] > 0
     assert covered.sum() > 500
     np.testing.assert_allclose(image.color[..., :3], 0.75 * image.color[..., 3:] + np.zeros(3), atol=1e-6)
@@ -205,12 +206,12 @@ def test_white_furnace_with_light_from_surface_to_surface():
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.5, -1, 1))
     white = isospline.Material(1, specular=0)
-    image = isospline.render(
+    image = render(
         scene, camera, size=(80, 60), integrator=isospline.PathTracer(white, max_bounces=10_000), samples=2
     )
     np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
     integrator = isospline.PathTracer(white, max_bounces=1)
-    once = isospline.render(scene, camera, size=(80, 60), integrator=integrator, samples=2)
+    once = render(scene, camera, size=(80, 60), integrator=integrator, samples=2)
     assert (once.color[..., 0] < 0.5 * once.color[..., 3]).any()
 
 
@@ -261,7 +262,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
     camera = isospline.PerspectiveCamera((0, -20, 10), (0, 0, 0), field_of_view=6)
     integrator = isospline.PathTracer(MATTE, lights=[lamp])
     scene = isospline.Scene([FLOOR])
-    image = isospline.render(scene, camera, size=size, integrator=integrator, samples=512)
+    image = render(scene, camera, size=size, integrator=integrator, samples=512)
     # The mean over a pixel is that of many of its points.
     fine = camera.rays((size[0] * 16, size[1] * 16))
     points = fine[..., :3] - fine[..., 3:] * (fine[..., 2:3] / fine[..., 5:6])
@@ -278,7 +279,7 @@ def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):
     camera = isospline.OrthographicCamera(30 * to_viewer, (0, 0, 0), up=(0, 1, 0), height=1e-3)
     lamps = [isospline.SphereLight(center, radius, radiance=3), isospline.SphereLight((30, 30, 30), 1, radiance=0)]
     integrator = isospline.PathTracer(material, lights=lamps)
-    image = isospline.render(isospline.Scene([FLOOR]), camera, size=(12, 12), integrator=integrator, samples=1024)
+    image = render(isospline.Scene([FLOOR]), camera, size=(12, 12), integrator=integrator, samples=1024)
 
     # The integral over the lamp's cone, in steps of equal solid angle.
     n = 600
@@ -320,7 +321,7 @@ def test_irradiance_of_an_environment_is_the_integral(kind, rng):
     for rotation in (np.eye(3), turn):
         light = isospline.EnvironmentLight(2.0, image=sky, rotation=rotation)
         integrator = isospline.PathTracer(MATTE, lights=[light])
-        image = isospline.render(isospline.Scene([FLOOR]), DOWN, size=(12, 12), integrator=integrator, samples=512)
+        image = render(isospline.Scene([FLOOR]), DOWN, size=(12, 12), integrator=integrator, samples=512)
         expected = 2 * 0.6 / np.pi * irradiance_of_map(sky, rotation.T @ (0, 0, 1))
         assert_means(image, expected, 1e-3)
 
@@ -337,7 +338,7 @@ def test_the_camera_sees_the_environment_the_right_way_round():
         camera = isospline.PerspectiveCamera((0, 0, 0), target, up=(0, 0, 1), field_of_view=2)
         integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(image=sky, **hidden)])
         scene = isospline.Scene([far_away])
-        return isospline.render(scene, camera, size=(4, 4), integrator=integrator).color[1, 1].tolist()
+        return render(scene, camera, size=(4, 4), integrator=integrator).color[1, 1].tolist()
 
     assert light.visible
     assert seen((1, 0, 0.3), visible=True) == [1, 0, 1, 1]
@@ -356,7 +357,7 @@ def test_lamps_are_seen_and_hide_each_other():
 
     def colors(eye, target):
         camera = isospline.OrthographicCamera(eye, target, up=(0, 1, 0), height=8)
-        image = isospline.render(
+        image = render(
             scene, camera, size=(16, 32), integrator=isospline.PathTracer(black, lights=[near, far]), samples=2
         )
         return np.unique(image.color.reshape(-1, 4), axis=0).tolist()
@@ -367,7 +368,7 @@ def test_lamps_are_seen_and_hide_each_other():
     assert colors((5, 0, 30), (5, 0, 0)) == [[0, 0, 0, 1]]
 
     # A point below both gets light of the near one, and that of the far one's part that it does not hide.
-    image = isospline.render(
+    image = render(
         scene,
         isospline.PerspectiveCamera((0, -40, 3), (5, 0, 0), field_of_view=0.1),
         size=(8, 8),
@@ -389,7 +390,7 @@ def test_a_material_for_each_geometry():
     red = isospline.Material((1, 0, 0), specular=0)
     sun = isospline.DirectionalLight((0, 0, -1), intensity=np.pi)
     integrator = isospline.PathTracer(MATTE, materials={1: red}, lights=[sun], max_bounces=1)
-    image = isospline.render(isospline.Scene([FLOOR, high]), DOWN, size=(16, 12), integrator=integrator)
+    image = render(isospline.Scene([FLOOR, high]), DOWN, size=(16, 12), integrator=integrator)
     np.testing.assert_allclose(image.color[:, :8], np.broadcast_to((0.6, 0.6, 0.6, 1), (12, 8, 4)), rtol=1e-6)
     np.testing.assert_allclose(image.color[:, 8:, 0], 1, rtol=1e-6)
     assert (image.geometry_ids == np.repeat([0, 1], 8)).all()
@@ -399,9 +400,9 @@ def test_bounces_and_background():
     scene = isospline.Scene([ball()])
     camera = isospline.camera_for(scene)
     options = dict(size=(40, 30), samples=2, integrator=isospline.PathTracer(max_bounces=0))
-    dark = isospline.render(scene, camera, **options)
+    dark = render(scene, camera, **options)
     assert not dark.color[..., :3].any() and dark.color[..., 3].any()
-    shown = isospline.render(scene, camera, background=(1, 0.5, 0.25), **options)
+    shown = render(scene, camera, background=(1, 0.5, 0.25), **options)
     np.testing.assert_allclose(shown.color[..., :3], (1 - dark.color[..., 3:]) * (1, 0.5, 0.25), atol=1e-6)
     assert (shown.color[..., 3] == 1).all()
 
@@ -425,10 +426,10 @@ def test_bad_path_tracers():
         (lambda: isospline.EnvironmentLight(rotation=np.diag([1, 1, -1])), "rotation"),
         (lambda: isospline.PathTracer(max_bounces=-1), "max_bounces"),
         (lambda: isospline.PathTracer(lights=[isospline.EnvironmentLight()] * 2), "lights"),
-        (lambda: isospline.render(empty, DOWN, shading=isospline.Phong(), integrator=integrator), "shading"),
-        (lambda: isospline.render(empty, DOWN, samples=0, integrator=integrator), "samples"),
-        (lambda: isospline.render(empty, DOWN, size=(0, 4), integrator=integrator), "size"),
-        (lambda: isospline.render(empty, DOWN, background=-1, integrator=integrator), "background"),
+        (lambda: render(empty, DOWN, shading=isospline.Phong(), integrator=integrator), "shading"),
+        (lambda: render(empty, DOWN, samples=0, integrator=integrator), "samples"),
+        (lambda: render(empty, DOWN, size=(0, 4), integrator=integrator), "size"),
+        (lambda: render(empty, DOWN, background=-1, integrator=integrator), "background"),
     ):
         with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
             make()

@@ -6,6 +6,7 @@ import types
 
 import numpy as np
 import pytest
+from layered import LAYERS, render
 
 import isospline
 
@@ -32,10 +33,11 @@ INTEGRATOR = isospline.PathTracer(
 
 
 def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
-    whole = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=5)
+    whole = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=5)
     try:
         isospline.set_thread_count(1)
-        renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR)
+        renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR,
+                                                 layers=(*LAYERS, "variance"))  # fmt: skip
         for samples in (1, 3, 1):
             renderer.step(samples)
     finally:
@@ -46,17 +48,17 @@ def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
 
 
 def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
-    traced = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR)
-    plain = isospline.render(scene, camera, size=SIZE)
+    traced = render(scene, camera, size=SIZE, integrator=INTEGRATOR)
+    plain = render(scene, camera, size=SIZE)
     for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids", "world_to_camera", "world_to_ndc"):
         np.testing.assert_array_equal(getattr(traced, name), getattr(plain, name))
-    assert plain.variance is None
+    assert "variance" not in plain.layers
     assert np.isinf(traced.variance).all()  # of one sample nothing is known
 
 
 def test_variance_is_that_of_independent_pictures(scene, camera):
     images = [
-        isospline.render(
+        render(
             scene, camera, size=SIZE, samples=8, integrator=isospline.PathTracer(lights=INTEGRATOR.lights, seed=seed)
         )
         for seed in range(40)
@@ -69,7 +71,7 @@ def test_variance_is_that_of_independent_pictures(scene, camera):
 
 
 def test_images_become_better(scene, camera):
-    best = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=512).color
+    best = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=512).color
     errors, before = [], None
     for image in isospline.render_progressive(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=100):
         assert before is None or (before.color != image.color).any()  # each is an image of its own
@@ -100,7 +102,7 @@ def test_reset_begins_again(scene, camera):
     renderer.reset(camera=other)
     assert renderer.samples == 0 and not renderer.image.color.any()
     renderer.step(2)
-    expected = isospline.render(scene, other, size=SIZE, integrator=INTEGRATOR, samples=2)
+    expected = render(scene, other, size=SIZE, integrator=INTEGRATOR, samples=2)
     np.testing.assert_array_equal(renderer.image.color, expected.color)
     np.testing.assert_array_equal(renderer.image.world_to_ndc, expected.world_to_ndc)
 
@@ -116,7 +118,7 @@ def test_a_change_of_the_scene_is_noticed():
     surface = isospline.Isosurface(isospline.Volume(field.samples(16), **field.grid(16)), field.level)
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((0, -4, 0), (0, 0, 0))
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=(20, 20))
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(20, 20), layers=("depth",))
     renderer.step()
     before = np.isfinite(renderer.image.depth).sum()
     surface.level += 0.1
@@ -140,7 +142,7 @@ def test_a_cancelled_step_is_made_up_for(scene, camera):
 
 def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
     """Without the package: what it is called with, and what becomes of what it returns."""
-    image = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=2)
+    image = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=2)
     color = image.color.copy()
     calls = []
 
@@ -166,8 +168,8 @@ def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
 def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
     pytest.importorskip("pyoidn", reason="pyoidn is not installed")
     size = (160, 120)
-    noisy = isospline.render(scene, camera, size=size, integrator=INTEGRATOR, samples=4)
-    best = isospline.render(scene, camera, size=size, integrator=INTEGRATOR, samples=256)
+    noisy = render(scene, camera, size=size, integrator=INTEGRATOR, samples=4)
+    best = render(scene, camera, size=size, integrator=INTEGRATOR, samples=256)
     before, after = (
         np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise())
     )
@@ -176,12 +178,12 @@ def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
 
 def test_variance_is_in_the_file(scene, camera, tmp_path):
     openexr = pytest.importorskip("OpenEXR")
-    image = isospline.render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=3)
+    image = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=3)
     image.write(tmp_path / "traced.exr")
     with openexr.File(str(tmp_path / "traced.exr"), separate_channels=True) as file:
         channels = file.channels()
         for axis, name in enumerate("RGB"):
             np.testing.assert_array_equal(channels[f"variance.{name}"].pixels, image.variance[..., axis])
-    isospline.render(scene, camera, size=SIZE).write(tmp_path / "plain.exr")
+    render(scene, camera, size=SIZE).write(tmp_path / "plain.exr")
     with openexr.File(str(tmp_path / "plain.exr"), separate_channels=True) as file:
         assert "variance.R" not in file.channels()

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 
@@ -63,7 +64,7 @@ def phong(position, normal, to_viewer, color, ka, kd, ks, ns, ia, lights):
 
 def test_a_sphere_is_the_closed_form(scene, camera):
     size = (211, 150)
-    image = isospline.render(scene, camera, size=size, shading=isospline.Outline(2))
+    image = render(scene, camera, size=size, shading=isospline.Outline(2))
     hit, discriminant, position, normal, to_viewer = closed_form(camera.rays(size))
     found = image.geometry_ids == 0
 
@@ -102,7 +103,7 @@ def test_phong_is_the_papers(scene, camera):
             isospline.PositionalLight((0, 30, 0), intensity=(0, 0, 2)),
         ],
     )
-    image = isospline.render(scene, camera, size=size, shading=shading)
+    image = render(scene, camera, size=size, shading=shading)
     hit, discriminant, position, normal, to_viewer = closed_form(camera.rays(size))
     lights = [
         ("at", (10, -20, 15), (1, 0.9, 0.8)),
@@ -123,7 +124,7 @@ def test_two_sided_shading(camera):
     both_sides, one_side = (isospline.Phong(lights=lights, two_sided=two_sided) for two_sided in (True, False))
 
     def color(scene, shading):
-        return isospline.render(scene, camera, size=(60, 50), shading=shading).color
+        return render(scene, camera, size=(60, 50), shading=shading).color
 
     np.testing.assert_array_equal(color(inward, both_sides), color(outward, both_sides))
     np.testing.assert_array_equal(color(outward, one_side), color(outward, both_sides))
@@ -132,19 +133,19 @@ def test_two_sided_shading(camera):
 
 def test_samples_smooth_the_silhouette_only(scene, camera):
     size = (80, 60)
-    one = isospline.render(scene, camera, size=size)
-    four = isospline.render(scene, camera, size=size, samples=4)
+    one = render(scene, camera, size=size)
+    four = render(scene, camera, size=size, samples=4)
     for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids"):
         np.testing.assert_array_equal(getattr(one, name), getattr(four, name))
-    fine = isospline.render(scene, camera, size=(640, 480)).color.reshape(60, 8, 80, 8, 4).mean((1, 3))
-    for image, tolerance in ((one, 0.51), (four, 0.26), (isospline.render(scene, camera, size=size, samples=25), 0.08)):
+    fine = render(scene, camera, size=(640, 480)).color.reshape(60, 8, 80, 8, 4).mean((1, 3))
+    for image, tolerance in ((one, 0.51), (four, 0.26), (render(scene, camera, size=size, samples=25), 0.08)):
         assert np.abs(image.color[..., 3] - fine[..., 3]).max() < tolerance
     assert 0 < np.count_nonzero((four.color[..., 3] > 0) & (four.color[..., 3] < 1)) < 300
 
 
 def test_background(scene, camera):
     size = (80, 60)
-    free = isospline.render(scene, camera, size=size, samples=4)
+    free = render(scene, camera, size=size, samples=4)
     assert free.color[0, 0].tolist() == [0, 0, 0, 0]
     alpha = free.color[..., 3:]
     for background, rgb, opacity in (
@@ -152,18 +153,18 @@ def test_background(scene, camera):
         (1, (1, 1, 1), 1),
         (np.array([0.5, 1, 2, 0.25]), (0.5, 1, 2), 0.25),
     ):
-        image = isospline.render(scene, camera, size=size, samples=4, background=background)
+        image = render(scene, camera, size=size, samples=4, background=background)
         expected = free.color + (1 - alpha) * opacity * np.array([*rgb, 1])
         np.testing.assert_allclose(image.color, expected, atol=1e-6)
     for background in ((1, 2), (-1, 0, 0), (0, 0, 0, 2), (np.nan, 0, 0), [[1, 1, 1]]):
         with pytest.raises(ValueError, match="background: expected"):
-            isospline.render(scene, camera, size=size, background=background)
+            render(scene, camera, size=size, background=background)
 
 
 def test_a_shading_for_each_geometry(camera):
     scene = isospline.Scene([sphere_surface(center=(-7, 0, 0)), sphere_surface(center=(7, 0, 0))])
     shading = {1: isospline.Outline(0, color=(0, 1, 0)), 0: isospline.Outline(0, color=(1, 0, 0))}
-    image = isospline.render(scene, camera, size=(90, 60), shading=shading)
+    image = render(scene, camera, size=(90, 60), shading=shading)
     assert set(np.unique(image.geometry_ids)) == {0, 1, 0xFFFFFFFF}
     assert (image.color[image.geometry_ids == 0] == (1, 0, 0, 1)).all()
     assert (image.color[image.geometry_ids == 1] == (0, 1, 0, 1)).all()
@@ -174,7 +175,7 @@ def test_threads_do_not_change_the_image(scene, camera):
     try:
         for threads in (1, 2):
             isospline.set_thread_count(threads)
-            images.append(isospline.render(scene, camera, size=(203, 111), samples=2))
+            images.append(render(scene, camera, size=(203, 111), samples=2))
     finally:
         isospline.set_thread_count(0)
     for name in ("color", "depth", "position", "normal", "geometry_ids", "primitive_ids"):
@@ -183,18 +184,18 @@ def test_threads_do_not_change_the_image(scene, camera):
 
 def test_progress_and_cancellation(scene, camera):
     fractions = []
-    isospline.render(scene, camera, size=(400, 300), progress=fractions.append)
+    render(scene, camera, size=(400, 300), progress=fractions.append)
     assert fractions[-1] == 1 and fractions == sorted(fractions)
 
     started = time.monotonic()
     with pytest.raises(isospline.Cancelled):
-        isospline.render(scene, camera, size=(4000, 4000), samples=4096, progress=lambda fraction: False)
+        render(scene, camera, size=(4000, 4000), samples=4096, progress=lambda fraction: False)
 
     def broken(fraction):
         raise KeyError("mine")
 
     with pytest.raises(KeyError, match="mine"):
-        isospline.render(scene, camera, size=(4000, 4000), samples=4096, progress=broken)
+        render(scene, camera, size=(4000, 4000), samples=4096, progress=broken)
     assert time.monotonic() - started < 120  # days, were they not cancelled
 
 
@@ -235,9 +236,9 @@ def test_ctrl_c_stops_a_long_rendering():
 def test_default_lights_show_every_side(scene):
     for view in ("front", "left", "top", "iso"):
         camera = isospline.camera_for(scene, view=view)
-        image = isospline.render(scene, camera, size=(64, 48))
+        image = render(scene, camera, size=(64, 48))
         assert image.color[24, 32, 0] > 0.3
-    dark = isospline.render(scene, camera, size=(64, 48), shading=isospline.Phong(lights=[]))
+    dark = render(scene, camera, size=(64, 48), shading=isospline.Phong(lights=[]))
     np.testing.assert_allclose(dark.color[24, 32], (0.05, 0.05, 0.05, 1))
 
 
@@ -245,17 +246,17 @@ def test_default_lights_show_every_side(scene):
 def test_bad_options(scene, camera, arguments):
     (name,) = arguments
     with pytest.raises(ValueError, match=f"^{name}: expected"):
-        isospline.render(scene, camera, **arguments)
+        render(scene, camera, **arguments)
 
 
 def test_bad_types(scene, camera):
     for arguments in (dict(size=3), dict(size=(1.5, 2)), dict(shading="phong"), dict(samples="4"), dict(sample=2)):
         with pytest.raises(TypeError):
-            isospline.render(scene, camera, **arguments)
+            render(scene, camera, **arguments)
     with pytest.raises(TypeError):
-        isospline.render(scene, "front")
+        render(scene, "front")
     with pytest.raises(TypeError):
-        isospline.render(scene, camera, (640, 360))
+        render(scene, camera, (640, 360))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pytest
 from hit_outputs import ALL_OUTPUTS
+from layered import render
 from spheres import CENTER, mesh_sphere, moved, sphere, sphere_t
 
 import isospline
@@ -216,13 +217,13 @@ def test_what_is_hidden_is_not_in_pictures():
     scene.set_transform(1, moved(5, 0, 0))
     camera = isospline.camera_for(scene)
     scene.set_visibility(1, camera=False)
-    hidden = isospline.render(scene, camera, size=(64, 48))
+    hidden = render(scene, camera, size=(64, 48))
     assert set(np.unique(hidden.geometry_ids)) == {0, isospline.INVALID_ID}
     scene.remove(1)
-    removed = isospline.render(scene, camera, size=(64, 48))
+    removed = render(scene, camera, size=(64, 48))
     np.testing.assert_array_equal(hidden.color, removed.color)
     scene.add(sphere(), moved(5, 0, 0))  # id 2, of two objects
-    assert set(np.unique(isospline.render(scene, camera, size=(64, 48)).geometry_ids)) == {0, 2, isospline.INVALID_ID}
+    assert set(np.unique(render(scene, camera, size=(64, 48)).geometry_ids)) == {0, 2, isospline.INVALID_ID}
 
 
 # Details
@@ -289,7 +290,7 @@ def test_removed_ids_in_hits_and_shading():
     scene.add(triangle())
     camera = isospline.camera_for(scene)
     with pytest.raises(ValueError, match="shading: expected geometry ids of objects in the scene, got 0"):
-        isospline.render(scene, camera, size=(8, 8), shading={0: isospline.Phong()})
+        render(scene, camera, size=(8, 8), shading={0: isospline.Phong()})
 
 
 @pytest.mark.parametrize("matrix, message", [

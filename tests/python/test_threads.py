@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 from interrupts import obey_interrupts
+from layered import render
 from spheres import mesh_sphere, moved, sphere
 
 import isospline
@@ -41,7 +42,7 @@ def test_each_call_gets_its_turn(tmp_path):
     rays = camera.rays((100, 80))
     hopper = isospline.VoxelHopper(surface)
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(32, 24))
-    image = isospline.render(scene, camera, size=(64, 48))
+    image = render(scene, camera, size=(64, 48))
     end = time.monotonic() + 6
     longest, counts, errors = {}, {}, []
 
@@ -64,7 +65,7 @@ def test_each_call_gets_its_turn(tmp_path):
         assert scene.bounds.shape == (2, 3) and scene.memory > 0 and scene.build_count > 0 and len(scene) > 0
 
     def draw(i):
-        isospline.render(scene, camera, size=(64, 48), shading=isospline.Phong(shadows=True))
+        render(scene, camera, size=(64, 48), shading=isospline.Phong(shadows=True))
 
     def trace(i):
         try:
@@ -120,7 +121,7 @@ def test_changes_do_not_wait_for_a_picture():
 
     def draw():
         try:
-            isospline.render(scene, camera, size=(4000, 4000), shading=isospline.AmbientOcclusion(1000),
+            render(scene, camera, size=(4000, 4000), shading=isospline.AmbientOcclusion(1000),
                              progress=progress)
         except isospline.Cancelled:
             seen.append("cancelled")

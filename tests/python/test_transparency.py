@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from layered import render
 
 import isospline
 
@@ -58,7 +59,7 @@ def test_nested_balls_are_the_closed_form():
         1: isospline.Outline(1, color=0, surface_color=core),
     }
     background = np.array((0.4, 0.3, 0.2))
-    image = isospline.render(scene, CAMERA, size=SIZE, shading=shading, background=background)
+    image = render(scene, CAMERA, size=SIZE, shading=shading, background=background)
 
     rays = CAMERA.rays(SIZE)
     direction = unit(rays[..., 3:])
@@ -83,7 +84,7 @@ def test_nested_balls_are_the_closed_form():
     assert np.abs(image.color[..., :3] - expected)[clear].max() < 2e-5
     np.testing.assert_allclose(image.color[..., 3], 1, rtol=1e-6)
 
-    alone = isospline.render(scene, CAMERA, size=SIZE, shading=shading)
+    alone = render(scene, CAMERA, size=SIZE, shading=shading)
     np.testing.assert_allclose(alone.color[clear, 3], alpha[clear], atol=1e-6)
 
 
@@ -121,7 +122,7 @@ def attenuation(scene, models, position, normal, geometry_ids, primitive_ids, di
 @pytest.mark.parametrize("shadows", [False, True])
 def test_pictures_are_the_over_operator_on_all_crossings(shadows):
     scene, models = everything()
-    image = isospline.render(scene, CAMERA, size=SIZE, shading=phongs(models, shadows=shadows))
+    image = render(scene, CAMERA, size=SIZE, shading=phongs(models, shadows=shadows))
 
     # The paper's illumination model at every crossing.
     rays = CAMERA.rays(SIZE).reshape(-1, 6)
@@ -173,7 +174,7 @@ def test_ids_and_threads_do_not_matter():
         for order, threads in (((0, 1, 2, 3), 1), ((0, 1, 2, 3), 2), ((3, 1, 0, 2), 2), ((2, 3, 1, 0), 0)):
             isospline.set_thread_count(threads)
             scene, models = everything(order)
-            image = isospline.render(scene, CAMERA, size=(101, 83), shading=phongs(models, shadows=True), samples=2)
+            image = render(scene, CAMERA, size=(101, 83), shading=phongs(models, shadows=True), samples=2)
             pictures.append((image.color.tobytes(), image.depth.tobytes(), image.normal.tobytes()))
     finally:
         isospline.set_thread_count(0)
@@ -187,8 +188,8 @@ def test_what_is_opaque_is_as_ever(shadows):
     objects = [ball(OUTER), FLOOR]
     aside, within = ball(2.0, (300, 0, 0)), ball(2.0)
     pictures = [
-        isospline.render(isospline.Scene(objects), CAMERA, size=SIZE, shading=opaque, samples=2),
-        isospline.render(
+        render(isospline.Scene(objects), CAMERA, size=SIZE, shading=opaque, samples=2),
+        render(
             isospline.Scene([*objects, aside, within]),
             CAMERA,
             size=SIZE,
@@ -207,14 +208,14 @@ def test_opacity_zero_is_as_if_it_were_not_there(shadows):
     shading = phongs(models, shadows=shadows)
     shading[0] = isospline.Phong(opacity=0.0)
     shading[2] = isospline.AmbientOcclusion(opacity=0.0)
-    image = isospline.render(scene, CAMERA, size=SIZE, shading=shading)
+    image = render(scene, CAMERA, size=SIZE, shading=shading)
     without = isospline.Scene()
     for geometry, added in ((0, BLADE), (1, ball(INNER, (1, 2, 0.5))), (2, BLADE), (3, FLOOR)):
         assert without.add(added) == geometry
     without.remove(0)
     without.remove(2)
     shading = phongs({1: MODELS[1], 3: MODELS[3]}, shadows=shadows)
-    expected = isospline.render(without, CAMERA, size=SIZE, shading=shading)
+    expected = render(without, CAMERA, size=SIZE, shading=shading)
     np.testing.assert_array_equal(image.geometry_ids, expected.geometry_ids)
     np.testing.assert_allclose(image.color, expected.color, atol=2e-6)
     np.testing.assert_allclose(image.depth, expected.depth, rtol=1e-6)
@@ -223,9 +224,9 @@ def test_opacity_zero_is_as_if_it_were_not_there(shadows):
 
 def test_all_but_colour_is_of_the_first_surface():
     scene, models = everything()
-    translucent = isospline.render(scene, CAMERA, size=SIZE, shading=phongs(models), curvature=True)
+    translucent = render(scene, CAMERA, size=SIZE, shading=phongs(models), layers=("curvature",))
     opaque = {geometry: dict(model, opacity=1.0) for geometry, model in models.items()}
-    expected = isospline.render(scene, CAMERA, size=SIZE, shading=phongs(opaque), curvature=True)
+    expected = render(scene, CAMERA, size=SIZE, shading=phongs(opaque), layers=("curvature",))
     np.testing.assert_array_equal(translucent.geometry_ids, expected.geometry_ids)
     assert len(np.unique(expected.geometry_ids)) >= 4
     for name in ("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature"):
@@ -241,7 +242,7 @@ def test_light_on_a_floor_below_a_translucent_ball():
     camera = isospline.PerspectiveCamera((20, 0, -3), (0, 0, -8), field_of_view=40)
     for seen, reaching in ((True, (1 - opacity) ** 2), (False, 1.0)):
         scene.set_visibility(1, shadow=seen)
-        image = isospline.render(scene, camera, size=SIZE, shading=shading)
+        image = render(scene, camera, size=SIZE, shading=shading)
         radius = np.linalg.norm(image.position[..., :2], axis=-1)
         on_floor = (image.geometry_ids == 0) & (np.abs(radius - OUTER) > 1e-3)
         expected = np.where(radius < OUTER, reaching, 1.0)[on_floor]
@@ -256,7 +257,7 @@ def test_openness_below_a_translucent_ball():
     scene = isospline.Scene([FLOOR, ball(OUTER, center)])
     shading = {0: isospline.AmbientOcclusion(1024), 1: isospline.AmbientOcclusion(1, opacity=opacity)}
     camera = isospline.PerspectiveCamera((4, -45, 60), (2, 0, -8), field_of_view=40)
-    image = isospline.render(scene, camera, size=(60, 45), shading=shading)
+    image = render(scene, camera, size=(60, 45), shading=shading)
     offset = center - image.position
     distance = np.linalg.norm(offset, axis=-1)
     covered = offset[..., 2] / distance * (OUTER / distance) ** 2

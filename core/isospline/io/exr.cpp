@@ -1,6 +1,7 @@
 #include "isospline/io/exr.h"
 
 #include "isospline/io/atomic_file.h"
+#include "isospline/util/error.h"
 
 #include <Iex.h>
 #include <ImathMatrix.h>
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <initializer_list>
 #include <system_error>
 #include <vector>
 
@@ -27,14 +29,19 @@ class Channels {
 public:
     explicit Channels(int width) : width_(static_cast<std::size_t>(width)) {}
 
-    /// Adds the part of an array that begins at its element's byte `offset`.
+    /// Adds the parts of an array's elements, in their order; nothing where the array is empty.
     template <typename Element>
-    void add(const char* name, Imf::PixelType type, const std::vector<Element>& array, std::size_t offset = 0)
+    void add(std::initializer_list<const char*> names, Imf::PixelType type, const std::vector<Element>& array)
     {
+        if (array.empty())
+            return;
         // The library takes pointers to what it only reads.
-        char* first = const_cast<char*>(reinterpret_cast<const char*>(array.data()) + offset);
-        list_.insert(name, Imf::Channel(type));
-        buffer_.insert(name, Imf::Slice(type, first, sizeof(Element), sizeof(Element) * width_));
+        char* part = const_cast<char*>(reinterpret_cast<const char*>(array.data()));
+        for (const char* const name : names) {
+            list_.insert(name, Imf::Channel(type));
+            buffer_.insert(name, Imf::Slice(type, part, sizeof(Element), sizeof(Element) * width_));
+            part += sizeof(Element) / names.size();
+        }
     }
 
     const Imf::ChannelList& list() const { return list_; }
@@ -84,44 +91,31 @@ Imf::Header header_of(const Image& image)
 void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options,
                const Progress& progress)
 {
+    if (image.color.empty())
+        throw_invalid("image", "one of linear colour", "one of 8-bit sRGB");
     const std::vector<HalfColor> half_color = options.half ? to_half(image.color) : std::vector<HalfColor>();
 
     // Channels.
     Channels channels(image.size.x);
-    const char* const color_names[] = {"R", "G", "B", "A"};
-    for (std::size_t part = 0; part < 4; ++part) {
-        if (options.half)
-            channels.add(color_names[part], Imf::HALF, half_color, part * sizeof(half));
-        else
-            channels.add(color_names[part], Imf::FLOAT, image.color, part * sizeof(float));
-    }
-    channels.add("Z", Imf::FLOAT, image.depth);
-    const char* const position_names[] = {"P.X", "P.Y", "P.Z"};
-    const char* const normal_names[] = {"N.X", "N.Y", "N.Z"};
-    const char* const albedo_names[] = {"albedo.R", "albedo.G", "albedo.B"};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        channels.add(position_names[axis], Imf::FLOAT, image.position, axis * sizeof(float));
-        channels.add(normal_names[axis], Imf::FLOAT, image.normal, axis * sizeof(float));
-        channels.add(albedo_names[axis], Imf::FLOAT, image.albedo, axis * sizeof(float));
-    }
-    channels.add("gradient_magnitude", Imf::FLOAT, image.gradient_magnitude);
-    if (!image.curvature.empty()) {
-        channels.add("curvature.mean", Imf::FLOAT, image.curvature);
-        channels.add("curvature.gaussian", Imf::FLOAT, image.curvature, sizeof(float));
-    }
-    if (!image.ambient_occlusion.empty())
-        channels.add("ambient_occlusion", Imf::FLOAT, image.ambient_occlusion);
-    const char* const direct_names[] = {"direct.R", "direct.G", "direct.B"};
-    for (std::size_t part = 0; part < 3 && !image.direct.empty(); ++part)
-        channels.add(direct_names[part], Imf::FLOAT, image.direct, part * sizeof(float));
-    const char* const variance_names[] = {"variance.R", "variance.G", "variance.B"};
-    for (std::size_t part = 0; part < 3 && !image.variance.empty(); ++part)
-        channels.add(variance_names[part], Imf::FLOAT, image.variance, part * sizeof(float));
-    channels.add("id.geometry", Imf::UINT, image.geometry_ids);
+    if (options.half)
+        channels.add({"R", "G", "B", "A"}, Imf::HALF, half_color);
+    else
+        channels.add({"R", "G", "B", "A"}, Imf::FLOAT, image.color);
+    channels.add({"Z"}, Imf::FLOAT, image.depth);
+    channels.add({"P.X", "P.Y", "P.Z"}, Imf::FLOAT, image.position);
+    channels.add({"N.X", "N.Y", "N.Z"}, Imf::FLOAT, image.normal);
+    channels.add({"albedo.R", "albedo.G", "albedo.B"}, Imf::FLOAT, image.albedo);
+    channels.add({"gradient_magnitude"}, Imf::FLOAT, image.gradient_magnitude);
+    channels.add({"curvature.mean", "curvature.gaussian"}, Imf::FLOAT, image.curvature);
+    channels.add({"ambient_occlusion"}, Imf::FLOAT, image.ambient_occlusion);
+    channels.add({"direct.R", "direct.G", "direct.B"}, Imf::FLOAT, image.direct);
+    channels.add({"variance.R", "variance.G", "variance.B"}, Imf::FLOAT, image.variance);
+    channels.add({"id.geometry"}, Imf::UINT, image.geometry_ids);
     // OpenEXR has integers of 32 bits only.
-    constexpr std::size_t low = std::endian::native == std::endian::little ? 0 : 4;
-    channels.add("id.primitive", Imf::UINT, image.primitive_ids, low);
-    channels.add("id.primitive_high", Imf::UINT, image.primitive_ids, 4 - low);
+    if (std::endian::native == std::endian::little)
+        channels.add({"id.primitive", "id.primitive_high"}, Imf::UINT, image.primitive_ids);
+    else
+        channels.add({"id.primitive_high", "id.primitive"}, Imf::UINT, image.primitive_ids);
 
     // The file. OutputFile swallows errors in its destructor, which the stream keeps for commit().
     AtomicFile file(path);

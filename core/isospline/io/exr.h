@@ -12,11 +12,11 @@ struct ExrOptions {
     bool half = false; ///< stores R, G, B and A in 16 instead of 32 bits
 };
 
-/// Writes an image with the channels R G B A, Z (along the viewing direction, world units), P.X P.Y P.Z, N.X N.Y N.Z,
-/// albedo.R albedo.G albedo.B, gradient_magnitude, id.geometry, id.primitive and id.primitive_high (unsigned integers),
-/// and, where the image has them, curvature.mean and curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B,
-/// and variance.R variance.G variance.B; compressed by ZIP, and with worldToCamera and, but for panoramas, worldToNDC
-/// in the header as OpenEXR defines them.
+/// Writes an image with the channels R G B A and, of its layers, Z (along the viewing direction, world units), P.X P.Y
+/// P.Z, N.X N.Y N.Z, albedo.R albedo.G albedo.B, gradient_magnitude, curvature.mean and curvature.gaussian,
+/// ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G variance.B, id.geometry, id.primitive and
+/// id.primitive_high (unsigned integers); compressed by ZIP, and with worldToCamera and, but for panoramas, worldToNDC
+/// in the header as OpenEXR defines them. Throws std::invalid_argument for an image of 8-bit sRGB.
 ///
 /// OpenEXR's integers have 32 bits: a primitive id is id.primitive + 2^32 id.primitive_high, 0xffffffff in both on a
 /// miss.

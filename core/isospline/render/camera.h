@@ -15,8 +15,8 @@ enum class FieldOfViewAxis { vertical, horizontal, diagonal };
 struct PerspectiveCamera {
     glm::dvec3 eye{0.0, -1.0, 0.0};
     glm::dvec3 target{0.0};
-    glm::dvec3 up{0.0, 0.0, 1.0};   ///< any vector that the image shows pointing upwards
-    double field_of_view = 30.0;    ///< whole angle in degrees, above 0 and below 180
+    glm::dvec3 up{0.0, 0.0, 1.0}; ///< any vector that the image shows pointing upwards
+    double field_of_view = 30.0;  ///< whole angle in degrees, above 0 and below 180
     FieldOfViewAxis field_of_view_axis = FieldOfViewAxis::vertical;
     double aperture_radius = 0.0; ///< of the lens about the eye, world units; 0 is a pinhole, all in focus
     /// Of the plane in focus, along the viewing direction; by default the target's.

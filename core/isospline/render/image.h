@@ -1,6 +1,7 @@
 // A rendered image.
 #pragma once
 
+#include "isospline/render/srgb.h"
 #include "isospline/trace/hit.h"
 
 #include <glm/mat4x4.hpp>
@@ -16,43 +17,83 @@
 
 namespace isospline {
 
-/// What images have only where it is asked for, as it takes memory and time.
+/// What an image holds beside its colour. What is not asked for is neither computed nor stored.
 struct Layers {
-    bool curvature = false;    ///< Image::curvature
-    int ambient_occlusion = 0; ///< rays a hit that Image::ambient_occlusion is the mean of, to 65536; 0 for none
-    bool direct = false;       ///< Image::direct, of a path tracer
+    bool depth = false, position = false, normal = false, albedo = false, gradient_magnitude = false, curvature = false;
+    bool ambient_occlusion = false;
+    bool direct = false, variance = false; ///< of path traced images only
+    bool geometry_ids = false, primitive_ids = false;
+
+    int ambient_occlusion_samples = 16; ///< rays a hit that Image::ambient_occlusion is the mean of, 1 to 65536
+
+    /// Whether any is of what the rays through the centres of the pixels find.
+    bool any_of_centers() const
+    {
+        return depth || position || normal || albedo || gradient_magnitude || curvature || ambient_occlusion ||
+               geometry_ids || primitive_ids;
+    }
+};
+
+/// How colour is stored.
+enum class ColorEncoding {
+    linear, ///< Image::color
+    srgb8   ///< Image::srgb8, a quarter of the memory
 };
 
 /// Colour, and what the rays through the centres of the pixels found; rows from the top, pixels of a row from the left.
+/// Layers that were not asked for are empty.
 struct Image {
     Image() = default;
     /// An image of rays that all missed.
-    explicit Image(glm::ivec2 image_size, const Layers& layers = {})
-        : size(image_size), color(pixel_count(), glm::vec4(0.0f)),
-          depth(pixel_count(), std::numeric_limits<float>::infinity()), position(pixel_count(), glm::vec3(0.0f)),
-          normal(pixel_count(), glm::vec3(0.0f)), albedo(pixel_count(), glm::vec3(0.0f)),
-          gradient_magnitude(pixel_count(), 0.0f), curvature(layers.curvature ? pixel_count() : 0, glm::vec2(0.0f)),
-          ambient_occlusion(layers.ambient_occlusion > 0 ? pixel_count() : 0, 0.0f),
-          direct(layers.direct ? pixel_count() : 0, glm::vec3(0.0f)), geometry_ids(pixel_count(), invalid_id),
-          primitive_ids(pixel_count(), invalid_primitive_id)
+    explicit Image(glm::ivec2 image_size, const Layers& layers = {}, ColorEncoding encoding = ColorEncoding::linear)
+        : size(image_size)
     {
+        const auto make = [this]<typename Element>(bool wanted, std::vector<Element>& layer, const Element& miss) {
+            if (wanted)
+                layer.assign(pixel_count(), miss);
+        };
+        make(encoding == ColorEncoding::linear, color, glm::vec4(0.0f));
+        make(encoding == ColorEncoding::srgb8, srgb8, glm::u8vec4(0));
+        make(layers.depth, depth, std::numeric_limits<float>::infinity());
+        make(layers.position, position, glm::vec3(0.0f));
+        make(layers.normal, normal, glm::vec3(0.0f));
+        make(layers.albedo, albedo, glm::vec3(0.0f));
+        make(layers.gradient_magnitude, gradient_magnitude, 0.0f);
+        make(layers.curvature, curvature, glm::vec2(0.0f));
+        make(layers.ambient_occlusion, ambient_occlusion, 0.0f);
+        make(layers.direct, direct, glm::vec3(0.0f));
+        make(layers.variance, variance, glm::vec3(std::numeric_limits<float>::infinity()));
+        make(layers.geometry_ids, geometry_ids, invalid_id);
+        make(layers.primitive_ids, primitive_ids, invalid_primitive_id);
     }
 
     std::size_t pixel_count() const { return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y); }
 
+    /// Stores a colour as `color` would hold it.
+    void set_color(std::size_t pixel, const glm::vec4& premultiplied)
+    {
+        if (srgb8.empty())
+            color[pixel] = premultiplied;
+        else
+            srgb8[pixel] = to_srgb8(premultiplied);
+    }
+
     glm::ivec2 size{0};
     std::vector<glm::vec4> color;             ///< linear, premultiplied by the last part, coverage
+    std::vector<glm::u8vec4> srgb8;           ///< as to_srgb8() makes it of that; one of both is there
     std::vector<float> depth;                 ///< as Projection::depth(), world units; infinite on a miss
     std::vector<glm::vec3> position;          ///< world space; zero on a miss
     std::vector<glm::vec3> normal;            ///< unit, outward, world space; zero on a miss
     std::vector<glm::vec3> albedo;            ///< linear colour of the surface itself; zero on a miss
     std::vector<float> gradient_magnitude;    ///< of an isosurface's f, per world unit; zero on a miss and for meshes
-    std::vector<glm::vec2> curvature;         ///< mean and Gaussian, or empty; zero on a miss and for meshes
-    std::vector<float> ambient_occlusion;     ///< openness, as of AmbientOcclusion, or empty; zero on a miss
-    std::vector<glm::vec3> direct;            ///< the part of the colour that is light after one hit at most, or empty
+    std::vector<glm::vec2> curvature;         ///< mean and Gaussian; zero on a miss and for meshes
+    std::vector<float> ambient_occlusion;     ///< openness, as of AmbientOcclusion; zero on a miss
+    std::vector<glm::vec3> direct;            ///< the part of the colour that is light after one hit at most
+    std::vector<glm::vec3> variance;          ///< of the colour, which is an estimate; infinite where nothing is known
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint64_t> primitive_ids; ///< invalid_primitive_id on a miss
-    std::vector<glm::vec3> variance;          ///< of the colour, where it is an estimate; empty unless path traced
+
+    std::size_t covered_count = 0; ///< pixels that surfaces cover, if only in part
 
     glm::dmat4 world_to_camera{1.0};        ///< as Projection::world_to_camera()
     std::optional<glm::dmat4> world_to_ndc; ///< as Projection::world_to_ndc()

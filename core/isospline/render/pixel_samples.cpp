@@ -103,9 +103,9 @@ std::vector<PixelSample> pixel_samples(int count, bool with_lens)
     return samples;
 }
 
-glm::dvec2 lens_position(const PixelSample& sample, glm::ivec2 pixel)
+glm::dvec2 lens_position(const glm::dvec2& lens, glm::ivec2 pixel)
 {
-    return sample.lens ? to_disc(glm::fract(*sample.lens + hash(pixel))) : glm::dvec2(0.0);
+    return to_disc(glm::fract(lens + hash(pixel)));
 }
 
 } // namespace isospline

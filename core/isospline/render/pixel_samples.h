@@ -27,6 +27,10 @@ std::vector<PixelSample> pixel_samples(int count, bool with_lens = false);
 
 /// Where on the unit disc a sample of a pixel goes through the lens. The places of a pixel's samples are those of every
 /// other pixel's, moved by a hash of the pixel, so that few samples show as noise and not as several images.
-glm::dvec2 lens_position(const PixelSample& sample, glm::ivec2 pixel);
+glm::dvec2 lens_position(const glm::dvec2& lens, glm::ivec2 pixel);
+inline glm::dvec2 lens_position(const PixelSample& sample, glm::ivec2 pixel)
+{
+    return sample.lens ? lens_position(*sample.lens, pixel) : glm::dvec2(0.0);
+}
 
 } // namespace isospline

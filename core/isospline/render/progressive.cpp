@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -44,7 +43,7 @@ RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const
         options.shading_of_geometry.emplace(geometry_id, unlit(material));
     options.background = background;
     options.layers = layers;
-    options.layers.direct = false;
+    options.layers.direct = options.layers.variance = false;
     return options;
 }
 
@@ -91,11 +90,11 @@ void ProgressiveRenderer::reset(const Camera& camera)
 
 void ProgressiveRenderer::reset()
 {
-    centers_ = Image(projection_.size(), layers_);
+    centers_ = blank_image(projection_, layers_);
     has_centers_ = false;
     snapshot_.reset();
     sums_.assign(centers_.pixel_count(), Sum());
-    directs_.assign(centers_.direct.size(), glm::dvec3(0.0));
+    directs_.assign(layers_.direct ? sums_.size() : 0, glm::dvec3(0.0));
     tile_samples_.assign(tile_count(), 0);
     through_centers_ = false;
 }
@@ -149,8 +148,9 @@ void ProgressiveRenderer::begin(const Progress& progress)
 {
     snapshot_ = scene_.snapshot(part_of(progress, 0.0, 0.5));
     prepared_ = prepared(path_tracer_, *snapshot_, projection_);
-    centers_ = render(*snapshot_, camera_, centers_only(prepared_, projection_.size(), background_, layers_),
-                      part_of(progress, 0.5, 1.0));
+    if (layers_.any_of_centers())
+        centers_ = render(*snapshot_, camera_, centers_only(prepared_, projection_.size(), background_, layers_),
+                          part_of(progress, 0.5, 1.0));
     for (glm::vec3& albedo : centers_.albedo)
         albedo = glm::min(albedo, 1.0f);
     has_centers_ = true;
@@ -198,11 +198,18 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
     }
 }
 
-Image ProgressiveRenderer::image() const
+Image ProgressiveRenderer::image(ColorEncoding encoding) const
 {
     Image image = centers_;
-    image.direct.assign(directs_.size(), glm::vec3(0.0f));
-    image.variance.assign(image.pixel_count(), glm::vec3(std::numeric_limits<float>::infinity()));
+    image.covered_count = 0;
+    Layers of_samples;
+    of_samples.direct = layers_.direct;
+    of_samples.variance = layers_.variance;
+    Image blank(projection_.size(), of_samples, encoding);
+    image.color.swap(blank.color);
+    image.srgb8.swap(blank.srgb8);
+    image.direct.swap(blank.direct);
+    image.variance.swap(blank.variance);
     const glm::ivec2 size = projection_.size();
     const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) {
@@ -211,12 +218,13 @@ Image ProgressiveRenderer::image() const
         if (n == 0.0)
             continue;
         const Sum& sum = sums_[pixel];
+        image.covered_count += sum.covered > 0.0;
         const glm::dvec3 mean = sum.radiance / n;
         const double coverage = sum.covered / n, behind = (1.0 - coverage) * static_cast<double>(background_.a);
-        image.color[pixel] = glm::vec4(mean + behind * glm::dvec3(background_), coverage + behind);
+        image.set_color(pixel, glm::vec4(mean + behind * glm::dvec3(background_), coverage + behind));
         if (layers_.direct)
             image.direct[pixel] = glm::vec3(directs_[pixel] / n);
-        if (n > 1.0)
+        if (layers_.variance && n > 1.0)
             image.variance[pixel] = glm::vec3(glm::max(sum.squares / n - mean * mean, 0.0) / (n - 1.0));
     }
     return image;

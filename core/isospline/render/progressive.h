@@ -45,9 +45,9 @@ public:
     /// Samples that every pixel has.
     int samples() const;
 
-    /// The mean over the samples, with the variance of that mean; zero, and infinite, where there are none. All that is
-    /// not colour comes from the ray through the centre of a pixel.
-    Image image() const;
+    /// The mean over the samples and, as a layer, the variance of that mean; zero, and infinite, where there are none.
+    /// Layers but direct and variance come from the ray through the centre of a pixel.
+    Image image(ColorEncoding encoding = ColorEncoding::linear) const;
 
 private:
     /// Sums over the samples of a pixel.

@@ -14,7 +14,7 @@ void RayBatch::resize(std::size_t count)
     behind.clear();
 }
 
-void append_layers(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)
+void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)
 {
     const std::size_t ray_count = batch.rays.size();
     std::vector<Ray> translucent;

@@ -1,4 +1,4 @@
-// What camera rays meet, layer by layer, where surfaces show through others.
+// What camera rays meet, one surface after the other where they show through.
 #pragma once
 
 #include "isospline/math/ray.h"
@@ -33,6 +33,6 @@ using OpacityOf = std::function<double(const Hit& hit)>;
 
 /// Appends what the rays of a batch meet up to their first opaque surface. Surfaces of opacity 0 are as if they were
 /// not there: where one was met first, that hit becomes the next one, or a miss.
-void append_layers(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of);
+void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of);
 
 } // namespace isospline

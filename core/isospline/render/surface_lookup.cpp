@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <variant>
 
 namespace isospline {
@@ -44,11 +46,11 @@ glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal,
 
 } // namespace
 
-SurfaceLookup::SurfaceLookup(const SceneSnapshot& scene)
+SurfaceLookup::SurfaceLookup(const SceneSnapshot& scene) : ids_(scene.ids())
 {
-    for (const std::uint32_t id : scene.ids()) {
+    for (const std::uint32_t id : ids_) {
         const SnapshotObject& placed = scene.object(id);
-        Entry& entry = entries_[id];
+        Entry& entry = entries_.emplace_back();
         entry.scene_to_object = glm::inverse(placed.transform);
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&placed.object)) {
             entry.mesh = *mesh;
@@ -59,9 +61,15 @@ SurfaceLookup::SurfaceLookup(const SceneSnapshot& scene)
     }
 }
 
+const SurfaceLookup::Entry& SurfaceLookup::entry(std::uint32_t geometry_id) const
+{
+    const auto found = std::lower_bound(ids_.begin(), ids_.end(), geometry_id);
+    return entries_[static_cast<std::size_t>(found - ids_.begin())];
+}
+
 void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const
 {
-    const Entry& entry = entries_.at(hit.geometry_id);
+    const Entry& entry = this->entry(hit.geometry_id);
     point.on_cap = entry.surface && entry.surface->is_cap(hit.primitive_id);
     if (entry.surface && with_curvature && !point.on_cap) {
         // Index coordinates are a function x -> M x of world coordinates: M^T g and M^T H M are the derivatives there.

@@ -8,8 +8,8 @@
 #include <glm/mat4x4.hpp>
 
 #include <cstdint>
-#include <map>
 #include <memory>
+#include <vector>
 
 namespace isospline {
 
@@ -29,7 +29,10 @@ private:
         glm::dmat4 scene_to_object{1.0}; ///< to the mesh's space, or to index space
     };
 
-    std::map<std::uint32_t, Entry> entries_; ///< by geometry id
+    const Entry& entry(std::uint32_t geometry_id) const;
+
+    std::vector<std::uint32_t> ids_; ///< ascending
+    std::vector<Entry> entries_;     ///< of these
 };
 
 } // namespace isospline

@@ -27,6 +27,19 @@ void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_me
     hit.uv = nearest_in_mesh.hit.uv;
 }
 
+/// Calls `body(packet, first)` for packets of up to `width` rays.
+template <typename Body>
+void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
+{
+    RayPacket packet;
+    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(packet.count)) {
+        packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), rays.size() - first));
+        for (int lane = 0; lane < packet.count; ++lane)
+            packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
+        body(packet, first);
+    }
+}
+
 } // namespace
 
 struct RayCaster::Impl {
@@ -162,39 +175,26 @@ LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit
     }
 }
 
+void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
+{
+    for_each_packet(rays, width(), [&](const RayPacket& packet, std::size_t first) {
+        const std::span<Hit> of_packet = hits.subspan(first, static_cast<std::size_t>(packet.count));
+        const LaneMask hit_lanes = cast(packet, first, of_packet);
+        for (std::size_t lane = 0; lane < of_packet.size(); ++lane)
+            if ((hit_lanes >> lane & 1u) == 0)
+                of_packet[lane].clear();
+    });
+}
+
 LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
     return impl_->test_occlusions(rays, index);
 }
 
-namespace {
-
-/// Calls `body(packet, first)` for packets of up to `width` rays.
-template <typename Body>
-void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
-{
-    RayPacket packet;
-    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(packet.count)) {
-        packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), rays.size() - first));
-        for (int lane = 0; lane < packet.count; ++lane)
-            packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
-        body(packet, first);
-    }
-}
-
-} // namespace
-
 void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
-    RayCaster caster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent);
-    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
-        const std::span<Hit> of_packet = hits.subspan(first, static_cast<std::size_t>(packet.count));
-        const LaneMask hit_lanes = caster.cast(packet, first, of_packet);
-        for (std::size_t lane = 0; lane < of_packet.size(); ++lane)
-            if ((hit_lanes >> lane & 1u) == 0)
-                of_packet[lane].clear();
-    });
+    RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent).cast(rays, hits);
 }
 
 void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const

@@ -35,6 +35,9 @@ public:
     /// whose direction is zero; `index`, the number of the packet's first ray, tells which.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
+    /// The same for any number of rays, packet by packet; hits are misses where rays do not hit.
+    void cast(std::span<const Ray> rays, std::span<Hit> hits);
+
     /// The lanes whose rays cross anything that test_occlusions() of the snapshot sees. One by one.
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 

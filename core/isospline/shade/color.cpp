@@ -22,28 +22,28 @@ double curvature_of(CurvatureKind kind, const Curvature& curvature)
     return 0.0;
 }
 
-glm::dvec3 color_at(const glm::dvec3& color, const SurfacePoint&)
+glm::dvec3 by_rule(const glm::dvec3& color, const SurfacePoint&)
 {
     return color;
 }
 
-glm::dvec3 color_at(const ColorByVolume& color, const SurfacePoint& point)
+glm::dvec3 by_rule(const ColorByVolume& color, const SurfacePoint& point)
 {
     const glm::dvec3 position_world = transform_point(color.scene_to_volume, point.position);
     return color_of(color.map, color.volume->value(transform_point(color.volume->world_to_index(), position_world)));
 }
 
-glm::dvec3 color_at(const ColorByCurvature& color, const SurfacePoint& point)
+glm::dvec3 by_rule(const ColorByCurvature& color, const SurfacePoint& point)
 {
     return color_of(color.map, curvature_of(color.kind, point.curvature));
 }
 
-glm::dvec3 color_at(const ColorByNormal&, const SurfacePoint& point)
+glm::dvec3 by_rule(const ColorByNormal&, const SurfacePoint& point)
 {
     return 0.5 * (point.normal + 1.0);
 }
 
-glm::dvec3 color_at(const ColorByDepth& color, const SurfacePoint& point)
+glm::dvec3 by_rule(const ColorByDepth& color, const SurfacePoint& point)
 {
     return color_of(color.map, point.depth);
 }
@@ -73,14 +73,9 @@ void fit_depth_limits(Color& color, const glm::dvec2& limits)
         by_depth->map.limits = limits;
 }
 
-glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
+glm::dvec3 color_by_rule(const Color& color, const SurfacePoint& point)
 {
-    return std::visit([&](const auto& given) { return color_at(given, point); }, color);
-}
-
-glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point)
-{
-    return color_at(point.on_cap && cap_color ? *cap_color : color, point);
+    return std::visit([&](const auto& rule) { return by_rule(rule, point); }, color);
 }
 
 } // namespace isospline

@@ -56,9 +56,20 @@ bool needs_curvature(const Color& color);
 /// Puts limits into a colour by depth that is to fit to the scene.
 void fit_depth_limits(Color& color, const glm::dvec2& limits);
 
+/// The colour that a rule other than a constant gives.
+glm::dvec3 color_by_rule(const Color& color, const SurfacePoint& point);
+
 /// The linear colour at a point.
-glm::dvec3 color_at(const Color& color, const SurfacePoint& point);
+inline glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
+{
+    const auto* const constant = std::get_if<glm::dvec3>(&color);
+    return constant ? *constant : color_by_rule(color, point);
+}
+
 /// The same where it may be on a cap.
-glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point);
+inline glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point)
+{
+    return color_at(point.on_cap && cap_color ? *cap_color : color, point);
+}
 
 } // namespace isospline

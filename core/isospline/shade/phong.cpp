@@ -1,9 +1,9 @@
 #include "isospline/shade/phong.h"
 
+#include "isospline/math/power.h"
 #include "isospline/util/check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 namespace isospline {
@@ -35,6 +35,7 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
     const glm::dvec3& v = point.to_viewer;
     const bool away = glm::dot(point.normal, v) < 0.0;
     const glm::dvec3 n = phong.two_sided && away ? -point.normal : point.normal;
+    const double n_v = glm::dot(n, v);
 
     glm::dvec3 color = phong.ambient * phong.ambient_light * surface_color;
     if (!phong.lights)
@@ -46,12 +47,11 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
         const auto add = [&](const auto& source) {
             const glm::dvec3 l = direction_to(source, point.position);
             const double n_l = glm::dot(n, l);
-            const glm::dvec3 r = 2.0 * n_l * n - l;
-            const double v_r = glm::dot(v, r);
+            const double v_r = 2.0 * n_l * n_v - glm::dot(l, v); // of R = 2 <N, L> N - L
             color += lit * source.intensity * phong.diffuse * std::max(n_l, 0.0) * surface_color;
             // Zero stays dark also at an exponent of zero, where 0^0 would light it.
             if (v_r > 0.0)
-                color += lit * source.intensity * phong.specular * std::pow(v_r, phong.specular_exponent);
+                color += lit * source.intensity * phong.specular * power(v_r, phong.specular_exponent);
         };
         std::visit(add, (*phong.lights)[k]);
     }

@@ -44,10 +44,22 @@ private:
 
 const PerspectiveCamera camera{{3, -5, 2}, {0.5, 0.2, 0.1}, {0, 0, 1}, 35.0};
 
+const Layers all_layers{.depth = true,
+                        .position = true,
+                        .normal = true,
+                        .albedo = true,
+                        .gradient_magnitude = true,
+                        .curvature = true,
+                        .ambient_occlusion = true,
+                        .direct = true,
+                        .variance = true,
+                        .geometry_ids = true,
+                        .primitive_ids = true};
+
 Image some_image()
 {
     const Projection projection(camera, {7, 5});
-    Image image({7, 5}, {true, 1, true});
+    Image image({7, 5}, all_layers);
     image.world_to_camera = projection.world_to_camera();
     image.world_to_ndc = projection.world_to_ndc();
     image.pixel_aspect_ratio = 1.5;

@@ -26,7 +26,7 @@ TEST_CASE("a path traced picture does not depend on threads and steps", "[render
 
     const auto picture = [&](int threads, std::initializer_list<int> steps) {
         set_thread_count(threads);
-        ProgressiveRenderer renderer(scene, camera, {53, 37}, path_tracer);
+        ProgressiveRenderer renderer(scene, camera, {53, 37}, path_tracer, glm::vec4(0.0f), {.variance = true});
         for (const int samples : steps)
             renderer.step(samples);
         set_thread_count(0);
@@ -75,7 +75,8 @@ TEST_CASE("objects bring materials of their own, and layers are there where they
     const std::uint32_t first = add(own);
 
     const PerspectiveCamera above{{0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 20.0};
-    ProgressiveRenderer renderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {true, 8, true});
+    Layers layers{.albedo = true, .curvature = true, .ambient_occlusion = true, .direct = true};
+    ProgressiveRenderer renderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), layers);
     REQUIRE(renderer.image().direct.size() == 24);
     renderer.step();
     const Image image = renderer.image();
@@ -86,7 +87,7 @@ TEST_CASE("objects bring materials of their own, and layers are there where they
 
     PathTracer path_tracer;
     path_tracer.material_of_geometry[first].base_color = glm::dvec3(1.0, 0.0, 0.0);
-    ProgressiveRenderer other(scene, above, {6, 4}, path_tracer);
+    ProgressiveRenderer other(scene, above, {6, 4}, path_tracer, glm::vec4(0.0f), {.albedo = true});
     other.step();
     REQUIRE(other.image().albedo == std::vector<glm::vec3>(24, {1.0f, 0.0f, 0.0f}));
     REQUIRE(other.image().direct.empty());
@@ -94,7 +95,8 @@ TEST_CASE("objects bring materials of their own, and layers are there where they
 
     path_tracer.material_of_geometry[first + 1] = own;
     REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, path_tracer).step(), ContainsSubstring("materials"));
-    REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), {false, -1, false}),
+    layers.ambient_occlusion_samples = 0;
+    REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}, glm::vec4(0.0f), layers),
                         ContainsSubstring("ambient_occlusion"));
     add(bad);
     REQUIRE_THROWS_WITH(ProgressiveRenderer(scene, above, {6, 4}, {}).step(), ContainsSubstring("metallic"));

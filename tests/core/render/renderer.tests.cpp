@@ -3,8 +3,10 @@
 #include "isospline/math/affine.h"
 #include "isospline/render/projection.h"
 #include "isospline/render/renderer.h"
+#include "isospline/scene/scene.h"
 #include "isospline/util/parallel.h"
 
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 
@@ -12,32 +14,58 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <vector>
 
 using namespace isospline;
 
 namespace {
 
-/// Unit spheres about the origin (geometry 3) and about (4, 0, 0) (geometry 7).
-void cast_at_spheres(std::span<const Ray> rays, std::span<Hit> hits)
+/// A ball of radius 1: its model is |x|^2 to within rounding, as sums of k^2 beta^2(x - k) are x^2 + 1/4.
+std::shared_ptr<const Isosurface> ball()
 {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        hits[i] = Hit();
-        for (const auto& [center, id] : {std::pair(glm::dvec3(0.0), 3u), std::pair(glm::dvec3(4.0, 0.0, 0.0), 7u)}) {
-            const glm::dvec3 offset = rays[i].origin - center;
-            const double a = glm::dot(rays[i].direction, rays[i].direction);
-            const double b = glm::dot(offset, rays[i].direction);
-            const double discriminant = b * b - a * (glm::dot(offset, offset) - 1.0);
-            const double t = (-b - std::sqrt(std::max(discriminant, 0.0))) / a;
-            if (discriminant < 0.0 || t < 0.0 || t >= hits[i].t)
-                continue;
-            hits[i].t = t;
-            hits[i].position = rays[i].at(t);
-            hits[i].normal = hits[i].position - center;
-            hits[i].geometry_id = id;
-            hits[i].primitive_id = (std::uint64_t{1} << 40) + id; // images keep all 64 bits
-        }
-    }
+    constexpr int size = 24;
+    constexpr double middle = (size - 1) / 2.0, spacing = 0.125;
+    std::vector<double> coefficients;
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x)
+                coefficients.push_back(std::pow(x - middle, 2) + std::pow(y - middle, 2) + std::pow(z - middle, 2) -
+                                       0.75);
+    const SampleView view{coefficients.data(),
+                          SampleType::float64,
+                          glm::ivec3(size),
+                          {sizeof(double), size * sizeof(double), size * size * sizeof(double)}};
+    VolumeOptions options;
+    options.spacing = glm::dvec3(spacing);
+    options.origin = glm::dvec3(-middle * spacing);
+    options.filter = Filter::none;
+    IsosurfaceOptions surface;
+    surface.inside = Inside::below;
+    return std::make_shared<const Isosurface>(std::make_shared<const Volume>(view, options), 64.0, surface);
 }
+
+/// Unit spheres about the origin (geometry 0) and about (4, 0, 0) (geometry 1).
+const SceneSnapshot& spheres()
+{
+    static const std::shared_ptr<const SceneSnapshot> snapshot = [] {
+        Scene scene;
+        const auto surface = ball();
+        scene.add(surface);
+        scene.add(surface, glm::translate(glm::dmat4(1.0), glm::dvec3(4.0, 0.0, 0.0)));
+        return scene.snapshot();
+    }();
+    return *snapshot;
+}
+
+constexpr Layers layers{.depth = true,
+                        .position = true,
+                        .normal = true,
+                        .albedo = true,
+                        .gradient_magnitude = true,
+                        .curvature = true,
+                        .geometry_ids = true,
+                        .primitive_ids = true};
 
 const PerspectiveCamera camera{{0, -10, 0}, {0, 0, 0}, {0, 0, 1}, 20.0};
 
@@ -57,9 +85,10 @@ bool same_bits(const Image& a, const Image& b)
 TEST_CASE("a rendered sphere is the closed form at every pixel", "[render]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {150, 97};
     options.shading = Outline{2.0};
-    const Image image = render(cast_at_spheres, camera, options);
+    const Image image = render(spheres(), camera, options);
     const Projection projection(camera, options.size);
     int hit_count = 0;
     for (int y = 0; y < 97; ++y) {
@@ -67,7 +96,7 @@ TEST_CASE("a rendered sphere is the closed form at every pixel", "[render]")
             const std::size_t pixel = static_cast<std::size_t>(y * 150 + x);
             const Ray ray = projection.ray({x + 0.5, y + 0.5});
             Hit hit;
-            cast_at_spheres({&ray, 1}, {&hit, 1});
+            spheres().cast_rays({&ray, 1}, {&hit, 1});
             REQUIRE(image.geometry_ids[pixel] == hit.geometry_id);
             REQUIRE(image.primitive_ids[pixel] == hit.primitive_id);
             REQUIRE(image.color[pixel].a == (hit ? 1.0f : 0.0f));
@@ -77,11 +106,13 @@ TEST_CASE("a rendered sphere is the closed form at every pixel", "[render]")
                 continue;
             }
             ++hit_count;
-            const double n_v = glm::dot(hit.normal, glm::normalize(ray.direction));
+            // Of the sphere: closest to the origin its rays of this picture meet no other.
+            REQUIRE(glm::length(hit.position) == Approx(1.0).epsilon(1e-12));
+            const double n_v = glm::dot(hit.position, glm::normalize(ray.direction));
             REQUIRE(image.color[pixel].g == Approx(std::pow(1.0 - n_v * n_v, 2)).margin(1e-6));
             REQUIRE(image.depth[pixel] == Approx(hit.position.y + 10.0));
             REQUIRE(glm::distance(image.position[pixel], glm::vec3(hit.position)) < 1e-6f);
-            REQUIRE(glm::distance(image.normal[pixel], glm::vec3(hit.normal)) < 1e-6f);
+            REQUIRE(glm::distance(image.normal[pixel], glm::vec3(hit.position)) < 1e-6f);
         }
     }
     REQUIRE(hit_count > 2000);
@@ -91,12 +122,13 @@ TEST_CASE("more samples take coverage to the exact area, and leave all but colou
 {
     const OrthographicCamera parallel{{0, -10, 0}, {0, 0, 0}, {0, 0, 1}, 2.5};
     RenderOptions options;
+    options.layers = layers;
     options.size = {40, 40};
-    const Image single = render(cast_at_spheres, parallel, options);
+    const Image single = render(spheres(), parallel, options);
     const double pixel_area = std::pow(2.5 / 40, 2);
     for (const int samples : {9, 16, 64}) {
         options.samples = samples;
-        const Image image = render(cast_at_spheres, parallel, options);
+        const Image image = render(spheres(), parallel, options);
         double area = 0.0;
         for (const glm::vec4& color : image.color) {
             REQUIRE(color.a <= 1.0f);
@@ -113,12 +145,13 @@ TEST_CASE("more samples take coverage to the exact area, and leave all but colou
 TEST_CASE("an image does not depend on the number of threads", "[render][threads]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {203, 111};
     options.samples = 4;
     set_thread_count(1);
-    const Image one = render(cast_at_spheres, camera, options);
+    const Image one = render(spheres(), camera, options);
     set_thread_count(4);
-    const Image four = render(cast_at_spheres, camera, options);
+    const Image four = render(spheres(), camera, options);
     set_thread_count(0);
     REQUIRE(same_bits(one, four));
 }
@@ -126,11 +159,12 @@ TEST_CASE("an image does not depend on the number of threads", "[render][threads
 TEST_CASE("the background shows where surfaces do not cover", "[render]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {64, 64};
     options.shading = Outline{0.0, glm::dvec3(0.5)};
     options.samples = 16;
     options.background = {0.2f, 0.4f, 0.8f, 1.0f};
-    const Image image = render(cast_at_spheres, OrthographicCamera{{0, -10, 0}, {0, 0, 0}, {0, 0, 1}, 2.5}, options);
+    const Image image = render(spheres(), OrthographicCamera{{0, -10, 0}, {0, 0, 0}, {0, 0, 1}, 2.5}, options);
     REQUIRE(image.color[0] == glm::vec4(0.2f, 0.4f, 0.8f, 1.0f));
     REQUIRE(image.color[32 * 64 + 32] == glm::vec4(0.5f, 0.5f, 0.5f, 1.0f));
     for (const glm::vec4& color : image.color) {
@@ -141,71 +175,78 @@ TEST_CASE("the background shows where surfaces do not cover", "[render]")
     }
 
     options.background = {1.0f, 1.0f, 1.0f, 0.25f};
-    REQUIRE(render(cast_at_spheres, camera, options).color[0] == glm::vec4(0.25f));
+    REQUIRE(render(spheres(), camera, options).color[0] == glm::vec4(0.25f));
     options.background.a = 1.5f;
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
+    REQUIRE_THROWS_AS(render(spheres(), camera, options), std::invalid_argument);
     options.background = {0.0f, -1.0f, 0.0f, 1.0f};
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, options), std::invalid_argument);
+    REQUIRE_THROWS_AS(render(spheres(), camera, options), std::invalid_argument);
 }
 
 TEST_CASE("geometries may have shadings of their own", "[render]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {90, 30};
     options.shading = Outline{0.0, glm::dvec3(1, 0, 0)};
-    options.shading_of_geometry.emplace(7u, Outline{0.0, glm::dvec3(0, 1, 0)});
-    const Image image = render(cast_at_spheres, OrthographicCamera{{2, -10, 0}, {2, 0, 0}, {0, 0, 1}, 3.0}, options);
+    options.shading_of_geometry.emplace(1u, Outline{0.0, glm::dvec3(0, 1, 0)});
+    const Image image = render(spheres(), OrthographicCamera{{2, -10, 0}, {2, 0, 0}, {0, 0, 1}, 3.0}, options);
     const std::size_t middle_row = 15 * 90;
     REQUIRE(image.color[middle_row + 25] == glm::vec4(1, 0, 0, 1));
     REQUIRE(image.color[middle_row + 65] == glm::vec4(0, 1, 0, 1));
-    REQUIRE(image.geometry_ids[middle_row + 65] == 7u);
+    REQUIRE(image.geometry_ids[middle_row + 65] == 1u);
 }
 
 TEST_CASE("a Phong without lights is lit from the camera's side", "[render]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {31, 31};
     for (const glm::dvec3 eye : {glm::dvec3(0, -10, 0), glm::dvec3(-10, 0, 0), glm::dvec3(0, 0, 10)}) {
-        const Image image = render(cast_at_spheres, PerspectiveCamera{eye, {}, {0.1, 0.2, 0.3}, 20.0}, options);
+        const Image image = render(spheres(), PerspectiveCamera{eye, {}, {0.1, 0.2, 0.3}, 20.0}, options);
         REQUIRE(image.color[15 * 31 + 15].g > 0.3f);
     }
-}
-
-TEST_CASE("shadows, ambient occlusion and transparency need a scene", "[render]")
-{
-    RenderOptions with_shadows, with_occlusion, with_transparency;
-    with_shadows.shading.emplace<Phong>().shadows = true;
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_shadows), std::invalid_argument);
-    with_occlusion.shading_of_geometry.emplace(7u, AmbientOcclusion{});
-    REQUIRE_THROWS_AS(render(cast_at_spheres, camera, with_occlusion), std::invalid_argument);
-    with_transparency.shading.emplace<Outline>().opacity = 0.5;
-    REQUIRE_THROWS_WITH(render(cast_at_spheres, camera, with_transparency),
-                        "opacity: expected 1, as there is no scene, got 0.5");
 }
 
 TEST_CASE("rendering reports its progress and can be cancelled", "[render][threads]")
 {
     RenderOptions options;
+    options.layers = layers;
     options.size = {300, 300};
     double last = 0.0;
-    render(cast_at_spheres, camera, options, [&](double fraction) {
+    render(spheres(), camera, options, [&](double fraction) {
         REQUIRE(fraction >= 0.0);
         last = fraction;
         return true;
     });
     REQUIRE(last == 1.0);
 
-    std::atomic<int> batches = 0;
-    const CastRays counted = [&](std::span<const Ray> rays, std::span<Hit> hits) {
-        ++batches;
-        cast_at_spheres(rays, hits);
-    };
-    REQUIRE_THROWS_AS(render(counted, camera, options, [](double) { return false; }), Cancelled);
-    REQUIRE(batches < 19 * 19);
+    std::atomic<int> reports = 0;
+    const Progress cancel = [&](double) { return ++reports < 2; };
+    REQUIRE_THROWS_AS(render(spheres(), camera, options, cancel), Cancelled);
+    REQUIRE(reports == 2);
 }
 
-TEST_CASE("what a ray cast throws ends the rendering", "[render]")
+TEST_CASE("an image of colour alone holds no layers, and one of 8-bit sRGB no linear colour", "[render]")
 {
-    const CastRays broken = [](std::span<const Ray>, std::span<Hit>) { throw std::runtime_error("no device"); };
-    REQUIRE_THROWS_WITH(render(broken, camera, {}), "no device");
+    RenderOptions options;
+    options.size = {60, 40};
+    options.samples = 2;
+    options.background = {0.1f, 0.2f, 0.3f, 0.5f};
+    const Image linear = render(spheres(), camera, options);
+    REQUIRE(linear.depth.empty());
+    REQUIRE(linear.primitive_ids.empty());
+    REQUIRE(linear.srgb8.empty());
+    REQUIRE(linear.covered_count > 200);
+    options.encoding = ColorEncoding::srgb8;
+    const Image encoded = render(spheres(), camera, options);
+    REQUIRE(encoded.color.empty());
+    REQUIRE(encoded.covered_count == linear.covered_count);
+    for (std::size_t i = 0; i < linear.pixel_count(); ++i)
+        REQUIRE(encoded.srgb8[i] == to_srgb8(linear.color[i]));
+
+    options.layers.variance = true;
+    REQUIRE_THROWS_WITH(render(spheres(), camera, options), ContainsSubstring("layers: expected"));
+    options.layers = {};
+    options.layers.ambient_occlusion_samples = 0;
+    REQUIRE_THROWS_WITH(render(spheres(), camera, options), ContainsSubstring("ambient_occlusion_samples: expected"));
 }

@@ -1,0 +1,34 @@
+// The layers of images, by the names that Python has for them.
+#pragma once
+
+#include "arrays.h"
+
+#include "isospline/render/image.h"
+
+namespace isospline {
+
+inline constexpr Named<bool Layers::*> layer_names[] = {
+    {"depth", &Layers::depth},
+    {"position", &Layers::position},
+    {"normal", &Layers::normal},
+    {"albedo", &Layers::albedo},
+    {"gradient_magnitude", &Layers::gradient_magnitude},
+    {"curvature", &Layers::curvature},
+    {"ambient_occlusion", &Layers::ambient_occlusion},
+    {"direct", &Layers::direct},
+    {"variance", &Layers::variance},
+    {"geometry_ids", &Layers::geometry_ids},
+    {"primitive_ids", &Layers::primitive_ids},
+};
+
+inline const EnumWords<ColorEncoding> color_encodings{{"linear", ColorEncoding::linear},
+                                                      {"srgb8", ColorEncoding::srgb8}};
+
+inline Layers as_layers(const pybind11::handle& names, int ambient_occlusion_samples)
+{
+    Layers layers = as_flags<Layers>(layer_names, names, "layers");
+    layers.ambient_occlusion_samples = ambient_occlusion_samples;
+    return layers;
+}
+
+} // namespace isospline
