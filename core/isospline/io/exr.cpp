@@ -91,7 +91,7 @@ Imf::Header header_of(const Image& image)
 void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options,
                const Progress& progress)
 {
-    if (image.color.empty())
+    if (!image.srgb8.empty())
         throw_invalid("image", "one of linear colour", "one of 8-bit sRGB");
     const std::vector<HalfColor> half_color = options.half ? to_half(image.color) : std::vector<HalfColor>();
 

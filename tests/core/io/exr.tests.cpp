@@ -154,14 +154,24 @@ TEST_CASE("an EXR header holds the camera's matrices in Imath's convention", "[i
     REQUIRE(in_camera.y < 0.0f);
 }
 
-TEST_CASE("an EXR file has no channels of curvatures that were not asked for", "[io]")
+TEST_CASE("an EXR file has the channels of the layers that there are, and no others", "[io]")
 {
     const TemporaryFolder folder;
     const fs::path path = folder.path() / "image.exr";
-    write_exr(Image({7, 5}), path);
+    Layers layers;
+    layers.gradient_magnitude = true;
+    write_exr(Image({7, 5}, layers), path);
     Imf::InputFile file(path.string().c_str());
-    REQUIRE(file.header().channels().findChannel("curvature.mean") == nullptr);
+    std::vector<std::string> names;
+    for (auto channel = file.header().channels().begin(); channel != file.header().channels().end(); ++channel)
+        names.emplace_back(channel.name());
+    REQUIRE(names == std::vector<std::string>{"A", "B", "G", "R", "gradient_magnitude"});
     REQUIRE(read_channel<float>(file, "gradient_magnitude", Imf::FLOAT) == std::vector<float>(35, 0.0f));
+
+    const fs::path refused = folder.path() / "refused.exr";
+    REQUIRE_THROWS_WITH(write_exr(Image({7, 5}, {}, ColorEncoding::srgb8), refused),
+                        "image: expected one of linear colour, got one of 8-bit sRGB");
+    REQUIRE(!fs::exists(refused));
 }
 
 TEST_CASE("half colour changes R, G, B and A alone", "[io]")
