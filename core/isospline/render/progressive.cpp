@@ -61,7 +61,7 @@ PathTracer prepared(PathTracer path_tracer, const SceneSnapshot& scene, const Pr
     }
     validate(path_tracer);
 
-    const glm::dvec2 depths = projection.depth_range(scene.bounds());
+    const DepthRange depths = [&] { return projection.depth_range(scene.bounds()); };
     fit_depth_limits(path_tracer.material, depths);
     for (auto& [geometry_id, material] : path_tracer.material_of_geometry)
         fit_depth_limits(material, depths);

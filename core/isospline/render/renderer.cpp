@@ -63,7 +63,7 @@ public:
             throw_invalid("layers", "direct and variance of path traced pictures only",
                           layers_.direct ? "direct of another" : "variance of another");
 
-        const glm::dvec2 depths = projection_.depth_range(scene.bounds());
+        const DepthRange depths = [&] { return projection_.depth_range(scene.bounds()); };
         appearance_ = prepared(options.shading, depths);
         for (const auto& [geometry_id, shading] : options.shading_of_geometry) {
             if (!scene.contains(geometry_id))
@@ -84,7 +84,7 @@ public:
     }
 
 private:
-    Appearance prepared(Shading shading, const glm::dvec2& depths)
+    Appearance prepared(Shading shading, const DepthRange& depths)
     {
         validate(shading);
         fit_depth_limits(shading, depths);

@@ -67,10 +67,10 @@ bool needs_curvature(const Color& color)
     return std::holds_alternative<ColorByCurvature>(color);
 }
 
-void fit_depth_limits(Color& color, const glm::dvec2& limits)
+void fit_depth_limits(Color& color, const DepthRange& depths)
 {
     if (auto* by_depth = std::get_if<ColorByDepth>(&color); by_depth && by_depth->fit_limits)
-        by_depth->map.limits = limits;
+        by_depth->map.limits = depths();
 }
 
 glm::dvec3 color_by_rule(const Color& color, const SurfacePoint& point)

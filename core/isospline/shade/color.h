@@ -9,6 +9,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -53,8 +54,11 @@ void validate(const char* parameter, const Color& color);
 /// Whether the colour of a point follows from its curvature.
 bool needs_curvature(const Color& color);
 
+/// The nearest and the farthest depth of a scene, which is called for where a colour is to fit to them alone.
+using DepthRange = std::function<glm::dvec2()>;
+
 /// Puts limits into a colour by depth that is to fit to the scene.
-void fit_depth_limits(Color& color, const glm::dvec2& limits);
+void fit_depth_limits(Color& color, const DepthRange& depths);
 
 /// The colour that a rule other than a constant gives.
 glm::dvec3 color_by_rule(const Color& color, const SurfacePoint& point);

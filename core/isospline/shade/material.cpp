@@ -72,11 +72,11 @@ bool needs_curvature(const Material& material)
     return needs_curvature(material.base_color) || (material.cap_color && needs_curvature(*material.cap_color));
 }
 
-void fit_depth_limits(Material& material, const glm::dvec2& limits)
+void fit_depth_limits(Material& material, const DepthRange& depths)
 {
-    fit_depth_limits(material.base_color, limits);
+    fit_depth_limits(material.base_color, depths);
     if (material.cap_color)
-        fit_depth_limits(*material.cap_color, limits);
+        fit_depth_limits(*material.cap_color, depths);
 }
 
 glm::dvec3 albedo(const Material& material, const SurfacePoint& point)

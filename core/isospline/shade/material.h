@@ -36,7 +36,7 @@ void validate(const Material& material);
 bool needs_curvature(const Material& material);
 
 /// Puts limits into the colours by depth that are to fit to the scene.
-void fit_depth_limits(Material& material, const glm::dvec2& limits);
+void fit_depth_limits(Material& material, const DepthRange& depths);
 
 /// The base colour at a point, times that of a mesh's vertices.
 glm::dvec3 albedo(const Material& material, const SurfacePoint& point);

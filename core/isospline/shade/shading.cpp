@@ -27,9 +27,9 @@ bool needs_curvature(const Shading& shading)
     return needed;
 }
 
-void fit_depth_limits(Shading& shading, const glm::dvec2& limits)
+void fit_depth_limits(Shading& shading, const DepthRange& depths)
 {
-    const auto fit = [&](Color& color) { fit_depth_limits(color, limits); };
+    const auto fit = [&](Color& color) { fit_depth_limits(color, depths); };
     std::visit([&](auto& model) { for_each_color(model, fit); }, shading);
 }
 

@@ -30,7 +30,7 @@ inline double opacity(const Shading& shading)
 bool needs_curvature(const Shading& shading);
 
 /// Puts limits into the colours by depth that are to fit to the scene.
-void fit_depth_limits(Shading& shading, const glm::dvec2& limits);
+void fit_depth_limits(Shading& shading, const DepthRange& depths);
 
 inline glm::dvec3 albedo(const Shading& shading, const SurfacePoint& point)
 {

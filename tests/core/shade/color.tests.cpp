@@ -64,8 +64,8 @@ TEST_CASE("shadings know what their colours need", "[shade]")
     REQUIRE(needs_curvature(phong_of(ColorByCurvature{})));
 
     Shading fitted = phong_of(ColorByDepth{{}, true}), fixed = phong_of(ColorByDepth{{}, false});
-    fit_depth_limits(fitted, {3.0, 4.0});
-    fit_depth_limits(fixed, {3.0, 4.0});
+    fit_depth_limits(fitted, [] { return glm::dvec2(3.0, 4.0); });
+    fit_depth_limits(fixed, [] { return glm::dvec2(3.0, 4.0); });
     REQUIRE(std::get<ColorByDepth>(std::get<Phong>(fitted).color).map.limits == glm::dvec2(3.0, 4.0));
     REQUIRE(std::get<ColorByDepth>(std::get<Phong>(fixed).color).map.limits == glm::dvec2(0.0, 1.0));
 }
