@@ -137,12 +137,17 @@ struct Plane {
     glm::dvec3 normal;
 };
 
-/// The shell of a surface at the level that it had when it was asked for.
+/// The shell of a surface at the level that it had when it was asked for, found when it is first looked at.
 struct ShellView {
     std::shared_ptr<const IsosurfaceSnapshot> surface;
 
-    const Shell& operator*() const { return surface->shell(); }
-    const Shell* operator->() const { return &surface->shell(); }
+    const Shell& operator*() const
+    {
+        const Shell* shell = nullptr;
+        long_call("to find a shell", py::none(), [&](const Progress& report) { shell = &surface->shell(report); });
+        return *shell;
+    }
+    const Shell* operator->() const { return &**this; }
 };
 
 std::string tuple_text(const glm::dvec3& vector)
@@ -197,11 +202,15 @@ std::vector<HalfSpace> as_clip(const py::object& value)
     return clip;
 }
 
+/// Whether all rays miss a surface.
+bool is_nothing(const IsosurfaceSnapshot& surface)
+{
+    return surface.is_empty() && cap_boxes(surface).empty();
+}
+
 /// Says that rays will miss, and why.
 void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
 {
-    if (!surface.is_empty() || !cap_boxes(surface).empty())
-        return;
     const double lower = surface.volume().minimum(), upper = surface.volume().maximum();
     const bool out_of_range = surface.level() < lower || surface.level() > upper;
     std::ostringstream text;
@@ -216,10 +225,13 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
                                   std::shared_ptr<const BrickRanges> ranges, const py::object& progress)
 {
     std::shared_ptr<Isosurface> surface;
+    bool misses = false;
     long_call("to make an isosurface", progress, [&](const Progress& report) {
         surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(ranges), report);
+        misses = is_nothing(*surface->snapshot());
     });
-    warn_of_empty_shell(*surface->snapshot());
+    if (misses)
+        warn_of_empty_shell(*surface->snapshot());
     return surface;
 }
 
@@ -249,15 +261,23 @@ std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, 
 
 void set_level(Isosurface& surface, double level)
 {
-    long_call("to change the level", py::none(), [&](const Progress& report) { surface.set_level(level, report); });
-    warn_of_empty_shell(*surface.snapshot());
+    std::shared_ptr<const IsosurfaceSnapshot> changed;
+    bool misses = false;
+    long_call("to change the level", py::none(), [&](const Progress& report) {
+        surface.set_level(level, report);
+        changed = surface.snapshot();
+        misses = is_nothing(*changed);
+    });
+    if (misses)
+        warn_of_empty_shell(*changed);
 }
 
 py::array_t<std::int32_t> shell_cells(const ShellView& shell)
 {
-    auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(shell->count()), 3});
+    const std::vector<Cell>& cells = shell->cells();
+    auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(cells.size()), 3});
     std::int32_t* next = array.mutable_data();
-    for (const Cell& cell : shell->cells()) {
+    for (const Cell& cell : cells) {
         *next++ = cell.x;
         *next++ = cell.y;
         *next++ = cell.z;
@@ -320,8 +340,8 @@ void bind_shell(py::module_& module)
             "count", [](const ShellView& shell) { return shell->count(); }, "Number of cells.")
         .def_property_readonly(
             "cells", &shell_cells,
-            "(M, 3) int32 array: x, y, z of every cell, in the order of bricks of 8 x 8 x 8 cells, then\n"
-            "blocks of 2 x 2 x 2. A new array.")
+            "(M, 3) int32 array: x, y, z of every cell, in the order of octets of 2 x 2 x 2 bricks of\n"
+            "8 x 8 x 8 cells, then bricks, then blocks of 2 x 2 x 2 cells. A new array.")
         .def_property_readonly("mask", &shell_mask,
                                "bool array over the grid of cells, in the order of the axes of the volume's data; one\n"
                                "item fewer than samples along each axis for odd degrees. A new array.")

@@ -333,6 +333,14 @@ std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
     return snapshot;
 }
 
+py::array_t<double> bounds_of(Scene& scene)
+{
+    const auto snapshot = snapshot_of(scene);
+    Box bounds;
+    long_call("to find the bounds of a scene", py::none(), [&](const Progress&) { bounds = snapshot->bounds(); });
+    return to_array(bounds);
+}
+
 } // namespace
 
 void bind_scene(py::module_& module)
@@ -353,7 +361,7 @@ void bind_scene(py::module_& module)
         .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
-            "bounds", [](Scene& scene) { return to_array(snapshot_of(scene)->bounds()); },
+            "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes and all cells of "
             "shells and caps, visible or not; inf, -inf where there are none.")
         .def_property_readonly(

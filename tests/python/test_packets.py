@@ -41,8 +41,8 @@ def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
 
 
 def test_build_quality_changes_memory_and_no_hit(rng):
-    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(24, 24, 24))), 0.3)
-    rays = np.concatenate([rng.uniform(0, 23, (500, 3)), rng.normal(size=(500, 3))], axis=1)
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(80, 80, 80))), 0.3)
+    rays = np.concatenate([rng.uniform(0, 79, (500, 3)), rng.normal(size=(500, 3))], axis=1)
     scenes = {quality: isospline.Scene([surface], build_quality=quality) for quality in ("low", "medium", "high")}
     hits = {quality: scene.cast_rays(rays) for quality, scene in scenes.items()}
     for name, expected in hits["medium"].items():

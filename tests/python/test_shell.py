@@ -118,12 +118,12 @@ def test_deeper_pruning_leaves_fewer_cells():
     assert masks[6].sum() < 0.8 * masks[0].sum()
 
 
-def test_cells_are_ordered_by_brick_then_block_then_z_y_x(rng):
+def test_cells_are_ordered_by_octet_then_brick_then_block_then_z_y_x(rng):
     surface = isospline.Isosurface(isospline.Volume(random_data(rng, (19, 20, 21))), 0.0)
     cells = surface.shell.cells
     assert cells.dtype == np.int32 and cells.shape == (surface.shell.count, 3)
     x, y, z = cells.T
-    keys = [axis % 2 for axis in (x, y, z)] + [axis % 8 // 2 for axis in (x, y, z)] + [axis // 8 for axis in (x, y, z)]
+    keys = [axis // edge % count for edge, count in ((1, 2), (2, 4), (8, 2), (16, 2)) for axis in (x, y, z)]
     order = np.lexsort(keys)
     np.testing.assert_array_equal(order, np.arange(len(cells)))
 
