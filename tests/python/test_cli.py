@@ -244,7 +244,7 @@ def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
     else:
         materials = {number: isospline.Material(color) for number, color in enumerate(colors)}
         look = dict(integrator=isospline.PathTracer(materials=materials))
-    expected = rendered(ball, (400, 0), [isospline.read_mesh(plate)], **look)
+    expected = rendered(ball, (400, 0), [isospline.read_mesh(plate)], layers=("geometry_ids",), **look)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
     assert {1, 2} <= set(np.unique(expected.geometry_ids))
     cells = sum(isospline.Isosurface(isospline.Volume(np.load(ball)), level).shell.count for level in (400, 0))

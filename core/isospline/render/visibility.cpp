@@ -24,8 +24,7 @@ Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& l
 
 Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& light)
 {
-    const glm::dvec3 direction = -glm::normalize(light.direction);
-    return {scene.offset_position(hit, direction), direction};
+    return {scene.offset_position(hit, light.to_light), light.to_light};
 }
 
 /// Directions to the sky, in the order of Fibonacci's lattice on the unit square, shifted by chance from pixel to

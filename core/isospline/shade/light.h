@@ -17,8 +17,15 @@ struct PositionalLight {
 
 /// A light that is infinitely far away.
 struct DirectionalLight {
-    glm::dvec3 direction{0.0, 0.0, -1.0}; ///< that the light travels in, of any length
-    glm::dvec3 intensity{1.0};            ///< linear red, green and blue
+    explicit DirectionalLight(const glm::dvec3& given_direction = {0.0, 0.0, -1.0},
+                              const glm::dvec3& given_intensity = glm::dvec3(1.0))
+        : direction(given_direction), intensity(given_intensity), to_light(-glm::normalize(given_direction))
+    {
+    }
+
+    glm::dvec3 direction; ///< that the light travels in, of any length
+    glm::dvec3 intensity; ///< linear red, green and blue
+    glm::dvec3 to_light;  ///< unit, the other way: computed once, and not at every point
 };
 
 using Light = std::variant<PositionalLight, DirectionalLight>;
@@ -36,7 +43,7 @@ inline glm::dvec3 direction_to(const PositionalLight& light, const glm::dvec3& p
 
 inline glm::dvec3 direction_to(const DirectionalLight& light, const glm::dvec3&)
 {
-    return -glm::normalize(light.direction);
+    return light.to_light;
 }
 
 /// Two directional lights that go with the viewer, for pictures that name none: a key light over the left shoulder and
