@@ -134,6 +134,12 @@ def test_every_source_is_built(repository):
         assert f"cpp/{path.name}" in listed, path
 
 
+def test_tests_mirror_the_folders_of_the_core(repository):
+    folders = {path.parent.name for path in sources(repository / "core" / "isospline", ".h", ".cpp")} - {"isospline"}
+    tested = {path.parent.name for path in sources(repository / "tests" / "core", ".cpp")} - {"core"}
+    assert tested == folders
+
+
 def test_no_target_needs_the_build_machine(repository):
     for path in [*sources(repository / "cmake", ".cmake"), *repository.glob("**/CMakeLists.txt")]:
         assert not re.search(r"-march|-mtune|-mcpu", path.read_text()), path

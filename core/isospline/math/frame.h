@@ -32,11 +32,24 @@ struct Frame {
 
 inline constexpr double pi = 3.14159265358979323846;
 
-/// A direction about z whose density is cosine / pi, from two numbers in [0, 1).
+/// Maps the unit square to the unit disc, areas to equal areas: P. Shirley, K. Chiu, "A Low Distortion Map Between Disk
+/// and Square", Journal of Graphics Tools 2(3), 1997.
+inline glm::dvec2 to_disc(const glm::dvec2& square)
+{
+    const glm::dvec2 p = 2.0 * square - 1.0;
+    if (p == glm::dvec2(0.0))
+        return p;
+    const bool sideways = std::abs(p.x) > std::abs(p.y);
+    const double radius = sideways ? p.x : p.y;
+    const double angle = sideways ? 0.25 * pi * (p.y / p.x) : 0.5 * pi - 0.25 * pi * (p.x / p.y);
+    return radius * glm::dvec2(std::cos(angle), std::sin(angle));
+}
+
+/// A direction about z whose density is cosine / pi, from two numbers in [0, 1): above a point of the disc.
 inline glm::dvec3 cosine_direction(const glm::dvec2& u)
 {
-    const double radius = std::sqrt(u.x), angle = 2.0 * pi * u.y;
-    return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(1.0 - u.x, 0.0))};
+    const glm::dvec2 p = to_disc(u);
+    return {p.x, p.y, std::sqrt(std::max(1.0 - p.x * p.x - p.y * p.y, 0.0))};
 }
 
 } // namespace isospline

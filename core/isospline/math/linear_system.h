@@ -8,15 +8,19 @@
 
 namespace isospline {
 
-/// A row of the matrix and, as its last item, the right side.
-template <std::size_t Capacity>
-using LinearSystem = std::array<std::array<double, Capacity + 1>, Capacity>;
+/// A row of the matrix and, behind it, its right sides.
+template <std::size_t Capacity, std::size_t RightSides = 1>
+using LinearSystem = std::array<std::array<double, Capacity + RightSides>, Capacity>;
 
 /// Solves the first `size` equations of as many unknowns, whose coefficients are of about one magnitude, by Gaussian
-/// elimination with partial pivoting; the right sides become the solution. False where a pivot is below `tiny`.
-template <std::size_t Capacity>
-inline bool solve(LinearSystem<Capacity>& system, std::size_t size, double tiny)
+/// elimination with partial pivoting; the right sides become the solutions. False where a pivot is not above `tiny`.
+template <std::size_t Capacity, std::size_t Width>
+inline bool solve(std::array<std::array<double, Width>, Capacity>& system, std::size_t size, double tiny)
 {
+    const auto subtract = [&](std::size_t row, double factor, std::size_t other, std::size_t first) {
+        for (std::size_t item = first; item < Width; ++item)
+            system[row][item] -= factor * system[other][item];
+    };
     for (std::size_t column = 0; column < size; ++column) {
         std::size_t pivot = column;
         for (std::size_t row = column + 1; row < size; ++row)
@@ -25,17 +29,14 @@ inline bool solve(LinearSystem<Capacity>& system, std::size_t size, double tiny)
         if (!(std::abs(system[pivot][column]) > tiny))
             return false;
         std::swap(system[pivot], system[column]);
-        for (std::size_t row = column + 1; row < size; ++row) {
-            const double factor = system[row][column] / system[column][column];
-            for (std::size_t item = column; item < size; ++item)
-                system[row][item] -= factor * system[column][item];
-            system[row][Capacity] -= factor * system[column][Capacity];
-        }
+        for (std::size_t row = column + 1; row < size; ++row)
+            subtract(row, system[row][column] / system[column][column], column, column);
     }
     for (std::size_t row = size; row-- > 0;) {
         for (std::size_t item = row + 1; item < size; ++item)
-            system[row][Capacity] -= system[row][item] * system[item][Capacity];
-        system[row][Capacity] /= system[row][row];
+            subtract(row, system[row][item], item, Capacity);
+        for (std::size_t side = Capacity; side < Width; ++side)
+            system[row][side] /= system[row][row];
     }
     return true;
 }

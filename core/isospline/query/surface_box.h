@@ -67,7 +67,7 @@ struct UnitSlab {
     double lower, upper;
 };
 
-/// A slab that holds the surface in a box, in coordinates t of the box. As in cell_slabs.cpp: with the linear function
+/// A slab that holds the surface in a box, in coordinates t of the box. As in brick/block.cpp: with the linear function
 /// l along the mean gradient, whose Bernstein coefficients are its values at (i, j, k) / n, f - l lies between the
 /// least and the largest of the differences of coefficients.
 template <int Degree>

@@ -1,9 +1,9 @@
 #include "isospline/render/pixel_samples.h"
 
+#include "isospline/math/frame.h"
 #include "isospline/util/error.h"
 
 #include <glm/common.hpp>
-#include <glm/gtc/constants.hpp>
 #include <glm/vec2.hpp>
 
 #include <algorithm>
@@ -59,20 +59,6 @@ glm::dvec2 hash(glm::ivec2 pixel)
         y ^= y >> 16;
     }
     return glm::dvec2(x, y) * 0x1p-32;
-}
-
-/// Maps the unit square to the unit disc, areas to equal areas: P. Shirley, K. Chiu, "A Low Distortion Map Between Disk
-/// and Square", Journal of Graphics Tools 2(3), 1997.
-glm::dvec2 to_disc(glm::dvec2 square)
-{
-    const glm::dvec2 p = 2.0 * square - 1.0;
-    if (p == glm::dvec2(0.0))
-        return p;
-    const bool sideways = std::abs(p.x) > std::abs(p.y);
-    const double radius = sideways ? p.x : p.y;
-    const double angle = sideways ? glm::quarter_pi<double>() * (p.y / p.x)
-                                  : glm::half_pi<double>() - glm::quarter_pi<double>() * (p.x / p.y);
-    return radius * glm::dvec2(std::cos(angle), std::sin(angle));
 }
 
 } // namespace

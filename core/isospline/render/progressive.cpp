@@ -173,11 +173,8 @@ void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
             for (int x = first.x; x < last.x; ++x) {
                 RandomSequence sequence({x, y}, static_cast<std::uint32_t>(sample), path_tracer_.seed);
                 const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
-                const double radius = std::sqrt(on_lens.x), angle = 2.0 * pi * on_lens.y;
-                rays.push_back(through_centers_
-                                   ? projection_.ray(glm::dvec2(x, y) + 0.5, glm::dvec2(0.0))
-                                   : projection_.ray(glm::dvec2(x, y) + in_pixel,
-                                                     radius * glm::dvec2(std::cos(angle), std::sin(angle))));
+                rays.push_back(through_centers_ ? projection_.ray(glm::dvec2(x, y) + 0.5, glm::dvec2(0.0))
+                                                : projection_.ray(glm::dvec2(x, y) + in_pixel, to_disc(on_lens)));
                 random.push_back(sequence);
             }
         results.resize(rays.size());

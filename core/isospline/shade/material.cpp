@@ -143,13 +143,13 @@ std::optional<ScatterSample> Scattering::sample(const glm::dvec3& to_viewer, dou
     if (choice < specular_share(o.z)) {
         // Stretch to a hemisphere, draw on its projection, and back.
         const glm::dvec3 v = glm::normalize(glm::dvec3(alpha_ * o.x, alpha_ * o.y, o.z));
-        const double radius = std::sqrt(u.x), angle = 2.0 * pi * u.y;
-        const double x = radius * std::cos(angle);
+        const glm::dvec2 on_disc = to_disc(u);
+        const double x = on_disc.x;
         const glm::dvec3 across =
             v.x != 0.0 || v.y != 0.0 ? glm::normalize(glm::dvec3(-v.y, v.x, 0.0)) : glm::dvec3(1.0, 0.0, 0.0);
         const glm::dvec3 along = glm::cross(v, across);
         const double s = 0.5 * (1.0 + v.z);
-        const double y = (1.0 - s) * std::sqrt(std::max(1.0 - x * x, 0.0)) + s * radius * std::sin(angle);
+        const double y = (1.0 - s) * std::sqrt(std::max(1.0 - x * x, 0.0)) + s * on_disc.y;
         const glm::dvec3 n = x * across + y * along + std::sqrt(std::max(1.0 - x * x - y * y, 0.0)) * v;
         const glm::dvec3 h = glm::normalize(glm::dvec3(alpha_ * n.x, alpha_ * n.y, std::max(n.z, 1e-12)));
         i = glm::normalize(2.0 * glm::dot(o, h) * h - o);

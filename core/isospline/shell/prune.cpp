@@ -9,7 +9,6 @@
 
 #include <hwy/aligned_allocator.h>
 
-#include <algorithm>
 #include <bit>
 #include <type_traits>
 #include <vector>
@@ -69,7 +68,8 @@ private:
         static hwy::AlignedFreeUniquePtr<Real[]> zeros(std::size_t count)
         {
             auto array = hwy::AllocateAligned<Real>(count + B::most_lanes);
-            std::fill_n(array.get(), count + B::most_lanes, Real(0));
+            for (std::size_t i = 0; i < count + B::most_lanes; ++i)
+                array[i] = Real(0);
             return array;
         }
     };
@@ -107,7 +107,7 @@ private:
         while (queue.size > 0 && has(kept_, queue.cells[queue.size - 1]))
             --queue.size;
         const Lanes lanes;
-        const std::size_t lane_count = std::min(queue.size, hn::Lanes(lanes));
+        const std::size_t lane_count = queue.size < hn::Lanes(lanes) ? queue.size : hn::Lanes(lanes);
         queue.size -= lane_count;
         const std::size_t* cells = queue.cells + queue.size;
 
@@ -173,7 +173,8 @@ private:
         extremes_of_children<false>(finer, lower);
         extremes_of_children<true>(finer, upper);
         std::size_t cell_of_lane[B::most_lanes];
-        std::copy_n(cells, lane_count, cell_of_lane);
+        for (std::size_t lane = 0; lane < lane_count; ++lane)
+            cell_of_lane[lane] = cells[lane];
         for (std::size_t child = 0; child < children; ++child) {
             const std::size_t at = child * hn::Lanes(lanes);
             const unsigned mixed =
@@ -267,7 +268,8 @@ void prune_degree(const Volume& volume, double threshold, int depth, std::span<c
         std::vector<BrickCells> none(bricks.size());
         prune_cells<Degree, double>(volume, threshold, depth, bricks, undecided, kept, none);
     }
-    std::copy(kept.begin(), kept.end(), cells.begin());
+    for (std::size_t i = 0; i < bricks.size(); ++i)
+        cells[i] = kept[i];
 }
 
 void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,

@@ -1,7 +1,7 @@
 // The recursive filter that turns the samples along one axis into B-spline coefficients.
 #pragma once
 
-#include "isospline/spline/volume.h"
+#include "isospline/spline/filter.h"
 
 #include <vector>
 

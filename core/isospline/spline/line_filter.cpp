@@ -1,9 +1,10 @@
 #include "isospline/spline/line_filter.h"
 
+#include "isospline/math/linear_system.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 namespace isospline::detail {
 
@@ -43,35 +44,6 @@ Matrix power(Matrix base, long long exponent)
     return result;
 }
 
-/// Gauss-Jordan elimination with row pivots.
-Matrix inverse(Matrix matrix)
-{
-    Matrix result = power({}, 0);
-    for (std::size_t column = 0; column < largest_order; ++column) {
-        std::size_t pivot = column;
-        for (std::size_t row = column + 1; row < largest_order; ++row)
-            if (std::abs(matrix[row][column]) > std::abs(matrix[pivot][column]))
-                pivot = row;
-        std::swap(matrix[column], matrix[pivot]);
-        std::swap(result[column], result[pivot]);
-        const double scale = 1.0 / matrix[column][column];
-        for (std::size_t j = 0; j < largest_order; ++j) {
-            matrix[column][j] *= scale;
-            result[column][j] *= scale;
-        }
-        for (std::size_t row = 0; row < largest_order; ++row) {
-            const double factor = matrix[row][column];
-            if (row == column || factor == 0.0)
-                continue;
-            for (std::size_t j = 0; j < largest_order; ++j) {
-                matrix[row][j] -= factor * matrix[column][j];
-                result[row][j] -= factor * result[column][j];
-            }
-        }
-    }
-    return result;
-}
-
 } // namespace
 
 template <typename Real>
@@ -100,15 +72,18 @@ LineFilter<Real>::LineFilter(const RecursiveFilter& filter, int line_size, Bound
             if (k > 0)
                 step[k][k - 1] = 1.0;
         }
-        Matrix difference = power({}, 0);
+        // The inverse of 1 - A^period.
+        LinearSystem<largest_order, largest_order> system{};
         const Matrix over_period = power(step, period);
+        for (std::size_t i = 0; i < largest_order; ++i) {
+            for (std::size_t j = 0; j < largest_order; ++j)
+                system[i][j] = (i == j ? 1.0 : 0.0) - over_period[i][j];
+            system[i][largest_order + i] = 1.0;
+        }
+        solve(system, largest_order, 0.0);
         for (std::size_t i = 0; i < largest_order; ++i)
             for (std::size_t j = 0; j < largest_order; ++j)
-                difference[i][j] -= over_period[i][j];
-        const Matrix solution = inverse(difference);
-        for (std::size_t i = 0; i < largest_order; ++i)
-            for (std::size_t j = 0; j < largest_order; ++j)
-                to_periodic[i][j] = static_cast<Real>(solution[i][j]);
+                to_periodic[i][j] = static_cast<Real>(system[i][largest_order + j]);
     }
 
     const int margin = extension + reach;

@@ -1,8 +1,8 @@
 // The prefilter of many lines side by side, one a SIMD lane.
 #pragma once
 
+#include "isospline/spline/filter.h"
 #include "isospline/spline/filter_design.h"
-#include "isospline/spline/volume.h"
 
 #include <cstddef>
 #include <vector>

@@ -1,9 +1,9 @@
 // From samples to B-spline coefficients, in parallel and in place.
 #pragma once
 
+#include "isospline/spline/filter.h"
 #include "isospline/spline/filter_design.h"
 #include "isospline/spline/samples.h"
-#include "isospline/spline/volume.h"
 #include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>

@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/math/grid.h"
+#include "isospline/spline/filter.h"
 #include "isospline/spline/samples.h"
 #include "isospline/util/progress.h"
 
@@ -16,17 +17,6 @@
 #include <vector>
 
 namespace isospline {
-
-/// How samples continue outside of the volume: whole-sample symmetric (scipy.ndimage "mirror"), or periodic
-/// ("grid-wrap").
-enum class Boundary { mirror, periodic };
-
-/// How coefficients follow from samples.
-enum class Filter {
-    interpolate, ///< the model passes through the samples
-    none,        ///< the samples are the coefficients: a smoothing model
-    smoothing    ///< the smoothing spline with parameter `VolumeOptions::smoothing`
-};
 
 /// Order of the axes of the arrays that a user hands over and gets back: "zyx" is [z, y, x], as of NumPy arrays made by
 /// ITK, VTK, tifffile and zarr, "xyz" is [x, y, z], as of nibabel.

@@ -18,7 +18,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // The operations of set_surface_normal() and of GLM's products, in their order.
-void SurfaceNormals(const RootPacket& roots, double outward, const glm::dmat4& world_to_lattice, NormalPacket& normals)
+void packet_normals(const RootPacket& roots, double outward, const glm::dmat4& world_to_lattice, NormalPacket& normals)
 {
     const hn::CappedTag<double, LatticeRayPacket::capacity> d;
     using V = hn::Vec<decltype(d)>;
@@ -52,7 +52,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace isospline {
 
-HWY_EXPORT(SurfaceNormals);
+HWY_EXPORT(packet_normals);
 
 namespace {
 
@@ -74,7 +74,7 @@ void set_surface_normal(Hit& hit, const glm::dvec3& gradient_lattice, Inside ins
 
 void surface_normals(const RootPacket& roots, Inside inside, const glm::dmat4& world_to_lattice, NormalPacket& normals)
 {
-    HWY_DYNAMIC_DISPATCH(SurfaceNormals)(roots, outward(inside), world_to_lattice, normals);
+    HWY_DYNAMIC_DISPATCH(packet_normals)(roots, outward(inside), world_to_lattice, normals);
 }
 
 } // namespace isospline
