@@ -36,9 +36,15 @@ HWY_INLINE SegmentWeights<Degree, N> segment_weights(N a, N e)
     if constexpr (Degree == 1) {
         return {{{begin[0], end[0]}, {begin[1], end[1]}}};
     } else if constexpr (Degree == 2) {
-        return {{{begin[0], va * ve, end[0]},
-                 {begin[1], mul_add(a, ve, mul_add(e, va, one)), end[1]},
-                 {begin[2], a * e, end[2]}}};
+        SegmentWeights<Degree, N> w;
+        for (int i = 0; i <= 2; ++i) {
+            w[i][0] = begin[i];
+            w[i][2] = end[i];
+        }
+        w[0][1] = va * ve;
+        w[1][1] = mul_add(a, ve, mul_add(e, va, one));
+        w[2][1] = a * e;
+        return w;
     } else {
         // Those of u^3 / 6 at two x and a y, and of 2/3 - u^2 + u^3 / 2; u being v from the cell's other end.
         const N half = number<N>(0.5), two = number<N>(2.0), three_halves = number<N>(1.5);

@@ -45,8 +45,8 @@ void for_each_root_in_segment(const CellCoefficients& cell, const LatticeRay& ra
 
 /// The first of them.
 template <int Degree>
-std::optional<RootInCell> first_reference_root(const CellCoefficients& cell, const LatticeRay& ray,
-                                               const Interval& inside)
+HWY_NOINLINE std::optional<RootInCell> first_reference_root(const CellCoefficients& cell, const LatticeRay& ray,
+                                                            const Interval& inside)
 {
     std::optional<RootInCell> first;
     for_each_root_in_segment<Degree>(cell, ray, inside, [&](const RootInCell& root, bool) {
@@ -58,8 +58,8 @@ std::optional<RootInCell> first_reference_root(const CellCoefficients& cell, con
 
 /// Appends all of them.
 template <int Degree>
-void all_reference_roots(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside,
-                         std::vector<CrossingInCell>& crossings)
+HWY_NOINLINE void all_reference_roots(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside,
+                                      std::vector<CrossingInCell>& crossings)
 {
     for_each_root_in_segment<Degree>(cell, ray, inside, [&](const RootInCell& root, bool rising) {
         crossings.push_back({root, rising});

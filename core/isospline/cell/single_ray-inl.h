@@ -98,14 +98,14 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     const ReducedCoefficients<Degree, float> coefficients(cell);
     const auto scaled = scaled_bernstein_of_ray<Degree>(coefficients, ray.at(inside.t_near) - cell.lower,
                                                         ray.at(inside.t_far) - cell.lower);
-    Bernstein<order, float> values;
-    for (int r = 0; r <= order; ++r)
-        values[r] = hn::GetLane(scaled[r]);
-    const auto [no_root, one_root] = judge<order>(values, coefficients.error);
-    if (!one_root)
-        return {no_root, false, {}, false};
+    const hn::CappedTag<float, 1> one;
+    const Verdict<OneFloat> verdict = judge<order>(scaled, coefficients.error);
+    if (hn::AllTrue(one, verdict.no_root))
+        return {true, false, {}, false};
+    if (!hn::AllTrue(one, verdict.one_root))
+        return {false, false, {}, false};
     const auto [s, slope] = estimate_root<order>(scaled);
-    return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, values[0] < 0.0f};
+    return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, hn::GetLane(scaled[0]) < 0.0f};
 }
 
 // The only root in a segment, from where single precision has it; none where double precision does not arrive.
