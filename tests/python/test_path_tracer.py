@@ -154,7 +154,8 @@ def test_even_light_on_a_plane_is_the_integral(material, angle):
     direction = at_angle(angle)
     camera = isospline.OrthographicCamera(30 * direction, (0, 0, 0), height=1)
     integrator = isospline.PathTracer(material, lights=[isospline.EnvironmentLight((1.0, 0.5, 2.0))])
-    image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=256)
+    # With 256 samples a pixel errors are not normal enough for six standard errors: two seeds of six had one beyond.
+    image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=1024)
     assert_means(image, albedo(material, direction) * (1.0, 0.5, 2.0), 1e-3)
 
 
