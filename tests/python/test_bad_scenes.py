@@ -124,7 +124,7 @@ SHADINGS = {
     "Phong": {"shading": isospline.Phong(shadows=True)},
     "Outline": {"shading": isospline.Outline()},
     "AmbientOcclusion": {"shading": isospline.AmbientOcclusion(4)},
-    "ColorByNormal": {"shading": isospline.Phong(color=isospline.ColorByNormal()), "curvature": True},
+    "ColorByNormal": {"shading": isospline.Phong(color=isospline.ColorByNormal()), "layers": ("curvature",)},
     "PathTracer": {"integrator": isospline.PathTracer(), "samples": 8},
 }
 
@@ -229,7 +229,8 @@ def test_parts_outlive_the_names_of_what_they_are_of():
         mesh = triangle()
         scene = isospline.Scene([surface, mesh])
         shading = isospline.Phong(color=isospline.ColorByVolume(values, [(0, 0, 0), (1, 1, 1)]))
-        renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(scene), size=(8, 6))
+        renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(scene), size=(8, 6),
+                                                 layers=("geometry_ids",))
         intersector = isospline.RayMeshIntersector(surface)
         return scene, shading, renderer, intersector, surface.shell, surface.volume, mesh.vertices, mesh.faces
 

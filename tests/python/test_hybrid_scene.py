@@ -211,12 +211,11 @@ LAYERS = ["color", "depth", "position", "normal", "albedo", "gradient_magnitude"
 
 def bytes_of(image):
     """All that an image holds."""
-    layers = {name: getattr(image, name) for name in LAYERS}
-    return {name: layer.tobytes() for name, layer in layers.items() if layer is not None}
+    return {name: getattr(image, name).tobytes() for name in LAYERS if hasattr(image, name)}
 
 
 RENDERINGS = {
-    "shadows": {"shading": MATTE, "curvature": True, "samples": 2},
+    "shadows": {"shading": MATTE, "layers": ("curvature",), "samples": 2},
     "ambient occlusion": {"shading": isospline.AmbientOcclusion(4)},
     "path tracing": {"integrator": isospline.PathTracer(), "samples": 3},
 }

@@ -181,7 +181,7 @@ def test_threads_ask_for_all_that_a_changing_scene_tells():
         assert scene.count_intersections(rays).tolist() == [2, 2]
 
     def draw():
-        image = isospline.render(scene, camera, size=(16, 12))
+        image = isospline.render(scene, camera, size=(16, 12), layers=("geometry_ids",))
         assert set(np.unique(image.geometry_ids)) <= {0, 1, 2, isospline.INVALID_ID}
 
     run(lambda: change_level(surface), lambda: change_level(other), change_place,
