@@ -42,10 +42,14 @@ bool others_sleep()
 
 bool is_quiet = true; ///< as of the fork that goes on
 
+/// Milliseconds that a fork waits for workers that have nothing left to do to fall asleep: a few on a quiet machine; on a
+/// busy one they wait for a core to do so.
+constexpr int longest_wait = 1000;
+
 void before_fork()
 {
     is_quiet = !workers_were_started;
-    for (int i = 0; i < 100 && !is_quiet && in_parallel == 0; ++i) {
+    for (int i = 0; i < longest_wait && !is_quiet && in_parallel == 0; ++i) {
         is_quiet = others_sleep() && in_parallel == 0;
         if (!is_quiet)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
