@@ -137,8 +137,9 @@ def test_a_hundred_instances_take_the_memory_of_one(rng):
         one = memory(scene)
         for i in range(1, 100):
             scene.add(shape, moved(30 * i, 0, 0))
-        # Some 660 bytes of transforms and ids an instance, and its share of Embree's hierarchy over all of them.
-        assert memory(scene) < one + 99 * 1000
+        # Transforms and ids of an instance, and its share of Embree's hierarchy over all of them: 560 to 800 bytes with
+        # Embree 3.13, 1020 with 4.3.
+        assert memory(scene) < one + 99 * 1100
         copies = isospline.Scene([shape, type(shape)(*shape_arguments(shape))])
         assert memory(copies) > 1.8 * one
 

@@ -42,8 +42,8 @@ bool others_sleep()
 
 bool is_quiet = true; ///< as of the fork that goes on
 
-/// Milliseconds that a fork waits for workers that have nothing left to do to fall asleep: a few on a quiet machine; on a
-/// busy one they wait for a core to do so.
+/// Milliseconds that a fork waits for workers that have nothing left to do to fall asleep: a few on a quiet machine; on
+/// a busy one they wait for a core to do so.
 constexpr int longest_wait = 1000;
 
 void before_fork()
