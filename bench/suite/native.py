@@ -74,7 +74,8 @@ def run(folder, names, repetitions, seconds):
         if result["run_type"] != "iteration":
             continue
         name = result["name"].removesuffix("/real_time")
-        entry = found.setdefault(name, {"seconds": []} | {key: result[key] for key in ("hit", "rays") if key in result})
+        counters = {key: result[key] for key in ("hit", "rays", "memory") if key in result}
+        entry = found.setdefault(name, {"seconds": []} | counters)
         entry["seconds"].append(1e-3 * result["real_time"])
     if missing := set(names) - set(found):
         raise RuntimeError(f"{PROGRAM.name} has no {', '.join(sorted(missing))}")

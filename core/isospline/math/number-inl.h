@@ -8,6 +8,7 @@
 // Code that is compiled once, and not for each target, uses these formulas as `scalar::formula(...)`.
 #include <hwy/highway.h>
 
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -66,6 +67,15 @@ HWY_INLINE constexpr N mul_sub(N a, N b, N c)
         return a * b - c;
     else
         return hn::MulSub(a, b, c);
+}
+
+template <class N>
+HWY_INLINE N square_root(N a)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return std::sqrt(a);
+    else
+        return hn::Sqrt(a);
 }
 
 /// a < b: a bool, or a mask of lanes.

@@ -3,6 +3,7 @@
 #include "isospline/math/frame.h"
 #include "isospline/render/path_batch.h"
 #include "isospline/render/renderer.h"
+#include "isospline/render/tiles.h"
 #include "isospline/scene/scene.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
@@ -19,9 +20,6 @@
 namespace isospline {
 
 namespace {
-
-/// Pixels along the side of a tile.
-constexpr int tile_side = 16;
 
 /// What of a material a picture of the centres shows: its colour, as albedo.
 Phong unlit(const Material& material)
@@ -95,14 +93,8 @@ void ProgressiveRenderer::reset()
     snapshot_.reset();
     sums_.assign(centers_.pixel_count(), Sum());
     directs_.assign(layers_.direct ? sums_.size() : 0, glm::dvec3(0.0));
-    tile_samples_.assign(tile_count(), 0);
+    tile_samples_.assign(Tiles(projection_.size()).count(), 0);
     through_centers_ = false;
-}
-
-std::size_t ProgressiveRenderer::tile_count() const
-{
-    const glm::ivec2 tiles = (projection_.size() + tile_side - 1) / tile_side;
-    return static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y);
 }
 
 int ProgressiveRenderer::samples() const
@@ -136,7 +128,7 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
     const int first = this->samples(), count = wanted - first;
     for (int done = 0; done < count; ++done)
         parallel_for(
-            tile_count(), 1,
+            tile_samples_.size(), 1,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t tile = begin; tile < end; ++tile)
                     render_tile(tile, first + done + 1);
@@ -159,39 +151,34 @@ void ProgressiveRenderer::begin(const Progress& progress)
 void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
 {
     const glm::ivec2 size = projection_.size();
-    const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
-    const glm::ivec2 first = tile_side * glm::ivec2(tile % tiles_in_row, tile / tiles_in_row);
-    const glm::ivec2 last = glm::min(first + tile_side, size);
-
+    std::vector<glm::ivec2> pixels;
+    Tiles(size).get_pixels(tile, pixels);
     std::vector<Ray> rays;
     std::vector<RandomSequence> random;
     std::vector<PathResult> results;
     for (int& sample = tile_samples_[tile]; sample < samples; ++sample) {
         rays.clear();
         random.clear();
-        for (int y = first.y; y < last.y; ++y)
-            for (int x = first.x; x < last.x; ++x) {
-                RandomSequence sequence({x, y}, static_cast<std::uint32_t>(sample), path_tracer_.seed);
-                const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
-                rays.push_back(through_centers_ ? projection_.ray(glm::dvec2(x, y) + 0.5, glm::dvec2(0.0))
-                                                : projection_.ray(glm::dvec2(x, y) + in_pixel, to_disc(on_lens)));
-                random.push_back(sequence);
-            }
+        for (const glm::ivec2& pixel : pixels) {
+            RandomSequence sequence(pixel, static_cast<std::uint32_t>(sample), path_tracer_.seed);
+            const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
+            rays.push_back(through_centers_ ? projection_.ray(glm::dvec2(pixel) + 0.5, glm::dvec2(0.0))
+                                            : projection_.ray(glm::dvec2(pixel) + in_pixel, to_disc(on_lens)));
+            random.push_back(sequence);
+        }
         results.resize(rays.size());
         trace_paths(*snapshot_, prepared_, projection_, rays, random, results);
 
-        std::size_t i = 0;
-        for (int y = first.y; y < last.y; ++y)
-            for (int x = first.x; x < last.x; ++x, ++i) {
-                const std::size_t pixel =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x);
-                Sum& sum = sums_[pixel];
-                sum.radiance += results[i].radiance;
-                sum.squares += results[i].radiance * results[i].radiance;
-                sum.covered += results[i].covered;
-                if (layers_.direct)
-                    directs_[pixel] += results[i].direct;
-            }
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(pixels[i].y) * static_cast<std::size_t>(size.x) +
+                                      static_cast<std::size_t>(pixels[i].x);
+            Sum& sum = sums_[pixel];
+            sum.radiance += results[i].radiance;
+            sum.squares += results[i].radiance * results[i].radiance;
+            sum.covered += results[i].covered;
+            if (layers_.direct)
+                directs_[pixel] += results[i].direct;
+        }
     }
 }
 
@@ -208,10 +195,10 @@ Image ProgressiveRenderer::image(ColorEncoding encoding) const
     image.direct.swap(blank.direct);
     image.variance.swap(blank.variance);
     const glm::ivec2 size = projection_.size();
-    const auto tiles_in_row = static_cast<std::size_t>((size.x + tile_side - 1) / tile_side);
+    const Tiles tiles(size);
     for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) {
         const auto x = pixel % static_cast<std::size_t>(size.x), y = pixel / static_cast<std::size_t>(size.x);
-        const double n = tile_samples_[y / tile_side * tiles_in_row + x / tile_side];
+        const double n = tile_samples_[tiles.tile_of({x, y})];
         if (n == 0.0)
             continue;
         const Sum& sum = sums_[pixel];

@@ -58,7 +58,6 @@ private:
 
     void begin(const Progress& progress);
     void render_tile(std::size_t tile, int samples);
-    std::size_t tile_count() const;
 
     Scene& scene_;
     std::shared_ptr<const SceneSnapshot> snapshot_; ///< as of the first step

@@ -38,6 +38,8 @@ public:
         const glm::dvec3 offset = corner_ + raster.x * pixel_right_ + raster.y * pixel_down_;
         if (kind_ == Kind::parallel)
             return {eye_ + offset, forward_};
+        if (!has_lens())
+            return {eye_, offset};
         const glm::dvec3 shift = aperture_radius_ * (lens.x * right_ + lens.y * up_);
         return {eye_ + shift, offset - shift / focus_distance_};
     }

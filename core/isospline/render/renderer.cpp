@@ -4,6 +4,7 @@
 #include "isospline/render/projection.h"
 #include "isospline/render/ray_batch.h"
 #include "isospline/render/surface_lookup.h"
+#include "isospline/render/tiles.h"
 #include "isospline/render/visibility.h"
 #include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene_snapshot.h"
@@ -13,24 +14,16 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 
 namespace isospline {
 
 namespace {
-
-/// Pixels along the side of a tile.
-constexpr int tile_side = 16;
-
-/// The pixel of a tile that is i-th along its Z-order curve, so that rays that follow each other are neighbours in both
-/// directions and go well together in one packet.
-glm::ivec2 z_order(int i)
-{
-    const auto even_bits = [](int bits) { return (bits & 1) | (bits & 4) >> 1 | (bits & 16) >> 2 | (bits & 64) >> 3; };
-    return {even_bits(i), even_bits(i >> 1)};
-}
 
 /// A shading that is checked and has its lights, and what is asked about it at every hit.
 struct Appearance {
@@ -46,7 +39,10 @@ struct Workspace {
 
     RayCaster caster;
     RayBatch batch;
-    std::vector<glm::dvec4> colors; ///< of the pixels of a tile, premultiplied
+    std::vector<glm::dvec3> colors_of_hits;   ///< of a batch
+    std::vector<glm::dvec4> colors_of_pixels; ///< of a tile, premultiplied
+    PhongPoints points;
+    PhongColors colors_of_points;
 };
 
 /// One picture in the making; its tiles may be rendered in any order and by any thread.
@@ -55,7 +51,7 @@ public:
     Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options)
         : scene_(scene), lookup_(scene), projection_(camera, options.size), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tiles_((options.size + tile_side - 1) / tile_side)
+          tiles_(options.size)
     {
         validate_background(background_);
         validate(layers_);
@@ -73,7 +69,7 @@ public:
         image_ = blank_image(projection_, layers_, options.encoding);
     }
 
-    std::size_t tile_count() const { return static_cast<std::size_t>(tiles_.x) * static_cast<std::size_t>(tiles_.y); }
+    std::size_t tile_count() const { return tiles_.count(); }
 
     void render_tile(std::size_t tile, Workspace& workspace);
 
@@ -118,7 +114,8 @@ private:
     }
 
     void store_openness(RayBatch batch, std::size_t ray_count);
-    glm::dvec4 color_of(const RayBatch& batch, std::size_t ray, const Visibility& visibility) const;
+    void shade_hits(const Visibility& visibility, Workspace& workspace) const;
+    glm::dvec4 color_of_ray(const Workspace& workspace, std::size_t ray) const;
     void store_layers(std::size_t pixel, const Hit& hit, const Ray& ray);
     void store_color(std::size_t pixel, const glm::dvec4& color);
 
@@ -131,28 +128,19 @@ private:
     Appearance appearance_;
     std::map<std::uint32_t, Appearance> appearance_of_geometry_;
     glm::vec4 background_;
-    glm::ivec2 tiles_;
+    Tiles tiles_;
     Image image_;
     std::atomic<std::size_t> covered_count_ = 0;
 };
 
 void Renderer::render_tile(std::size_t tile, Workspace& workspace)
 {
-    // The pixels of the tile that are in the image.
-    const std::size_t tiles_in_row = static_cast<std::size_t>(tiles_.x);
-    const glm::ivec2 first = tile_side * glm::ivec2(tile % tiles_in_row, tile / tiles_in_row);
-    const glm::ivec2 size = projection_.size();
     RayBatch& batch = workspace.batch;
-    batch.pixels.clear();
-    for (int i = 0; i < tile_side * tile_side; ++i) {
-        const glm::ivec2 pixel = first + z_order(i);
-        if (pixel.x < size.x && pixel.y < size.y)
-            batch.pixels.push_back(pixel);
-    }
+    tiles_.get_pixels(tile, batch.pixels);
 
     // One batch of rays a sample; the first goes through the centres, and may be for the layers alone.
     const std::size_t ray_count = batch.pixels.size();
-    workspace.colors.assign(ray_count, glm::dvec4(0.0));
+    workspace.colors_of_pixels.assign(ray_count, glm::dvec4(0.0));
     for (std::size_t number = 0; number < samples_.size(); ++number) {
         const PixelSample& sample = samples_[number];
         const bool for_layers = number == 0 && layers_.any_of_centers();
@@ -181,34 +169,73 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             visibility = {scene_, batch,
                           [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, all_opaque_,
                           static_cast<std::uint32_t>(number)};
+        shade_hits(visibility, workspace);
         for (std::size_t i = 0; i < ray_count; ++i)
             if (batch.hits[i])
-                workspace.colors[i] += sample.weight * color_of(batch, i, visibility);
+                workspace.colors_of_pixels[i] += sample.weight * color_of_ray(workspace, i);
     }
 
     std::size_t covered_count = 0;
     for (std::size_t i = 0; i < ray_count; ++i) {
-        store_color(index(batch.pixels[i]), workspace.colors[i]);
-        covered_count += workspace.colors[i].a > 0.0;
+        store_color(index(batch.pixels[i]), workspace.colors_of_pixels[i]);
+        covered_count += workspace.colors_of_pixels[i].a > 0.0;
     }
     covered_count_ += covered_count;
 }
 
-/// What a ray sees, front to back, each surface over those behind it: premultiplied colour, and coverage.
-glm::dvec4 Renderer::color_of(const RayBatch& batch, std::size_t ray, const Visibility& visibility) const
+/// The colours of all hits of the batch; those of Phong's model that nothing hides light from come side by side.
+void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) const
 {
+    const RayBatch& batch = workspace.batch;
+    workspace.colors_of_hits.resize(batch.hits.size());
+    const Phong* model = nullptr;
+    std::array<std::size_t, PhongPoints::capacity> hit_of_point;
+    PhongPoints& points = workspace.points;
+    points.count = 0;
+    const auto shade_points = [&] {
+        if (points.count == 0)
+            return;
+        shade(*model, points, workspace.colors_of_points);
+        const auto& [red, green, blue] = workspace.colors_of_points.part;
+        for (std::size_t point = 0; point < points.count; ++point)
+            workspace.colors_of_hits[hit_of_point[point]] = {red[point], green[point], blue[point]};
+        points.count = 0;
+    };
+    for (std::size_t i = 0; i < batch.hits.size(); ++i) {
+        const Hit& hit = batch.hits[i];
+        if (!hit)
+            continue;
+        const Appearance& appearance = appearance_of(hit);
+        const auto* const phong = std::get_if<Phong>(&appearance.shading);
+        const auto* const constant = phong ? std::get_if<glm::dvec3>(&phong->color) : nullptr;
+        if (needs_visibility_ || !constant || !lookup_.is_plain(hit)) {
+            SurfacePoint point = point_of(hit, batch.rays[i], appearance.needs_curvature);
+            if (needs_visibility_) {
+                point.lit = visibility.lit(i);
+                point.openness = visibility.openness(i);
+            }
+            workspace.colors_of_hits[i] = shade(appearance.shading, point);
+            continue;
+        }
+        if (phong != model || points.count == PhongPoints::capacity)
+            shade_points();
+        model = phong;
+        hit_of_point[points.count] = i;
+        points.set(points.count++, hit.position, hit.normal, batch.rays[i].direction, *constant);
+    }
+    shade_points();
+}
+
+/// What a ray sees, front to back, each surface over those behind it: premultiplied colour, and coverage.
+glm::dvec4 Renderer::color_of_ray(const Workspace& workspace, std::size_t ray) const
+{
+    const RayBatch& batch = workspace.batch;
     glm::dvec3 color(0.0);
     double transmittance = 1.0;
     const auto add = [&](std::size_t i) {
-        const Hit& hit = batch.hits[i];
-        const Appearance& appearance = appearance_of(hit);
-        SurfacePoint point = point_of(hit, batch.rays[i], appearance.needs_curvature);
-        if (needs_visibility_) {
-            point.lit = visibility.lit(i);
-            point.openness = visibility.openness(i);
-        }
-        color += transmittance * appearance.opacity * shade(appearance.shading, point);
-        transmittance *= 1.0 - appearance.opacity;
+        const double opacity = appearance_of(batch.hits[i]).opacity;
+        color += transmittance * opacity * workspace.colors_of_hits[i];
+        transmittance *= 1.0 - opacity;
     };
     add(ray);
     if (!batch.behind.empty())
@@ -287,12 +314,11 @@ Image blank_image(const Projection& projection, const Layers& layers, ColorEncod
 Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
 {
     Renderer renderer(scene, camera, options);
-    // Tiles of a single sample take less time than to make a workspace for each would be worth.
-    const std::size_t grain = options.samples == 1 ? 4 : 1;
+    tbb::enumerable_thread_specific<Workspace> workspaces([&] { return Workspace(scene); });
     parallel_for(
-        renderer.tile_count(), grain,
+        renderer.tile_count(), 1,
         [&](std::size_t begin, std::size_t end) {
-            Workspace workspace(scene);
+            Workspace& workspace = workspaces.local();
             for (std::size_t tile = begin; tile < end; ++tile)
                 renderer.render_tile(tile, workspace);
         },

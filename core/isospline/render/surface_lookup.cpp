@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <variant>
 
@@ -54,17 +53,14 @@ SurfaceLookup::SurfaceLookup(const SceneSnapshot& scene) : ids_(scene.ids())
         entry.scene_to_object = glm::inverse(placed.transform);
         if (const auto* mesh = std::get_if<std::shared_ptr<const Mesh>>(&placed.object)) {
             entry.mesh = *mesh;
+            entry.plain_primitives =
+                entry.mesh->normals().empty() && entry.mesh->colors().empty() ? invalid_primitive_id : 0;
         } else {
             entry.surface = std::get<std::shared_ptr<const IsosurfaceSnapshot>>(placed.object);
+            entry.plain_primitives = entry.surface->volume().cell_count();
             entry.scene_to_object = entry.surface->volume().world_to_index() * entry.scene_to_object;
         }
     }
-}
-
-const SurfaceLookup::Entry& SurfaceLookup::entry(std::uint32_t geometry_id) const
-{
-    const auto found = std::lower_bound(ids_.begin(), ids_.end(), geometry_id);
-    return entries_[static_cast<std::size_t>(found - ids_.begin())];
 }
 
 void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const

@@ -7,6 +7,8 @@
 
 #include <glm/mat4x4.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -19,6 +21,10 @@ class SurfaceLookup {
 public:
     explicit SurfaceLookup(const SceneSnapshot& scene);
 
+    /// Whether a hit says all of its point but the curvature: it is not on a cap, and not of a mesh with normals or
+    /// colours of its own.
+    bool is_plain(const Hit& hit) const { return hit.primitive_id < entry(hit.geometry_id).plain_primitives; }
+
     /// Completes a point, whose position, normal and direction to the viewer are given.
     void complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const;
 
@@ -27,9 +33,17 @@ private:
         std::shared_ptr<const IsosurfaceSnapshot> surface;
         std::shared_ptr<const Mesh> mesh;
         glm::dmat4 scene_to_object{1.0}; ///< to the mesh's space, or to index space
+        std::uint64_t plain_primitives;  ///< ids below it are of plain hits
     };
 
-    const Entry& entry(std::uint32_t geometry_id) const;
+    const Entry& entry(std::uint32_t geometry_id) const
+    {
+        // Mostly no object has been removed, so that ids count up from 0.
+        if (geometry_id < ids_.size() && ids_[geometry_id] == geometry_id)
+            return entries_[geometry_id];
+        return entries_[static_cast<std::size_t>(std::lower_bound(ids_.begin(), ids_.end(), geometry_id) -
+                                                 ids_.begin())];
+    }
 
     std::vector<std::uint32_t> ids_; ///< ascending
     std::vector<Entry> entries_;     ///< of these

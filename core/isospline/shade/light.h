@@ -33,19 +33,6 @@ using Light = std::variant<PositionalLight, DirectionalLight>;
 /// Throws std::invalid_argument for a number that is not finite, a negative intensity, or a direction of zero.
 void validate(const Light& light);
 
-/// The unit vector L from a point of a surface to a light; zero for a light on the point itself, which gives none.
-inline glm::dvec3 direction_to(const PositionalLight& light, const glm::dvec3& position)
-{
-    const glm::dvec3 offset = light.position - position;
-    const double distance = glm::length(offset);
-    return distance > 0.0 ? offset / distance : glm::dvec3(0.0);
-}
-
-inline glm::dvec3 direction_to(const DirectionalLight& light, const glm::dvec3&)
-{
-    return light.to_light;
-}
-
 /// Two directional lights that go with the viewer, for pictures that name none: a key light over the left shoulder and
 /// a fill light of a quarter of it from the right. `right`, `up` and `forward` are the unit axes of the image.
 std::vector<Light> camera_lights(const glm::dvec3& right, const glm::dvec3& up, const glm::dvec3& forward);

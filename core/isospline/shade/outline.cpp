@@ -1,6 +1,6 @@
 #include "isospline/shade/outline.h"
 
-#include "isospline/math/power.h"
+#include "isospline/math/power-inl.h"
 #include "isospline/util/check.h"
 
 #include <glm/common.hpp>
@@ -29,7 +29,7 @@ glm::dvec3 shade(const Outline& outline, const SurfacePoint& point)
 {
     const double n_v = glm::dot(point.normal, point.to_viewer);
     // Rounding may take a product of unit vectors past 1.
-    const double intensity = power(std::max(1.0 - n_v * n_v, 0.0), outline.exponent);
+    const double intensity = scalar::power(std::max(1.0 - n_v * n_v, 0.0), outline.exponent);
     return glm::mix(albedo(outline, point), color_at(outline.color, point), intensity);
 }
 

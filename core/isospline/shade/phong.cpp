@@ -1,12 +1,50 @@
 #include "isospline/shade/phong.h"
 
-#include "isospline/math/power.h"
 #include "isospline/util/check.h"
 
-#include <algorithm>
 #include <cstddef>
 
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isospline/shade/phong.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "isospline/shade/phong-inl.h"
+
+HWY_BEFORE_NAMESPACE();
 namespace isospline {
+namespace HWY_NAMESPACE {
+
+void shade_in_lanes(const Phong& phong, const PhongPoints& points, PhongColors& colors)
+{
+    const hn::CappedTag<double, PhongPoints::capacity> d;
+    using V = hn::Vec<decltype(d)>;
+    const auto none_hidden = [d](std::size_t) HWY_ATTR { return hn::Set(d, 1.0); };
+    for (std::size_t first = 0; first < points.count; first += hn::Lanes(d)) {
+        const auto load = [&](const auto& axes) HWY_ATTR {
+            return Vector3<V>{hn::Load(d, axes[0] + first), hn::Load(d, axes[1] + first), hn::Load(d, axes[2] + first)};
+        };
+        Vector3<V> to_viewer = load(points.direction);
+        const V scale = number<V>(-1.0) / square_root(dot(to_viewer, to_viewer));
+        for (V& coordinate : to_viewer)
+            coordinate = coordinate * scale;
+        const auto color = phong_color(phong, load(points.position), load(points.normal), to_viewer,
+                                       load(points.surface_color), none_hidden);
+        for (std::size_t part = 0; part < 3; ++part)
+            hn::Store(color[part], d, colors.part[part] + first);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isospline {
+
+HWY_EXPORT(shade_in_lanes);
 
 void validate(const Phong& phong)
 {
@@ -31,31 +69,17 @@ glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point)
 
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
 {
-    const glm::dvec3 surface_color = albedo(phong, point);
-    const glm::dvec3& v = point.to_viewer;
-    const bool away = glm::dot(point.normal, v) < 0.0;
-    const glm::dvec3 n = phong.two_sided && away ? -point.normal : point.normal;
-    const double n_v = glm::dot(n, v);
+    const auto vector = [](const glm::dvec3& v) { return scalar::Vector3<double>{v.x, v.y, v.z}; };
+    const auto lit = [&](std::size_t k) { return point.lit.empty() ? 1.0 : point.lit[k]; };
+    const auto [red, green, blue] = scalar::phong_color(phong, vector(point.position), vector(point.normal),
+                                                        vector(point.to_viewer), vector(albedo(phong, point)), lit);
+    return {red, green, blue};
+}
 
-    glm::dvec3 color = phong.ambient * phong.ambient_light * surface_color;
-    if (!phong.lights)
-        return color;
-    for (std::size_t k = 0; k < phong.lights->size(); ++k) {
-        const double lit = point.lit.empty() ? 1.0 : point.lit[k];
-        if (lit == 0.0)
-            continue;
-        const auto add = [&](const auto& source) {
-            const glm::dvec3 l = direction_to(source, point.position);
-            const double n_l = glm::dot(n, l);
-            const double v_r = 2.0 * n_l * n_v - glm::dot(l, v); // of R = 2 <N, L> N - L
-            color += lit * source.intensity * phong.diffuse * std::max(n_l, 0.0) * surface_color;
-            // Zero stays dark also at an exponent of zero, where 0^0 would light it.
-            if (v_r > 0.0)
-                color += lit * source.intensity * phong.specular * power(v_r, phong.specular_exponent);
-        };
-        std::visit(add, (*phong.lights)[k]);
-    }
-    return color;
+void shade(const Phong& phong, const PhongPoints& points, PhongColors& colors)
+{
+    HWY_DYNAMIC_DISPATCH(shade_in_lanes)(phong, points, colors);
 }
 
 } // namespace isospline
+#endif

@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -41,5 +42,35 @@ glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point);
 
 /// The linear colour of a point in the light. Lights that are left open give none: the renderer fills them in.
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
+
+/// Points that are shaded together, coordinate by coordinate; no light is hidden from them.
+struct PhongPoints {
+    static constexpr std::size_t capacity = 16;
+
+    void set(std::size_t point, const glm::dvec3& its_position, const glm::dvec3& its_normal,
+             const glm::dvec3& its_direction, const glm::dvec3& its_color)
+    {
+        for (int i = 0; i < 3; ++i) {
+            position[i][point] = its_position[i];
+            normal[i][point] = its_normal[i];
+            direction[i][point] = its_direction[i];
+            surface_color[i][point] = its_color[i];
+        }
+    }
+
+    std::size_t count = 0;
+    alignas(64) double position[3][capacity] = {};      ///< world space
+    alignas(64) double normal[3][capacity] = {};        ///< unit, outward
+    alignas(64) double direction[3][capacity] = {};     ///< of the rays that hit, of any length
+    alignas(64) double surface_color[3][capacity] = {}; ///< as albedo()
+};
+
+/// Linear colours of such points, in red, green and blue.
+struct PhongColors {
+    alignas(64) double part[3][PhongPoints::capacity];
+};
+
+/// The colours of the points, as shade() of each.
+void shade(const Phong& phong, const PhongPoints& points, PhongColors& colors);
 
 } // namespace isospline

@@ -95,11 +95,20 @@ HWY_INLINE void filter_strip(const LineFilter<Real>& filter, Real* line)
     const int forth = filter.size + 2 * margin;
     const int back = forth - filter.extension;
     switch (filter.order) {
-    case 1: forth_and_back<1>(filter, begin, end, forth, back); break;
-    case 2: forth_and_back<2>(filter, begin, end, forth, back); break;
-    case 3: forth_and_back<3>(filter, begin, end, forth, back); break;
-    case 4: forth_and_back<4>(filter, begin, end, forth, back); break;
-    default: break;
+    case 1:
+        forth_and_back<1>(filter, begin, end, forth, back);
+        break;
+    case 2:
+        forth_and_back<2>(filter, begin, end, forth, back);
+        break;
+    case 3:
+        forth_and_back<3>(filter, begin, end, forth, back);
+        break;
+    case 4:
+        forth_and_back<4>(filter, begin, end, forth, back);
+        break;
+    default:
+        break;
     }
 }
 

@@ -66,9 +66,10 @@ template <typename Real>
 class Prefilter {
 public:
     Prefilter(const RecursiveFilter& filter, Boundary boundary, const CoefficientArray& array)
-        : array_(array), boundary_(boundary), active_(!filter.is_identity()),
-          lines_{LineFilter<Real>(filter, array.shape.x, boundary), LineFilter<Real>(filter, array.shape.y, boundary),
-                 LineFilter<Real>(filter, array.shape.z, boundary)}
+        : array_(array), boundary_(boundary),
+          active_(!filter.is_identity()), lines_{LineFilter<Real>(filter, array.shape.x, boundary),
+                                                 LineFilter<Real>(filter, array.shape.y, boundary),
+                                                 LineFilter<Real>(filter, array.shape.z, boundary)}
     {
         for (int axis = 0; axis < 3; ++axis)
             if (filters(axis))
@@ -116,8 +117,8 @@ private:
 
             const int width = array_.shape.x + 2 * array_.padding;
             for (int x = 0; filters(1) && x < width; x += strip_width)
-                filter_columns(line(1), slice - array_.padding + x, array_.row_stride,
-                               std::min(strip_width, width - x), buffer.get());
+                filter_columns(line(1), slice - array_.padding + x, array_.row_stride, std::min(strip_width, width - x),
+                               buffer.get());
             pad(slice - array_.padding, array_.row_stride, width, array_.shape.y, array_.padding, boundary_);
         }
     }

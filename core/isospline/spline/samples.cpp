@@ -42,24 +42,35 @@ using Number = decltype(to_number(Sample{}));
 
 /// The type in which the offset is subtracted: float32 where it holds every sample exactly.
 template <typename Sample>
-using Difference = std::conditional_t<(std::is_integral_v<Sample> && sizeof(Sample) > 2) || sizeof(Sample) == 8,
-                                      double, float>;
+using Difference =
+    std::conditional_t<(std::is_integral_v<Sample> && sizeof(Sample) > 2) || sizeof(Sample) == 8, double, float>;
 
 template <typename Function>
 decltype(auto) with_sample_type(SampleType type, Function function)
 {
     switch (type) {
-    case SampleType::uint8: return function(std::uint8_t{});
-    case SampleType::int8: return function(std::int8_t{});
-    case SampleType::uint16: return function(std::uint16_t{});
-    case SampleType::int16: return function(std::int16_t{});
-    case SampleType::uint32: return function(std::uint32_t{});
-    case SampleType::int32: return function(std::int32_t{});
-    case SampleType::uint64: return function(std::uint64_t{});
-    case SampleType::int64: return function(std::int64_t{});
-    case SampleType::float16: return function(Half{});
-    case SampleType::float32: return function(float{});
-    case SampleType::float64: break;
+    case SampleType::uint8:
+        return function(std::uint8_t{});
+    case SampleType::int8:
+        return function(std::int8_t{});
+    case SampleType::uint16:
+        return function(std::uint16_t{});
+    case SampleType::int16:
+        return function(std::int16_t{});
+    case SampleType::uint32:
+        return function(std::uint32_t{});
+    case SampleType::int32:
+        return function(std::int32_t{});
+    case SampleType::uint64:
+        return function(std::uint64_t{});
+    case SampleType::int64:
+        return function(std::int64_t{});
+    case SampleType::float16:
+        return function(Half{});
+    case SampleType::float32:
+        return function(float{});
+    case SampleType::float64:
+        break;
     }
     return function(double{});
 }
@@ -136,8 +147,8 @@ private:
 
 const std::byte* address_of(const SampleView& samples, const glm::ivec3& index)
 {
-    return static_cast<const std::byte*>(samples.data) + index.x * samples.strides[0] +
-           index.y * samples.strides[1] + index.z * samples.strides[2];
+    return static_cast<const std::byte*>(samples.data) + index.x * samples.strides[0] + index.y * samples.strides[1] +
+           index.z * samples.strides[2];
 }
 
 template <typename Sample>
@@ -199,8 +210,8 @@ SampleRange range_of(const SampleView& samples, const Progress& progress)
 NonFiniteSample::NonFiniteSample(const glm::ivec3& at, double found)
     : std::invalid_argument([&] {
           std::ostringstream message;
-          message << "data: expected finite numbers, got " << found << " at index (x, y, z) = (" << at.x << ", "
-                  << at.y << ", " << at.z << ")";
+          message << "data: expected finite numbers, got " << found << " at index (x, y, z) = (" << at.x << ", " << at.y
+                  << ", " << at.z << ")";
           return message.str();
       }()),
       index(at), value(found)
@@ -209,8 +220,7 @@ NonFiniteSample::NonFiniteSample(const glm::ivec3& at, double found)
 
 SampleRange sample_range(const SampleView& samples, const Progress& progress)
 {
-    return with_sample_type(samples.type,
-                            [&]<typename Sample>(Sample) { return range_of<Sample>(samples, progress); });
+    return with_sample_type(samples.type, [&]<typename Sample>(Sample) { return range_of<Sample>(samples, progress); });
 }
 
 void read_row(const SampleView& samples, const glm::ivec3& first, int count, double offset, double scale, float* row)

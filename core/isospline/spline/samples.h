@@ -42,7 +42,6 @@ SampleRange sample_range(const SampleView& samples, const Progress& progress = {
 
 /// Writes (f - offset) scale for `count` samples along x from `first` on. The arithmetic is float32 for the types whose
 /// every number is one, float64 for the others.
-void read_row(const SampleView& samples, const glm::ivec3& first, int count, double offset, double scale,
-              float* row);
+void read_row(const SampleView& samples, const glm::ivec3& first, int count, double offset, double scale, float* row);
 
 } // namespace isospline

@@ -1,8 +1,8 @@
 // Rays that are cast together, axis by axis: what cameras and arrays of rays are turned into.
 #pragma once
 
-#include "isospline/math/ray.h"
 #include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/math/ray.h"
 
 namespace isospline {
 

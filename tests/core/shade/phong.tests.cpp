@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 using namespace isospline;
 
@@ -65,6 +66,38 @@ TEST_CASE("Phong is the paper's sum over coloured lights of both kinds", "[shade
             REQUIRE(shade(phong, {at, n, v})[channel] == Approx(expected).margin(1e-12));
         }
     }
+}
+
+TEST_CASE("Phong shades points side by side as it does one", "[shade]")
+{
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform;
+    for (const double exponent : {0.0, 30.0, 7.5, 2000.0})
+        for (const bool two_sided : {false, true}) {
+            Phong phong;
+            phong.specular_exponent = exponent;
+            phong.two_sided = two_sided;
+            phong.lights = {PositionalLight{{1.0, 2.0, 3.0}, {1.0, 0.5, 0.25}}, DirectionalLight{{0.3, 0.2, -1.0}}};
+            for (std::size_t count = 1; count <= PhongPoints::capacity; ++count) {
+                PhongPoints points;
+                points.count = count;
+                std::vector<glm::dvec3> expected;
+                for (std::size_t i = 0; i < count; ++i) {
+                    // The first one is where the light is.
+                    const glm::dvec3 at = i == 0 ? glm::dvec3(1.0, 2.0, 3.0) : 3.0 * random_direction(random);
+                    const glm::dvec3 n = random_direction(random), direction = 5.0 * random_direction(random);
+                    const glm::dvec3 color(uniform(random), uniform(random), uniform(random));
+                    points.set(i, at, n, direction, color);
+                    phong.color = color;
+                    expected.push_back(shade(phong, {at, n, -glm::normalize(direction)}));
+                }
+                PhongColors colors;
+                shade(phong, points, colors);
+                for (std::size_t i = 0; i < count; ++i)
+                    for (int part = 0; part < 3; ++part)
+                        REQUIRE(colors.part[part][i] == Approx(expected[i][part]).epsilon(1e-13));
+            }
+        }
 }
 
 TEST_CASE("Phong with two sides turns the normal to the viewer", "[shade]")

@@ -19,10 +19,12 @@ TEST_CASE("parallel_for visits every item once", "[util][threads]")
 TEST_CASE("parallel_for reports progress up to 1 and stops where that returns false", "[util][threads]")
 {
     double last = 0.0;
-    isospline::parallel_for(100, 1, [](std::size_t, std::size_t) {}, [&](double fraction) {
-        last = fraction;
-        return true;
-    });
+    isospline::parallel_for(
+        100, 1, [](std::size_t, std::size_t) {},
+        [&](double fraction) {
+            last = fraction;
+            return true;
+        });
     REQUIRE(last == 1.0);
 
     std::atomic<int> bodies = 0;

@@ -1,0 +1,59 @@
+// An image in square tiles: what threads take turns at.
+#pragma once
+
+#include <glm/vec2.hpp>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace isospline {
+
+class Tiles {
+public:
+    static constexpr int side = 16; ///< pixels
+
+    explicit Tiles(const glm::ivec2& image_size) : image_size_(image_size), count_((image_size + side - 1) / side) {}
+
+    std::size_t count() const { return static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y); }
+
+    /// The tile that a pixel is in.
+    std::size_t tile_of(const glm::ivec2& pixel) const
+    {
+        return static_cast<std::size_t>(pixel.y / side) * static_cast<std::size_t>(count_.x) +
+               static_cast<std::size_t>(pixel.x / side);
+    }
+
+    /// Sets `pixels` to those of a tile that are in the image, along its Z-order curve: pixels that follow each other
+    /// are neighbours in both directions, so that their rays go well together in one packet.
+    void get_pixels(std::size_t tile, std::vector<glm::ivec2>& pixels) const
+    {
+        const auto in_row = static_cast<std::size_t>(count_.x);
+        const glm::ivec2 first = side * glm::ivec2(tile % in_row, tile / in_row);
+        pixels.clear();
+        for (const Place& place : z_order) {
+            const glm::ivec2 pixel(first.x + place.x, first.y + place.y);
+            if (pixel.x < image_size_.x && pixel.y < image_size_.y)
+                pixels.push_back(pixel);
+        }
+    }
+
+private:
+    struct Place {
+        int x, y;
+    };
+
+    static constexpr auto z_order = [] {
+        constexpr auto even_bits = [](int bits) {
+            return (bits & 1) | (bits & 4) >> 1 | (bits & 16) >> 2 | (bits & 64) >> 3;
+        };
+        std::array<Place, side * side> places{};
+        for (int i = 0; i < side * side; ++i)
+            places[static_cast<std::size_t>(i)] = {even_bits(i), even_bits(i >> 1)};
+        return places;
+    }();
+
+    glm::ivec2 image_size_, count_;
+};
+
+} // namespace isospline
