@@ -1,6 +1,8 @@
 #include "isospline/brick/block.h"
 
-#include <algorithm>
+#include "isospline/spline/degree.h"
+
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,6 +14,7 @@
 #include <hwy/highway.h>
 
 #include "isospline/brick/block_table-inl.h"
+#include "isospline/spline/cell_weights-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace isospline {
@@ -22,41 +25,24 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Lanes are the cells of a block, as many as there is room for.
 using Cells = hn::CappedTag<float, Block::capacity>;
 
-// B-spline coefficients along a line to the Bernstein coefficients of the same polynomial in the cell.
-template <int Degree, class D, class Item>
-HWY_INLINE void LineToBernstein(D d, const Item& c)
+// B-spline coefficients of a cell to the Bernstein coefficients of the same polynomial, along x last.
+template <int Degree, class V>
+HWY_INLINE void CellToBernstein(V (&c)[Degree + 1][Degree + 1][Degree + 1])
 {
-    using V = hn::Vec<D>;
-    const V half = hn::Set(d, 0.5f);
-    if constexpr (Degree == 2) {
-        c(0) = hn::Mul(half, hn::Add(c(0), c(1)));
-        c(2) = hn::Mul(half, hn::Add(c(1), c(2)));
-    } else if constexpr (Degree == 3) {
-        // Knots are inserted where the cell begins and ends.
-        const auto third = [&](V near, V far) HWY_ATTR {
-            return hn::Mul(hn::Set(d, 1.0f / 3.0f), hn::MulAdd(hn::Set(d, 2.0f), near, far));
-        };
-        const V before = third(c(1), c(0)), after = third(c(2), c(3));
-        const V left = third(c(1), c(2)), right = third(c(2), c(1));
-        c(0) = hn::Mul(half, hn::Add(before, left));
-        c(1) = left;
-        c(2) = right;
-        c(3) = hn::Mul(half, hn::Add(right, after));
-    }
-}
-
-// The same along all axes of a cell, x being the last.
-template <int Degree, class D, class V>
-HWY_INLINE void CellToBernstein(D d, V (&c)[Degree + 1][Degree + 1][Degree + 1])
-{
-    const auto for_each_line = [](const auto& convert) HWY_ATTR {
+    const auto for_each_line = [](const auto& item) HWY_ATTR {
         for (int p = 0; p <= Degree; ++p)
-            for (int q = 0; q <= Degree; ++q)
-                convert(p, q);
+            for (int q = 0; q <= Degree; ++q) {
+                std::array<V, Degree + 1> line;
+                for (int i = 0; i <= Degree; ++i)
+                    line[i] = item(p, q, i);
+                line = bernstein_of_bspline<Degree>(line);
+                for (int i = 0; i <= Degree; ++i)
+                    item(p, q, i) = line[i];
+            }
     };
-    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][q][i]; }); });
-    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[p][i][q]; }); });
-    for_each_line([&](int p, int q) HWY_ATTR { LineToBernstein<Degree>(d, [&](int i) -> V& { return c[i][p][q]; }); });
+    for_each_line([&](int p, int q, int i) -> V& { return c[i][p][q]; });
+    for_each_line([&](int p, int q, int i) -> V& { return c[p][i][q]; });
+    for_each_line([&](int p, int q, int i) -> V& { return c[p][q][i]; });
 }
 
 // Sets slabs along the mean gradients of the cells.
@@ -94,7 +80,7 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
                     coefficients[k][j][i] = coefficient;
                     magnitude = hn::Max(magnitude, hn::Abs(coefficient));
                 }
-        CellToBernstein<Degree>(d, coefficients);
+        CellToBernstein<Degree>(coefficients);
         for (int k = 0; k < count; ++k)
             for (int j = 0; j < count; ++j) {
                 V sum = zero;
@@ -167,16 +153,7 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
 Block MakeBlock(const CoefficientView& first, int degree, double threshold, unsigned cells)
 {
     Block block;
-    switch (degree) {
-    case 1:
-        SetSlabs<1>(block, first, threshold, cells);
-        break;
-    case 2:
-        SetSlabs<2>(block, first, threshold, cells);
-        break;
-    default:
-        SetSlabs<3>(block, first, threshold, cells);
-    }
+    dispatch_degree(degree, [&](auto n) { SetSlabs<n>(block, first, threshold, cells); });
     return block;
 }
 
