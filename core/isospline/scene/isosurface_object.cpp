@@ -76,22 +76,21 @@ void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3
     }
 }
 
-void IsosurfaceObject::complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes,
+void IsosurfaceObject::complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
                                 const RootPacket& roots, const Placement& placement) const
 {
-    NormalPacket normals;
-    surface_normals(roots, surface_->options().inside, placement.world_to_local, normals);
+    SurfaceHitPacket found;
+    set_surface_hits(found, rays_world, t, roots, surface_->options().inside, placement.world_to_local);
     for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        const auto i = static_cast<std::size_t>(lane);
-        Hit& hit = hits[i];
+        Hit& hit = hits[static_cast<std::size_t>(lane)];
         if (surface_->is_cap(hit.primitive_id)) {
-            complete(hit, rays_world[i], roots.root(lane).gradient, placement);
+            complete(hit, rays_world.ray(lane), roots.root(lane).gradient, placement);
             continue;
         }
-        hit.position = rays_world[i].at(hit.t);
-        hit.normal = {normals.normal[0][lane], normals.normal[1][lane], normals.normal[2][lane]};
-        hit.gradient_magnitude = normals.magnitude[lane];
+        hit.position = {found.position[0][lane], found.position[1][lane], found.position[2][lane]};
+        hit.normal = {found.normal[0][lane], found.normal[1][lane], found.normal[2][lane]};
+        hit.gradient_magnitude = found.gradient_magnitude[lane];
     }
 }
 

@@ -26,8 +26,8 @@ public:
     bool fits(double rounding_error_local) const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
-    void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
-                  const Placement& placement) const override;
+    void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
+                  const RootPacket& roots, const Placement& placement) const override;
     Box bounds() const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,

@@ -160,12 +160,12 @@ void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, con
     hit.normal = length > 0.0 ? normal / (glm::determinant(linear) < 0.0 ? -length : length) : glm::dvec3(0.0);
 }
 
-void MeshObject::complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket&,
-                          const Placement& placement) const
+void MeshObject::complete(std::span<Hit> hits, const RayPacket& rays_world, const double*, LaneMask lanes,
+                          const RootPacket&, const Placement& placement) const
 {
     for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u) {
-        const auto i = static_cast<std::size_t>(std::countr_zero(rest));
-        complete(hits[i], rays_world[i], glm::dvec3(0.0), placement);
+        const int lane = std::countr_zero(rest);
+        complete(hits[static_cast<std::size_t>(lane)], rays_world.ray(lane), glm::dvec3(0.0), placement);
     }
 }
 

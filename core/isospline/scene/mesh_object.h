@@ -27,8 +27,8 @@ public:
     Box bounds() const override { return local().domain; }
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
-    void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
-                  const Placement& placement) const override;
+    void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
+                  const RootPacket& roots, const Placement& placement) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     void settle_order(std::span<Crossing> crossings, const Ray& ray_world, const Placement& placement) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,

@@ -54,9 +54,9 @@ public:
     /// `gradient_local` is that of the field at an isosurface's root, in local space.
     virtual void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                           const Placement& placement) const = 0;
-    /// The same, bit for bit, for hits of a packet: lane i is hits[i], whose ray is rays_world[i].
-    virtual void complete(std::span<Hit> hits, std::span<const Ray> rays_world, LaneMask lanes, const RootPacket& roots,
-                          const Placement& placement) const = 0;
+    /// The same, bit for bit, for hits of a packet: lane i is hits[i], whose t is t[i] as well.
+    virtual void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
+                          const RootPacket& roots, const Placement& placement) const = 0;
     /// Whether the ray goes to the inner side at a complete hit; `rising` tells of an isosurface that f grows there.
     virtual bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const = 0;
     /// Puts crossings of one instance, in ascending order of t, in the order that the ray meets them in where t is

@@ -5,7 +5,6 @@
 #include "isospline/util/error.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstdint>
 #include <optional>
@@ -103,16 +102,16 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
     packet.rethrow();
 
     LaneMask hit_lanes = 0;
-    std::array<Ray, Size> given;
+    alignas(64) double t[PreparedPacket::capacity] = {};
     for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         if (!packet.has_hit(lane))
             continue;
         hit_lanes |= LaneMask{1} << lane;
-        const auto i = static_cast<std::size_t>(lane);
-        given[i] = rays.ray(lane);
-        set_hit(hits[i], packet.prepared.limits[lane].given_t(packet.nearest.t[lane]), packet.nearest_ids[lane],
+        Hit& hit = hits[static_cast<std::size_t>(lane)];
+        set_hit(hit, packet.prepared.limits[lane].given_t(packet.nearest.t[lane]), packet.nearest_ids[lane],
                 packet.nearest_in_mesh[lane], scene.instances[packet.nearest_ids[lane].slot]->id);
+        t[lane] = hit.t;
     }
     for (LaneMask rest = complete ? hit_lanes : 0; rest != 0;) {
         const unsigned int slot = packet.nearest_ids[std::countr_zero(rest)].slot;
@@ -121,7 +120,7 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
             if (const int lane = std::countr_zero(others); packet.nearest_ids[lane].slot == slot)
                 of_instance |= LaneMask{1} << lane;
         const Instance& instance = *scene.instances[slot];
-        instance.object->complete(hits, given, of_instance, packet.nearest, instance.placement);
+        instance.object->complete(hits, rays, t, of_instance, packet.nearest, instance.placement);
         rest &= ~of_instance;
     }
     return hit_lanes;

@@ -17,8 +17,9 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The operations of set_surface_normal() and of GLM's products, in their order.
-void packet_normals(const RootPacket& roots, double outward, const glm::dmat4& world_to_lattice, NormalPacket& normals)
+// The operations of set_surface_normal(), Ray::at() and GLM's products, in their order.
+void packet_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* HWY_RESTRICT t, const RootPacket& roots,
+                 double outward, const glm::dmat4& world_to_lattice)
 {
     const hn::CappedTag<double, LatticeRayPacket::capacity> d;
     using V = hn::Vec<decltype(d)>;
@@ -38,10 +39,13 @@ void packet_normals(const RootPacket& roots, double outward, const glm::dmat4& w
             hn::Sqrt(sum_of_products(gradient[0], gradient[0], gradient[1], gradient[1], gradient[2], gradient[2]));
         const V scale = hn::Div(hn::Set(d, outward), magnitude);
         const auto has_direction = hn::Gt(magnitude, hn::Zero(d));
-        for (int axis = 0; axis < 3; ++axis)
-            hn::Store(hn::IfThenElseZero(has_direction, hn::Mul(scale, gradient[axis])), d,
-                      normals.normal[axis] + first);
-        hn::Store(magnitude, d, normals.magnitude + first);
+        const V of_hit = hn::Load(d, t + first);
+        for (int axis = 0; axis < 3; ++axis) {
+            hn::Store(hn::IfThenElseZero(has_direction, hn::Mul(scale, gradient[axis])), d, hits.normal[axis] + first);
+            const V way = hn::Mul(of_hit, hn::Load(d, rays.direction[axis] + first));
+            hn::Store(hn::Add(hn::Load(d, rays.origin[axis] + first), way), d, hits.position[axis] + first);
+        }
+        hn::Store(magnitude, d, hits.gradient_magnitude + first);
     }
 }
 
@@ -52,7 +56,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace isospline {
 
-HWY_EXPORT(packet_normals);
+HWY_EXPORT(packet_hits);
 
 namespace {
 
@@ -72,9 +76,10 @@ void set_surface_normal(Hit& hit, const glm::dvec3& gradient_lattice, Inside ins
     hit.normal = magnitude > 0.0 ? (outward(inside) / magnitude) * gradient : glm::dvec3(0.0);
 }
 
-void surface_normals(const RootPacket& roots, Inside inside, const glm::dmat4& world_to_lattice, NormalPacket& normals)
+void set_surface_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* t, const RootPacket& roots,
+                      Inside inside, const glm::dmat4& world_to_lattice)
 {
-    HWY_DYNAMIC_DISPATCH(packet_normals)(roots, outward(inside), world_to_lattice, normals);
+    HWY_DYNAMIC_DISPATCH(packet_hits)(hits, rays, t, roots, outward(inside), world_to_lattice);
 }
 
 } // namespace isospline

@@ -4,6 +4,7 @@
 #include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/hit.h"
+#include "isospline/trace/ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 
@@ -14,13 +15,16 @@ namespace isospline {
 void set_surface_normal(Hit& hit, const glm::dvec3& gradient_lattice, Inside inside,
                         const glm::dmat4& world_to_lattice);
 
-/// Unit normals and lengths of gradients of a packet's hits.
-struct NormalPacket {
+/// Where the rays of a packet hit, with unit normals and lengths of gradients.
+struct SurfaceHitPacket {
+    alignas(64) double position[3][LatticeRayPacket::capacity];
     alignas(64) double normal[3][LatticeRayPacket::capacity];
-    alignas(64) double magnitude[LatticeRayPacket::capacity];
+    alignas(64) double gradient_magnitude[LatticeRayPacket::capacity];
 };
 
-/// The same for all lanes of a packet, bit for bit. Lanes that hold no root are harmless.
-void surface_normals(const RootPacket& roots, Inside inside, const glm::dmat4& world_to_lattice, NormalPacket& normals);
+/// The same for all lanes of a packet, bit for bit, with positions at `t` along the rays. Lanes that hold no root are
+/// harmless.
+void set_surface_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* t, const RootPacket& roots,
+                      Inside inside, const glm::dmat4& world_to_lattice);
 
 } // namespace isospline

@@ -175,7 +175,7 @@ TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD
     });
 }
 
-TEST_CASE("normals of a packet are those of hits alone, bit for bit, on every SIMD target", "[cell]")
+TEST_CASE("positions and normals of a packet are those of hits alone, bit for bit, on every SIMD target", "[cell]")
 {
     const Inside inside = GENERATE(Inside::above, Inside::below);
     for_each_target([&] {
@@ -189,14 +189,19 @@ TEST_CASE("normals of a packet are those of hits alone, bit for bit, on every SI
         for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane)
             roots.set(lane, {value(random), {value(random), value(random), value(random)}});
         roots.set(3, {0.0, glm::dvec3(0.0)});
-        NormalPacket normals;
-        surface_normals(roots, inside, world_to_lattice, normals);
+        RayPacket rays;
+        for (int lane = 0; lane < RayPacket::capacity; ++lane)
+            rays.set(lane, {{value(random), value(random), value(random)}, {value(random), value(random), 1.0}});
+        SurfaceHitPacket hits;
+        set_surface_hits(hits, rays, roots.t, roots, inside, world_to_lattice);
         for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
             Hit alone;
             set_surface_normal(alone, roots.root(lane).gradient, inside, world_to_lattice);
-            REQUIRE(normals.magnitude[lane] == alone.gradient_magnitude);
-            for (int axis = 0; axis < 3; ++axis)
-                REQUIRE(normals.normal[axis][lane] == alone.normal[axis]);
+            REQUIRE(hits.gradient_magnitude[lane] == alone.gradient_magnitude);
+            for (int axis = 0; axis < 3; ++axis) {
+                REQUIRE(hits.normal[axis][lane] == alone.normal[axis]);
+                REQUIRE(hits.position[axis][lane] == rays.ray(lane).at(roots.t[lane])[axis]);
+            }
         }
     });
 }
