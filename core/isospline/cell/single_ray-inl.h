@@ -98,14 +98,14 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     const ReducedCoefficients<Degree, float> coefficients(cell);
     const auto scaled = scaled_bernstein_of_ray<Degree>(coefficients, ray.at(inside.t_near) - cell.lower,
                                                         ray.at(inside.t_far) - cell.lower);
-    const hn::CappedTag<float, 1> one;
-    const Verdict<OneFloat> verdict = judge<order>(scaled, coefficients.error);
-    if (hn::AllTrue(one, verdict.no_root))
-        return {true, false, {}, false};
-    if (!hn::AllTrue(one, verdict.one_root))
-        return {false, false, {}, false};
+    Bernstein<order, float> lane;
+    for (int r = 0; r <= order; ++r)
+        lane[r] = hn::GetLane(scaled[r]);
+    const Verdict<float> verdict = judge<order>(lane, coefficients.error);
+    if (verdict.no_root || !verdict.one_root)
+        return {verdict.no_root, false, {}, false};
     const auto [s, slope] = estimate_root<order>(scaled);
-    return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, hn::GetLane(scaled[0]) < 0.0f};
+    return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, lane[0] < 0.0f};
 }
 
 // The only root in a segment, from where single precision has it; none where double precision does not arrive.
@@ -129,11 +129,26 @@ HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, con
         {hn::GetLane(search.gradient[0]), hn::GetLane(search.gradient[1]), hn::GetLane(search.gradient[2])}};
 }
 
+// Whether single precision proves that no root is in the part of a segment that is within the ray's limits, where that
+// is not all of it. A ray that leaves a surface has a root right behind its origin, which would have to be refined to
+// tell that it does not count.
+template <int Degree>
+HWY_INLINE bool has_no_root_within_limits(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside)
+{
+    if (inside.t_near >= ray.t_near && inside.t_far <= ray.t_far)
+        return false;
+    const Interval within{inside.t_near < ray.t_near ? ray.t_near : inside.t_near,
+                          inside.t_far > ray.t_far ? ray.t_far : inside.t_far};
+    return !(within.t_near <= within.t_far) || judge_ray<Degree>(cell, ray, within).no_root;
+}
+
 // The first root within the ray's limits in the segment of a cell, which is not empty.
 template <int Degree>
 HWY_INLINE std::optional<RootInCell> first_root_in_segment(const CellCoefficients& cell, const LatticeRay& ray,
                                                            const Interval& inside)
 {
+    if (has_no_root_within_limits<Degree>(cell, ray, inside))
+        return std::nullopt;
     const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside);
     if (verdict.no_root)
         return std::nullopt;
@@ -157,6 +172,8 @@ bool exact_any_root(const CellCoefficients& cell, const LatticeRay& ray)
 {
     const Interval inside = ray.inside_cell(cell.lower);
     if (!(inside.t_near < inside.t_far))
+        return false;
+    if (has_no_root_within_limits<Degree>(cell, ray, inside))
         return false;
     const RayVerdict verdict = judge_ray<Degree>(cell, ray, inside);
     if (verdict.no_root)
