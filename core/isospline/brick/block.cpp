@@ -1,5 +1,6 @@
 #include "isospline/brick/block.h"
 
+#include "isospline/brick/signs.h"
 #include "isospline/spline/degree.h"
 
 #include <array>
@@ -67,19 +68,24 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
     const BlockTable<Degree> table(corner, cells);
     const auto single_threshold = static_cast<float>(full_threshold);
     const V threshold = hn::Set(d, single_threshold), zero = hn::Zero(d);
+    const V limit = hn::Set(d, threshold_single(full_threshold));
     unsigned met = 0;
     for (std::size_t first = 0; first < Block::capacity; first += hn::Lanes(d)) {
         // The slope of the least-squares fit along each axis, but for a factor.
         const CoefficientsOfLanes<Degree, Cells> look_up(d, table, hn::Iota(to_int, static_cast<std::int32_t>(first)));
         V coefficients[count][count][count];
-        V magnitude = zero, sums[3] = {zero, zero, zero};
+        V lowest = hn::Set(d, std::numeric_limits<float>::infinity()), highest = hn::Neg(lowest);
+        V sums[3] = {zero, zero, zero};
         for (int k = 0; k < count; ++k)
             for (int j = 0; j < count; ++j)
                 for (int i = 0; i < count; ++i) {
-                    const V coefficient = hn::Sub(look_up(i, j, k), threshold);
-                    coefficients[k][j][i] = coefficient;
-                    magnitude = hn::Max(magnitude, hn::Abs(coefficient));
+                    const V coefficient = look_up(i, j, k);
+                    coefficients[k][j][i] = hn::Sub(coefficient, threshold);
+                    lowest = hn::Min(lowest, coefficient);
+                    highest = hn::Max(highest, coefficient);
                 }
+        const auto has_both_signs = hn::And(hn::Lt(lowest, limit), hn::Ge(highest, limit));
+        const V magnitude = hn::Max(hn::Abs(hn::Sub(lowest, threshold)), hn::Abs(hn::Sub(highest, threshold)));
         CellToBernstein<Degree>(coefficients);
         for (int k = 0; k < count; ++k)
             for (int j = 0; j < count; ++j) {
@@ -144,7 +150,8 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
             greatest = hn::Add(greatest, hn::Max(component, zero));
         }
         std::uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, hn::And(hn::Le(slab_lower, greatest), hn::Ge(slab_upper, smallest)), bits);
+        const auto leaves_any = hn::And(hn::Le(slab_lower, greatest), hn::Ge(slab_upper, smallest));
+        hn::StoreMaskBits(d, hn::And(has_both_signs, leaves_any), bits);
         met |= static_cast<unsigned>(bits[0]) << first;
     }
     block.cells = static_cast<std::uint8_t>(met & cells);

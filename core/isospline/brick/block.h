@@ -18,11 +18,11 @@ struct Block {
 
     std::array<std::int8_t, capacity> slab_normal[3];
     std::array<std::int8_t, capacity> slab_lower, slab_upper;
-    std::uint8_t cells = 0; ///< bit i: the slab of cell i leaves any of it to the surface
+    std::uint8_t cells = 0; ///< bit i: coefficients of cell i have both signs, and its slab leaves any of it
 };
 
-/// The block of which `cells` are in question. `first` are the coefficients of its first cell, itself in question or
-/// not.
+/// The block of which `cells` are in question, which must be in the volume. `first` are the coefficients of its first
+/// cell, itself in question or not.
 Block make_block(const CoefficientView& first, int degree, double threshold, unsigned cells);
 
 } // namespace isospline

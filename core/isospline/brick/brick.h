@@ -55,6 +55,17 @@ inline glm::ivec3 octet_shape(const glm::ivec3& cell_shape)
 /// A set of the cells of a brick: cell (x, y, z) of the brick is bit x + 8 y of word z.
 using BrickCells = std::array<std::uint64_t, brick_size>;
 
+/// All cells of a brick of so many.
+inline BrickCells all_cells(const glm::ivec3& size)
+{
+    const std::uint64_t of_row = (std::uint64_t{1} << size.x) - 1u;
+    const std::uint64_t of_slice = ~std::uint64_t{0} >> brick_size * (brick_size - size.y);
+    BrickCells cells{};
+    for (int z = 0; z < size.z; ++z)
+        cells[static_cast<std::size_t>(z)] = of_row * 0x0101010101010101u & of_slice;
+    return cells;
+}
+
 /// Calls `visit(x, y, z)`, counted from the brick's first cell, for each cell of a set, in the order of z, y, x.
 template <typename Visit>
 void for_each_cell(const BrickCells& cells, Visit visit)

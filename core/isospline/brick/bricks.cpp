@@ -11,12 +11,14 @@
 
 namespace isospline {
 
-MadeBrick::MadeBrick(const Brick& brick, const CoefficientView& coefficients, const BrickCells& cells)
-    : first_(brick.first), coefficients_(coefficients)
+MadeBrick::MadeBrick(const glm::ivec3& first, const CoefficientView& coefficients, std::uint64_t blocks,
+                     const BrickCells& uncut)
+    : first_(first), coefficients_(coefficients)
 {
-    for (int block = 0; block < blocks_per_brick; ++block) {
-        const std::uint8_t of_block = cells_of_block(cells, block);
-        cells_[static_cast<std::size_t>(block)] = of_block;
+    for (std::uint64_t rest = blocks; rest != 0; rest &= rest - 1u) {
+        const int block = std::countr_zero(rest);
+        const std::uint8_t of_block = cells_of_block(uncut, block);
+        uncut_[static_cast<std::size_t>(block)] = of_block;
         blocks_ |= static_cast<std::uint64_t>(of_block != 0) << block;
     }
     slots_ = std::make_unique<Slot[]>(static_cast<std::size_t>(std::popcount(blocks_)));
@@ -29,7 +31,7 @@ std::size_t MadeBrick::memory() const
 
 const Block& MadeBrick::make(Slot& slot, int index, int degree, double threshold, Block& own) const
 {
-    own = make_block(coefficients(block_position(index)), degree, threshold, cells(index));
+    own = make_block(coefficients(block_position(index)), degree, threshold, uncut_[static_cast<std::size_t>(index)]);
     State empty = State::empty;
     if (slot.state.compare_exchange_strong(empty, State::being_written, std::memory_order_relaxed)) {
         slot.block = own;
@@ -40,7 +42,8 @@ const Block& MadeBrick::make(Slot& slot, int index, int degree, double threshold
 
 Bricks::Bricks(const Volume& volume, std::shared_ptr<const CoefficientSource> source, const BrickRanges& ranges,
                double threshold, const Mask& mask, const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
-    : volume_(volume), source_(std::move(source)), threshold_(threshold), mask_(mask), clip_lattice_(clip_lattice)
+    : volume_(volume), source_(std::move(source)), ranges_(ranges), threshold_(threshold), mask_(mask),
+      clip_lattice_(clip_lattice)
 {
     // Chunks of octets, each with a list of its own.
     constexpr std::size_t chunk_size = 4096;
@@ -97,9 +100,9 @@ Bricks::~Bricks()
         delete bricks_[i].load(std::memory_order_relaxed);
 }
 
-BrickCells Bricks::cells(const Brick& brick, const CoefficientView& coefficients) const
+BrickCells Bricks::cells(const Brick& brick) const
 {
-    BrickCells cells = mixed_cells(coefficients, brick, volume_.degree(), threshold_);
+    BrickCells cells = mixed_cells(source_->coefficients(brick), brick, volume_.degree(), threshold_);
     if (!mask_.empty())
         cut_by_mask(cells, brick, mask_, volume_);
     for (const HalfSpace& half_space : clip_lattice_)
@@ -110,8 +113,13 @@ BrickCells Bricks::cells(const Brick& brick, const CoefficientView& coefficients
 const MadeBrick& Bricks::make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const
 {
     const Brick brick = this->place(octet, child);
-    const CoefficientView coefficients = source_->coefficients(brick);
-    std::unique_ptr<const MadeBrick> made(new MadeBrick(brick, coefficients, cells(brick, coefficients)));
+    const glm::ivec3 octet_position = brick.first / (2 * brick_size);
+    const std::uint64_t blocks =
+        ranges_.straddling_blocks(place_in(ranges_.shape(), octet_position), child, threshold_);
+    // Which cells have both signs is seen when their block is made; it is seen here only where some are cut away.
+    const bool is_cut = !mask_.empty() || !clip_lattice_.empty();
+    const BrickCells uncut = is_cut ? cells(brick) : all_cells(brick.size);
+    std::unique_ptr<const MadeBrick> made(new MadeBrick(brick.first, source_->coefficients(brick), blocks, uncut));
     const MadeBrick* others = nullptr;
     if (!place.compare_exchange_strong(others, made.get(), std::memory_order_acq_rel))
         return *others;

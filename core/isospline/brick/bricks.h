@@ -26,11 +26,9 @@ public:
     const glm::ivec3& first() const { return first_; } ///< cell, in the volume's lattice
     /// The coefficients of a cell, counted from the brick's first.
     CoefficientView coefficients(const glm::ivec3& cell) const { return coefficients_.from(cell.x, cell.y, cell.z); }
-    /// Bit i: block i has cells in question.
+    /// Bit i: block i may have cells that the surface crosses.
     std::uint64_t blocks() const { return blocks_; }
-    /// The cells in question of a block.
-    std::uint8_t cells(int block) const { return cells_[static_cast<std::size_t>(block)]; }
-    /// A block that has any. Where another thread is about to make it, it is made in `own`.
+    /// A block that may. Where another thread is about to make it, it is made in `own`.
     const Block& block(int index, int degree, double threshold, Block& own) const
     {
         Slot& slot = slots_[place_of(index)];
@@ -50,15 +48,17 @@ private:
         std::atomic<State> state = State::empty;
     };
 
-    MadeBrick(const Brick& brick, const CoefficientView& coefficients, const BrickCells& cells);
+    /// `blocks` may have cells that the surface crosses, but for those that are not in `uncut`.
+    MadeBrick(const glm::ivec3& first, const CoefficientView& coefficients, std::uint64_t blocks,
+              const BrickCells& uncut);
     int place_of(int block) const { return std::popcount(blocks_ & ((std::uint64_t{1} << block) - 1u)); }
     const Block& make(Slot& slot, int index, int degree, double threshold, Block& own) const;
 
     glm::ivec3 first_;
     CoefficientView coefficients_;
     std::uint64_t blocks_ = 0;
-    std::unique_ptr<Slot[]> slots_; ///< of blocks that have cells in question
-    std::array<std::uint8_t, blocks_per_brick> cells_;
+    std::unique_ptr<Slot[]> slots_;                      ///< of these blocks
+    std::array<std::uint8_t, blocks_per_brick> uncut_{}; ///< their cells that are in the volume and not cut away
 };
 
 /// Up to eight bricks that fill a cube.
@@ -106,7 +106,7 @@ public:
         return bricks_[number(octet, child)].load(std::memory_order_acquire);
     }
     /// The cells of a brick whose coefficients have both signs and which are not cut away.
-    BrickCells cells(const Brick& brick) const { return cells(brick, source_->coefficients(brick)); }
+    BrickCells cells(const Brick& brick) const;
     Brick place(const Octet& octet, int child) const
     {
         return brick_at(volume_.cell_shape(), glm::ivec3(octet.first[0], octet.first[1], octet.first[2]) / brick_size +
@@ -116,11 +116,11 @@ public:
     std::size_t memory() const;
 
 private:
-    BrickCells cells(const Brick& brick, const CoefficientView& coefficients) const;
     const MadeBrick& make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const;
 
     const Volume& volume_;
     std::shared_ptr<const CoefficientSource> source_;
+    const BrickRanges& ranges_;
     double threshold_;
     const Mask& mask_;
     const std::vector<HalfSpace>& clip_lattice_;

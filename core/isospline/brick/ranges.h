@@ -1,4 +1,4 @@
-// Smallest and largest coefficient of every brick of cells.
+// Smallest and largest coefficient of every brick of cells, and, in codes, of every block.
 #pragma once
 
 #include "isospline/brick/brick.h"
@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace isospline {
@@ -38,11 +39,20 @@ public:
     const std::vector<Octet>& octets() const { return octets_; }
     /// The bricks of an octet that straddle a threshold: bit i for child i.
     unsigned straddling(std::size_t octet, double threshold) const;
-    std::size_t memory() const { return octets_.capacity() * sizeof(Octet); }
+    /// The blocks of a brick that straddles a threshold which may straddle it too: bit i for block i. Some that do not
+    /// may be among them, as the ranges of blocks are rounded outwards.
+    std::uint64_t straddling_blocks(std::size_t octet, int child, double threshold) const;
+    std::size_t memory() const { return octets_.capacity() * sizeof(Octet) + blocks_.capacity() * sizeof(BlockCodes); }
 
 private:
+    /// The ranges of a brick's blocks, from 0 at the lower to 255 at the upper end of the brick's own.
+    struct BlockCodes {
+        alignas(64) std::array<std::uint8_t, blocks_per_brick> lower, upper;
+    };
+
     glm::ivec3 shape_{0};
     std::vector<Octet> octets_;
+    std::vector<BlockCodes> blocks_; ///< of brick `child` of octet i: item 8 i + child
 };
 
 } // namespace isospline

@@ -3,8 +3,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace isospline {
 
@@ -14,13 +12,6 @@ namespace {
 
 /// A brick has at most 8 + 3 rows of coefficients along an axis.
 constexpr std::size_t most_rows = brick_size + 3;
-
-/// The smallest float not below x: c < x and c < round_up(x) say the same of every float c.
-float round_up(double x)
-{
-    const auto nearest = static_cast<float>(x);
-    return nearest < x ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
-}
 
 /// Bit i tells whether row[i] < threshold, of `count` coefficients; bits behind have no meaning. Reads the last four
 /// again where `count` is no multiple of four.
@@ -71,7 +62,7 @@ Slice slice_signs(const float* first_row, std::ptrdiff_t row_stride, const Brick
 
 BrickCells mixed_cells(const CoefficientView& coefficients, const Brick& brick, int degree, double threshold)
 {
-    const float limit = round_up(threshold);
+    const float limit = threshold_single(threshold);
 
     std::array<Slice, most_rows> slices;
     for (int z = 0; z < brick.size.z + degree; ++z)
@@ -79,18 +70,14 @@ BrickCells mixed_cells(const CoefficientView& coefficients, const Brick& brick, 
                                                           coefficients.row_stride, brick, degree, limit);
 
     // Along z. Where a brick is less than eight cells wide or high, bits are left that are no cells.
-    const std::uint64_t of_row = (std::uint64_t{1} << brick.size.x) - 1u;
-    const std::uint64_t of_slice =
-        brick.size.y == brick_size ? ~std::uint64_t{0} : (std::uint64_t{1} << brick_size * brick.size.y) - 1u;
-    const std::uint64_t valid = of_row * 0x0101010101010101u & of_slice;
-    BrickCells cells{};
+    BrickCells cells = all_cells(brick.size);
     for (int z = 0; z < brick.size.z; ++z) {
         std::uint64_t any = 0, all = ~std::uint64_t(0);
         for (int k = z; k <= z + degree; ++k) {
             any |= slices[static_cast<std::size_t>(k)].any;
             all &= slices[static_cast<std::size_t>(k)].all;
         }
-        cells[static_cast<std::size_t>(z)] = any & ~all & valid;
+        cells[static_cast<std::size_t>(z)] &= any & ~all;
     }
     return cells;
 }

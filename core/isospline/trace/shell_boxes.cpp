@@ -11,21 +11,23 @@ namespace isospline {
 
 namespace {
 
-/// Appends the cubes of a brick, of an eighth of it or less.
-void append(const MadeBrick& brick, const ShellBox& of_brick, int halvings, std::vector<ShellBox>& boxes)
+/// Appends the cubes of a brick, of an eighth of it or less, that hold any of its cells.
+void append(const BrickCells& cells, ShellBox box, int halvings, std::vector<ShellBox>& boxes)
 {
-    ShellBox box = of_brick;
+    std::uint64_t blocks = 0;
+    for (int block = 0; block < blocks_per_brick; ++block)
+        blocks |= static_cast<std::uint64_t>(cells_of_block(cells, block) != 0) << block;
     box.halvings = static_cast<std::uint8_t>(halvings);
     for (int block = 0; block < blocks_per_brick; ++block) {
         const bool begins_cube = (block & 0b010101) == 0;
-        if ((brick.blocks() >> block & (halvings == 2 ? cube_of_blocks : 1)) == 0 || (halvings == 2 && !begins_cube))
+        if ((blocks >> block & (halvings == 2 ? cube_of_blocks : 1)) == 0 || (halvings == 2 && !begins_cube))
             continue;
         box.block = static_cast<std::uint8_t>(block);
         if (halvings < 4) {
             boxes.push_back(box);
             continue;
         }
-        for (unsigned rest = brick.cells(block); rest != 0; rest &= rest - 1u) {
+        for (unsigned rest = cells_of_block(cells, block); rest != 0; rest &= rest - 1u) {
             box.cell = static_cast<std::uint8_t>(std::countr_zero(rest));
             boxes.push_back(box);
         }
@@ -37,11 +39,14 @@ void append(const MadeBrick& brick, const ShellBox& of_brick, int halvings, std:
 std::vector<ShellBox> shell_boxes(const Bricks& bricks, int halvings)
 {
     const std::vector<Octet>& octets = bricks.octets();
-    if (halvings >= 2)
+    std::vector<BrickCells> cells(halvings >= 2 ? bricks.count() : 0);
+    if (!cells.empty())
         parallel_for(octets.size(), 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                for (unsigned rest = octets[i].bricks; rest != 0; rest &= rest - 1u)
-                    bricks.brick(octets[i], std::countr_zero(rest));
+                for (unsigned rest = octets[i].bricks; rest != 0; rest &= rest - 1u) {
+                    const int child = std::countr_zero(rest);
+                    cells[Bricks::number(octets[i], child)] = bricks.cells(bricks.place(octets[i], child));
+                }
         });
     std::vector<ShellBox> boxes;
     boxes.reserve(halvings == 0 ? octets.size() : bricks.count());
@@ -58,7 +63,7 @@ std::vector<ShellBox> shell_boxes(const Bricks& bricks, int halvings)
             if (halvings == 1)
                 boxes.push_back(box);
             else
-                append(bricks.brick(octets[i], child), box, halvings, boxes);
+                append(cells[Bricks::number(octets[i], child)], box, halvings, boxes);
         }
     }
     return boxes;

@@ -6,6 +6,8 @@
 #include "isospline/math/grid.h"
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 using namespace isospline;
 
@@ -23,6 +25,14 @@ BrickRanges::Range range_of(const Volume& volume, const Brick& brick)
                 range = {std::min(range.lower, c), std::max(range.upper, c)};
             }
     return range;
+}
+
+/// A block of a brick as far as it is in the brick, as a brick of its own; of no size where it is not.
+Brick block_of(const Brick& brick, int block)
+{
+    const glm::ivec3 first = block_position(block), size = glm::min(brick.size - first, glm::ivec3(2));
+    const bool is_in_brick = size.x > 0 && size.y > 0 && size.z > 0;
+    return {brick.first + first, is_in_brick ? size : glm::ivec3(0)};
 }
 
 } // namespace
@@ -53,6 +63,45 @@ TEST_CASE("ranges of bricks are those of the coefficients that reach their cells
                 REQUIRE(ranges.straddling(index, 0.9) == straddling);
             }
         }
+}
+
+TEST_CASE("blocks that straddle a threshold are told, with few that do not", "[brick][threads]")
+{
+    std::size_t told = 0, straddling = 0;
+    for (const auto& shape : {glm::ivec3(20, 9, 17), glm::ivec3(16, 8, 8), glm::ivec3(3, 2, 2), glm::ivec3(9, 33, 2)})
+        for (int degree = 1; degree <= 5; ++degree) {
+            const auto volume = noise_volume(shape, degree);
+            const glm::ivec3 cells = volume->cell_shape();
+            const BrickRanges ranges(*volume);
+            for (std::size_t index = 0; index < ranges.octets().size(); ++index)
+                for (int child = 0; child < 8; ++child) {
+                    const Brick brick = brick_at(cells, 2 * at_place(ranges.shape(), index) + child_position(child));
+                    const auto range = ranges.octets()[index].brick(static_cast<std::size_t>(child));
+                    if (range.lower > range.upper)
+                        continue;
+                    std::vector<double> thresholds{0.9, -0.3, std::nextafter(static_cast<double>(range.lower), 1e9),
+                                                   static_cast<double>(range.upper)};
+                    for (int block = 0; block < blocks_per_brick; ++block)
+                        if (const Brick cube = block_of(brick, block); cube.size.x > 0)
+                            thresholds.push_back(static_cast<double>(range_of(*volume, cube).upper));
+                    for (const double threshold : thresholds) {
+                        if (!range.straddles(threshold))
+                            continue;
+                        const std::uint64_t blocks = ranges.straddling_blocks(index, child, threshold);
+                        for (int block = 0; block < blocks_per_brick; ++block) {
+                            const Brick cube = block_of(brick, block);
+                            const bool is_told = (blocks >> block & 1u) != 0;
+                            const bool expected = cube.size.x > 0 && range_of(*volume, cube).straddles(threshold);
+                            REQUIRE((is_told || !expected));
+                            REQUIRE((cube.size.x > 0 || !is_told));
+                            told += is_told;
+                            straddling += expected;
+                        }
+                    }
+                }
+        }
+    REQUIRE(straddling > 10000);
+    REQUIRE(static_cast<double>(told) < 1.03 * static_cast<double>(straddling));
 }
 
 TEST_CASE("a range straddles a threshold where both signs occur, zero counting as positive", "[brick]")
