@@ -2,7 +2,8 @@
 // parameter, what was expected and what came: ValueError for shapes and values, TypeError for types.
 #pragma once
 
-#include "isospline/brick/cutout.h"
+#include "mistakes.h"
+
 #include "isospline/spline/volume.h"
 #include "isospline/util/error.h"
 
@@ -47,31 +48,6 @@ inline Shape shape_of(const pybind11::array& array)
     return Shape(array.shape(), array.shape() + array.ndim());
 }
 
-template <typename Got>
-[[noreturn]] void throw_type_error(const char* parameter, const std::string& expected, const Got& got)
-{
-    std::ostringstream message;
-    message << parameter << ": expected " << expected << ", got " << got;
-    throw pybind11::type_error(message.str());
-}
-
-inline std::string type_name(const pybind11::handle& value)
-{
-    return value.is_none() ? "None" : pybind11::str(pybind11::type::handle_of(value).attr("__name__"));
-}
-
-/// What a parameter holds, an object of a class of ours. None is none, whatever pybind11 makes of it for pointers.
-template <typename Object>
-std::shared_ptr<Object> as_object(const pybind11::handle& value, const char* parameter)
-{
-    namespace py = pybind11;
-    if (!py::isinstance<Object>(value)) {
-        const std::string name = py::str(py::type::of<Object>().attr("__name__"));
-        throw_type_error(parameter, (name.front() == 'I' ? "an " : "a ") + name, type_name(value));
-    }
-    return value.cast<std::shared_ptr<Object>>();
-}
-
 /// NumPy takes what is under the mask for data.
 inline void refuse_masked(const pybind11::handle& value, const char* parameter)
 {
@@ -87,19 +63,26 @@ inline void refuse_masked(const pybind11::handle& value, const char* parameter)
                       std::to_string(count) + " masked");
 }
 
-/// numpy.asarray(value), whose dtype is one of the kinds given: b boolean, i and u integer, f floating point.
+/// numpy.asarray(value), or numpy.from_dlpack(value) for tensors that have nothing else, whose dtype is one of the
+/// kinds given: b boolean, i and u integer, f floating point.
 inline pybind11::array as_array(const pybind11::handle& value, const char* parameter, std::string_view kinds = "biuf",
                                 const char* expected = "an array of real numbers")
 {
     namespace py = pybind11;
     refuse_masked(value, parameter);
-    auto array = py::array::ensure(value);
-    if (!array) {
-        PyErr_Clear();
-        throw_type_error(parameter, expected, type_name(value));
+    py::object given = py::reinterpret_borrow<py::object>(value);
+    if (!py::isinstance<py::array>(value) && !py::hasattr(value, "__array__") && py::hasattr(value, "__dlpack__")) {
+        try {
+            given = py::module_::import("numpy").attr("from_dlpack")(value);
+        } catch (const py::error_already_set&) {
+            throw_wrong_type(parameter, std::string(expected) + " in the memory of the CPU", value);
+        }
     }
-    if (kinds.find(array.dtype().kind()) == std::string_view::npos)
-        throw_type_error(parameter, expected, "dtype " + std::string(py::str(array.dtype())));
+    auto array = py::array::ensure(given);
+    if (!array)
+        PyErr_Clear();
+    if (!array || kinds.find(array.dtype().kind()) == std::string_view::npos)
+        throw_wrong_type(parameter, expected, array && array.ndim() > 0 && array.dtype().kind() != 'O' ? array : given);
     return array;
 }
 
@@ -114,6 +97,7 @@ public:
         if (array_.ndim() < 1 || array_.shape(array_.ndim() - 1) != columns)
             throw_invalid(parameter, "shape (..., " + std::to_string(columns) + ")", to_text(shape_of(array_)));
         count_ = static_cast<std::size_t>(array_.size() / columns);
+        single_precision_ = array_.dtype().kind() == 'f' && array_.dtype().itemsize() == sizeof(float);
         if (py::isinstance<py::array_t<float, py::array::c_style>>(array_) && is_aligned<float>()) {
             floats_ = static_cast<const float*>(array_.data());
             return;
@@ -125,6 +109,8 @@ public:
     }
 
     std::size_t count() const { return count_; }
+    /// Whether the numbers that were given are of float32.
+    bool is_single_precision() const { return single_precision_; }
     /// The shape without its last axis: that of a result with one item a row.
     Shape leading_shape() const
     {
@@ -164,6 +150,7 @@ private:
     pybind11::array array_;
     std::size_t columns_;
     std::size_t count_ = 0;
+    bool single_precision_ = false;
     const float* floats_ = nullptr;
     const double* doubles_ = nullptr;
 };
@@ -283,24 +270,6 @@ pybind11::array_t<Number> new_grid(const glm::ivec3& shape, Axes axes)
     return py::array_t<Number, py::array::c_style>(array_shape(shape, axes));
 }
 
-/// A boolean array over the samples of a volume, in the order of the user's array.
-inline Mask as_mask(const pybind11::handle& value, const char* parameter, const glm::ivec3& shape, Axes axes)
-{
-    const auto array = as_array(value, parameter, "b", "an array of bool");
-    const Shape expected = array_shape(shape, axes);
-    if (shape_of(array) != expected)
-        throw_invalid(parameter, "shape " + to_text(expected), to_text(shape_of(array)));
-    const auto strides = grid_strides(array, axes);
-    const auto* const data = static_cast<const std::uint8_t*>(array.data());
-    Mask mask;
-    mask.reserve(static_cast<std::size_t>(array.size()));
-    for (int z = 0; z < shape.z; ++z)
-        for (int y = 0; y < shape.y; ++y)
-            for (int x = 0; x < shape.x; ++x)
-                mask.push_back(data[x * strides[0] + y * strides[1] + z * strides[2]] != 0);
-    return mask;
-}
-
 /// The words that stand for an enumeration's values in Python.
 template <typename Enum>
 using EnumWords = std::vector<std::pair<const char*, Enum>>;
@@ -329,12 +298,11 @@ Flags as_flags(const Named<bool Flags::*> (&known)[Count], const pybind11::handl
     namespace py = pybind11;
     const auto is_name = [](const py::handle& each) { return py::isinstance<py::str>(each); };
     if (is_name(value) || !py::isinstance<py::iterable>(value))
-        throw_type_error(parameter, std::string("a sequence of names, such as (\"") + known[0].name + "\",)",
-                         is_name(value) ? "\"" + value.cast<std::string>() + "\"" : type_name(value));
+        throw_wrong_type(parameter, std::string("a sequence of names, such as (\"") + known[0].name + "\",)", value);
     Flags flags;
     for (const py::handle& each : py::reinterpret_borrow<py::iterable>(value)) {
         if (!is_name(each))
-            throw_type_error(parameter, "names", type_name(each));
+            throw_wrong_type(parameter, "names", each);
         const auto name = each.cast<std::string>();
         const auto* const found = std::find_if(std::begin(known), std::end(known),
                                                [&](const auto& candidate) { return candidate.name == name; });
@@ -353,11 +321,11 @@ inline bool is_single_precision(const pybind11::handle& value, const char* param
     try {
         dtype = py::dtype::from_args(py::reinterpret_borrow<py::object>(value));
     } catch (const py::error_already_set&) {
-        throw_type_error(parameter, "float32 or float64", std::string(py::repr(value)));
+        throw_wrong_type(parameter, "float32 or float64", value);
     }
     const bool single_precision = dtype.is(py::dtype::of<float>());
-    if (value.is_none() || (!single_precision && !dtype.is(py::dtype::of<double>())))
-        throw_invalid(parameter, "float32 or float64", value.is_none() ? "None" : std::string(py::str(dtype)));
+    if ((!single_precision && !dtype.is(py::dtype::of<double>())))
+        throw_invalid(parameter, "float32 or float64", std::string(py::str(dtype)));
     return single_precision;
 }
 

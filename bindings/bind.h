@@ -9,6 +9,7 @@ void bind_volume(pybind11::module_& module);
 void bind_cells(pybind11::module_& module);
 void bind_color(pybind11::module_& module);
 void bind_material(pybind11::module_& module);
+void bind_clip(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
@@ -21,5 +22,6 @@ void bind_shading(pybind11::module_& module);
 void bind_area_lights(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 void bind_path_tracer(pybind11::module_& module);
+void bind_state(pybind11::module_& module);
 
 } // namespace isospline

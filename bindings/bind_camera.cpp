@@ -153,6 +153,7 @@ Examples
                 return camera.focus_distance.value_or(glm::distance(camera.eye, camera.target));
             },
             "World units.")
+        .def("_focus_distance", [](const PerspectiveCamera& camera) { return camera.focus_distance; })
         .def("__repr__", [](const PerspectiveCamera& camera) { return representation(camera); });
 }
 

@@ -5,6 +5,8 @@
 #include "isospline/render/opencv_camera.h"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/trigonometric.hpp>
 #include <pybind11/stl.h>
 
@@ -29,7 +31,7 @@ CameraPosition as_camera_position(const py::object& value)
 {
     const char* const expected = "three points: position, focal point and view up";
     if (!py::isinstance<py::sequence>(value) && !py::hasattr(value, "__getitem__"))
-        throw_type_error("camera_position", expected, type_name(value));
+        throw_wrong_type("camera_position", expected, value);
     if (py::isinstance<py::str>(value))
         throw_invalid("camera_position", expected, "\"" + value.cast<std::string>() + "\"");
     const py::list points(value);
@@ -130,22 +132,58 @@ glm::dmat3 as_rotation(const py::object& value)
     const double angle = glm::length(vector);
     if (!(angle > 0.0))
         return glm::dmat3(1.0);
-    // Rodrigues' formula.
-    const glm::dvec3 axis = vector / angle;
-    const glm::dmat3 cross(0, axis.z, -axis.y, -axis.z, 0, axis.x, axis.y, -axis.x, 0);
-    return glm::dmat3(1.0) + std::sin(angle) * cross + (1.0 - std::cos(angle)) * (cross * cross);
+    return glm::dmat3(glm::rotate(glm::dmat4(1.0), angle, vector));
 }
 
-ProjectionPlaneCamera camera_from_opencv(const py::object& intrinsics, const py::object& rotation,
-                                         const py::object& translation, std::array<int, 2> size, double pixel_center)
+/// R and t, or both in one (3, 4) or (4, 4) matrix.
+void set_extrinsics(OpenCvCamera& camera, const py::object& rotation, const py::object& translation)
 {
+    if (translation.is_none()) {
+        const py::array both = as_array(rotation, "rotation", "iuf", "a (4, 4) matrix where translation is None");
+        const Shape shape = shape_of(both);
+        if (shape != Shape{4, 4} && shape != Shape{3, 4})
+            throw_invalid("rotation", "shape (4, 4) or (3, 4) where translation is None", to_text(shape));
+        if (shape[0] == 4) {
+            const glm::dmat4 matrix = as_matrix4(both, "rotation");
+            if (glm::row(matrix, 3) != glm::dvec4(0.0, 0.0, 0.0, 1.0))
+                throw_invalid("rotation", "the last row (0, 0, 0, 1)", "another");
+        }
+        camera.rotation = as_matrix3(both[py::make_tuple(py::slice(0, 3, 1), py::slice(0, 3, 1))], "rotation");
+        camera.translation = as_vector(both[py::make_tuple(py::slice(0, 3, 1), 3)], "rotation");
+        return;
+    }
     py::array t = as_array(translation, "translation", "iuf");
     if (t.size() == 3) // also a column, as of cv2.solvePnP
         t = t.attr("reshape")(3);
-    const OpenCvCamera camera{as_matrix3(intrinsics, "intrinsics"), as_rotation(rotation),
-                              as_vector(t.size() == 3 ? py::object(t.attr("reshape")(3)) : t, "translation"),
-                              pixel_center};
-    return from_opencv(camera, {size[0], size[1]});
+    camera.rotation = as_rotation(rotation);
+    camera.translation = as_vector(t, "translation");
+}
+
+/// Pictures have straight lines.
+void refuse_distortion(const py::object& distortion)
+{
+    if (distortion.is_none())
+        return;
+    const py::array coefficients = as_array(distortion, "distortion", "iuf");
+    if (coefficients.attr("any")().cast<bool>())
+        throw_invalid("distortion",
+                      "zeros, as pictures have straight lines: undistort the photograph by cv2.undistort(), with K as "
+                      "the new camera matrix, and leave distortion out",
+                      "coefficients that are not zero");
+}
+
+ProjectionPlaneCamera camera_from_opencv(const py::object& intrinsics, const py::object& rotation,
+                                         const py::object& translation, std::optional<std::array<int, 2>> size,
+                                         double pixel_center, const py::object& distortion)
+{
+    OpenCvCamera camera;
+    camera.intrinsics = as_matrix3(intrinsics, "intrinsics");
+    set_extrinsics(camera, rotation, translation);
+    camera.pixel_center = pixel_center;
+    refuse_distortion(distortion);
+    if (!size)
+        throw_invalid("size", "width and height of the calibrated image in pixels", "None");
+    return from_opencv(camera, {(*size)[0], (*size)[1]});
 }
 
 template <typename GivenCamera>
@@ -164,20 +202,23 @@ Parameters
 ----------
 intrinsics : (3, 3) float
     K: rows (fx, skew, cx), (0, fy, cy) and (0, 0, 1), pixels.
-rotation : (3, 3) or (3,) float
-    R, world to camera; or the rotation vector of `cv2.solvePnP`, axis times angle.
-translation : (3,) or (3, 1) float
+rotation : (3, 3), (3,), (4, 4) or (3, 4) float
+    R, world to camera; or the rotation vector of `cv2.solvePnP`, axis times angle; or, without a translation, the
+    extrinsic matrix (R t), as of Open3D's `create_rays_pinhole`.
+translation : (3,) or (3, 1) float, optional
     t.
 size : (int, int)
     Width and height of the calibrated image in pixels. Pictures of another size show the same scene, in more or fewer
     pixels.
 pixel_center : float
-    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in COLMAP and others.
+    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in Open3D, COLMAP and others.
+distortion : array_like, optional
+    OpenCV's distortion coefficients, which must be zero: pictures have straight lines. Undistort photographs that they
+    are compared with.
 
 Returns
 -------
 ProjectionPlaneCamera
-    Images have no lens distortion: undistort photographs that they are compared with.
 
 Raises
 ------
@@ -200,7 +241,7 @@ Parameters
 size : (int, int)
     Width and height of the image in pixels.
 pixel_center : float
-    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in COLMAP and others.
+    u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in Open3D, COLMAP and others.
 
 Returns
 -------
@@ -238,8 +279,8 @@ void bind_exchange(py::class_<PerspectiveCamera>& camera_class)
 void bind_exchange(py::class_<ProjectionPlaneCamera>& camera_class)
 {
     camera_class.def_static("from_opencv", &camera_from_opencv, py::arg("intrinsics"), py::arg("rotation"),
-                            py::arg("translation"), py::arg("size"), py::kw_only(), py::arg("pixel_center") = 0.0,
-                            from_opencv_doc);
+                            py::arg("translation") = py::none(), py::arg("size") = py::none(), py::kw_only(),
+                            py::arg("pixel_center") = 0.0, py::arg("distortion") = py::none(), from_opencv_doc);
     bind_to_opencv(camera_class);
 }
 

@@ -78,7 +78,8 @@ void bind_by_volume(py::module_& module)
         ColorByVolume color;
         color.map = as_color_map(cmap, limits.value_or(Limits{volume->minimum(), volume->maximum()}));
         if (!transform.is_none()) {
-            color.scene_to_volume = glm::inverse(as_matrix4(transform, "transform"));
+            color.volume_to_scene = as_matrix4(transform, "transform");
+            color.scene_to_volume = glm::inverse(color.volume_to_scene);
             for (int column = 0; column < 4; ++column)
                 if (!is_finite(glm::dvec3(color.scene_to_volume[column])) ||
                     color.scene_to_volume[column][3] != (column == 3))
@@ -121,7 +122,7 @@ Examples
         .def_property_readonly("volume",
                                [](const ColorByVolume& color) { return std::const_pointer_cast<Volume>(color.volume); })
         .def_property_readonly(
-            "transform", [](const ColorByVolume& color) { return to_array(glm::inverse(color.scene_to_volume)); },
+            "transform", [](const ColorByVolume& color) { return to_array(color.volume_to_scene); },
             "(4, 4) float64 array.")
         .def("__repr__", [](const ColorByVolume& color) {
             const py::object volume = py::cast(std::const_pointer_cast<Volume>(color.volume));

@@ -74,7 +74,7 @@ outputs : sequence of str
 
 Returns
 -------
-dict
+Hits
     As of `Scene.cast_rays`; the geometry id is 0.
 
 Raises
@@ -136,11 +136,11 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
     return following;
 }
 
-py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
-                   const py::object& outputs)
+py::object cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
+                     const py::object& outputs, const py::object& dtype)
 {
     const GivenRays given(rays, t_near, t_far, false);
-    HitArrays arrays(given.rows.leading_shape(), outputs, py::dtype::of<double>());
+    HitArrays arrays(given.rows, outputs, dtype, py::none());
     HopStatistics statistics;
     std::mutex adding;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
@@ -155,7 +155,7 @@ py::dict cast_rays(FollowingHopper& following, const py::object& rays, double t_
         });
     });
     following.last = statistics;
-    return arrays.to_dict();
+    return arrays.to_result();
 }
 
 std::size_t memory(FollowingHopper& following)
@@ -184,7 +184,7 @@ void bind_hopper(py::module_& module)
         .def(py::init(&make_hopper), py::arg("surface"), py::kw_only(), py::arg("strides") = false)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("outputs") = default_hit_outputs(),
-             cast_rays_doc)
+             py::arg("dtype") = py::none(), cast_rays_doc)
         .def_property_readonly(
             "statistics", [](const FollowingHopper& following) { return to_dict(following.last); }, statistics_doc)
         .def_property_readonly("surface", &FollowingHopper::surface, "The surface.")

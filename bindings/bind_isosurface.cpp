@@ -1,14 +1,16 @@
 #include "bind.h"
 
 #include "arrays.h"
+#include "clip.h"
 #include "long_call.h"
+#include "masks.h"
 
+#include "isospline/math/affine.h"
 #include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
 
-#include <glm/geometric.hpp>
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
@@ -24,36 +26,6 @@ namespace py = pybind11;
 namespace isospline {
 
 namespace {
-
-constexpr const char* half_space_doc = R"(The side of a plane that is kept: the points x with <normal, x - point> >= 0.
-
-Parameters
-----------
-point : (3,) array_like, world units
-    Any point of the plane.
-normal : (3,) array_like
-    Points to the side that is kept; of any length but zero.
-
-Examples
---------
->>> import isospline
->>> isospline.HalfSpace((0, 0, 5), (0, 0, 1))
-HalfSpace(point=(0, 0, 5), normal=(0, 0, 1))
-)";
-
-constexpr const char* box_doc = R"(An axis-aligned box.
-
-Parameters
-----------
-minimum, maximum : (3,) array_like, world units
-    Its corners; the minimum is below the maximum along each axis. Sides may be at infinity.
-
-Examples
---------
->>> import isospline
->>> isospline.Box((0, 0, 0), (10, 20, 30))
-Box(minimum=(0, 0, 0), maximum=(10, 20, 30))
-)";
 
 constexpr const char* isosurface_doc = R"(The surface where the model of a volume has one value.
 
@@ -131,12 +103,6 @@ const EnumWords<Method> method_words{
     {"exact", Method::exact}, {"reference", Method::reference}, {"bracket", Method::bracket}};
 const EnumWords<Inside> inside_words{{"above", Inside::above}, {"below", Inside::below}};
 
-/// A half-space as Python gives it.
-struct Plane {
-    glm::dvec3 point;
-    glm::dvec3 normal;
-};
-
 /// The shell of a surface at the level that it had when it was asked for, found when it is first looked at.
 struct ShellView {
     std::shared_ptr<const IsosurfaceSnapshot> surface;
@@ -149,58 +115,6 @@ struct ShellView {
     }
     const Shell* operator->() const { return &**this; }
 };
-
-std::string tuple_text(const glm::dvec3& vector)
-{
-    std::ostringstream text;
-    text.precision(12);
-    text << "(" << vector.x << ", " << vector.y << ", " << vector.z << ")";
-    return text.str();
-}
-
-Plane make_half_space(const py::object& point, const py::object& normal)
-{
-    const Plane plane{as_vector(point, "point"), as_vector(normal, "normal")};
-    check_finite("point", plane.point);
-    check_direction("normal", plane.normal);
-    return plane;
-}
-
-Box make_box(const py::object& minimum, const py::object& maximum)
-{
-    const Box box{as_vector(minimum, "minimum"), as_vector(maximum, "maximum")};
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(box.lower[axis] < box.upper[axis]))
-            throw_invalid("maximum", "numbers above those of the minimum, " + tuple_text(box.lower),
-                          tuple_text(box.upper));
-    return box;
-}
-
-void add_clip(std::vector<HalfSpace>& clip, const py::handle& part)
-{
-    if (py::isinstance<Plane>(part)) {
-        const auto& [point, normal] = part.cast<const Plane&>();
-        const glm::dvec3 scaled = normal / std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
-        clip.push_back({scaled, glm::dot(scaled, point)});
-    } else if (py::isinstance<Box>(part)) {
-        const auto sides = half_spaces(part.cast<const Box&>());
-        clip.insert(clip.end(), sides.begin(), sides.end());
-    } else {
-        throw_type_error("clip", "a HalfSpace, a Box or a sequence of them", type_name(part));
-    }
-}
-
-std::vector<HalfSpace> as_clip(const py::object& value)
-{
-    std::vector<HalfSpace> clip;
-    if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) {
-        for (const py::handle part : value)
-            add_clip(clip, part);
-    } else if (!value.is_none()) {
-        add_clip(clip, value);
-    }
-    return clip;
-}
 
 /// Whether all rays miss a surface.
 bool is_nothing(const IsosurfaceSnapshot& surface)
@@ -240,7 +154,8 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
                                             const std::string& method, const std::string& inside,
                                             std::shared_ptr<Material> material, const py::object& progress)
 {
-    auto volume = as_object<Volume>(given, "volume");
+    const auto volume = as_object<Volume>(
+        py::module_::import("isospline.interop.conversions").attr("as_volume")(given, "volume"), "volume");
     IsosurfaceOptions options;
     options.shell.prune_depth = prune_depth;
     options.shell.prune_border = prune_border;
@@ -251,7 +166,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
     options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
     options.material = std::move(material);
-    return build(std::move(volume), level, std::move(options), nullptr, progress);
+    return build(volume, level, std::move(options), nullptr, progress);
 }
 
 std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, const py::object& progress)
@@ -307,32 +222,6 @@ std::string representation(const Isosurface& surface)
     return "<" + text.str() + ">";
 }
 
-void bind_clip(py::module_& module)
-{
-    py::class_<Plane>(module, "HalfSpace", half_space_doc)
-        .def(py::init(&make_half_space), py::arg("point"), py::arg("normal"))
-        .def_property_readonly(
-            "point", [](const Plane& plane) { return to_array(plane.point); },
-            "(3,) float64 array, world units: a point of the plane.")
-        .def_property_readonly(
-            "normal", [](const Plane& plane) { return to_array(plane.normal); },
-            "(3,) float64 array: points to the side that is kept.")
-        .def("__repr__", [](const Plane& plane) {
-            return "HalfSpace(point=" + tuple_text(plane.point) + ", normal=" + tuple_text(plane.normal) + ")";
-        });
-    py::class_<Box>(module, "Box", box_doc)
-        .def(py::init(&make_box), py::arg("minimum"), py::arg("maximum"))
-        .def_property_readonly(
-            "minimum", [](const Box& box) { return to_array(box.lower); },
-            "(3,) float64 array, world units: the lower corner.")
-        .def_property_readonly(
-            "maximum", [](const Box& box) { return to_array(box.upper); },
-            "(3,) float64 array, world units: the upper corner.")
-        .def("__repr__", [](const Box& box) {
-            return "Box(minimum=" + tuple_text(box.lower) + ", maximum=" + tuple_text(box.upper) + ")";
-        });
-}
-
 void bind_shell(py::module_& module)
 {
     py::class_<ShellView>(module, "Shell", shell_doc)
@@ -356,7 +245,6 @@ void bind_shell(py::module_& module)
 
 void bind_isosurface(py::module_& module)
 {
-    bind_clip(module);
     bind_shell(module);
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
         .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
@@ -369,6 +257,21 @@ void bind_isosurface(py::module_& module)
         .def_property_readonly(
             "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface->snapshot()}; },
             "The cells that may hold a part of the surface, at its present level.")
+        .def_property_readonly(
+            "bounds",
+            [](const Isosurface& surface) {
+                const auto snapshot = surface.snapshot();
+                Box box;
+                long_call("to find the bounds of a surface", py::none(), [&](const Progress&) {
+                    box = snapshot->bounds_lattice();
+                    for (const Box& cap : cap_boxes(*snapshot))
+                        box.extend(cap);
+                    box = transform_box(snapshot->volume().lattice_to_world(), box);
+                });
+                return to_array(box);
+            },
+            "(2, 3) float64 array, world units: lower and upper corner of the box of the cells that may hold the "
+            "surface, and of its caps; inf, -inf where there are none.")
         .def_property_readonly(
             "volume",
             [](const Isosurface& surface) { return std::const_pointer_cast<Volume>(surface.shared_volume()); },

@@ -1,13 +1,14 @@
 #include "arrays.h"
 #include "bind.h"
+#include "long_call.h"
 
 #include "isospline/scene/mesh.h"
 #include "isospline/shade/material.h"
 #include "isospline/util/check.h"
 
+#include <glm/gtc/color_space.hpp>
 #include <pybind11/numpy.h>
 
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -59,9 +60,12 @@ std::vector<glm::dvec3> as_vectors(const py::object& value, const char* paramete
     const RowArray rows(array, parameter, 3);
     if (rows.leading_shape().size() != 1)
         throw_invalid(parameter, "shape (V, 3)", std::to_string(rows.leading_shape().size() + 1) + " dimensions");
-    std::vector<glm::dvec3> vectors(rows.count());
-    for (std::size_t i = 0; i < vectors.size(); ++i)
-        vectors[i] = rows.vector(i);
+    std::vector<glm::dvec3> vectors;
+    long_call("to copy vectors", py::none(), [&](const Progress&) {
+        vectors.resize(rows.count());
+        for (std::size_t i = 0; i < vectors.size(); ++i)
+            vectors[i] = rows.vector(i);
+    });
     return vectors;
 }
 
@@ -83,10 +87,7 @@ std::vector<glm::dvec3> as_vertex_colors(const py::object& value, std::size_t ve
     std::vector<glm::dvec3> linear = as_vertex_vectors(colors, "colors", vertex_count);
     if (!colors.is_none() && py::isinstance<py::array_t<std::uint8_t>>(colors))
         for (glm::dvec3& color : linear)
-            for (int channel = 0; channel < 3; ++channel) {
-                const double srgb = color[channel] / 255.0; // IEC 61966-2-1
-                color[channel] = srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-            }
+            color = glm::convertSRGBToLinear(color / 255.0);
     return linear;
 }
 
@@ -111,17 +112,22 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
         throw_invalid("faces", "shape (F, 3)", to_text(shape_of(indices)));
     check_count("faces", static_cast<std::uint64_t>(indices.shape(0)));
     const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> rows(indices);
+    const std::int64_t* const corners = rows.data();
     std::vector<glm::uvec3> face_list(static_cast<std::size_t>(rows.shape(0)));
-    for (std::size_t i = 0; i < face_list.size(); ++i)
-        for (int corner = 0; corner < 3; ++corner) {
-            const std::int64_t index = rows.at(static_cast<py::ssize_t>(i), corner);
-            if (index < 0 || index >= static_cast<std::int64_t>(vertex_list.size()))
-                throw_invalid("faces", "vertex indices from 0 to " + std::to_string(vertex_list.size()) + " - 1",
-                              std::to_string(index) + " in face " + std::to_string(i));
-            face_list[i][corner] = static_cast<unsigned int>(index);
-        }
-    return std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list), std::move(normal_list),
-                                  std::move(color_list), std::move(material));
+    std::shared_ptr<Mesh> mesh;
+    long_call("to make a mesh of " + std::to_string(face_list.size()) + " faces", py::none(), [&](const Progress&) {
+        for (std::size_t i = 0; i < face_list.size(); ++i)
+            for (int corner = 0; corner < 3; ++corner) {
+                const std::int64_t index = corners[3 * i + static_cast<std::size_t>(corner)];
+                if (index < 0 || index >= static_cast<std::int64_t>(vertex_list.size()))
+                    throw_invalid("faces", "vertex indices from 0 to " + std::to_string(vertex_list.size()) + " - 1",
+                                  std::to_string(index) + " in face " + std::to_string(i));
+                face_list[i][corner] = static_cast<unsigned int>(index);
+            }
+        mesh = std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list), std::move(normal_list),
+                                      std::move(color_list), std::move(material));
+    });
+    return mesh;
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "long_call.h"
+#include "results.h"
 
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
@@ -70,7 +71,7 @@ tolerance : float, world units, optional
 
 Returns
 -------
-dict
+ClosestPoints
     `points`, (..., 3) float64: on the surface, to some 1e-11 of a voxel; not a number where there is none within
     `max_distance`. `distances`, (...) float64: to these; infinite where there is none. `error_bounds`, (...) float64:
     no part of the surface is nearer than ``minimum(distances, max_distance) - error_bounds``, up to rounding.
@@ -205,8 +206,8 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
               });
 }
 
-py::dict closest_points(const Isosurface& surface, const py::object& points, double max_distance,
-                        const std::optional<double>& tolerance)
+py::object closest_points(const Isosurface& surface, const py::object& points, double max_distance,
+                          const std::optional<double>& tolerance)
 {
     const RowArray rows(points, "points", 3);
     const Shape shape = rows.leading_shape();
@@ -230,7 +231,7 @@ py::dict closest_points(const Isosurface& surface, const py::object& points, dou
     result["error_bounds"] = errors;
     result["primitive_ids"] = ids;
     result["primitive_normals"] = normals;
-    return result;
+    return as_result("ClosestPoints", result);
 }
 
 py::array_t<double> signed_distance(const Isosurface& surface, const py::object& points, double max_distance,

@@ -76,13 +76,16 @@ coherent : bool
     rays of a picture do. The hits are the same, bit for bit.
 outputs : sequence of str
     Names of the arrays to return. What is not asked for costs nothing: ``outputs=("t_hit",)`` is the fastest.
-dtype : dtype
-    Of arrays of real numbers: float64, or float32, which takes half the memory. Hits are found in float64 and rounded.
+dtype : dtype, optional
+    Of arrays of real numbers, float64 or float32; by default that of the rays. Hits are found in float64 and rounded.
+out : dict of arrays, optional
+    Where to write what `outputs` names, such as the result of an earlier call: C-contiguous arrays of the right shape
+    and type. What it lacks is made.
 
 Returns
 -------
-dict
-    By default these:
+Hits
+    A mapping whose items are attributes as well: ``hits.t_hit`` is ``hits["t_hit"]``. By default it has these:
 
     ``t_hit``: (...) dtype, inf where the ray misses.
     ``geometry_ids``: (...) uint32, the object's; `INVALID_ID` where the ray misses.
@@ -122,7 +125,7 @@ t_near, t_far : float
 
 Returns
 -------
-dict
+Crossings
     Of N rays and M crossings; those of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
 
     ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids``:
@@ -176,30 +179,26 @@ Returns
 (...) bool array
 )";
 
-BuildQuality as_build_quality(const std::string& name)
-{
-    if (name == "low")
-        return BuildQuality::low;
-    if (name == "medium")
-        return BuildQuality::medium;
-    if (name == "high")
-        return BuildQuality::high;
-    throw_invalid("build_quality", "'low', 'medium' or 'high'", "'" + name + "'");
-}
+const EnumWords<BuildQuality> quality_words{
+    {"low", BuildQuality::low}, {"medium", BuildQuality::medium}, {"high", BuildQuality::high}};
 
-std::unique_ptr<Scene> make_scene(const py::iterable& objects, const std::string& build_quality, int box_edge)
+std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& build_quality, int box_edge)
 {
-    auto scene = std::make_unique<Scene>(BuildOptions{as_build_quality(build_quality), box_edge});
-    for (const auto& object : objects)
-        add_object(*scene, py::reinterpret_borrow<py::object>(object), py::none(), {});
+    auto scene =
+        std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality"), box_edge});
+    const py::list placed = py::module_::import("isospline.interop.conversions").attr("as_placed_objects")(objects);
+    for (const auto& each : placed) {
+        const auto pair = each.cast<py::tuple>();
+        add_object(*scene, pair[0], pair[1], {});
+    }
     return scene;
 }
 
-py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent,
-                   const py::object& outputs, const py::object& dtype)
+py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent,
+                     const py::object& outputs, const py::object& dtype, const py::object& out)
 {
     const GivenRays given(rays, t_near, t_far, coherent);
-    HitArrays arrays(given.rows.leading_shape(), outputs, dtype);
+    HitArrays arrays(given.rows, outputs, dtype, out);
     const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
@@ -216,7 +215,7 @@ py::dict cast_rays(Scene& scene, const py::object& rays, double t_near, double t
                                   });
         });
     });
-    return arrays.to_dict();
+    return arrays.to_result();
 }
 
 py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t_near, double t_far)
@@ -261,7 +260,7 @@ std::vector<CrossingChunk> crossings_of(Scene& scene, const GivenRays& given)
     return chunks;
 }
 
-py::dict list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
+py::object list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
 {
     const GivenRays given(rays, t_near, t_far, false);
     const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
@@ -311,7 +310,7 @@ py::dict list_intersections(Scene& scene, const py::object& rays, double t_near,
     result["primitive_normals"] = normals;
     result["positions"] = positions;
     result["entering"] = entering;
-    return result;
+    return as_result("Crossings", result);
 }
 
 py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
@@ -353,7 +352,8 @@ void bind_scene(py::module_& module)
              py::arg("build_quality") = "medium", py::arg("box_edge") = 16)
         .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false,
-             py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::dtype::of<double>(), cast_rays_doc)
+             py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::none(), py::arg("out") = py::none(),
+             cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
         .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
@@ -372,6 +372,12 @@ void bind_scene(py::module_& module)
             "build_count", [](Scene& scene) { return snapshot_of(scene)->build_count(); },
             "Acceleration structures of isosurfaces and meshes that have been built so far: more by one for each "
             "object that is new and each level that is, and no more for other changes.")
+        .def_property_readonly(
+            "build_quality", [](const Scene& scene) { return to_word(quality_words, scene.build_options().quality); },
+            "How Embree's acceleration structures are built: \"low\", \"medium\" or \"high\".")
+        .def_property_readonly(
+            "box_edge", [](const Scene& scene) { return scene.build_options().box_edge; },
+            "Cells along an edge of the boxes that Embree has of isosurfaces.")
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 
     module.def("set_thread_count", &set_thread_count, py::arg("count"),

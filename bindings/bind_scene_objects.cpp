@@ -122,7 +122,7 @@ ValueError
 std::uint32_t as_geometry_id(const py::object& value)
 {
     if (!PyIndex_Check(value.ptr()))
-        throw_type_error("geometry_id", "an int", type_name(value));
+        throw_wrong_type("geometry_id", "an int", value);
     const auto integer = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
     if (!integer)
         throw py::error_already_set();
@@ -186,7 +186,8 @@ std::uint32_t add_object(Scene& scene, const py::object& object, const py::objec
         const auto mesh = object.cast<std::shared_ptr<Mesh>>();
         return without_gil([&] { return scene.add(mesh, placed, seen_by); });
     }
-    throw_type_error("obj", "an Isosurface or a Mesh", type_name(object));
+    const py::object converted = py::module_::import("isospline.interop.conversions").attr("as_mesh")(object, "obj");
+    return add_object(scene, converted, transform, seen_by);
 }
 
 void bind_scene_objects(py::module_& module)

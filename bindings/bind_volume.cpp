@@ -37,8 +37,8 @@ Parameters
 data : (nz, ny, nx) array, or (nx, ny, nz) for axes="xyz"
     Samples of any boolean, integer or floating type, memory order and byte order; read in place (long double is
     converted to float64 first). Must be finite.
-spacing : (3,) array_like, world units
-    Distance between samples along x, y and z.
+spacing : float or (3,) array_like, world units
+    Distance between samples along x, y and z; one number for all three.
 origin : (3,) array_like, world units
     Position of sample (0, 0, 0).
 direction : (3, 3) array_like
@@ -192,7 +192,10 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
                                     const py::object& progress)
 {
     VolumeOptions options;
-    options.spacing = as_vector(spacing, "spacing");
+    if (const py::array edges = as_array(spacing, "spacing", "iuf", "one number or three"); edges.ndim() == 0)
+        options.spacing = glm::dvec3(edges.cast<double>());
+    else
+        options.spacing = as_vector(edges, "spacing");
     options.origin = as_vector(origin, "origin");
     if (!direction.is_none())
         options.direction = as_matrix3(direction, "direction");
@@ -202,6 +205,7 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
     options.smoothing = smoothing;
     options.axes = as_enum(axes_words, axes, "axes");
 
+    py::module_::import("isospline.mistakes").attr("refuse_images")(data);
     py::array array = as_array(data, "data", "biuf", "a three-dimensional array of real numbers");
     if (array.ndim() != 3)
         throw_invalid("data", "three dimensions", "shape " + to_text(shape_of(array)));

@@ -19,12 +19,16 @@
 
 namespace isospline {
 
-/// One number, or as many of a sequence as `counts` allows.
+/// One number, or as many of a sequence as `counts` allows; three for the name of a colour.
 inline std::vector<double> as_color_parts(const pybind11::handle& value, const char* parameter,
                                           std::initializer_list<pybind11::ssize_t> counts, const char* expected)
 {
     namespace py = pybind11;
-    const py::array array = as_array(value, parameter, "iuf", expected);
+    const bool is_name = py::isinstance<py::str>(value);
+    const py::array array =
+        as_array(is_name ? py::module_::import("isospline.colors").attr("named_color")(value, parameter)
+                         : py::reinterpret_borrow<py::object>(value),
+                 parameter, "iuf", expected);
     if (array.ndim() > 1 || std::find(counts.begin(), counts.end(), array.size()) == counts.end())
         throw_invalid(parameter, expected, "shape " + to_text(shape_of(array)));
     const py::array_t<double, py::array::c_style | py::array::forcecast> numbers(array);
@@ -34,7 +38,7 @@ inline std::vector<double> as_color_parts(const pybind11::handle& value, const c
 /// A colour or an intensity, from three numbers or from one that stands for all three.
 inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
 {
-    const auto parts = as_color_parts(value, parameter, {1, 3}, "one number or three (red, green, blue)");
+    const auto parts = as_color_parts(value, parameter, {1, 3}, "one number, three (red, green, blue) or a name");
     return parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
 }
 
@@ -49,7 +53,12 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
         return value.cast<ColorByNormal>();
     if (pybind11::isinstance<ColorByDepth>(value))
         return value.cast<ColorByDepth>();
-    return as_color(value, parameter);
+    const glm::dvec3 color = as_color(value, parameter);
+    constexpr double largest = 10.0; // what is above was meant to be of 8 bits
+    if (std::max({color.x, color.y, color.z}) > largest)
+        throw pybind11::value_error(
+            pybind11::module_::import("isospline.colors").attr("above_one")(parameter, value).cast<std::string>());
+    return color;
 }
 
 /// The same, or None.
@@ -89,7 +98,7 @@ inline glm::vec4 as_background(const pybind11::handle& value, const char* parame
     if (value.is_none())
         return glm::vec4(0.0f);
     const auto parts = as_color_parts(value, parameter, {1, 3, 4},
-                                      "None, or one, three (red, green, blue) or four (and opacity) numbers");
+                                      "None, a name, or one, three (red, green, blue) or four (and opacity) numbers");
     const glm::dvec3 color = parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
     return glm::vec4(glm::dvec4(color, parts.size() == 4 ? parts[3] : 1.0));
 }

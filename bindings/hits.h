@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "results.h"
 
 #include "isospline/trace/hit.h"
 
@@ -14,17 +15,66 @@
 
 namespace isospline {
 
+/// Arrays that a caller has for results, by their names.
+class GivenArrays {
+public:
+    explicit GivenArrays(const pybind11::handle& out)
+    {
+        namespace py = pybind11;
+        if (out.is_none())
+            return;
+        if (!py::isinstance<py::dict>(out))
+            throw_wrong_type("out", "a dict of arrays, such as an earlier result", out);
+        arrays_ = py::reinterpret_borrow<py::dict>(out);
+    }
+
+    /// The one of this name, which must do; a new array where there is none.
+    template <typename Number>
+    pybind11::array_t<Number> take(const char* name, Shape shape, const Shape& trailing = {}) const
+    {
+        namespace py = pybind11;
+        shape.insert(shape.end(), trailing.begin(), trailing.end());
+        if (!arrays_ || !arrays_.contains(name))
+            return py::array_t<Number>(shape);
+        const py::object given = arrays_[name];
+        const std::string parameter = std::string("out[\"") + name + "\"]";
+        const auto dtype = py::dtype::of<Number>();
+        const std::string type = py::str(dtype);
+        if (!py::isinstance<py::array_t<Number, py::array::c_style>>(given))
+            throw_wrong_type(parameter.c_str(), "a C-contiguous array of " + type, given);
+        auto array = py::reinterpret_borrow<py::array_t<Number>>(given);
+        if (shape_of(array) != shape)
+            throw_invalid(parameter.c_str(), "shape " + to_text(shape), to_text(shape_of(array)));
+        if (!array.writeable())
+            throw_invalid(parameter.c_str(), "an array that can be written to", "one that is read-only");
+        return array;
+    }
+
+    /// Throws for a name that is not among the outputs.
+    void check_names(const pybind11::handle& outputs) const
+    {
+        namespace py = pybind11;
+        for (const auto& [name, array] : arrays_)
+            if (!outputs.contains(name))
+                throw_invalid("out", "arrays for what outputs= names", std::string(py::repr(name)));
+    }
+
+private:
+    pybind11::dict arrays_;
+};
+
 /// An array of numbers in single or double precision.
 class RealArray {
 public:
-    RealArray(bool single_precision, const Shape& leading, const Shape& trailing = {})
+    RealArray(const GivenArrays& given, const char* name, bool single_precision, const Shape& leading,
+              const Shape& trailing = {})
     {
         if (single_precision) {
-            auto array = new_array<float>(leading, trailing);
+            auto array = given.take<float>(name, leading, trailing);
             floats_ = array.mutable_data();
             array_ = std::move(array);
         } else {
-            auto array = new_array<double>(leading, trailing);
+            auto array = given.take<double>(name, leading, trailing);
             doubles_ = array.mutable_data();
             array_ = std::move(array);
         }
@@ -80,24 +130,30 @@ inline pybind11::tuple default_hit_outputs()
 /// The arrays that cast_rays returns.
 class HitArrays {
 public:
-    HitArrays(const Shape& shape, const pybind11::handle& names, const pybind11::handle& dtype)
+    /// `dtype` None stands for that of the rays; `out` is None or holds arrays to write to.
+    HitArrays(const RowArray& rays, const pybind11::handle& names, const pybind11::handle& dtype,
+              const pybind11::handle& out)
         : outputs(as_flags<HitOutputs>(hit_output_names, names, "outputs"))
     {
-        const bool single_precision = is_single_precision(dtype, "dtype");
+        const Shape shape = rays.leading_shape();
+        const bool single_precision =
+            dtype.is_none() ? rays.is_single_precision() : isospline::is_single_precision(dtype, "dtype");
+        const GivenArrays given(out);
+        given.check_names(names);
         if (outputs.t_hit)
-            t_hit_.emplace(single_precision, shape);
+            t_hit_.emplace(given, "t_hit", single_precision, shape);
         if (outputs.geometry_ids)
-            geometry_ids_.emplace(shape);
+            geometry_ids_.emplace(given, "geometry_ids", shape);
         if (outputs.primitive_ids)
-            primitive_ids_.emplace(shape);
+            primitive_ids_.emplace(given, "primitive_ids", shape);
         if (outputs.primitive_normals)
-            normals_.emplace(single_precision, shape, Shape{3});
+            normals_.emplace(given, "primitive_normals", single_precision, shape, Shape{3});
         if (outputs.positions)
-            positions_.emplace(single_precision, shape, Shape{3});
+            positions_.emplace(given, "positions", single_precision, shape, Shape{3});
         if (outputs.primitive_uvs)
-            uvs_.emplace(true, shape, Shape{2});
+            uvs_.emplace(given, "primitive_uvs", true, shape, Shape{2});
         if (outputs.gradient_magnitudes)
-            gradient_magnitudes_.emplace(single_precision, shape);
+            gradient_magnitudes_.emplace(given, "gradient_magnitudes", single_precision, shape);
     }
 
     /// Sets the items of a ray; may be called without the GIL.
@@ -121,7 +177,7 @@ public:
             gradient_magnitudes_->set(at, hit.gradient_magnitude);
     }
 
-    pybind11::dict to_dict() const
+    pybind11::object to_result() const
     {
         pybind11::dict result;
         if (t_hit_)
@@ -138,7 +194,7 @@ public:
             result["primitive_uvs"] = uvs_->array();
         if (gradient_magnitudes_)
             result["gradient_magnitudes"] = gradient_magnitudes_->array();
-        return result;
+        return as_result("Hits", result);
     }
 
     const HitOutputs outputs;
@@ -146,7 +202,10 @@ public:
 private:
     template <typename Id>
     struct IdArray {
-        explicit IdArray(const Shape& shape) : array(new_array<Id>(shape)), data(array.mutable_data()) {}
+        IdArray(const GivenArrays& given, const char* name, const Shape& shape)
+            : array(given.take<Id>(name, shape)), data(array.mutable_data())
+        {
+        }
 
         pybind11::array_t<Id> array;
         Id* data;

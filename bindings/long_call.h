@@ -41,14 +41,16 @@ auto naming_memory(const std::string& what_for, const Operation& operation)
 }
 
 /// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
-/// a second to deliver signals and to call the Python callable `report(fraction)`, or none where it is None. The
-/// callable is called before the operation starts, too. A signal handler or a callable that raises, and a callable that
-/// returns a false value other than None, cancel the operation; what was raised is raised again once the operation has
-/// ended. Where memory runs out, the error tells `what_for`.
+/// a second to deliver signals and to call the Python callable `progress(fraction)`, or none where it is None; True
+/// stands for a bar on standard error. The callable is called before the operation starts, too. A signal handler or a
+/// callable that raises, and a callable that returns a false value other than None, cancel the operation; what was
+/// raised is raised again once the operation has ended. Where memory runs out, the error tells `what_for`.
 template <typename Operation>
-void long_call(const std::string& what_for, const pybind11::object& report, Operation operation)
+void long_call(const std::string& what_for, const pybind11::object& progress, Operation operation)
 {
     namespace py = pybind11;
+    const py::object report =
+        progress.is_none() ? progress : py::module_::import("isospline.progress").attr("as_callable")(progress);
     std::atomic<bool> cancelled = false;
     std::atomic<double> finished = 0.0;
     std::exception_ptr raised;

@@ -14,6 +14,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_cells(module);
     isospline::bind_color(module);
     isospline::bind_material(module);
+    isospline::bind_clip(module);
     isospline::bind_isosurface(module);
     isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
@@ -26,4 +27,5 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_area_lights(module);
     isospline::bind_render(module);
     isospline::bind_path_tracer(module);
+    isospline::bind_state(module);
 }

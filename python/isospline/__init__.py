@@ -2,7 +2,11 @@
 
 from importlib.metadata import version as _version
 
-from . import volumes
+from . import _core, signatures
+
+signatures.attach(_core)  # before the others take functions from it
+
+from . import values, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
@@ -37,11 +41,13 @@ from ._core import (
 )
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
-from .image import Image, render
+from .image import Image
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
 from .progressive import ProgressiveRenderer, render_progressive
+from .rendering import render
+from .results import ClosestPoints, Crossings, Hits
 from .video import write_video
 
 __version__ = _version("isospline")
@@ -52,13 +58,16 @@ __all__ = [
     "AmbientOcclusion",
     "Box",
     "Cancelled",
+    "ClosestPoints",
     "ColorByCurvature",
     "ColorByDepth",
     "ColorByNormal",
     "ColorByVolume",
+    "Crossings",
     "DirectionalLight",
     "EnvironmentLight",
     "HalfSpace",
+    "Hits",
     "Image",
     "Isosurface",
     "Material",

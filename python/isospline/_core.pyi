@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import Self, Unpack
 
-_Progress = Union[Callable[[float], object], None]
+from .io.volume_data import VolumeData
+from .results import ClosestPoints, Crossings, Hits
+
+_Progress = Union[Callable[[float], object], bool, None]  # True: a bar
 _Size = tuple[int, int]
 _ColorMap = Union[str, Callable[..., object], ArrayLike]  # a callable: matplotlib's Colormap
 _Point = tuple[float, float, float]
@@ -73,7 +76,7 @@ class Volume:
     ) -> Self: ...
     def cell_at(self, primitive_ids: ArrayLike) -> NDArray[np.int32]: ...
     def primitive_id(self, cells: ArrayLike) -> NDArray[np.uint64]: ...
-    def sample(self, points: ArrayLike, *, derivative: Literal[0, 1, 2] = 0) -> NDArray[np.float64]: ...
+    def sample(self, points: ArrayLike, *, derivative: int = 0) -> NDArray[np.float64]: ...
     @property
     def affine(self) -> NDArray[np.float64]: ...
     @property
@@ -107,15 +110,19 @@ class Volume:
     @property
     def spacing(self) -> NDArray[np.float64]: ...
 
-class HalfSpace:
+class _Cut: ...  # what HalfSpace, Box have in common
+
+class HalfSpace(_Cut):
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def normal(self) -> NDArray[np.float64]: ...
     @property
     def point(self) -> NDArray[np.float64]: ...
 
-class Box:
+class Box(_Cut):
     def __init__(self, minimum: ArrayLike, maximum: ArrayLike) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def maximum(self) -> NDArray[np.float64]: ...
     @property
@@ -132,23 +139,16 @@ class Shell:
     @property
     def memory(self) -> int: ...
 
-class _ClosestPoints(TypedDict):
-    points: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    error_bounds: NDArray[np.float64]
-    primitive_ids: NDArray[np.uint64]
-    primitive_normals: NDArray[np.float64]
-
 class Isosurface:
     def __init__(
         self,
-        volume: Volume,
+        volume: Volume | VolumeData | NDArray[Any],
         level: float,
         *,
         prune_depth: int = 2,
         prune_border: bool = True,
         mask: ArrayLike | None = None,
-        clip: HalfSpace | Box | Sequence[HalfSpace | Box] | None = None,
+        clip: _Cut | Sequence[_Cut] | None = None,
         capped: bool = False,
         method: Literal["exact", "reference", "bracket"] = "exact",
         inside: Literal["above", "below"] = "above",
@@ -157,12 +157,14 @@ class Isosurface:
     ) -> None: ...
     def closest_points(
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
-    ) -> _ClosestPoints: ...
+    ) -> ClosestPoints: ...
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
     def signed_distance(
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
     ) -> NDArray[np.float64]: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
+    @property
+    def bounds(self) -> NDArray[np.float64]: ...
     @property
     def capped(self) -> bool: ...
     @property
@@ -214,17 +216,6 @@ class Mesh:
     @property
     def vertices(self) -> NDArray[np.float64]: ...
 
-class _Crossings(TypedDict):
-    ray_splits: NDArray[np.int64]
-    ray_ids: NDArray[np.int64]
-    t_hit: NDArray[np.float64]
-    geometry_ids: NDArray[np.uint32]
-    primitive_ids: NDArray[np.uint64]
-    primitive_uvs: NDArray[np.float32]
-    primitive_normals: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    entering: NDArray[np.bool_]
-
 _HitOutput = Literal[
     "t_hit",
     "geometry_ids",
@@ -235,23 +226,16 @@ _HitOutput = Literal[
     "gradient_magnitudes",
 ]
 
-class _Hits(TypedDict, total=False):
-    t_hit: NDArray[np.floating[Any]]
-    geometry_ids: NDArray[np.uint32]
-    primitive_ids: NDArray[np.uint64]
-    primitive_normals: NDArray[np.floating[Any]]
-    positions: NDArray[np.floating[Any]]
-    primitive_uvs: NDArray[np.float32]
-    gradient_magnitudes: NDArray[np.floating[Any]]
-
 class _Visibility(TypedDict):
     camera: bool
     shadow: bool
 
+_Placeable = Any  # an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio
+
 class Scene:
     def __init__(
         self,
-        objects: Iterable[Isosurface | Mesh] = (),
+        objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]] = (),
         *,
         build_quality: Literal["low", "medium", "high"] = "medium",
         box_edge: Literal[16, 8, 4, 2, 1] = 16,
@@ -260,7 +244,7 @@ class Scene:
     def __iter__(self) -> Iterator[int]: ...
     def __len__(self) -> int: ...
     def add(
-        self, obj: Isosurface | Mesh, transform: ArrayLike | None = None, *, camera: bool = True, shadow: bool = True
+        self, obj: _Placeable, transform: ArrayLike | None = None, *, camera: bool = True, shadow: bool = True
     ) -> int: ...
     def cast_rays(
         self,
@@ -270,15 +254,18 @@ class Scene:
         t_far: float = ...,
         coherent: bool = False,
         outputs: Iterable[_HitOutput] = ...,
-        dtype: DTypeLike = ...,
-    ) -> _Hits: ...
+        dtype: DTypeLike | None = None,
+        out: dict[str, NDArray[Any]] | None = None,
+    ) -> Hits: ...
     def count_intersections(
         self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...
     ) -> NDArray[np.int32]: ...
-    def list_intersections(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> _Crossings: ...
+    def list_intersections(self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ...) -> Crossings: ...
     def object(self, geometry_id: SupportsIndex) -> Isosurface | Mesh: ...
     def remove(self, geometry_id: SupportsIndex) -> None: ...
-    def secondary_rays(self, rays: ArrayLike, hits: _Hits, directions: ArrayLike) -> NDArray[np.float64]: ...
+    def secondary_rays(
+        self, rays: ArrayLike, hits: dict[str, NDArray[Any]], directions: ArrayLike
+    ) -> NDArray[np.float64]: ...
     def set_transform(self, geometry_id: SupportsIndex, transform: ArrayLike | None) -> None: ...
     def set_visibility(
         self, geometry_id: SupportsIndex, *, camera: bool | None = None, shadow: bool | None = None
@@ -288,6 +275,10 @@ class Scene:
     def visibility(self, geometry_id: SupportsIndex) -> _Visibility: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
+    @property
+    def box_edge(self) -> int: ...
+    @property
+    def build_quality(self) -> Literal["low", "medium", "high"]: ...
     @property
     def build_count(self) -> int: ...
     @property
@@ -304,8 +295,14 @@ class _HopStatistics(TypedDict):
 class VoxelHopper:
     def __init__(self, surface: Isosurface, *, strides: bool = False) -> None: ...
     def cast_rays(
-        self, rays: ArrayLike, *, t_near: float = 0.0, t_far: float = ..., outputs: Iterable[_HitOutput] = ...
-    ) -> _Hits: ...
+        self,
+        rays: ArrayLike,
+        *,
+        t_near: float = 0.0,
+        t_far: float = ...,
+        outputs: Iterable[_HitOutput] = ...,
+        dtype: DTypeLike | None = None,
+    ) -> Hits: ...
     @property
     def memory(self) -> int: ...
     @property
@@ -315,7 +312,9 @@ class VoxelHopper:
     @property
     def surface(self) -> Isosurface: ...
 
-class PerspectiveCamera:
+class _Camera: ...  # what PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera, PanoramicCamera have in common
+
+class PerspectiveCamera(_Camera):
     def __init__(
         self,
         eye: ArrayLike,
@@ -341,6 +340,7 @@ class PerspectiveCamera:
         focus_distance: float | None = None,
     ) -> PerspectiveCamera: ...
     def world_to_ndc(self, size: _Size) -> NDArray[np.float64]: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def aperture_radius(self) -> float: ...
     @property
@@ -358,7 +358,7 @@ class PerspectiveCamera:
     @property
     def world_to_camera(self) -> NDArray[np.float64]: ...
 
-class ProjectionPlaneCamera:
+class ProjectionPlaneCamera(_Camera):
     def __init__(
         self,
         eye: ArrayLike,
@@ -370,11 +370,18 @@ class ProjectionPlaneCamera:
     ) -> None: ...
     @staticmethod
     def from_opencv(
-        intrinsics: ArrayLike, rotation: ArrayLike, translation: ArrayLike, size: _Size, *, pixel_center: float = 0.0
+        intrinsics: ArrayLike,
+        rotation: ArrayLike,
+        translation: ArrayLike | None = None,
+        size: _Size | None = None,
+        *,
+        pixel_center: float = 0.0,
+        distortion: ArrayLike | None = None,
     ) -> ProjectionPlaneCamera: ...
     def rays(self, size: _Size) -> NDArray[np.float64]: ...
     def to_opencv(self, size: _Size, *, pixel_center: float = 0.0) -> _OpenCv: ...
     def world_to_ndc(self, size: _Size) -> NDArray[np.float64]: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def corner(self) -> NDArray[np.float64]: ...
     @property
@@ -386,13 +393,14 @@ class ProjectionPlaneCamera:
     @property
     def world_to_camera(self) -> NDArray[np.float64]: ...
 
-class OrthographicCamera:
+class OrthographicCamera(_Camera):
     def __init__(self, eye: ArrayLike, target: ArrayLike, up: ArrayLike = ..., *, height: float) -> None: ...
     @staticmethod
     def from_pyvista(camera_position: Sequence[ArrayLike], parallel_scale: float) -> OrthographicCamera: ...
     def rays(self, size: _Size) -> NDArray[np.float64]: ...
     def to_pyvista(self) -> tuple[_CameraPosition, float]: ...
     def world_to_ndc(self, size: _Size) -> NDArray[np.float64]: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def eye(self) -> NDArray[np.float64]: ...
     @property
@@ -404,9 +412,10 @@ class OrthographicCamera:
     @property
     def world_to_camera(self) -> NDArray[np.float64]: ...
 
-class PanoramicCamera:
+class PanoramicCamera(_Camera):
     def __init__(self, eye: ArrayLike, target: ArrayLike, up: ArrayLike = ...) -> None: ...
     def rays(self, size: _Size) -> NDArray[np.float64]: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def eye(self) -> NDArray[np.float64]: ...
     @property
@@ -416,7 +425,11 @@ class PanoramicCamera:
     @property
     def world_to_camera(self) -> NDArray[np.float64]: ...
 
-class ColorByVolume:
+_Background = Union[str, ArrayLike, None]
+
+class _ColorRule: ...  # what ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth have in common
+
+class ColorByVolume(_ColorRule):
     def __init__(
         self,
         volume: Volume,
@@ -425,6 +438,7 @@ class ColorByVolume:
         limits: tuple[float, float] | None = None,
         transform: ArrayLike | None = None,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def cmap(self) -> NDArray[np.float64]: ...
     @property
@@ -434,7 +448,7 @@ class ColorByVolume:
     @property
     def volume(self) -> Volume: ...
 
-class ColorByCurvature:
+class ColorByCurvature(_ColorRule):
     def __init__(
         self,
         kind: Literal["mean", "gaussian", "maximum", "minimum"] = "mean",
@@ -442,6 +456,7 @@ class ColorByCurvature:
         *,
         limits: tuple[float, float],
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def cmap(self) -> NDArray[np.float64]: ...
     @property
@@ -449,33 +464,42 @@ class ColorByCurvature:
     @property
     def limits(self) -> tuple[float, float] | None: ...
 
-class ColorByNormal:
+class ColorByNormal(_ColorRule):
     def __init__(self) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
 
-class ColorByDepth:
+class ColorByDepth(_ColorRule):
     def __init__(self, cmap: _ColorMap = "viridis", *, limits: tuple[float, float] | None = None) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def cmap(self) -> NDArray[np.float64]: ...
     @property
     def limits(self) -> tuple[float, float] | None: ...
 
-_Color = Union[ArrayLike, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth]
+_Color = Union[str, ArrayLike, _ColorRule]
 
-class PositionalLight:
-    def __init__(self, position: ArrayLike, *, intensity: ArrayLike = 1.0) -> None: ...
+class _Light: ...  # of path tracers
+class _PointLight(_Light): ...  # of shadings as well
+
+class PositionalLight(_PointLight):
+    def __init__(self, position: ArrayLike, *, intensity: str | ArrayLike = 1.0) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def intensity(self) -> NDArray[np.float64]: ...
     @property
     def position(self) -> NDArray[np.float64]: ...
 
-class DirectionalLight:
-    def __init__(self, direction: ArrayLike, *, intensity: ArrayLike = 1.0) -> None: ...
+class DirectionalLight(_PointLight):
+    def __init__(self, direction: ArrayLike, *, intensity: str | ArrayLike = 1.0) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def direction(self) -> NDArray[np.float64]: ...
     @property
     def intensity(self) -> NDArray[np.float64]: ...
 
-class Phong:
+class _Shading: ...  # what Phong, Outline, AmbientOcclusion have in common
+
+class Phong(_Shading):
     def __init__(
         self,
         *,
@@ -484,25 +508,26 @@ class Phong:
         diffuse: float = 0.7,
         specular: float = 0.2,
         specular_exponent: float = 30.0,
-        ambient_light: ArrayLike = 1.0,
-        lights: Sequence[PositionalLight | DirectionalLight] | None = None,
+        ambient_light: str | ArrayLike = 1.0,
+        lights: Sequence[_PointLight] | None = None,
         two_sided: bool = True,
         shadows: bool = False,
         opacity: float = 1.0,
         cap_color: _Color | None = None,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def ambient(self) -> float: ...
     @property
     def ambient_light(self) -> NDArray[np.float64]: ...
     @property
-    def cap_color(self) -> _Color | None: ...
+    def cap_color(self) -> NDArray[np.float64] | _ColorRule | None: ...
     @property
-    def color(self) -> _Color: ...
+    def color(self) -> NDArray[np.float64] | _ColorRule: ...
     @property
     def diffuse(self) -> float: ...
     @property
-    def lights(self) -> list[PositionalLight | DirectionalLight] | None: ...
+    def lights(self) -> list[_PointLight] | None: ...
     @property
     def opacity(self) -> float: ...
     @property
@@ -514,7 +539,7 @@ class Phong:
     @property
     def two_sided(self) -> bool: ...
 
-class AmbientOcclusion:
+class AmbientOcclusion(_Shading):
     def __init__(
         self,
         samples: int = 16,
@@ -524,10 +549,11 @@ class AmbientOcclusion:
         opacity: float = 1.0,
         cap_color: _Color | None = None,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
-    def cap_color(self) -> _Color | None: ...
+    def cap_color(self) -> NDArray[np.float64] | _ColorRule | None: ...
     @property
-    def color(self) -> _Color: ...
+    def color(self) -> NDArray[np.float64] | _ColorRule: ...
     @property
     def distance(self) -> float: ...
     @property
@@ -535,10 +561,11 @@ class AmbientOcclusion:
     @property
     def samples(self) -> int: ...
 
-class RectangleLight:
+class RectangleLight(_Light):
     def __init__(
-        self, corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, *, radiance: ArrayLike = 1.0
+        self, corner: ArrayLike, edge_u: ArrayLike, edge_v: ArrayLike, *, radiance: str | ArrayLike = 1.0
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def corner(self) -> NDArray[np.float64]: ...
     @property
@@ -548,8 +575,9 @@ class RectangleLight:
     @property
     def radiance(self) -> NDArray[np.float64]: ...
 
-class SphereLight:
-    def __init__(self, center: ArrayLike, radius: float, *, radiance: ArrayLike = 1.0) -> None: ...
+class SphereLight(_Light):
+    def __init__(self, center: ArrayLike, radius: float, *, radiance: str | ArrayLike = 1.0) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def center(self) -> NDArray[np.float64]: ...
     @property
@@ -557,15 +585,16 @@ class SphereLight:
     @property
     def radius(self) -> float: ...
 
-class EnvironmentLight:
+class EnvironmentLight(_Light):
     def __init__(
         self,
-        radiance: ArrayLike = 1.0,
+        radiance: str | ArrayLike = 1.0,
         *,
         image: ArrayLike | None = None,
         rotation: ArrayLike | None = None,
         visible: bool = False,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
     def image(self) -> NDArray[np.float32] | None: ...
     @property
@@ -586,10 +615,11 @@ class Material:
         cap_color: _Color | None = None,
     ) -> None: ...
     def evaluate(self, to_viewer: ArrayLike, to_light: ArrayLike) -> NDArray[np.float64]: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
-    def base_color(self) -> _Color: ...
+    def base_color(self) -> NDArray[np.float64] | _ColorRule: ...
     @property
-    def cap_color(self) -> _Color | None: ...
+    def cap_color(self) -> NDArray[np.float64] | _ColorRule | None: ...
     @property
     def metallic(self) -> float: ...
     @property
@@ -597,20 +627,19 @@ class Material:
     @property
     def specular(self) -> float: ...
 
-_Emitter = Union[PositionalLight, DirectionalLight, RectangleLight, SphereLight, EnvironmentLight]
-
 class PathTracer:
     def __init__(
         self,
         material: Material = ...,
         *,
         materials: Mapping[int, Material] = ...,
-        lights: Sequence[_Emitter] | None = None,
+        lights: Sequence[_Light] | None = None,
         max_bounces: int = 16,
         seed: int = 0,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
-    def lights(self) -> list[_Emitter]: ...
+    def lights(self) -> list[_Light]: ...
     @property
     def material(self) -> Material: ...
     @property
@@ -624,24 +653,24 @@ class ProgressiveRenderer:
     def __init__(
         self,
         scene: Scene,
-        camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera,
+        camera: _Camera,
         *,
         size: _Size,
         integrator: PathTracer,
-        background: ArrayLike | None,
+        background: _Background,
         layers: Iterable[_Layer],
         ambient_occlusion_samples: int,
         encoding: Literal["linear", "srgb8"],
     ) -> None: ...
     def image(self) -> Image: ...
     def reset(
-        self, camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera | None
+        self, camera: _Camera | None
     ) -> None: ...
     def step(self, samples: int, *, progress: _Progress) -> None: ...
     @property
     def samples(self) -> int: ...
 
-class Outline:
+class Outline(_Shading):
     def __init__(
         self,
         exponent: float = 2.0,
@@ -651,16 +680,17 @@ class Outline:
         opacity: float = 1.0,
         cap_color: _Color | None = None,
     ) -> None: ...
+    def replace(self, **changes: Any) -> Self: ...
     @property
-    def cap_color(self) -> _Color | None: ...
+    def cap_color(self) -> NDArray[np.float64] | _ColorRule | None: ...
     @property
-    def color(self) -> _Color: ...
+    def color(self) -> NDArray[np.float64] | _ColorRule: ...
     @property
     def exponent(self) -> float: ...
     @property
     def opacity(self) -> float: ...
     @property
-    def surface_color(self) -> _Color: ...
+    def surface_color(self) -> NDArray[np.float64] | _ColorRule: ...
 
 class OutputFile:
     def __init__(self, target: str | PathLike[str]) -> None: ...
@@ -710,11 +740,11 @@ class Image:
 
 def render(
     scene: Scene,
-    camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera,
+    camera: _Camera,
     *,
     size: _Size,
-    shading: Phong | Outline | AmbientOcclusion | Mapping[int, Phong | Outline | AmbientOcclusion],
-    background: ArrayLike | None,
+    shading: _Shading | Mapping[int, _Shading],
+    background: _Background,
     samples: int,
     layers: Iterable[_Layer],
     ambient_occlusion_samples: int,

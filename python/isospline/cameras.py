@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 import math
+from typing import Any, Literal, Protocol, Union
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .mistakes import sentence
 from .parameters import check_count
+from .signatures import explained
+
+
+class HasBounds(Protocol):
+    """What has a box: scenes, isosurfaces, meshes and volumes, and the data sets of other libraries."""
+
+    @property
+    def bounds(self) -> Any: ...
+
+
+Bounded = Union[HasBounds, ArrayLike]
+View = Union[str, ArrayLike]
+Projection = Literal["perspective", "orthographic"]
+Vector = NDArray[np.float64]
 
 #: The names of views: the vector from what is seen towards the eye, and the one that is upwards in the image.
-VIEWS = {
+VIEWS: dict[str, tuple[tuple[int, int, int], tuple[int, int, int]]] = {
     "+x": ((1, 0, 0), (0, 0, 1)),
     "-x": ((-1, 0, 0), (0, 0, 1)),
     "+y": ((0, 1, 0), (0, 0, 1)),
@@ -23,14 +40,16 @@ _SIDES = {"front": "-y", "back": "+y", "left": "-x", "right": "+x", "top": "+z",
 VIEWS.update({name: VIEWS[axis] for name, axis in _SIDES.items()})
 
 
+@explained
 def camera_for(
-    scene, *, view="iso", up=None, projection="perspective", field_of_view=30.0, size=(640, 360), margin=0.05
-):
+    scene: Bounded, *, view: View = "iso", up: ArrayLike | None = None, projection: Projection = "perspective",
+    field_of_view: float = 30.0, size: tuple[int, int] = (640, 360), margin: float = 0.05,
+) -> _core.PerspectiveCamera | _core.OrthographicCamera:  # fmt: skip
     """Make a camera that has all of a scene, or of a box, in view and in the middle of the image.
 
     Parameters
     ----------
-    scene : Scene, or anything else that has bounds, or (2, 3) float
+    scene : Scene, Isosurface, Mesh, or anything else that has bounds, or (2, 3) float
         What to look at; bounds are the lower and the upper corner of a box, world units.
     view : str or (3,) float
         The side that the eye is on: a vector from the box towards the eye, or a name. ``"+x"``, ``"-x"``, ``"+y"``,
@@ -98,9 +117,12 @@ def camera_for(
     return _core.PerspectiveCamera(center + direction * distance, center, up, field_of_view)
 
 
+@explained
 def turntable(
-    scene, count, *, view="iso", up=None, projection="perspective", field_of_view=30.0, size=(640, 360), margin=0.05
-):
+    scene: Bounded, count: int, *, view: View = "iso", up: ArrayLike | None = None,
+    projection: Projection = "perspective", field_of_view: float = 30.0, size: tuple[int, int] = (640, 360),
+    margin: float = 0.05,
+) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:  # fmt: skip
     """Make the cameras of one turn around a scene, or a box, at a constant distance.
 
     The eye goes counter-clockwise as seen from above, so that the scene seems to turn clockwise. The first camera looks
@@ -108,7 +130,7 @@ def turntable(
 
     Parameters
     ----------
-    scene : Scene, or anything else that has bounds, or (2, 3) float
+    scene : Scene, Isosurface, Mesh, or anything else that has bounds, or (2, 3) float
         What to look at.
     count : int
         Cameras of the whole turn, at least 1.
@@ -157,16 +179,19 @@ def turntable(
     ]  # fmt: skip
 
 
-def _turned(vector, axis, angle):
+def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:
     """A vector turned counter-clockwise about an axis of any length, by Rodrigues' formula."""
     axis = axis / (np.linalg.norm(axis) or 1.0)
     along = axis * (axis @ vector)
     return along + math.cos(angle) * (vector - along) + math.sin(angle) * np.cross(axis, vector)
 
 
-def _bounds(scene):
+def _bounds(scene: Bounded) -> NDArray[np.float64]:
     """Lower and upper corner of a scene or a box."""
-    bounds = np.asarray(getattr(scene, "bounds", scene), dtype=float)
+    try:
+        bounds = np.asarray(getattr(scene, "bounds", scene), dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(sentence("scene", "a scene or a box of shape (2, 3)", scene)) from None
     if bounds.shape != (2, 3):
         raise ValueError(f"scene: expected a scene or a box of shape (2, 3), got shape {bounds.shape}")
     if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
@@ -174,7 +199,7 @@ def _bounds(scene):
     return bounds
 
 
-def _direction(view):
+def _direction(view: View) -> tuple[Vector, tuple[int, int, int]]:
     """Unit vector towards the eye, and upwards."""
     if isinstance(view, str):
         if view not in VIEWS:

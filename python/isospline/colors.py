@@ -2,24 +2,57 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .color_tables import table
+from .mistakes import sentence
+from .signatures import explained
 
 
-def linear_to_srgb(linear):
+def linear_to_srgb(linear: ArrayLike) -> NDArray[np.float64]:
     """The transfer curve of sRGB (IEC 61966-2-1), for values that are clipped to [0, 1]."""
     linear = np.clip(linear, 0.0, 1.0)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
-def srgb_to_linear(srgb):
+def srgb_to_linear(srgb: ArrayLike) -> NDArray[np.float64]:
     """The inverse of `linear_to_srgb`, on [0, 1]."""
     srgb = np.asarray(srgb, dtype=float)
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def color_map(cmap):
+def named_color(name: str, parameter: str = "color") -> NDArray[np.float64]:
+    """Linear red, green and blue of a colour of CSS, such as ``"white"`` or ``"#ff8000"``.
+
+    Examples
+    --------
+    >>> from isospline.colors import named_color
+    >>> named_color("white")
+    array([1., 1., 1.])
+    """
+    from PIL import ImageColor
+
+    try:
+        srgb = ImageColor.getrgb(name)
+    except ValueError:
+        expected = 'linear numbers or the name of a colour, such as "white" or "#ff8000"'
+        raise ValueError(f"{parameter}: expected {expected}, got {name!r}") from None
+    return srgb_to_linear(np.array(srgb[:3]) / 255)
+
+
+def above_one(parameter: str, color: ArrayLike) -> str:
+    """What to say of the colour of a surface that is far above 1: perhaps it is of 8 bits."""
+    parts = np.broadcast_to(np.asarray(color, dtype=float), 3)
+    of_eight_bits = (parts >= 0).all() and (parts <= 255).all() and (parts % 1 == 0).all()
+    meaning = f'"#{"".join(f"{int(part):02x}" for part in parts)}"' if of_eight_bits else None
+    return sentence(parameter, "linear numbers from 0 to 1", color, meaning)
+
+
+def color_map(cmap: Any) -> NDArray[np.float64]:
     """Linear colours at equal steps of a colour map.
 
     Parameters
@@ -37,7 +70,7 @@ def color_map(cmap):
     ValueError
         For an unknown name and for an array of another shape.
     ImportError
-        For a name where there is no matplotlib.
+        For a name other than "viridis" and "coolwarm" where there is no matplotlib.
 
     Examples
     --------
@@ -47,6 +80,9 @@ def color_map(cmap):
            [1. , 0.5, 0. ]])
     """
     if isinstance(cmap, str):
+        shipped = table(cmap)
+        if shipped is not None:
+            return srgb_to_linear(shipped)
         try:
             import matplotlib
         except ImportError:
@@ -69,7 +105,10 @@ def color_map(cmap):
     return colors
 
 
-def ridges_and_valleys(curvature, *, color=0.5, ridge=1.0, valley=0.0):
+@explained
+def ridges_and_valleys(
+    curvature: float, *, color: ArrayLike = 0.5, ridge: ArrayLike = 1.0, valley: ArrayLike = 0.0
+) -> _core.ColorByCurvature:
     """Colour a surface so that its ridges and its valleys stand out.
 
     The colour goes from that of valleys, where the mean curvature is ``-curvature`` and beyond, through that of the

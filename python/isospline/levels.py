@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .parameters import check_count, refuse_masked
+from .signatures import explained
 
 __all__ = ["histogram", "suggest_levels"]
 
@@ -14,7 +16,8 @@ BINS = 4096
 COUNTED_RANGE = 1 << 17
 
 
-def suggest_levels(data, count=3):
+@explained
+def suggest_levels(data: ArrayLike, count: int = 3) -> list[float]:
     r"""Suggest levels that separate the materials of a volume, the best first.
 
     A level parts the samples into two classes, below and above. The first one minimises the variance within them, which

@@ -4,31 +4,33 @@ from __future__ import annotations
 
 import numbers
 import os
+from typing import Any
 
 import numpy as np
+
+from .mistakes import sentence
 
 
 # What the core counts with.
 COUNT_LIMIT = 2**31 - 1
 
 
-def check_count(count, parameter="count"):
-    """Check that a parameter is a whole number of at least 1; 3.0 is one, too."""
+def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT) -> None:
+    """Check that a parameter is a whole number from 1 on; 3.0 is one, too."""
     if not isinstance(count, numbers.Real):
-        raise TypeError(f"{parameter}: expected a whole number, got {type(count).__name__}")
-    if not (1 <= count <= COUNT_LIMIT and count % 1 == 0):
-        most = f", and {COUNT_LIMIT} at most" if count > COUNT_LIMIT else ""
+        raise TypeError(sentence(parameter, "a whole number", count))
+    if not (1 <= count <= largest and count % 1 == 0):
+        most = f", and {largest} at most" if count > largest else ""
         raise ValueError(f"{parameter}: expected a whole number of at least 1{most}, got {count!r}")
 
 
-def check_type(value, parameter, types, expected):
+def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expected: str) -> None:
     """Check that a parameter is an instance of the types, which `expected` puts into words."""
     if not isinstance(value, types):
-        got = "None" if value is None else f"{type(value).__module__}.{type(value).__qualname__}"
-        raise TypeError(f"{parameter}: expected {expected}, got {got.removeprefix('builtins.')}")
+        raise TypeError(sentence(parameter, expected, value))
 
 
-def refuse_masked(value, parameter):
+def refuse_masked(value: Any, parameter: str) -> None:
     """Refuse masked values: NumPy takes what is under the mask for data."""
     count = np.ma.count_masked(value) if isinstance(value, np.ma.MaskedArray) else 0
     if count:
@@ -37,14 +39,14 @@ def refuse_masked(value, parameter):
         )
 
 
-def check_path(path):
+def check_path(path: Any) -> None:
     """Check the type of a path that a user gives."""
     if not isinstance(path, (str, os.PathLike)) or not isinstance(os.fspath(path), str):
-        raise TypeError(f"path: expected a str or path-like, got {'None' if path is None else type(path).__name__}")
+        raise TypeError(sentence("path", "a str or path-like", path))
     if "\0" in os.fspath(path):
         raise ValueError(f"path: expected a name without null characters, got {printable(path)!r}")
 
 
-def printable(path):
+def printable(path: str | os.PathLike[str]) -> str:
     """The path as text for messages, with escapes in place of what is not UTF-8."""
     return os.fspath(path).encode(errors="backslashreplace").decode()

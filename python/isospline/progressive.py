@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any, Literal
+
 from . import _core
+from .cameras import camera_for
 from .image import Image
 from .parameters import check_count, check_type
+from .signatures import explained, explained_methods
+
+if TYPE_CHECKING:
+    from ._core import _Background, _Camera, _Layer, _Progress
 
 
+@explained_methods
 class ProgressiveRenderer:
     """A path traced picture in the making, for viewers.
 
@@ -17,8 +26,8 @@ class ProgressiveRenderer:
     ----------
     scene : Scene
         After a change of it, or of one of its objects, call `reset`.
-    camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera
-        Where from.
+    camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
+        Where from; by default as of `render`.
     size : (int, int)
         Width and height of the image in pixels.
     integrator : PathTracer, optional
@@ -45,17 +54,19 @@ class ProgressiveRenderer:
     """
 
     def __init__(
-        self, scene, camera, *, size=(640, 360), integrator=None, background=None, layers=(),
-        ambient_occlusion_samples=16, encoding="linear",
-    ):  # fmt: skip
+        self, scene: _core.Scene, camera: _Camera | None = None, *, size: tuple[int, int] = (640, 360),
+        integrator: _core.PathTracer | None = None, background: _Background = None, layers: Iterable[_Layer] = (),
+        ambient_occlusion_samples: int = 16, encoding: Literal["linear", "srgb8"] = "linear",
+    ) -> None:  # fmt: skip
         check_type(scene, "scene", _core.Scene, "a Scene")
+        camera = camera_for(scene, size=size) if camera is None else camera
         integrator = _core.PathTracer() if integrator is None else integrator
         self._renderer = _core.ProgressiveRenderer(
             scene, camera, size=size, integrator=integrator, background=background, layers=layers,
             ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding,
         )  # fmt: skip
 
-    def step(self, samples=1, *, progress=None):
+    def step(self, samples: int = 1, *, progress: _Progress = None) -> None:
         """Add samples to every pixel.
 
         Parameters
@@ -75,22 +86,25 @@ class ProgressiveRenderer:
         """
         self._renderer.step(samples, progress=progress)
 
-    def reset(self, *, camera=None):
+    def reset(self, *, camera: _Camera | None = None) -> None:
         """Begin again, with another camera or, after a change of the scene, with the same one."""
         self._renderer.reset(camera)
 
     @property
-    def image(self):
+    def image(self) -> Image:
         """The picture so far, an `Image` of its own; before the first step it is empty."""
         return Image(self._renderer.image())
 
     @property
-    def samples(self):
+    def samples(self) -> int:
         """Samples that every pixel has."""
         return self._renderer.samples
 
 
-def render_progressive(scene, camera, *, samples=None, **options):
+@explained
+def render_progressive(
+    scene: _core.Scene, camera: _Camera | None = None, *, samples: int | None = None, **options: Any
+) -> Iterator[Image]:
     """Iterate over ever better path traced images of a scene.
 
     Samples double from image to image, so that each is better to see than the one before. Leave the loop, or close the
@@ -127,7 +141,7 @@ def render_progressive(scene, camera, *, samples=None, **options):
     return _images(renderer, samples)
 
 
-def _images(renderer, samples):
+def _images(renderer: ProgressiveRenderer, samples: int | None) -> Iterator[Image]:
     while samples is None or renderer.samples < samples:
         more = max(1, renderer.samples)
         renderer.step(more if samples is None else min(more, samples - renderer.samples))

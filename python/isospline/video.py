@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import collections.abc
 import contextlib
 import errno
 import itertools
@@ -11,18 +10,20 @@ import os
 import signal
 import subprocess
 import tempfile
+from collections.abc import Iterable
 
-import numpy as np
-
-from .colors import linear_to_srgb, srgb_to_linear
-from .image import Image, row_bands, whole_file
+from .image import Image, over_black, row_bands, whole_file
 from .parameters import check_path, check_type
+from .signatures import explained
 
 # What comes after the last image; None is a wrong one.
 _NONE = object()
 
 
-def write_video(path, images, *, fps=30.0, quality=7.0):
+@explained
+def write_video(
+    path: str | os.PathLike[str], images: Iterable[Image], *, fps: float = 30.0, quality: float = 7.0
+) -> None:
     """Write images to a video as they come; the file appears whole or not at all.
 
     The encoder is FFmpeg's H.264, from the package imageio-ffmpeg (``pip install isospline[video]``). Transparent parts
@@ -59,7 +60,7 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
     if os.path.splitext(os.fspath(path))[1].lower() != ".mp4":
         raise ValueError(f"path: expected a name that ends in .mp4, got {os.fspath(path)!r}")
     check_type(quality, "quality", numbers.Real, "a number")
-    check_type(images, "images", collections.abc.Iterable, "an iterable of images")
+    check_type(images, "images", Iterable, "an iterable of images")
     if not 0 <= quality <= 10:
         raise ValueError(f"quality: expected a number from 0 to 10, got {quality!r}")
     images = iter(images)
@@ -88,9 +89,9 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
                     check_type(image, "images", Image, "an isospline.Image each")
                     if image.size != (width, height):
                         raise ValueError(f"images: expected all of one size, got {(width, height)} and {image.size}")
-                    srgb = image.to_srgb()
-                    for rows in row_bands(srgb):
-                        process.stdin.write(_over_black(srgb[rows]).tobytes())
+                    frame = over_black(image)
+                    for rows in row_bands(frame):
+                        process.stdin.write(frame[rows].tobytes())
             if process.wait() != 0:
                 complaints.seek(0)
                 reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")
@@ -100,15 +101,7 @@ def write_video(path, images, *, fps=30.0, quality=7.0):
             process.wait()
 
 
-def _over_black(srgb):
-    """Red, green and blue of 8 bits over black, (..., 3), of those with alpha."""
-    color, alpha = srgb[..., :3], srgb[..., 3:]
-    if alpha.min() == 255:
-        return np.ascontiguousarray(color)
-    return np.rint(255 * linear_to_srgb(srgb_to_linear(color / 255) * (alpha / 255))).astype(np.uint8)
-
-
-def _system_error(reason, code):
+def _system_error(reason: str, code: int) -> OSError:
     """The system's own error, where FFmpeg names one."""
     named = (number for number in errno.errorcode if number > 0 and os.strerror(number) in reason)
     number = errno.EFBIG if code == -signal.SIGXFSZ else next(named, None)
@@ -117,7 +110,7 @@ def _system_error(reason, code):
     return OSError(errno.EIO, f"FFmpeg failed: {reason}")
 
 
-def check(size, fps):
+def check(size: tuple[int, int], fps: float) -> str:
     """Find FFmpeg, and out whether it takes images of this (width, height) and rate."""
     try:
         import imageio_ffmpeg

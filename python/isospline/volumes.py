@@ -19,14 +19,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypedDict, Union
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from .parameters import check_count
+from .signatures import explained, explained_methods
 
 __all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
 
 
+Shape = Union[int, "tuple[int, int, int]"]
+
+
+class Grid(TypedDict):
+    """Where the samples of a field are."""
+
+    spacing: tuple[float, float, float]
+    origin: tuple[float, float, float]
+
+
+@explained_methods
 @dataclass(frozen=True)
 class Field:
     """A scalar field on [-1, 1]^3.
@@ -41,17 +55,17 @@ class Field:
         A level worth seeing.
     """
 
-    value: Callable[[np.ndarray], np.ndarray]
-    gradient: Callable[[np.ndarray], np.ndarray]
+    value: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    gradient: Callable[[NDArray[Any]], NDArray[Any]]
     level: float
 
-    def hessian(self, points):
+    def hessian(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Second derivatives at (..., 3) real points, (..., 3, 3): complex steps of the gradient, exact to rounding."""
         step = 1e-30
         columns = [self.gradient(points + 1j * step * axis).imag / step for axis in np.eye(3)]
         return np.stack(columns, axis=-1)
 
-    def samples(self, shape, dtype=np.float32):
+    def samples(self, shape: Shape, dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """The field at the centres of equal voxels that fill the cube, as data[z, y, x].
 
         Parameters
@@ -76,13 +90,13 @@ class Field:
             slice_[...] = self.value(points)
         return data
 
-    def grid(self, shape):
+    def grid(self, shape: Shape) -> Grid:
         """Spacing and origin, (x, y, z), that go with `samples(shape)`: keyword arguments for `isospline.Volume`."""
-        spacing = tuple(2 / count for count in reversed(_shape(shape)))
-        return {"spacing": spacing, "origin": tuple(-1 + width / 2 for width in spacing)}
+        z, y, x = (2 / count for count in _shape(shape))
+        return {"spacing": (x, y, z), "origin": (-1 + x / 2, -1 + y / 2, -1 + z / 2)}
 
 
-def _shape(shape):
+def _shape(shape: Shape) -> tuple[int, int, int]:
     shape = (shape,) * 3 if np.ndim(shape) == 0 else tuple(shape)
     if len(shape) != 3:
         raise ValueError(f"shape: expected one number of samples or three, got {len(shape)}")
@@ -91,7 +105,8 @@ def _shape(shape):
     return tuple(int(count) for count in shape)
 
 
-def sphere(radius=0.7):
+@explained
+def sphere(radius: float = 0.7) -> Field:
     r"""Ball: :math:`f = r^2 - |x|^2`, above 0 inside."""
 
     def value(points):
@@ -103,7 +118,8 @@ def sphere(radius=0.7):
     return Field(value, gradient, level=0.0)
 
 
-def torus(major=0.6, minor=0.25):
+@explained
+def torus(major: float = 0.6, minor: float = 0.25) -> Field:
     r"""Torus around z: :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`, above 0 inside."""
 
     def value(points):
@@ -118,7 +134,8 @@ def torus(major=0.6, minor=0.25):
     return Field(value, gradient, level=0.0)
 
 
-def gyroid(periods=2.0):
+@explained
+def gyroid(periods: float = 2.0) -> Field:
     r"""Gyroid: :math:`f = \sin X \cos Y + \sin Y \cos Z + \sin Z \cos X`, :math:`(X, Y, Z) = \pi p (x, y, z)`.
 
     The surface f = 0 approximates the triply periodic minimal surface of A. Schoen, with `periods` periods p along each
@@ -137,7 +154,8 @@ def gyroid(periods=2.0):
     return Field(value, gradient, level=0.0)
 
 
-def marschner_lobb(frequency=6.0, alpha=0.25):
+@explained
+def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
     r"""The test signal of Marschner and Lobb (Visualization '94), hard on reconstruction filters.
 
     .. math:: f = \frac{1 - \sin(\pi z / 2) + \alpha (1 + \rho(\sqrt{x^2 + y^2}))}{2 (1 + \alpha)}, \quad
@@ -161,7 +179,8 @@ def marschner_lobb(frequency=6.0, alpha=0.25):
     return Field(value, gradient, level=0.5)
 
 
-def blobs(count=24, seed=0, width=0.12):
+@explained
+def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
     r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, centres within [-0.7, 0.7]^3."""
     check_count(count)
     centers = np.random.default_rng(seed).uniform(-0.7, 0.7, (count, 3))
@@ -179,7 +198,8 @@ def blobs(count=24, seed=0, width=0.12):
     return Field(value, gradient, level=0.5)
 
 
-def waves(count=32, seed=0, frequency=20.0):
+@explained
+def waves(count: int = 32, seed: int = 0, frequency: float = 20.0) -> Field:
     r"""Random waves, a noise of limited band: :math:`f = \sqrt{2 / m} \sum_i \cos(\langle k_i, x \rangle + \phi_i)`.
 
     The m = `count` wave vectors are uniform in the ball of radius `frequency`; mean 0 and variance 1.
@@ -202,7 +222,8 @@ def waves(count=32, seed=0, frequency=20.0):
     return Field(value, gradient, level=0.0)
 
 
-def heart(periods=7.0, thickness=0.55, sharpness=25.0):
+@explained
+def heart(periods: float = 7.0, thickness: float = 0.55, sharpness: float = 25.0) -> Field:
     r"""A heart, massive on its left and dissolving into a gyroid on its right; above 0 inside.
 
     .. math:: f = -\frac{1}{k} \log(e^{-k h} + e^{-k w}), \quad

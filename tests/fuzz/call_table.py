@@ -7,9 +7,10 @@ import numpy as np
 
 import isospline as iso
 from isospline import volumes
+from isospline.values import VALUE_TYPES
 
 # Not called: they need another library's objects, or a file.
-LEFT_OUT = {"Cancelled", "Image", "read_mesh", "Isosurface.shell"}
+LEFT_OUT = {"Cancelled", "ClosestPoints", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"}
 
 
 def objects():
@@ -48,7 +49,7 @@ def calls(o, folder):
     np.save(folder / "a.npy", samples)
     samples.tofile(folder / "a.raw")
     scene, surface = o["scene"], o["surface"]
-    return [
+    table = [
         ("AmbientOcclusion", iso.AmbientOcclusion, {"samples": 4, "distance": 1.0, "color": 1.0, "opacity": 1.0,
                                                     "cap_color": None}),
         ("Box", iso.Box, {"minimum": (0, 0, 0), "maximum": (1, 1, 1)}),
@@ -93,7 +94,7 @@ def calls(o, folder):
                                                               "down": (0, 0, -1), "center": (0, -4, 0)}),
         ("ProjectionPlaneCamera.from_opencv", iso.ProjectionPlaneCamera.from_opencv,
          {"intrinsics": [(9, 0, 2), (0, 9, 2), (0, 0, 1)], "rotation": np.eye(3), "translation": (0, 0, 5),
-          "size": size, "pixel_center": 0.5}),
+          "size": size, "pixel_center": 0.5, "distortion": (0, 0, 0, 0)}),
         *((f"{type(o[name]).__name__}.{method}", getattr(o[name], method), {"size": size})
           for name in ("camera", "plane_camera", "flat_camera", "panorama")
           for method in ("rays", "world_to_ndc", "to_opencv") if hasattr(o[name], method)),
@@ -119,7 +120,7 @@ def calls(o, folder):
         ("Scene.add", lambda **given: iso.Scene().add(**given), {"obj": o["mesh"], "transform": np.eye(4),
                                                                  "camera": True, "shadow": True}),
         ("Scene.cast_rays", scene.cast_rays, {"rays": o["rays"], **near, "coherent": True, "outputs": ("t_hit",),
-                                              "dtype": "float32"}),
+                                              "dtype": "float32", "out": {}}),
         ("Scene.count_intersections", scene.count_intersections, {"rays": o["rays"], **near}),
         ("Scene.list_intersections", scene.list_intersections, {"rays": o["rays"], **near}),
         ("Scene.test_occlusions", scene.test_occlusions, {"rays": o["rays"], **near}),
@@ -146,7 +147,8 @@ def calls(o, folder):
         ("VolumeData.replace", o["data"].replace, {"spacing": (1, 1, 1)}),
         ("VolumeData.to_volume", o["data"].to_volume, {"degree": 2}),
         ("VoxelHopper", iso.VoxelHopper, {"surface": surface, "strides": True}),
-        ("VoxelHopper.cast_rays", o["hopper"].cast_rays, {"rays": o["rays"], **near, "outputs": ("positions",)}),
+        ("VoxelHopper.cast_rays", o["hopper"].cast_rays, {"rays": o["rays"], **near, "outputs": ("positions",),
+                                                          "dtype": "float32"}),
         ("camera_for", iso.camera_for, {"scene": scene, **frame}),
         ("turntable", iso.turntable, {"scene": scene, "count": 3, **frame}),
         ("read_volume", iso.read_volume, {"path": folder / "a.raw", "shape": (3, 4, 5), "dtype": "f8", "offset": 0,
@@ -161,13 +163,16 @@ def calls(o, folder):
         ("thread_count", iso.thread_count, {}),
         ("suggest_levels", iso.suggest_levels, {"data": samples, "count": 2}),
         ("Image.to_srgb", o["image"].to_srgb, {}),
-        ("Image.write", o["image"].write, {"path": folder / "a.exr", "half": False}),
+        ("Image.write", o["image"].write, {"path": folder / "a.exr", "half": False, "quality": 90}),
         ("write_video", iso.write_video, {"path": folder / "a.mp4", "images": [o["image"]], "fps": 30.0,
                                           "quality": 5.0}),
         *((f"volumes.{name}", getattr(volumes, name), _defaults(getattr(volumes, name)))
           for name in volumes.__all__ if name != "Field"),
         ("volumes.Field", lambda **given: volumes.torus().samples(**given), {"shape": (3, 4, 5), "dtype": "f4"}),
     ]  # fmt: skip
+    values = {kind.__name__ for kind in VALUE_TYPES}
+    made = [(name, function(**given), given) for name, function, given in table if name in values]
+    return [*table, *((f"{name}.replace", value.replace, given) for name, value, given in made)]
 
 
 def _defaults(function):
@@ -184,6 +189,8 @@ def public_names():
         names.add(name)
         for member in dir(value) if inspect.isclass(value) and name not in LEFT_OUT else ():
             static = inspect.getattr_static(value, member)
-            if not member.startswith("_") and callable(getattr(value, member)) and not isinstance(static, property):
+            if member.startswith("_") or not callable(getattr(value, member)) or isinstance(static, property):
+                continue
+            if not (issubclass(value, dict) and hasattr(dict, member)):
                 names.add(f"{name}.{member}")
     return names - LEFT_OUT

@@ -433,8 +433,8 @@ def test_bad_files_are_told(tmp_path, picture, capsys):
     (tmp_path / "a.npy").write_bytes(b"nonsense")
     fails(capsys, 2, r"a\.npy: cannot be read as NPY", "render", tmp_path / "a.npy", "-o", picture)
     (tmp_path / "a.raw").write_bytes(b"12345678")
-    fails(capsys, 2, "expected 27 bytes, 3 x 3 x 3 samples of uint8, got 8", "info", tmp_path / "a.raw",
-          "--shape", "3,3,3", "--dtype", "uint8")
+    fails(capsys, 2, r"expected 27 bytes, 3 x 3 x 3 samples \(x, y, z\) of uint8, got 8 bytes \(shape=", "info",
+          tmp_path / "a.raw", "--shape", "3,3,3", "--dtype", "uint8")
     np.save(tmp_path / "nan.npy", np.full((3, 3, 3), np.nan))
     fails(capsys, 2, "finite", "render", tmp_path / "nan.npy", "--level", "0", "-o", picture)
     (tmp_path / "a.exr").write_bytes(b"nonsense")

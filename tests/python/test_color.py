@@ -7,6 +7,7 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import color_map, srgb_to_linear
 from analytic_volumes import Gyroid, Torus
 
 SIZE = (90, 70)
@@ -262,14 +263,24 @@ def test_bad_colors(monkeypatch):
     ):
         with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
             make()
-    with pytest.raises(TypeError, match="color: expected"):
-        isospline.Phong(color="red")
+    with pytest.raises(ValueError, match="color: expected .* the name of a colour"):
+        isospline.Phong(color="reddest")
     with pytest.raises(TypeError, match="cmap: expected"):
         isospline.ColorByDepth({})
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ImportError, match=r"pip install isospline\[color\]"):
-        isospline.ColorByDepth("viridis")
+        isospline.ColorByDepth("magma")
     isospline.ColorByDepth(RAMP)
+
+
+@pytest.mark.parametrize("name", ["viridis", "coolwarm"])
+def test_default_maps_are_those_of_matplotlib_and_need_none(name, monkeypatch):
+    matplotlib = pytest.importorskip("matplotlib")
+    expected = srgb_to_linear(matplotlib.colormaps[name](np.linspace(0, 1, 256))[:, :3])
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    np.testing.assert_allclose(color_map(name), expected, atol=2e-5)
+    assert isospline.ColorByDepth() == isospline.ColorByDepth("viridis")
+    isospline.ColorByCurvature(limits=(-1, 1))
 
 
 def test_threads_do_not_change_the_colors(camera):

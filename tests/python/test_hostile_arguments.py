@@ -15,20 +15,24 @@ def volume():
     return isospline.Volume(np.indices((6, 7, 8)).sum(0).astype(np.float32))
 
 
-@pytest.mark.parametrize("wrong, got", [(None, "None"), (3, "int"), ("volume", "str"), (np.zeros(3), "ndarray")])
+@pytest.mark.parametrize("wrong, got", [
+    (None, "None"), (3, "3"), ("volume", "'volume'"), (np.zeros(3), "ndarray of shape (3,) and type float64"),
+])  # fmt: skip
 def test_none_is_no_object(wrong, got):
+    data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
     for call, message in (
         (lambda: isospline.ColorByVolume(wrong), "volume: expected a Volume"),
         (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), "volume: expected a Volume"),
-        (lambda: isospline.Isosurface(wrong, 1.0), "volume: expected a Volume"),
+        (lambda: isospline.Isosurface(wrong, 1.0), data),
         (lambda: isospline.VoxelHopper(wrong), "surface: expected an Isosurface"),
-        (lambda: isospline.Scene().add(wrong), "obj: expected an Isosurface or a Mesh"),
+        (lambda: isospline.Scene().add(wrong),
+         "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"),
         (lambda: isospline.render(wrong, None), "scene: expected a Scene"),
         (lambda: isospline.ProgressiveRenderer(wrong, None), "scene: expected a Scene"),
-    ):
+    ):  # fmt: skip
         with pytest.raises(TypeError) as caught:
             call()
-        assert str(caught.value).startswith(f"{message}, got ") and str(caught.value).endswith(got)
+        assert str(caught.value).partition("; did you mean ")[0] == f"{message}, got {got}"
 
 
 def test_masked_values_are_not_taken_for_data(volume):

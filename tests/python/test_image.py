@@ -159,9 +159,9 @@ def test_png(image, tmp_path):
         assert file.size == SIZE
 
 
-@pytest.mark.parametrize("name", ["image.jpg", "image", "exr", ".png.txt"])
+@pytest.mark.parametrize("name", ["image.gif", "image", "exr", ".png.txt"])
 def test_unknown_suffix(image, tmp_path, name):
-    with pytest.raises(ValueError, match=r"\.exr or \.png, got"):
+    with pytest.raises(ValueError, match=r"\.exr, \.png or \.jpg, got"):
         image.write(tmp_path / name)
     assert os.listdir(tmp_path) == []
 

@@ -231,5 +231,5 @@ def test_files_without_a_mesh_are_refused(tmp_path):
 @pytest.mark.parametrize("name", ["from_meshio", "from_pyvista", "from_trimesh", "from_vtk"])
 def test_other_objects_are_refused(name):
     for wrong in (TETRAHEDRON, trimesh.PointCloud(TETRAHEDRON), None):
-        with pytest.raises(TypeError, match="mesh: expected a.*, got (numpy.ndarray|trimesh.*PointCloud|None)"):
+        with pytest.raises(TypeError, match="mesh: expected a.*, got (ndarray of shape|trimesh.*PointCloud|None)"):
             getattr(isospline.Mesh, name)(wrong)

@@ -258,7 +258,7 @@ def test_options_reach_the_model(data, name):
 @pytest.mark.parametrize("name", ["from_nibabel", "from_pyvista", "from_sitk", "from_vtk", "from_xarray"])
 def test_other_objects_options_and_samples_are_refused(data, name):
     make = getattr(isospline.Volume, name)
-    with pytest.raises(TypeError, match=r"^(image|image_data|array): expected .*, got numpy.ndarray"):
+    with pytest.raises(TypeError, match=r"^(image|image_data|array): expected .*, got ndarray of shape "):
         make(data)
     for option in ({"spacing": (1, 1, 1)}, {"axes": "xyz"}):
         with pytest.raises(TypeError, match="expected none beside that of"):

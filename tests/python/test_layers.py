@@ -242,9 +242,9 @@ def test_bad_layers(integrator):
         fails(ValueError, "ambient_occlusion_samples: expected .* got ", ambient_occlusion_samples=rays)
     names = ", ".join(f'"{name}"' for name in LAYERS)
     fails(ValueError, f'layers: expected names among {names}, got "z"', layers=("depth", "z"))
-    fails(TypeError, r'layers: expected a sequence of names, such as \("depth",\), got "depth"', layers="depth")
+    fails(TypeError, r'layers: expected a sequence of names, such as \("depth",\), got \'depth\'', layers="depth")
     fails(TypeError, "layers: expected a sequence of names, .* got None", layers=None)
-    fails(TypeError, "layers: expected names, got int", layers=[1])
+    fails(TypeError, "layers: expected names, got 1", layers=[1])
     fails(ValueError, 'encoding: expected "linear" or "srgb8", got "png"', encoding="png")
     if integrator is None:
         for name in TRACED:

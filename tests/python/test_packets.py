@@ -49,7 +49,7 @@ def test_build_quality_changes_memory_and_no_hit(rng):
         np.testing.assert_array_equal(hits["low"][name], expected)
         np.testing.assert_array_equal(hits["high"][name], expected)
     assert scenes["low"].memory < scenes["medium"].memory
-    with pytest.raises(ValueError, match="build_quality: expected 'low', 'medium' or 'high', got 'best'"):
+    with pytest.raises(ValueError, match='build_quality: expected "low" or "medium" or "high", got "best"'):
         isospline.Scene(build_quality="best")
 
 

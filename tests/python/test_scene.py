@@ -376,7 +376,7 @@ def test_bad_rays(rays, error, message):
 
 
 def test_bad_objects():
-    with pytest.raises(TypeError, match="obj: expected an Isosurface or a Mesh, got int"):
+    with pytest.raises(TypeError, match="obj: expected an Isosurface, a Mesh, or a mesh of .*, got 3"):
         isospline.Scene([3])
     surface = isospline.Isosurface(quadratic_sphere(), 64.0)
     scene = isospline.Scene()

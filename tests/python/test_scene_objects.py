@@ -283,7 +283,7 @@ def test_bad_ids(call):
                      (isospline.INVALID_ID, "4294967295"), (10**30, "1" + 30 * "0")]:
         with pytest.raises(ValueError, match=f"^{expected}{got}$"):
             call(scene, bad)
-    with pytest.raises(TypeError, match="geometry_id: expected an int, got float"):
+    with pytest.raises(TypeError, match="geometry_id: expected an int, got 1.0"):
         call(scene, 1.0)
     assert scene.ids == [1]
 

@@ -303,7 +303,7 @@ def test_clip_shapes_check_their_numbers(make, message):
         ({"clip": [isospline.Box((0, 0, 0), (1, 1, 1)), 3]}, TypeError, "clip: expected a HalfSpace, a Box"),
         ({"method": "guess"}, ValueError, 'method: expected "exact" or "reference" or "bracket", got "guess"'),
         ({"inside": "out"}, ValueError, 'inside: expected "above" or "below", got "out"'),
-        ({"depth": 2}, TypeError, "incompatible"),
+        ({"depth": 2}, TypeError, "depth: expected a parameter of Isosurface .*; did you mean prune_depth"),
     ],
 )
 def test_options_are_checked(rng, options, error, message):
@@ -327,9 +327,29 @@ def test_odd_degrees_need_two_samples(rng, degree):
 
 
 def test_volume_must_be_one():
-    for volume in (None, np.zeros((3, 3, 3))):
-        with pytest.raises(TypeError):
+    for volume in (None, np.zeros((3, 3)), "volume", 3):
+        with pytest.raises(TypeError, match="^volume: expected a Volume, a VolumeData or .*, got"):
             isospline.Isosurface(volume, 0.0)
+
+
+def test_volumes_may_be_data_and_arrays(rng):
+    data = random_data(rng, (4, 5, 6)).astype(np.float32)
+    for given, spacing in ((data, 1.0), (isospline.VolumeData(data, spacing=(1, 2, 3)), (1, 2, 3))):
+        surface = isospline.Isosurface(given, 0.25)
+        np.testing.assert_array_equal(surface.volume.spacing, np.broadcast_to(spacing, 3))
+        np.testing.assert_array_equal(surface.volume.coefficients, isospline.Volume(data).coefficients)
+
+
+@pytest.mark.parametrize("capped", [False, True])
+def test_bounds_are_those_of_a_scene(rng, capped):
+    volume = isospline.Volume(random_data(rng, (7, 8, 9)), spacing=(1, 2, 0.5), origin=(3, 4, 5))
+    surface = isospline.Isosurface(volume, 0.25, clip=isospline.HalfSpace((6, 0, 0), (1, 1, 0)), capped=capped)
+    np.testing.assert_allclose(surface.bounds, isospline.Scene(surface).bounds, atol=1e-6)
+    assert (surface.bounds[0] >= volume.bounds[0]).all() and (surface.bounds[1] <= volume.bounds[1]).all()
+    with pytest.warns(UserWarning, match="there is no surface"):
+        assert np.isinf(isospline.Isosurface(volume, 1e6).bounds).all()
+    camera = isospline.camera_for(surface, view="front")
+    assert camera == isospline.camera_for(surface.bounds, view="front")
 
 
 def test_properties_are_those_given(rng):

@@ -53,7 +53,7 @@ def test_types(bad):
     ({"spacing": (1, np.nan, 1)}, "spacing: "),
     ({"spacing": (1, np.inf, 1)}, "spacing: "),
     ({"spacing": (1, 1)}, r"spacing: expected shape \(3,\), got \(2,\)"),
-    ({"spacing": 1.0}, "spacing: "),
+    ({"spacing": 0.0}, "spacing: "),
     ({"origin": (0, 0, np.inf)}, "origin: "),
     ({"origin": (0, 0, 0, 0)}, "origin: "),
     ({"direction": np.zeros((3, 3))}, "direction: "),

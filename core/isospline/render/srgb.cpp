@@ -1,5 +1,8 @@
 #include "isospline/render/srgb.h"
 
+#include <glm/ext/vector_double1.hpp>
+#include <glm/gtc/color_space.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -10,12 +13,6 @@ namespace isospline {
 
 namespace {
 
-/// The inverse of the transfer curve.
-double to_linear(double srgb)
-{
-    return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-}
-
 /// Rounds the encoded value of a linear one: looks up that of the lower end of the bin it is in, from where at most a
 /// few thresholds lie below it.
 class Encoder {
@@ -23,7 +20,7 @@ public:
     Encoder()
     {
         for (std::size_t code = 0; code < 255; ++code)
-            thresholds_[code] = to_linear((static_cast<double>(code) + 0.5) / 255.0);
+            thresholds_[code] = glm::convertSRGBToLinear(glm::dvec1((static_cast<double>(code) + 0.5) / 255.0)).x;
         thresholds_[255] = std::numeric_limits<double>::infinity();
         std::size_t code = 0;
         for (std::size_t bin = 0; bin < bin_count; ++bin) {

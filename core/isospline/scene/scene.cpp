@@ -258,6 +258,11 @@ std::vector<std::uint32_t> Scene::ids() const
     return ids;
 }
 
+const BuildOptions& Scene::build_options() const
+{
+    return impl_->build_options;
+}
+
 std::size_t Scene::count() const
 {
     const std::lock_guard lock(impl_->mutex());

@@ -67,6 +67,8 @@ public:
     std::vector<std::uint32_t> ids() const;
     /// How many there are.
     std::size_t count() const;
+    /// As given.
+    const BuildOptions& build_options() const;
 
 private:
     struct Impl;

@@ -21,6 +21,7 @@ struct ColorByVolume {
     std::shared_ptr<const Volume> volume;
     ColorMap map;
     glm::dmat4 scene_to_volume{1.0}; ///< from the scene's world space to the volume's
+    glm::dmat4 volume_to_scene{1.0}; ///< its inverse, as given
 };
 
 enum class CurvatureKind { mean, gaussian, maximum, minimum };

@@ -148,12 +148,9 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 } // namespace
 
-Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Progress& progress)
-    : options_(options), shape_(samples.shape)
+void Volume::set_layout()
 {
-    check(samples, options);
-
-    // Space. Slices a multiple of the page size apart would all fall into the same few lines of the cache.
+    // Slices a multiple of the page size apart would all fall into the same few lines of the cache.
     constexpr std::size_t line = 16;
     constexpr std::size_t page = 1024;
     const auto padded = [&](int axis) { return static_cast<std::size_t>(shape_[axis] + 2 * padding()); };
@@ -164,17 +161,46 @@ Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Pr
     slice_stride_ = static_cast<std::ptrdiff_t>(slice);
     check_memory(static_cast<double>(sizeof(float)) * static_cast<double>(slice) * static_cast<double>(padded(2)));
     coefficient_count_ = slice * padded(2) + slack;
+}
 
-    // Maps between the spaces.
+void Volume::set_maps()
+{
     for (int axis = 0; axis < 3; ++axis)
-        index_to_world_[axis] = glm::dvec4(options.direction[axis] * options.spacing[axis], 0.0);
-    index_to_world_[3] = glm::dvec4(options.origin, 1.0);
+        index_to_world_[axis] = glm::dvec4(options_.direction[axis] * options_.spacing[axis], 0.0);
+    index_to_world_[3] = glm::dvec4(options_.origin, 1.0);
     world_to_index_ = glm::inverse(index_to_world_);
     const glm::dvec3 shift(lattice_shift());
     lattice_to_world_ = index_to_world_;
     lattice_to_world_[3] = glm::dvec4(transform_point(index_to_world_, -shift), 1.0);
     world_to_lattice_ = world_to_index_;
     world_to_lattice_[3] += glm::dvec4(shift, 0.0);
+}
+
+void Volume::allocate()
+{
+    coefficients_.reset(new float[coefficient_count_]);
+    prefer_huge_pages(coefficients_.get(), coefficient_count_ * sizeof(float));
+}
+
+Volume::Volume(const VolumeOptions& options, const VolumeSummary& summary, std::span<const float> stored_coefficients)
+    : options_(options), shape_(summary.shape), minimum_(summary.minimum), maximum_(summary.maximum),
+      offset_(summary.offset)
+{
+    check({stored_coefficients.data(), SampleType::float32, summary.shape, {}, false}, options);
+    set_layout();
+    if (stored_coefficients.size() != coefficient_count_)
+        throw_invalid("coefficients", std::to_string(coefficient_count_) + " of them", stored_coefficients.size());
+    set_maps();
+    allocate();
+    std::copy(stored_coefficients.begin(), stored_coefficients.end(), coefficients_.get());
+}
+
+Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Progress& progress)
+    : options_(options), shape_(samples.shape)
+{
+    check(samples, options);
+    set_layout();
+    set_maps();
 
     // Range of the samples. From float32 samples a float32 offset is taken, which loses nothing.
     const SampleRange range = sample_range(samples, part_of(progress, 0.0, 0.1));
@@ -188,8 +214,11 @@ Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Pr
         offset_ = static_cast<double>(static_cast<float>(offset_));
 
     // Coefficients.
-    coefficients_.reset(new float[coefficient_count_]);
-    prefer_huge_pages(coefficients_.get(), coefficient_count_ * sizeof(float));
+    allocate();
+    const auto used = static_cast<std::size_t>(row_stride_) * static_cast<std::size_t>(shape_.y + 2 * padding());
+    const auto slice = static_cast<std::size_t>(slice_stride_);
+    for (std::size_t begin = 0; begin + slack < coefficient_count_; begin += slice)
+        std::fill_n(coefficients_.get() + begin + used, slice - used, 0.0f);
     std::fill_n(coefficients_.get() + coefficient_count_ - slack, slack, 0.0f);
     const auto first = static_cast<std::ptrdiff_t>(padding());
     compute_coefficients(samples, offset_, design_filter(degree(), filter(), options.smoothing), boundary(),

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -31,6 +32,12 @@ struct VolumeOptions {
     Filter filter = Filter::interpolate;
     double smoothing = 0.0; ///< weight of the roughness, at least 0; used by Filter::smoothing
     Axes axes = Axes::zyx;  ///< kept for bindings that exchange arrays; nothing in C++ depends on it
+};
+
+/// What a volume remembers of its samples beside the coefficients.
+struct VolumeSummary {
+    glm::ivec3 shape{0};
+    double minimum = 0.0, maximum = 0.0, offset = 0.0;
 };
 
 /// Samples along an axis are at most so many: indices and periods stay well within an int.
@@ -51,6 +58,10 @@ public:
     /// 0-5, a spacing that is not positive, a singular direction or a smoothing that does not fit the filter, and
     /// std::length_error, before the work begins, where the coefficients would not fit into the machine's memory.
     Volume(const SampleView& samples, const VolumeOptions& options = {}, const Progress& progress = {});
+
+    /// The same volume once more, from what `summary()` and `stored_coefficients()` of another one are, as after a
+    /// journey to another process. Throws std::invalid_argument where they do not belong together.
+    Volume(const VolumeOptions& options, const VolumeSummary& summary, std::span<const float> stored_coefficients);
 
     int degree() const { return options_.degree; }
     Boundary boundary() const { return options_.boundary; }
@@ -92,6 +103,9 @@ public:
     std::ptrdiff_t slice_stride() const { return slice_stride_; }
     /// Coefficients on each side that the boundary rule gives: n/2, rounded down.
     int padding() const { return degree() / 2; }
+    VolumeSummary summary() const { return {shape_, minimum_, maximum_, offset_}; }
+    /// All that is stored: the coefficients with their padding.
+    std::span<const float> stored_coefficients() const { return {coefficients_.get(), coefficient_count_}; }
     /// Bytes held by this object.
     std::size_t memory() const;
 
@@ -103,6 +117,10 @@ public:
     glm::dmat3 hessian(const glm::dvec3& position_index) const;
 
 private:
+    void set_layout();
+    void set_maps();
+    void allocate();
+
     VolumeOptions options_;
     glm::ivec3 shape_{0};
     double minimum_ = 0.0, maximum_ = 0.0, offset_ = 0.0;

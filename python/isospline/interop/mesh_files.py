@@ -6,11 +6,13 @@ import contextlib
 import io
 import os
 from pathlib import Path
+from typing import Any
 
 from .._core import Mesh
 from ..io.checks import check_file, utf8
 from ..io.vtk import check_messages, messages
 from ..parameters import check_path, printable
+from ..signatures import explained
 from .checks import library_of
 from .mesh_guards import EndingFile, check_before, check_gmsh
 from .meshio import mesh_from_meshio
@@ -18,7 +20,8 @@ from .trimesh import mesh_from_trimesh
 from .vtk import mesh_from_vtk
 
 
-def read_mesh(path, **options):
+@explained
+def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     """Read a triangle mesh from a file.
 
     ==========================================================  =======================================  =========

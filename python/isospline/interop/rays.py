@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .._core import INVALID_ID, Isosurface, Mesh, Scene
+from ..signatures import explained_methods
 from .trimesh import check_trimesh, mesh_from_trimesh
 
 # Neither along an axis nor along a diagonal, where rays meet edges.
 _DIRECTION = np.array([0.4395064455, 0.617598629942, 0.652231566745])
 
 
+@explained_methods
 class RayMeshIntersector:
     """Rays cast as ``trimesh.ray.ray_pyembree.RayMeshIntersector`` casts them, at isosurfaces as well.
 
@@ -53,7 +58,7 @@ class RayMeshIntersector:
     array([ True, False])
     """
 
-    def __init__(self, geometry, scale_to_box=True):
+    def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
         self._is_of_trimesh = type(geometry).__module__.partition(".")[0] == "trimesh"
         if self._is_of_trimesh:
             check_trimesh(geometry)
@@ -66,7 +71,7 @@ class RayMeshIntersector:
         self._scene = self._hash = None
 
     @property
-    def scene(self):
+    def scene(self) -> Scene:
         """What the rays are cast at."""
         if self._is_of_trimesh:
             current = hash(self.mesh)
@@ -86,8 +91,9 @@ class RayMeshIntersector:
         return self.__copy__()
 
     def intersects_id(
-        self, ray_origins, ray_directions, multiple_hits=True, *, max_hits=None, return_locations=False
-    ):
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, *,
+        max_hits: int | None = None, return_locations: bool = False,
+    ) -> tuple[NDArray[Any], ...]:  # fmt: skip
         """The faces and cells that rays cross.
 
         Parameters
@@ -126,14 +132,17 @@ class RayMeshIntersector:
             return index_tri, rows[index_ray]
         return index_tri, rows[index_ray], rays[index_ray, :3] + t[:, None] * rays[index_ray, 3:]
 
-    def intersects_location(self, ray_origins, ray_directions, multiple_hits=True, *, max_hits=None):
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, *,
+        max_hits: int | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:  # fmt: skip
         """Where rays cross: locations, index_ray and index_tri of `intersects_id`, in this order."""
         index_tri, index_ray, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=max_hits
         )
         return locations, index_ray, index_tri
 
-    def intersects_first(self, ray_origins, ray_directions):
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int64]:
         """(N,) int64 array: the first face or cell of each ray, -1 where it misses."""
         rays, rows = _rays(ray_origins, ray_directions)
         first = np.full(len(ray_origins), -1, dtype=np.int64)
@@ -141,14 +150,14 @@ class RayMeshIntersector:
         first[rows] = np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
         return first
 
-    def intersects_any(self, ray_origins, ray_directions):
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """(N,) bool array: whether each ray crosses anything."""
         rays, rows = _rays(ray_origins, ray_directions)
         crosses = np.zeros(len(ray_origins), dtype=bool)
         crosses[rows] = self.scene.test_occlusions(rays)
         return crosses
 
-    def contains_points(self, points):
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are inside of any object: whether a ray from there crosses its surface an odd number of times.
 
         Objects must be closed: a mesh without holes, an isosurface that ends before its volume does and is not cut.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import os
+import re
 
 import numpy as np
 
 from .checks import check_samples, size_text
+from .raw_shape import warn_of_scrambled_shape
 from .volume_data import VolumeData
 
 
@@ -18,17 +20,35 @@ def read_npy(path):
     return VolumeData(data)
 
 
+# Shape, x first, and type in the name of a raw file.
+_NAMED = re.compile(r"(?<!\d)(\d+)x(\d+)x(\d+)_(u?int(?:8|16|32|64)|float(?:32|64))(?![a-z0-9])", re.IGNORECASE)
+
+#: How both ways to tell a shape order it.
+ORDER = "shape=(nz, ny, nx) in Python, --shape NX,NY,NZ on the command line"
+
+
 def read_raw(path, shape, dtype, offset):
     """Map a raw file of exactly the given samples after `offset` bytes."""
+    named = _NAMED.search(path.name)
+    format = "raw"
+    if named and (shape is None or dtype is None):
+        format = f"raw, {' and '.join(['shape'] * (shape is None) + ['type'] * (dtype is None))} by its name"
+        shape = tuple(int(count) for count in named.group(3, 2, 1)) if shape is None else shape
+        dtype = named.group(4).lower() if dtype is None else dtype
     if shape is None or dtype is None:
         missing = "shape" if shape is None else "dtype"
-        raise ValueError(f"expected the shape and the type of the samples, which the file does not tell: {missing}=")
+        raise ValueError(
+            f"expected the shape and the type of the samples, which the file does not tell: {missing}= ({ORDER})"
+        )
     shape, dtype = tuple(int(count) for count in shape), np.dtype(dtype)
     check_samples(shape, dtype, mapped=True)
     expected, size = offset + math.prod(shape) * dtype.itemsize, os.path.getsize(path)
     if size != expected:
         header = f" after {offset} bytes" if offset else ""
         raise ValueError(
-            f"expected {expected} bytes, {size_text(shape)} samples of {dtype}{header}, got {size} bytes"
+            f"expected {expected} bytes, {size_text(shape)} samples (x, y, z) of {dtype}{header}, got {size} bytes "
+            f"({ORDER})"
         )
-    return VolumeData(np.memmap(path, dtype, mode="r", offset=offset, shape=shape))
+    data = np.memmap(path, dtype, mode="r", offset=offset, shape=shape)
+    warn_of_scrambled_shape(data, ORDER)
+    return VolumeData(data, format=format)

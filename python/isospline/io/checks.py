@@ -8,6 +8,7 @@ import os
 import stat
 
 import numpy as np
+import psutil
 
 from ..parameters import printable
 
@@ -73,9 +74,5 @@ def size_text(shape):
 
 
 def available_memory():
-    """Bytes that may be allocated without swapping; infinite where the system does not say."""
-    try:
-        with open("/proc/meminfo") as file:
-            return next(int(line.split()[1]) * 1024 for line in file if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration):
-        return math.inf
+    """Bytes that may be allocated without swapping."""
+    return psutil.virtual_memory().available

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import errno
+import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from ..parameters import check_path, printable
+from ..signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
+from .volume_data import VolumeData
 
 #: Formats by the suffix of the file name: name, reader, and whether it takes the name of a part of the file.
 FORMATS = {
@@ -28,7 +33,18 @@ FORMATS = {
 }
 
 
-def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=None, direction=None, name=None):
+@explained
+def read_volume(
+    path: str | os.PathLike[str],
+    *,
+    shape: Sequence[int] | None = None,
+    dtype: DTypeLike | None = None,
+    offset: int = 0,
+    spacing: ArrayLike | None = None,
+    origin: ArrayLike | None = None,
+    direction: ArrayLike | None = None,
+    name: str | None = None,
+) -> VolumeData:
     """Read a volume from a file or a folder.
 
     ============================  =========================================================  ===========
@@ -55,13 +71,14 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
     path : str or path-like
         A file, or a folder that holds one DICOM series or one stack of TIFF slices.
     shape : (int, int, int), optional
-        Of the array, (nz, ny, nx): the file is read as raw, whatever its suffix.
+        Of the array, (nz, ny, nx): the file is read as raw, whatever its suffix. A name such as
+        ``tooth_103x94x161_uint16.raw`` tells shape and type by itself, x first, as the command line's ``--shape`` does.
     dtype : dtype, optional
         Of the samples of a raw file, with its byte order: ``"<u2"`` is little-endian, ``">u2"`` big-endian.
     offset : int
         Bytes before the samples of a raw file.
     spacing, origin : (3,) float, optional
-        Instead of the file's, (x, y, z).
+        Instead of the file's, (x, y, z); one number is the spacing along all of them.
     direction : (3, 3) float, optional
         Instead of the file's; its columns are the directions of x, y and z.
     name : str, optional
@@ -72,6 +89,11 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
     VolumeData
         ``read_volume(path).to_volume()`` makes the model. Uncompressed NIfTI, .npy and raw files are mapped into memory
         instead of read.
+
+    Warns
+    -----
+    UserWarning
+        Where neighbouring slices of a raw file have so little in common that its shape is likely another.
 
     Raises
     ------
@@ -94,7 +116,7 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
     VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw')
     """
     given = {
-        "spacing": None if spacing is None else _positive(_numbers(spacing, "spacing", (3,)), "spacing"),
+        "spacing": None if spacing is None else _positive(_spacing(spacing), "spacing"),
         "origin": None if origin is None else _numbers(origin, "origin", (3,)),
         "direction": None if direction is None else _spanning(_numbers(direction, "direction", (3, 3)), "direction"),
     }
@@ -102,7 +124,8 @@ def read_volume(path, *, shape=None, dtype=None, offset=0, spacing=None, origin=
     path = Path(path)
     format, read = _reader(path, shape, dtype, offset, name)
     try:
-        volume = read(path).replace(format=format)
+        volume = read(path)
+        volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
         _positive(_numbers(volume.spacing, "spacing", (3,)), "spacing")
         _numbers(volume.origin, "origin", (3,))
@@ -158,6 +181,11 @@ def _numbers(values, parameter, shape):
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"{parameter}: expected finite numbers of shape {shape}, got {array.tolist()}")
     return array if len(shape) > 1 else tuple(array.tolist())
+
+
+def _spacing(values):
+    """One number for all axes, or one each."""
+    return _numbers(np.full(3, values) if np.ndim(values) == 0 else values, "spacing", (3,))
 
 
 def _positive(values, parameter):

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..signatures import explained_methods
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .._core import Volume, _ModelOptions
 
 
+@explained_methods
 @dataclass(frozen=True, eq=False)
 class VolumeData:
     r"""Samples, and where they are in the world.
@@ -36,14 +46,14 @@ class VolumeData:
     array([2., 2., 8.])
     """
 
-    data: np.ndarray
+    data: NDArray[Any]
     spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    direction: np.ndarray = field(default_factory=lambda: np.eye(3))
+    direction: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     format: str = ""
 
     @classmethod
-    def from_affine(cls, data, affine, format=""):
+    def from_affine(cls, data: NDArray[Any], affine: ArrayLike, format: str = "") -> VolumeData:
         """Split a (4, 4) or (3, 4) matrix from index (x, y, z, 1) to world into spacing, direction and origin."""
         try:
             whole = np.asarray(affine, dtype=float)
@@ -58,29 +68,29 @@ class VolumeData:
         return cls(data, tuple(spacing.tolist()), tuple(whole[:3, 3].tolist()), matrix / spacing, format)
 
     @property
-    def affine(self):
+    def affine(self) -> NDArray[np.float64]:
         """(4, 4) float64 array: index (x, y, z, 1) to world."""
         affine = np.eye(4)
         affine[:3, :3] = self.direction * self.spacing
         affine[:3, 3] = self.origin
         return affine
 
-    def position(self, index):
+    def position(self, index: ArrayLike) -> NDArray[np.float64]:
         """World positions of (..., 3) indices, (x, y, z)."""
         affine = self.affine
         return np.asarray(index, dtype=float) @ affine[:3, :3].T + affine[:3, 3]
 
-    def replace(self, **fields):
+    def replace(self, **fields: Any) -> VolumeData:
         """The same with other values of some attributes."""
         return replace(self, **fields)
 
-    def to_volume(self, **options):
+    def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
         """Model the samples: ``isospline.Volume(data, spacing=..., origin=..., direction=..., **options)``."""
         from .. import Volume
 
         return Volume(self.data, spacing=self.spacing, origin=self.origin, direction=self.direction, **options)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return (
             f"VolumeData(shape={self.data.shape}, dtype={self.data.dtype}, spacing={self.spacing}, "
             f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r})"

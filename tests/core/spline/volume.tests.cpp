@@ -73,6 +73,31 @@ TEST_CASE("an interpolating volume passes through its samples", "[spline][thread
             }
 }
 
+TEST_CASE("a volume is the same from its stored coefficients", "[spline]")
+{
+    for (int degree = 0; degree <= 5; ++degree)
+        for (const auto boundary : {Boundary::mirror, Boundary::periodic}) {
+            const Samples samples({17, 9, 5}, 3);
+            VolumeOptions options = options_of(degree, boundary);
+            options.origin = {1.0, 2.0, 3.0};
+            options.spacing = {0.5, 1.0, 2.0};
+            const Volume volume(samples.view(), options);
+            const Volume again(options, volume.summary(), volume.stored_coefficients());
+            CHECK(again.shape() == volume.shape());
+            CHECK(again.index_to_world() == volume.index_to_world());
+            CHECK(again.world_to_lattice() == volume.world_to_lattice());
+            CHECK(again.minimum() == volume.minimum());
+            CHECK(again.maximum() == volume.maximum());
+            const auto given = volume.stored_coefficients(), stored = again.stored_coefficients();
+            CHECK(std::vector<float>(stored.begin(), stored.end()) == std::vector<float>(given.begin(), given.end()));
+            for (const glm::dvec3 point : {glm::dvec3(2.25, 3.5, 1.75), glm::dvec3(-3.0, 20.0, 4.9)}) {
+                CHECK(again.value(point) == volume.value(point));
+                CHECK(again.gradient(point) == volume.gradient(point));
+            }
+            CHECK_THROWS_AS(Volume(options, volume.summary(), given.first(given.size() - 1)), std::invalid_argument);
+        }
+}
+
 TEST_CASE("the padding of the coefficients follows the boundary rule", "[spline]")
 {
     const Samples samples({6, 3, 2}, 4);

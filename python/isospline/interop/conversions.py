@@ -1,0 +1,50 @@
+"""What users hand over in place of volumes, meshes and objects of scenes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._core import Isosurface, Mesh, Scene, Volume
+from ..mistakes import sentence
+
+# The class method that takes over a mesh of a library, by the package of its type.
+_MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}
+
+
+def as_volume(value, parameter):
+    """A volume, of a `VolumeData` or an array indexed [z, y, x] too."""
+    from ..io import VolumeData
+
+    if isinstance(value, Volume):
+        return value
+    if isinstance(value, VolumeData):
+        return value.to_volume()
+    if isinstance(value, np.ndarray) and value.ndim == 3:
+        return Volume(value)
+    raise TypeError(sentence(parameter, "a Volume, a VolumeData or a three-dimensional array", value))
+
+
+def as_mesh(value, parameter):
+    """A mesh, of those of other libraries too."""
+    if isinstance(value, Mesh):
+        return value
+    for kind in type(value).__mro__:
+        method = _MESHES.get(kind.__module__.partition(".")[0])
+        if method is not None:
+            return getattr(Mesh, method)(value)
+    expected = "an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"
+    raise TypeError(sentence(parameter, expected, value))
+
+
+def as_placed_objects(objects):
+    """Pairs of an object and its transform or None, of one object or several, with or without transforms."""
+    if isinstance(objects, Scene):
+        raise TypeError(sentence("objects", "isosurfaces and meshes", objects))
+    if isinstance(objects, (Isosurface, Mesh)) or type(objects).__module__.partition(".")[0] in _MESHES:
+        return [(objects, None)]
+    try:
+        items = list(objects)
+    except TypeError:
+        raise TypeError(sentence("objects", "isosurfaces and meshes", objects)) from None
+    is_pair = [isinstance(item, (tuple, list)) and len(item) == 2 for item in items]
+    return [tuple(item) if pair else (item, None) for item, pair in zip(items, is_pair)]

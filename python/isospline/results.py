@@ -1,0 +1,107 @@
+"""Results of queries: mappings from names to arrays whose items are attributes as well."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .signatures import explained_methods
+
+__all__ = ["ClosestPoints", "Crossings", "Hits"]
+
+
+def _item(name: str, doc: str) -> Any:
+    """A property that is the item of this name."""
+
+    def get(self: dict[str, NDArray[Any]]) -> NDArray[Any]:
+        try:
+            return self[name]
+        except KeyError:
+            held = ", ".join(self) or "nothing"
+            raise AttributeError(f'{name}: expected outputs=("{name}",) for it, got a result with {held}') from None
+
+    return property(get, doc=doc)
+
+
+@explained_methods
+class Hits(dict[str, NDArray[Any]]):
+    """The first crossings of rays, as `Scene.cast_rays` returns them: ``hits.t_hit`` is ``hits["t_hit"]``.
+
+    It holds the arrays that `outputs` names; the leading axes are those of the rays. The type of real numbers is that
+    of the rays, float32 or float64, unless `dtype` tells another.
+    """
+
+    t_hit: NDArray[Any] = _item("t_hit", "(...) t of the crossing, inf where the ray misses.")
+    geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(...) uint32, `INVALID_ID` where the ray misses.")
+    primitive_ids: NDArray[np.uint64] = _item(
+        "primitive_ids", "(...) uint64: the place of the cell in its volume or the face of a mesh."
+    )
+    primitive_normals: NDArray[Any] = _item(
+        "primitive_normals", "(..., 3) unit outward normals in world space, zero where the ray misses."
+    )
+    positions: NDArray[Any] = _item("positions", "(..., 3) points in world space, NaN where the ray misses.")
+    primitive_uvs: NDArray[np.float32] = _item(
+        "primitive_uvs", "(..., 2) float32, weights of a triangle's second and third corner."
+    )
+    gradient_magnitudes: NDArray[Any] = _item(
+        "gradient_magnitudes", "(...) of an isosurface's model, in values per world unit; 0 for meshes."
+    )
+
+    def select(self, rays: NDArray[Any]) -> Hits:
+        """The hits of some of the rays.
+
+        Parameters
+        ----------
+        rays : bool or int array
+            Which of them: any index of the leading axes, such as ``np.isfinite(hits.t_hit)``.
+
+        Returns
+        -------
+        Hits
+        """
+        return Hits({name: array[rays] for name, array in self.items()})
+
+    def __repr__(self) -> str:
+        return _text(self)
+
+
+class Crossings(dict[str, NDArray[Any]]):
+    """All crossings of rays, as `Scene.list_intersections` returns them: those of ray i are the items from
+    ``ray_splits[i]`` to ``ray_splits[i + 1]``.
+    """
+
+    ray_splits: NDArray[np.int64] = _item("ray_splits", "(N + 1,) int64: where the crossings of each ray begin.")
+    ray_ids: NDArray[np.int64] = _item("ray_ids", "(M,) int64: the ray of each crossing.")
+    t_hit: NDArray[np.float64] = _item("t_hit", "(M,) float64, ascending along each ray.")
+    geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(M,) uint32.")
+    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(M,) uint64, as of `Hits`.")
+    primitive_uvs: NDArray[np.float32] = _item("primitive_uvs", "(M, 2) float32, as of `Hits`.")
+    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(M, 3) float64: unit, outward, world space.")
+    positions: NDArray[np.float64] = _item("positions", "(M, 3) float64, world space.")
+    entering: NDArray[np.bool_] = _item("entering", "(M,) bool: whether the ray enters the solid there.")
+
+    def __repr__(self) -> str:
+        return _text(self)
+
+
+class ClosestPoints(dict[str, NDArray[Any]]):
+    """The nearest points of a surface, as `Isosurface.closest_points` returns them."""
+
+    points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN where there is none.")
+    distances: NDArray[np.float64] = _item("distances", "(...) float64, world units.")
+    error_bounds: NDArray[np.float64] = _item(
+        "error_bounds", "(...) float64: the true distance is at most so much less, world units."
+    )
+    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(...) uint64, as of `Hits`.")
+    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world space.")
+
+    def __repr__(self) -> str:
+        return _text(self)
+
+
+def _text(result: dict[str, NDArray[Any]]) -> str:
+    """Names, shapes and types, and no numbers."""
+    arrays = ", ".join(f"{name}: {array.dtype}{list(array.shape)}" for name, array in result.items())
+    return f"{type(result).__name__}({arrays})"

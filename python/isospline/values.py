@@ -1,0 +1,157 @@
+"""Values: cameras, shadings, lights, materials and cuts, which are equal where what they are made of is.
+
+They never change. `replace` makes another one of changed parts, and pickle takes them apart and makes them again.
+Volumes, meshes, surfaces and scenes are told apart by identity, and travel whole.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import _core
+from .signatures import parameters_of
+
+# What a constructor takes in place of other parameters.
+_ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
+
+VALUE_TYPES = (
+    _core.AmbientOcclusion, _core.Box, _core.ColorByCurvature, _core.ColorByDepth, _core.ColorByNormal,
+    _core.ColorByVolume, _core.DirectionalLight, _core.EnvironmentLight, _core.HalfSpace, _core.Material,
+    _core.OrthographicCamera, _core.Outline, _core.PanoramicCamera, _core.PathTracer, _core.PerspectiveCamera,
+    _core.Phong, _core.PositionalLight, _core.ProjectionPlaneCamera, _core.RectangleLight, _core.SphereLight,
+)  # fmt: skip
+
+
+def parts(value):
+    """The parameters of a value's constructor, and what it has for them."""
+    left_out = _ALTERNATIVES.get(type(value).__name__, ())
+    return {name: _part(value, name) for name in parameters_of(type(value)) if name not in left_out}
+
+
+def _part(value, name):
+    given = getattr(value, f"_{name}", None)  # as given, where the attribute tells what that comes to
+    return getattr(value, name) if given is None else given()
+
+
+def _replace(self, **changes):
+    """The same value with other parts: ``camera.replace(eye=(0, -20, 0))``.
+
+    Parameters
+    ----------
+    **changes
+        Parameters of the constructor.
+    """
+    changed = parts(self)
+    changed.update(changes)
+    if "center" in changes:
+        changed.pop("corner", None)
+    return type(self)(**changed)
+
+
+def _equal(self, other):
+    if type(other) is not type(self):
+        return NotImplemented
+    return same(parts(self), parts(other))
+
+
+def same(one, other):
+    """Whether two parts of values, or states of objects, are equal."""
+    if isinstance(one, dict):
+        return isinstance(other, dict) and one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, (list, tuple)):
+        return isinstance(other, (list, tuple)) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        return isinstance(other, np.ndarray) and np.array_equal(one, other)
+    if isinstance(one, _core.Volume):
+        return one is other or (isinstance(other, _core.Volume) and same(one.__getstate__(), other.__getstate__()))
+    return type(one) is type(other) and bool(one == other)
+
+
+def _hash(self):
+    return hash((type(self), *(_hashable(part) for part in parts(self).values())))
+
+
+def _hashable(part):
+    """Something small that equal parts have the same of."""
+    if isinstance(part, np.ndarray):
+        return part.shape if part.size > 16 else tuple(part.ravel().tolist())
+    if isinstance(part, dict):
+        return tuple(sorted(part))
+    if isinstance(part, list):
+        return tuple(_hashable(item) for item in part)
+    if isinstance(part, _core.Volume):
+        return part.shape, part.minimum, part.maximum
+    return part
+
+
+def _make(kind, given):
+    return kind(**given)
+
+
+def _reduce(self):
+    return _make, (type(self), parts(self))
+
+
+def _itself(self, memo=None):
+    """Copies of what never changes."""
+    return self
+
+
+# Scenes, meshes and hoppers, by what makes them again.
+
+
+def _reduce_mesh(self):
+    return _core.Mesh, (self.vertices, self.faces, self.normals, self.colors, self.material)
+
+
+def _reduce_hopper(self):
+    return _make, (_core.VoxelHopper, {"surface": self.surface, "strides": self.strides})
+
+
+def _reduce_scene(self):
+    objects = [(id, self.object(id), self.transform(id), self.visibility(id)) for id in self.ids]
+    return _make_scene, (self.build_quality, self.box_edge, objects)
+
+
+def _make_scene(build_quality, box_edge, objects):
+    scene = _core.Scene(build_quality=build_quality, box_edge=box_edge)
+    nothing = _core.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
+    next_id = 0
+    for id, each, transform, visibility in objects:
+        for unused in range(next_id, id):  # ids of objects that have been removed
+            scene.add(nothing)
+            scene.remove(unused)
+        scene.add(each, transform, **visibility)
+        next_id = id + 1
+    return scene
+
+
+def _copy_scene(self):
+    return _make_scene(*self.__reduce__()[1])
+
+
+def _copy_surface(self):
+    return self.with_level(self.level)
+
+
+def _deep_copy(self, memo):
+    memo[id(self)] = copied = self.__copy__()
+    return copied
+
+
+def _deep_copy_scene(self, memo):
+    from copy import deepcopy
+
+    memo[id(self)] = copied = _make_scene(*deepcopy(self.__reduce__()[1], memo))
+    return copied
+
+
+for _kind in VALUE_TYPES:
+    _kind.replace = _replace
+    _kind.__eq__, _kind.__hash__, _kind.__reduce__ = _equal, _hash, _reduce
+    _kind.__copy__ = _kind.__deepcopy__ = _itself
+_core.Volume.__copy__ = _core.Volume.__deepcopy__ = _core.Mesh.__copy__ = _core.Mesh.__deepcopy__ = _itself
+_core.Mesh.__reduce__ = _reduce_mesh
+_core.VoxelHopper.__reduce__ = _reduce_hopper
+_core.Isosurface.__copy__, _core.Isosurface.__deepcopy__ = _copy_surface, _deep_copy
+_core.Scene.__reduce__, _core.Scene.__copy__, _core.Scene.__deepcopy__ = _reduce_scene, _copy_scene, _deep_copy_scene
