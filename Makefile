@@ -55,8 +55,7 @@ fuzz: .venv/.installed ## read changed files and make senseless calls for MINUTE
 bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
 	@echo "== Installing what to compare with"
 	@tools/install_packages libllvm19 || echo "Mitsuba 3 may lack the libLLVM that it needs."
-	@$(python) -m pip install -q --disable-pip-version-check $(call requires,bench) $(call requires,peers) || \
-	    $(python) -m pip install -q --disable-pip-version-check $(call requires,bench)
+	@$(pip) "isospline[bench,peers]" || $(pip) "isospline[bench]"
 	@echo "== Building the C++ benchmarks in build/release"
 	@cmake --build --preset release --target isospline_bench
 	@echo "== Running the benchmark"
@@ -70,9 +69,9 @@ sanitize: sanitize-address sanitize-thread ## run the tests under Address-, Unde
 # The package is laid beside the build instead of into .venv: only a Python with the sanitizer preloaded can import it.
 # CPython keeps memory until it ends, so leaks are looked for in the C++ tests alone. libstdc++ is preloaded for ASan to
 # find the functions that throw.
-sanitize-address: packages .venv/.requirements
+sanitize-address: packages .venv/.installed
 	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
-	@$(call pip_install,asan-ubsan) --upgrade --target build/asan-ubsan/package
+	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
 	@cmake --build --preset asan-ubsan
 	@echo "== Running the C++ tests under AddressSanitizer and UndefinedBehaviorSanitizer"
 	@ctest --preset asan-ubsan
@@ -103,8 +102,7 @@ clean: ## remove what was built, the virtual environment and the pictures
 packages:
 	@tools/install_packages
 
-# The requirements to build the package and the named optional ones, read from pyproject.toml.
-requires = $(shell sed -n 's/^$(1) = \[\(.*\)\]/\1/p' pyproject.toml | sed 's/", "/" "/g')
+pip = $(python) -m pip install -q --disable-pip-version-check
 
 .venv/.requirements: pyproject.toml | packages
 	@if ! $(python) -c "" 2>/dev/null; then \
@@ -112,17 +110,16 @@ requires = $(shell sed -n 's/^$(1) = \[\(.*\)\]/\1/p' pyproject.toml | sed 's/",
 	    python=$$(tools/find_python); \
 	    "$$python" -m venv --clear .venv; \
 	fi
-	@echo "== Installing Python packages into .venv"
-	@$(python) -m pip install -q --disable-pip-version-check $(call requires,requires) $(call requires,dependencies) $(call requires,io) \
-	    $(call requires,interop) $(call requires,test)
+	@echo "== Installing what builds the package into .venv"
+	@$(python) tools/build_requirements.py | $(pip) -r /dev/stdin
 	@touch $@
 
-# $(call pip_install,PRESET): builds the Python module in build/PRESET and installs the package.
-pip_install = $(python) -m pip install -q --disable-pip-version-check --no-build-isolation --no-deps . \
+# $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, where it stays, and installs the package.
+pip_install = $(pip) --no-build-isolation "$(2)" \
     --config-settings=build-dir=build/$(1) --config-settings=cmake.args=--preset=$(1) \
     --config-settings=cmake.build-type= --config-settings=cmake.define.ISOSPLINE_BUILD_TESTS=ON
 
 .venv/.installed: .venv/.requirements $(sources)
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
-	@$(call pip_install,release) --force-reinstall
+	@$(call pip_install,release,.[io,interop,test])
 	@touch $@

@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=128, size=(640, 480), folder="out"):
+def main(samples: int = 128, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.gyroid(periods=2)
     data = field.samples(samples)  # data[z, y, x], any real or integer type
 

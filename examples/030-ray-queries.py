@@ -1,12 +1,15 @@
 """Ray queries: where rays hit, which object, and the exact normal there."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 import isospline
 from isospline import volumes
 
 
-def main(samples=64, size=(16, 16), folder="out"):
+def main(
+    samples: int = 64, size: tuple[int, int] = (16, 16), folder: str = "out"
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     field = volumes.sphere(radius=0.7)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])

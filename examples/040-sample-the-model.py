@@ -6,14 +6,14 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=64, size=None, folder="out"):
+def main(samples: int = 64, size: object = None, folder: str = "out") -> dict[tuple[int, int], float]:
     field = volumes.waves(frequency=10)
     data = field.samples(samples)
     # Away from the border, where the samples do not continue as the boundary rule says.
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (1000, 3))
 
     exact = {0: field.value(points), 1: field.gradient(points), 2: field.hessian(points)}
-    errors = {}
+    errors: dict[tuple[int, int], float] = {}
     for degree in range(1, 6):
         volume = isospline.Volume(data, **field.grid(samples), degree=degree)
         for derivative in range(min(degree, 3)):

@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=128, size=(320, 240), folder="out"):
+def main(samples: int = 128, size: tuple[int, int] = (320, 240), folder: str = "out") -> list[int]:
     field = volumes.blobs()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     surface = isospline.Isosurface(volume, level=0.2)

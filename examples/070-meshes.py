@@ -8,7 +8,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.torus()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     upright = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0.2], [0, 0, 0, 1.0]])

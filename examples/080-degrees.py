@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=40, size=(480, 480), folder="out"):
+def main(samples: int = 40, size: tuple[int, int] = (480, 480), folder: str = "out") -> None:
     field = volumes.marschner_lobb()
     data = field.samples(samples)
     camera = isospline.PerspectiveCamera(eye=(1.5, -3, 4), target=(0, 0, 0), field_of_view=32)

@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=48, size=(8, 8), folder="out"):
+def main(samples: int = 48, size: tuple[int, int] = (8, 8), folder: str = "out") -> float:
     field = volumes.sphere()
     shape = (samples // 2, samples, samples)  # half as many slices, twice as far apart
     grid = field.grid(shape)
@@ -20,8 +20,8 @@ def main(samples=48, size=(8, 8), folder="out"):
     print("voxel to world:\n", volume.affine.round(3))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     hits = scene.cast_rays([[10, 20, 0, 0, 0, 1]])  # from below, through the centre
-    print("hit at z =", 30 - 0.7, "and", hits["t_hit"][0])
-    return hits["t_hit"][0]
+    print("hit at z =", 30 - 0.7, "and", hits.t_hit[0])
+    return float(hits.t_hit[0])
 
 
 if __name__ == "__main__":

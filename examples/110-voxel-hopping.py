@@ -6,7 +6,9 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(128, 128), folder="out"):
+def main(
+    samples: int = 96, size: tuple[int, int] = (128, 128), folder: str = "out"
+) -> tuple[isospline.Hits, isospline.Hits]:
     field = volumes.gyroid()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     surface = isospline.Isosurface(volume, field.level)
@@ -16,8 +18,8 @@ def main(samples=96, size=(128, 128), folder="out"):
     scene_hits = isospline.Scene([surface]).cast_rays(rays)
     hopper_hits = isospline.VoxelHopper(surface).cast_rays(rays)
 
-    hit = np.isfinite(scene_hits["t_hit"])
-    difference = np.abs(scene_hits["t_hit"][hit] - hopper_hits["t_hit"][hit]).max()
+    hit = np.isfinite(scene_hits.t_hit)
+    difference = np.abs(scene_hits.t_hit[hit] - hopper_hits.t_hit[hit]).max()
     print(f"{hit.sum()} hits, found at the same t within {difference:.1e}")
     return scene_hits, hopper_hits
 

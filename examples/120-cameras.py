@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=128, size=(640, 360), folder="out"):
+def main(samples: int = 128, size: tuple[int, int] = (640, 360), folder: str = "out") -> None:
     field = volumes.gyroid(periods=2)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])

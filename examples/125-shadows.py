@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.heart()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])

@@ -8,7 +8,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(480, 400), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> None:
     # Curvature is a matter of second derivatives: those of degree 3 are continuous.
     field = volumes.heart(periods=3.5, sharpness=8)
     data = field.samples(samples)

@@ -8,7 +8,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.heart()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
@@ -29,11 +29,11 @@ def main(samples=96, size=(640, 480), folder="out"):
     images = isospline.render_progressive(
         scene, camera, size=size, integrator=integrator, samples=256, layers=("variance",)
     )
+    Path(folder).mkdir(exist_ok=True)
     for image in images:
+        image.write(Path(folder) / "135-path-tracing.png")
         if np.sqrt(image.variance.mean()) < 0.015:
             break
-    Path(folder).mkdir(exist_ok=True)
-    image.write(Path(folder) / "135-path-tracing.png")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(480, 400), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> None:
     field = volumes.heart(periods=3.5, sharpness=8)
     volume = isospline.Volume(field.samples(samples), degree=3, **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
@@ -20,9 +20,8 @@ def main(samples=96, size=(480, 400), folder="out"):
         layers=("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "geometry_ids"),
     )  # fmt: skip
 
-    folder = Path(folder)
-    folder.mkdir(exist_ok=True)
-    image.write(folder / "140-layers.exr")  # R G B A, Z, P, N, albedo, gradient_magnitude, curvature, id.geometry
+    Path(folder).mkdir(exist_ok=True)
+    image.write(Path(folder) / "140-layers.exr")  # R G B A, Z, P, N, albedo, gradient_magnitude, curvature, id.geometry
 
     seen = np.isfinite(image.depth)
     nearest, farthest = (image.depth[seen].min(), image.depth[seen].max()) if seen.any() else (0, 1)
@@ -34,7 +33,7 @@ def main(samples=96, size=(480, 400), folder="out"):
         "curvature": np.where(seen, 0.5 + image.curvature[..., 0] / 16, 0),
     }
     for name, layer in layers.items():
-        PIL.Image.fromarray(np.rint(255 * np.clip(layer, 0, 1)).astype(np.uint8)).save(folder / f"140-{name}.png")
+        PIL.Image.fromarray(np.rint(255 * np.clip(layer, 0, 1)).astype(np.uint8)).save(Path(folder) / f"140-{name}.png")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     # Two levels of one volume, nested, and a mesh that runs through both.
     field = volumes.blobs(count=8, width=0.22)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))

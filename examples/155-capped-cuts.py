@@ -2,11 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> NDArray[np.int64]:
     field = volumes.gyroid(periods=1.5)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
 

@@ -10,10 +10,11 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(640, 480), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     # A gyroid, turned and placed by PyVista's own means.
     field = volumes.gyroid()
-    place = trimesh.transformations.rotation_matrix(np.pi / 6, (0, 0, 1))
+    cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    place = np.array([[cosine, -sine, 0, 0], [sine, cosine, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     turn = place[:3, :3]
     grid = pyvista.ImageData(
         dimensions=(samples,) * 3, direction_matrix=turn, spacing=(2 / samples,) * 3,

@@ -3,18 +3,19 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import isospline
 from isospline import volumes
 
 
-def place(x, y, size, turn):
+def place(x: float, y: float, size: float, turn: float) -> NDArray[np.float64]:
     """A transform: turned about z, scaled and moved."""
     cosine, sine = size * np.cos(turn), size * np.sin(turn)
     return np.array([[cosine, -sine, 0, x], [sine, cosine, 0, y], [0, 0, size, size], [0, 0, 0, 1.0]])
 
 
-def main(samples=96, size=(640, 400), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (640, 400), folder: str = "out") -> isospline.Scene:
     field = volumes.heart(periods=3.5, sharpness=8)
     heart = isospline.Isosurface(isospline.Volume(field.samples(samples), **field.grid(samples)), field.level)
     floor = isospline.Mesh([[-60, -60, 0], [60, -60, 0], [60, 60, 0], [-60, 60, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -27,7 +28,7 @@ def main(samples=96, size=(640, 400), folder="out"):
     random = np.random.default_rng(3)
     for i, (x, y) in enumerate(np.stack(np.meshgrid(range(-6, 7), range(-6, 7)), axis=-1).reshape(-1, 2)):
         where = 3.2 * np.array((x, y)) + random.uniform(-0.5, 0.5, 2)
-        transform = place(*where, random.uniform(0.75, 1.25), random.uniform(0, 2 * np.pi))
+        transform = place(where[0], where[1], random.uniform(0.75, 1.25), random.uniform(0, 2 * np.pi))
         number = scene.add(heart, transform, camera=i % 4 != 1, shadow=i % 4 != 3)
         color = (0.75, 0.15, 0.12) if number % 2 else (0.9, 0.62, 0.3)
         shading[number] = isospline.Phong(color=color, ambient=0.15, lights=lights, shadows=True)

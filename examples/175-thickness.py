@@ -3,13 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 import PIL.Image
 
 import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(480, 400), folder="out"):
+def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> NDArray[np.float64]:
     field = volumes.heart()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
@@ -18,10 +19,12 @@ def main(samples=96, size=(480, 400), folder="out"):
     # What leaves less what enters, along each ray: `ray_ids` tells the ray of each crossing.
     rays = camera.rays(size).reshape(-1, 6)
     crossings = scene.list_intersections(rays)
-    length = np.linalg.norm(rays[crossings["ray_ids"], 3:], axis=1) * crossings["t_hit"]
-    sign = np.where(crossings["entering"], -1, 1)
-    thickness = np.bincount(crossings["ray_ids"], weights=sign * length, minlength=len(rays)).reshape(size[::-1])
-    walls = np.bincount(crossings["ray_ids"], minlength=len(rays)) // 2
+    length = np.linalg.norm(rays[crossings.ray_ids, 3:], axis=1) * crossings.t_hit
+    sign = np.where(crossings.entering, -1, 1)
+    thickness = np.zeros(len(rays))
+    np.add.at(thickness, crossings.ray_ids, sign * length)
+    thickness = thickness.reshape(size[::-1])
+    walls = np.bincount(crossings.ray_ids, minlength=len(rays)) // 2
     print(f"at most {thickness.max():.2f} thick, through at most {walls.max()} walls")
 
     ramp = np.array([(0.02, 0.03, 0.08), (0.35, 0.06, 0.3), (0.85, 0.25, 0.2), (0.98, 0.7, 0.25), (1, 0.98, 0.85)])

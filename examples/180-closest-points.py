@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 import PIL.Image
 import PIL.ImageDraw
 
@@ -10,7 +11,9 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=48, size=(480, 480), folder="out"):
+def main(
+    samples: int = 48, size: tuple[int, int] = (480, 480), folder: str = "out"
+) -> tuple[NDArray[np.float64], isospline.ClosestPoints]:
     field = volumes.torus(major=0.5, minor=0.24)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     surface = isospline.Isosurface(volume, field.level)

@@ -8,7 +8,7 @@ import isospline
 from isospline import volumes
 
 
-def bone(samples):
+def bone(samples: int) -> isospline.Volume:
     """A block with a dense wall around a sponge, above 0 inside: a rounded box, and a gyroid in its inside."""
     z, y, x = np.mgrid[-1 : 1 : samples * 1j, -1 : 1 : samples * 1j, -1 : 1 : samples * 1j]
     depth = 0.6 - 0.6 * ((x / 0.95) ** 6 + (y / 0.6) ** 6 + (z / 0.6) ** 6) ** (1 / 6)
@@ -17,7 +17,7 @@ def bone(samples):
     return isospline.Volume(data, spacing=(2 / (samples - 1),) * 3, origin=(-1, -1, -1))
 
 
-def screw(turns=11, length=1.2, around=96, along=600):
+def screw(turns: int = 11, length: float = 1.2, around: int = 96, along: int = 600) -> isospline.Mesh:
     """A surface of revolution about z with a thread, closed at its ends."""
     u, angle = np.meshgrid(np.linspace(0, 1, along), np.linspace(0, 2 * np.pi, around, endpoint=False), indexing="ij")
     thread = np.abs((turns * u / 0.8 - angle / (2 * np.pi)) % 1 - 0.5)
@@ -30,7 +30,7 @@ def screw(turns=11, length=1.2, around=96, along=600):
     return isospline.Mesh(vertices.reshape(-1, 3), faces)
 
 
-def main(samples=160, size=(640, 440), folder="out"):
+def main(samples: int = 160, size: tuple[int, int] = (640, 440), folder: str = "out") -> None:
     scene = isospline.Scene()
     front = isospline.HalfSpace((0, 0, 0), normal=(0, 1, 0))  # keeps what lies behind y = 0
     jaw = scene.add(isospline.Isosurface(bone(samples), 0.0, clip=front, capped=True))
@@ -38,12 +38,12 @@ def main(samples=160, size=(640, 440), folder="out"):
     floor = scene.add(
         isospline.Mesh([(-60, -60, -0.6), (60, -60, -0.6), (60, 60, -0.6), (-60, 60, -0.6)], [(0, 1, 2), (0, 2, 3)])
     )
-    light = dict(shadows=True, lights=[isospline.DirectionalLight((0.6, 0.9, -1.1)),
-                                       isospline.PositionalLight((-4, -5, 2), intensity=0.35)])
+    lights = [isospline.DirectionalLight((0.6, 0.9, -1.1)), isospline.PositionalLight((-4, -5, 2), intensity=0.35)]
+    lit = isospline.Phong(lights=lights, shadows=True)
     shading = {
-        jaw: isospline.Phong(color=(0.93, 0.86, 0.72), cap_color=(0.85, 0.45, 0.38), ambient=0.12, **light),
-        implant: isospline.Phong(color=(0.6, 0.65, 0.72), specular=0.6, ambient=0.1, **light),
-        floor: isospline.Phong(color=(0.5, 0.56, 0.6), specular=0, ambient=0.2, **light),
+        jaw: lit.replace(color=(0.93, 0.86, 0.72), cap_color=(0.85, 0.45, 0.38), ambient=0.12),
+        implant: lit.replace(color=(0.6, 0.65, 0.72), specular=0.6, ambient=0.1),
+        floor: lit.replace(color=(0.5, 0.56, 0.6), specular=0, ambient=0.2),
     }
     camera = isospline.PerspectiveCamera(eye=(1.3, -4.2, 1.7), target=(0, 0, 0.08), field_of_view=25)
     image = isospline.render(scene, camera, size=size, shading=shading, background=(0.5, 0.56, 0.6), samples=9)

@@ -9,7 +9,8 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=96, size=(160, 150), folder="out", columns=4, rows=2):
+def main(samples: int = 96, size: tuple[int, int] = (160, 150), folder: str = "out") -> None:
+    columns, rows = 4, 2
     field = volumes.heart(periods=3.5, sharpness=8)
     volume = isospline.Volume(field.samples(samples), degree=3, **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
@@ -17,8 +18,9 @@ def main(samples=96, size=(160, 150), folder="out", columns=4, rows=2):
     shading = isospline.Phong(color=color, specular=0.3)
 
     cameras = isospline.turntable(scene, columns * rows, view=(0, -1, 0.25), size=size)
-    options = dict(size=size, shading=shading, background=1, samples=4)
-    frames = [isospline.render(scene, camera, **options) for camera in cameras]
+    frames = [
+        isospline.render(scene, camera, size=size, shading=shading, background="white", samples=4) for camera in cameras
+    ]
     pixels = np.stack([frame.to_srgb()[..., :3] for frame in frames])
     sheet = pixels.reshape(rows, columns, *pixels.shape[1:]).swapaxes(1, 2).reshape(rows * size[1], -1, 3)
     Path(folder).mkdir(exist_ok=True)

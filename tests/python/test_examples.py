@@ -15,7 +15,7 @@ def test_example_runs(path, tmp_path):
     source = path.read_text()
     runpy.run_path(str(path))["main"](samples=24, size=(24, 18), folder=tmp_path)
     written = sorted(tmp_path.iterdir())
-    assert bool(written) == ("image.write" in source or ".save(" in source)
+    assert bool(written) == any(call in source for call in ("image.write", ".save(", ".tofile("))
     assert all(picture.name.startswith(path.stem[:3]) and picture.stat().st_size > 100 for picture in written)
 
 
@@ -56,6 +56,16 @@ def test_closest_points_of_a_torus_are_the_closed_form(tmp_path):
     points, nearest = example("180-closest-points", folder=tmp_path, size=(24, 18))
     distance = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 0.5, points[:, 2]) - 0.24
     np.testing.assert_allclose(nearest["distances"], np.abs(distance), atol=1e-3)
+
+
+def test_first_tries_find_what_is_there(tmp_path):
+    image = example("200-first-try", samples=32, size=(32, 24), folder=tmp_path)
+    assert 0.05 < (np.asarray(image)[..., :3] < 200).any(axis=-1).mean() < 0.8
+    assert example("210-photograph", samples=48, size=(33, 25), folder=tmp_path) == pytest.approx(3.3, abs=1e-3)
+    assert example("215-scan-beside-part", samples=48, size=(24, 18), folder=tmp_path) < 1e-3
+    assert example("220-all-walls") == pytest.approx(3 * 4 * 0.25 / 2, abs=1e-2)
+    depths = example("205-other-processes", size=(32, 24))
+    assert depths[0] == pytest.approx(depths[2], abs=1e-2) and depths[1] < depths[0]
 
 
 def test_instances_are_built_once(tmp_path):

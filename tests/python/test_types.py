@@ -1,0 +1,72 @@
+"""Types: mypy and pyright accept the examples and a user's script, and the stubs say what the module has."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Runs a checker, and returns the lines of what it says."""
+    environment = {**os.environ, "MYPY_CACHE_DIR": str(tmp_path_factory.mktemp("cache"))}
+
+    def run(*command, folder):
+        result = subprocess.run(
+            [sys.executable, "-m", *map(str, command)], cwd=folder, text=True, capture_output=True, env=environment
+        )
+        return (result.stdout + result.stderr).splitlines()
+
+    return run
+
+
+@pytest.fixture
+def typed_sources(repository):
+    return [*sorted((repository / "examples").glob("*.py")), repository / "tests" / "python" / "typed_user.py"]
+
+
+def test_mypy_accepts_examples_and_a_users_script(run, typed_sources, tmp_path):
+    pytest.importorskip("mypy")
+    assert run("mypy", "--strict", *typed_sources, folder=tmp_path)[-1].startswith("Success: ")
+
+
+def test_pyright_accepts_examples_and_a_users_script(run, typed_sources, tmp_path):
+    pytest.importorskip("basedpyright")
+    settings = {
+        "include": list(map(str, typed_sources)), "typeCheckingMode": "standard", "pythonVersion": "3.11",
+        "venvPath": str(Path(sys.prefix).parent), "venv": Path(sys.prefix).name,
+    }  # fmt: skip
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings))
+    assert (
+        run("basedpyright", "-p", tmp_path, "--level", "error", folder=tmp_path)[-1] == "0 errors, 0 warnings, 0 notes"
+    )
+
+
+def test_mypy_sees_mistakes(run, tmp_path):
+    """So that what it accepts means something."""
+    pytest.importorskip("mypy")
+    (tmp_path / "wrong.py").write_text(
+        "import isospline\n"
+        "isospline.Phong(colour=1)\n"
+        "isospline.render(isospline.Scene(), size=128)\n"
+        'isospline.render(isospline.Scene(), layers=("dept",))\n'
+        "isospline.Scene().cast_rays([]).t_hits\n"
+        'isospline.Volume([], boundary="mirrored")\n'
+        "isospline.camera_for(isospline.Scene(), 200)\n"
+    )
+    said = run("mypy", "--strict", "wrong.py", folder=tmp_path)
+    assert [int(line.split(":")[1]) for line in said if "error:" in line] == [2, 3, 4, 5, 6, 7]
+
+
+def test_stub_says_what_the_module_has(run, tmp_path):
+    pytest.importorskip("mypy")
+    said = run("mypy.stubtest", "--concise", "isospline._core", folder=tmp_path)
+    # What a stub does not tell: pybind11's metaclass, how copies are made, and what only queries make.
+    known = r" is inconsistent, metaclass differs|\.__(deep)?copy__ is not present in stub|" \
+            r"(Shell|Image)\.__init__ is inconsistent, stub does not have \*args|(Volume|Mesh)\.from_"  # fmt: skip
+    assert any("metaclass differs" in line for line in said)
+    assert not [line for line in said if line.startswith("isospline.") and not re.search(known, line)]
