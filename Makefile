@@ -114,6 +114,9 @@ pip = $(python) -m pip install -q --disable-pip-version-check
 	@$(python) tools/build_requirements.py | $(pip) -r /dev/stdin
 	@touch $@
 
+# The package with all that its tests need.
+with_extras := .[io,interop,test]
+
 # $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, where it stays, and installs the package.
 pip_install = $(pip) --no-build-isolation "$(2)" \
     --config-settings=build-dir=build/$(1) --config-settings=cmake.args=--preset=$(1) \
@@ -121,5 +124,5 @@ pip_install = $(pip) --no-build-isolation "$(2)" \
 
 .venv/.installed: .venv/.requirements $(sources)
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
-	@$(call pip_install,release,.[io,interop,test])
+	@$(call pip_install,release,$(with_extras))
 	@touch $@

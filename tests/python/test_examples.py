@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+# Calls that write a file.
+WRITING = ("image.write", ".save(", ".savefig(", ".tofile(", "write_video(")
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
 
 
@@ -15,7 +17,7 @@ def test_example_runs(path, tmp_path):
     source = path.read_text()
     runpy.run_path(str(path))["main"](samples=24, size=(24, 18), folder=tmp_path)
     written = sorted(tmp_path.iterdir())
-    assert bool(written) == any(call in source for call in ("image.write", ".save(", ".tofile("))
+    assert bool(written) == any(call in source for call in WRITING)
     assert all(picture.name.startswith(path.stem[:3]) and picture.stat().st_size > 100 for picture in written)
 
 

@@ -307,6 +307,22 @@ def test_a_forked_child_works_or_says_why_not(parent, codes, folder):
     assert set(python(FORK, folder, arguments=[parent, "10"], timeout=300).split()) <= codes
 
 
+@pytest.mark.parametrize("make", ["mesh", "mask"])
+def test_others_run_while_arrays_are_copied(make):
+    vertices, faces = np.random.default_rng(0).random((1_000_000, 3)), np.arange(3_000_000).reshape(-1, 3) % 1_000_000
+    volume = isospline.Volume(np.random.default_rng(0).random((160, 160, 160), np.float32))
+    mask = np.ones((160, 160, 160), bool, order="F")
+    calls = {"mesh": lambda: isospline.Mesh(vertices, faces, vertices, vertices),
+             "mask": lambda: isospline.Isosurface(volume, 0.5, mask=mask)}  # fmt: skip
+    thread = threading.Thread(target=calls[make])
+    ticks = 0
+    thread.start()
+    while thread.is_alive():
+        ticks += 1
+        time.sleep(1e-3)
+    assert ticks >= 5
+
+
 def test_many_scenes_live():
     """More than Embree has room for devices."""
     mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
