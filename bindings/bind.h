@@ -13,6 +13,7 @@ void bind_clip(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
+void bind_surface_mesh(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
 void bind_scene_objects(pybind11::module_& module);
 void bind_secondary_rays(pybind11::module_& module);

@@ -18,6 +18,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_isosurface(module);
     isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
+    isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
     isospline::bind_scene_objects(module);
     isospline::bind_secondary_rays(module);

@@ -22,6 +22,7 @@ MAY_INCLUDE = {
     "shell": {"util", "math", "spline", "cell", "brick"},
     "trace": {"util", "math", "spline", "cell", "brick", "shell"},
     "query": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
+    "polygonize": {"util", "math", "spline", "cell", "brick", "shell", "trace", "query"},
     "hopper": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
     "scene": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
     "shade": {"util", "math", "spline", "shell", "trace"},

@@ -1,0 +1,67 @@
+// How the surface passes through one cube, from the signs at its corners: closed loops of crossed edges.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace isospline {
+
+/// The corners of a cube are 0 to 7: bits 0, 1, 2 are their place along x, y, z. An edge, or a diagonal of a face, is
+/// numbered 8 * its lower corner + the corner's bits that change.
+using CubeEdge = std::uint8_t;
+
+constexpr CubeEdge cube_edge(int lower, int upper)
+{
+    return static_cast<CubeEdge>(8 * lower + (upper - lower));
+}
+constexpr int lower_corner(CubeEdge edge)
+{
+    return edge >> 3;
+}
+constexpr int edge_direction(CubeEdge edge)
+{
+    return edge & 7;
+}
+
+/// The faces of a cube are 0 to 5: those across x, y, z at 0, then those at 1. Bit i of the mask: the edge is in face
+/// i.
+constexpr unsigned faces_of(CubeEdge edge)
+{
+    unsigned faces = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        if ((edge_direction(edge) >> axis & 1) == 0)
+            faces |= 1u << (axis + 3 * (lower_corner(edge) >> axis & 1));
+    return faces;
+}
+
+/// The corners of a face, counter-clockwise as seen from outside of the cube; the first is the lowest.
+std::array<int, 4> corners_of_face(int face);
+
+/// Loops of crossed edges. Their orientation is counter-clockwise as seen from outside of the solid.
+class CubeLoops {
+public:
+    /// Bit i of `solid`: corner i is in the solid. Bit i of `joined`: where the corners of face i alternate, those in
+    /// the solid are joined across its middle, otherwise they are apart. Bit i of `split`: face i is two triangles,
+    /// along the diagonal from its lowest corner, and its signs do not leave a choice.
+    CubeLoops(unsigned solid, unsigned joined, unsigned split);
+
+    int count() const { return count_; }
+    std::span<const CubeEdge> loop(int i) const
+    {
+        const std::size_t begin = i > 0 ? ends_[static_cast<std::size_t>(i) - 1] : 0u;
+        return {edges_.data() + begin, ends_[static_cast<std::size_t>(i)] - begin};
+    }
+
+    /// Faces whose corners alternate: bit i for face i.
+    static unsigned ambiguous_faces(unsigned solid);
+    /// The loops where no face is split, from a table.
+    static const CubeLoops& of(unsigned solid, unsigned joined);
+
+private:
+    std::array<CubeEdge, 18> edges_; // 12 edges, 6 diagonals: each is crossed once
+    std::array<std::uint8_t, 6> ends_;
+    std::uint8_t count_ = 0;
+};
+
+} // namespace isospline

@@ -1,0 +1,94 @@
+// Tetrahedra whose corners are numbered nodes: how a plane cuts them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
+
+namespace isospline {
+
+using NodeId = std::uint32_t;
+
+/// The corners a, b, c, d; det(b - a, c - a, d - a) is positive.
+using Tetrahedron = std::array<NodeId, 4>;
+
+/// The faces of a tetrahedron by their corners, counter-clockwise as seen from outside.
+inline constexpr std::array<std::array<std::size_t, 3>, 4> tetrahedron_faces{
+    {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+
+/// Sorts the corners by a rank, the highest first, and keeps the tetrahedron's orientation. Ranks are not all
+/// different.
+template <typename Rank>
+void sort_corners(Tetrahedron& tetrahedron, const Rank& rank)
+{
+    bool is_odd = false;
+    for (std::size_t end = 3; end > 0; --end)
+        for (std::size_t i = 0; i < end; ++i)
+            if (rank(tetrahedron[i]) < rank(tetrahedron[i + 1])) {
+                std::swap(tetrahedron[i], tetrahedron[i + 1]);
+                is_odd = !is_odd;
+            }
+    for (std::size_t i = 0; is_odd; ++i)
+        if (rank(tetrahedron[i]) == rank(tetrahedron[i + 1])) {
+            std::swap(tetrahedron[i], tetrahedron[i + 1]);
+            is_odd = false;
+        }
+}
+
+/// Calls `visit` with three tetrahedra that a prism consists of, whose edges lead from `lower[i]` to `upper[i]`. A
+/// four-sided face is cut along the diagonal from its smallest node, so that prisms agree on the faces they share
+/// (J. Dompierre et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
+template <typename Visit>
+void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> upper, const Visit& visit)
+{
+    if (std::min({upper[0], upper[1], upper[2]}) < std::min({lower[0], lower[1], lower[2]})) {
+        std::swap(lower, upper); // upside down, which takes a reflection to keep the orientation
+        std::swap(lower[1], lower[2]);
+        std::swap(upper[1], upper[2]);
+    }
+    const auto smallest = std::min_element(lower.begin(), lower.end()) - lower.begin();
+    std::rotate(lower.begin(), lower.begin() + smallest, lower.end());
+    std::rotate(upper.begin(), upper.begin() + smallest, upper.end());
+    if (std::min(lower[1], upper[2]) < std::min(lower[2], upper[1])) {
+        visit(Tetrahedron{lower[0], lower[1], lower[2], upper[2]});
+        visit(Tetrahedron{lower[0], lower[1], upper[2], upper[1]});
+    } else {
+        visit(Tetrahedron{lower[0], lower[1], lower[2], upper[1]});
+        visit(Tetrahedron{lower[0], upper[1], lower[2], upper[2]});
+    }
+    visit(Tetrahedron{lower[0], upper[1], upper[2], upper[0]});
+}
+
+/// Calls `visit` with the tetrahedra that a half-space leaves of one. `side(node)` is positive, zero or negative for
+/// nodes inside, on the plane or outside; `cut(inner, outer)` is the node where the plane cuts an edge.
+template <typename Side, typename Cut, typename Visit>
+void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, const Visit& visit)
+{
+    sort_corners(corners, side);
+    const auto [a, b, c, d] = corners;
+    const auto inner = std::count_if(corners.begin(), corners.end(), [&](NodeId node) { return side(node) > 0; });
+    const auto to_plane = [&](NodeId node) { return side(node) < 0 ? cut(a, node) : node; };
+    if (inner == 0)
+        return;
+    if (side(d) >= 0) {
+        visit(corners);
+    } else if (inner == 1) {
+        visit(Tetrahedron{a, to_plane(b), to_plane(c), to_plane(d)});
+    } else if (inner == 3) {
+        for_each_part_of_prism({a, b, c}, {cut(a, d), cut(b, d), cut(c, d)}, visit);
+    } else if (side(c) < 0) {
+        for_each_part_of_prism({a, cut(a, c), cut(a, d)}, {b, cut(b, c), cut(b, d)}, visit);
+    } else { // a pyramid above c, which is on the plane
+        const NodeId of_a = cut(a, d), of_b = cut(b, d);
+        if (std::min(a, of_b) < std::min(b, of_a)) {
+            visit(Tetrahedron{a, c, of_a, of_b});
+            visit(Tetrahedron{a, c, of_b, b});
+        } else {
+            visit(Tetrahedron{a, c, of_a, b});
+            visit(Tetrahedron{b, c, of_a, of_b});
+        }
+    }
+}
+
+} // namespace isospline
