@@ -4,6 +4,7 @@
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/brent.h"
 #include "isospline/math/roots-inl.h"
+#include "isospline/query/lattice_metric.h"
 #include "isospline/trace/point_in_cell.h"
 
 #include <glm/common.hpp>
@@ -63,9 +64,9 @@ public:
     glm::dvec3 crossing(const glm::dvec3& first, const glm::dvec3& second) const;
     /// That on an edge of the lattice, or a diagonal.
     glm::dvec3 crossing(const glm::ivec3& lower, int direction) const;
-    /// The point of the surface that Newton's method finds along gradients, if it is in the domain and not farther than
-    /// `reach`.
-    std::optional<glm::dvec3> project(const glm::dvec3& position, double reach) const;
+    /// The point of the surface that Newton's method finds along the gradients of a metric, if it is not farther than
+    /// `reach`, in lattice units.
+    std::optional<glm::dvec3> project(const glm::dvec3& position, double reach, const LatticeMetric& metric) const;
 
 private:
     const IsosurfaceSnapshot& surface_;
@@ -134,23 +135,24 @@ glm::dvec3 LatticeField<Degree>::crossing(const glm::ivec3& lower, int direction
 }
 
 template <int Degree>
-std::optional<glm::dvec3> LatticeField<Degree>::project(const glm::dvec3& from, double reach) const
+std::optional<glm::dvec3> LatticeField<Degree>::project(const glm::dvec3& from, double reach,
+                                                        const LatticeMetric& metric) const
 {
     const glm::dvec3 shape(surface_.volume().cell_shape());
     glm::dvec3 at = from;
     for (int iteration = 0; iteration < 32; ++iteration) {
         const PointInCell point(surface_, at);
         const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
-        const glm::dvec3 gradient(slope[0], slope[1], slope[2]);
-        const double square = glm::dot(gradient, gradient);
+        const glm::dvec3 gradient(slope[0], slope[1], slope[2]), gradient_world = gradient * metric.to_lattice;
+        const double square = glm::dot(gradient_world, gradient_world);
         if (!(square > 0.0))
             return std::nullopt;
-        const glm::dvec3 step = (-value / square) * gradient;
+        const glm::dvec3 step = (-value / square) * (metric.to_lattice * gradient_world);
         at = glm::clamp(at + step, glm::dvec3(0.0), shape);
         if (!(glm::distance(at, from) <= reach))
             return std::nullopt;
         if (glm::dot(step, step) < 1e-24) {
-            const bool is_on_surface = std::abs(this->value(at)) <= 1e-11 * std::sqrt(square);
+            const bool is_on_surface = std::abs(this->value(at)) <= 1e-11 * glm::length(gradient);
             return is_on_surface ? std::optional(at) : std::nullopt;
         }
     }

@@ -49,7 +49,8 @@ std::vector<Chunk> chunks_of(const Brick& brick, const BrickCells& cells, int su
 template <int Degree>
 class ChunkMesher {
 public:
-    ChunkMesher(const LatticeField<Degree>& field, const ClipCubes& clip) : field_(field), clip_(clip)
+    ChunkMesher(const LatticeField<Degree>& field, const SpecialCubes& special)
+        : field_(field), special_(special), metric_(field.surface().volume().lattice_to_world())
     {
         vertex_at_.fill(none);
     }
@@ -68,7 +69,7 @@ private:
     unsigned solid_corners(const glm::ivec3& cube) const;
     /// Bit i: the middle of face i is in the solid, for faces in `ambiguous`.
     unsigned joined_faces(const glm::ivec3& cube, unsigned ambiguous) const;
-    /// Bit i: the cube behind face i is cut by the clip, which splits the face.
+    /// Bit i: the cube behind face i is special, which splits the face.
     unsigned split_faces(const glm::ivec3& cube) const;
     /// A point of the surface in the middle of a loop.
     glm::dvec3 center_of_loop(const glm::ivec3& cube, std::span<const glm::dvec3> positions) const;
@@ -76,9 +77,10 @@ private:
     std::uint32_t vertex(const glm::ivec3& cube, CubeEdge edge);
 
     const LatticeField<Degree>& field_;
-    const ClipCubes& clip_;
+    const SpecialCubes& special_;
+    LatticeMetric metric_;
     Chunk chunk_{};
-    bool near_clip_ = false;
+    bool near_special_ = false;
     MeshPart part_;
     std::array<double, std::size_t{node_size} * node_size * node_size> values_;
     std::array<std::uint8_t, std::size_t{node_size} * node_size * node_size> solid_;
@@ -192,7 +194,7 @@ unsigned ChunkMesher<Degree>::split_faces(const glm::ivec3& cube) const
     for (int face = 0; face < 6; ++face) {
         glm::ivec3 behind = chunk_.first + cube;
         behind[face % 3] += face < 3 ? -1 : 1;
-        split |= static_cast<unsigned>(clip_.kind(behind, glm::ivec3(1)) != CubeKind::whole) << face;
+        split |= static_cast<unsigned>(special_.kind(behind) != CubeKind::plain) << face;
     }
     return split;
 }
@@ -205,7 +207,7 @@ std::uint32_t ChunkMesher<Degree>::vertex(const glm::ivec3& cube, CubeEdge edge)
     const std::size_t at = 8 * place(lower) + static_cast<std::size_t>(direction);
     if (vertex_at_[at] != none)
         return vertex_at_[at];
-    bool is_shared = near_clip_;
+    bool is_shared = near_special_;
     for (int axis = 0; axis < 3; ++axis)
         is_shared |= (direction >> axis & 1) == 0 && (lower[axis] == 0 || lower[axis] == chunk_.size[axis]);
     vertex_at_[at] = static_cast<std::uint32_t>(part_.vertices.size());
@@ -222,7 +224,7 @@ glm::dvec3 ChunkMesher<Degree>::center_of_loop(const glm::ivec3& cube, std::span
     for (const glm::dvec3& position : positions)
         middle += position / static_cast<double>(positions.size());
     const double edge = 1.0 / field_.subdivision();
-    if (const auto projected = field_.project(middle, 0.5 * edge))
+    if (const auto projected = field_.project(middle, 0.5 * edge, metric_))
         return *projected;
     // On the way to the nearest corner that is on the other side.
     const bool is_solid = field_.is_solid(field_.value(middle));
@@ -266,8 +268,7 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
 {
     chunk_ = chunk;
     part_ = {};
-    const CubeKind kind = clip_.kind(chunk.first - 1, chunk.size + 2);
-    near_clip_ = kind != CubeKind::whole;
+    near_special_ = !special_.all_plain_about(chunk.first, chunk.size);
     fill_values(chunk);
     glm::ivec3 cube;
     for (cube.z = 0; cube.z < chunk.size.z; ++cube.z)
@@ -279,10 +280,10 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
                 const glm::ivec3 cell = (chunk.first + cube) / field_.subdivision() - brick.first;
                 if ((cells[static_cast<std::size_t>(cell.z)] >> (cell.x + brick_size * cell.y) & 1u) == 0)
                     continue;
-                if (near_clip_ && clip_.kind(chunk.first + cube, glm::ivec3(1)) != CubeKind::whole)
+                if (near_special_ && special_.kind(chunk.first + cube) != CubeKind::plain)
                     continue;
                 const unsigned joined = joined_faces(cube, CubeLoops::ambiguous_faces(solid));
-                const unsigned split = near_clip_ ? split_faces(cube) : 0;
+                const unsigned split = near_special_ ? split_faces(cube) : 0;
                 const CubeLoops loops = split != 0 ? CubeLoops(solid, joined, split) : CubeLoops::of(solid, joined);
                 for (int i = 0; i < loops.count(); ++i)
                     add_loop(cube, loops.loop(i));
@@ -296,7 +297,8 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
 } // namespace
 
 template <int Degree>
-std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const ClipCubes& clip, const Progress& progress)
+std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
+                                  const Progress& progress)
 {
     const Bricks& bricks = field.surface().bricks();
     std::vector<Brick> places;
@@ -309,7 +311,7 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const ClipC
     parallel_for(
         places.size(), 16,
         [&](std::size_t begin, std::size_t end) {
-            ChunkMesher<Degree> mesher(field, clip);
+            ChunkMesher<Degree> mesher(field, special);
             for (std::size_t i = begin; i < end; ++i) {
                 const BrickCells cells = bricks.cells(places[i]);
                 for (const Chunk& chunk : chunks_of(places[i], cells, field.subdivision()))
@@ -324,8 +326,8 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const ClipC
     return all;
 }
 
-template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const ClipCubes&, const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const ClipCubes&, const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const ClipCubes&, const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const Progress&);
 
 } // namespace isospline

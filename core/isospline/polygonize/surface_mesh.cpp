@@ -1,12 +1,16 @@
 #include "isospline/polygonize/surface_mesh.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/polygonize/clip_mesher.h"
+#include "isospline/polygonize/coarse_cubes.h"
 #include "isospline/polygonize/lattice_mesher.h"
+#include "isospline/polygonize/merge_vertices.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/simplify.h"
+#include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/surface_hit.h"
+#include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
 #include <glm/geometric.hpp>
@@ -14,20 +18,65 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace isospline {
 
 namespace {
 
+/// Edges shorter than this part of a cell are collapsed.
+constexpr double shortest_edge = 1e-3;
+
+/// The mesh of the lattice, refined where it is too coarse for the tolerance, if there is one.
 template <int Degree>
-LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, int subdivision, const Progress& progress)
+LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
 {
+    // So fine a lattice that few cubes have to be refined.
+    constexpr int finest = 8;
+    constexpr std::size_t most_coarse = 8; // of so many cubes, one
+    int subdivision = 1;
+    CoarseCubes coarse;
+    while (tolerance) {
+        coarse =
+            coarse_cubes(LatticeField<Degree>(surface, subdivision), SpecialCubes(surface.clip_lattice(), subdivision),
+                         *tolerance, part_of(progress, 0.0, 0.1));
+        if (subdivision == finest || coarse.cubes.size() * most_coarse <= coarse.surface_count)
+            break;
+        subdivision *= 2;
+    }
     const LatticeField<Degree> field(surface, subdivision);
-    const ClipCubes clip(surface.clip_lattice(), subdivision);
-    std::vector<MeshPart> parts = march_cubes(field, clip, part_of(progress, 0.0, 0.6));
-    parts.push_back(march_cut_cubes(field, clip, part_of(progress, 0.6, 0.8)));
-    return join_parts(std::move(parts), part_of(progress, 0.8, 0.9));
+    SpecialCubes special(surface.clip_lattice(), subdivision);
+    TetrahedronMesher<Degree> tetrahedra(field, special);
+    tetrahedra.add_clipped_cubes(part_of(progress, 0.1, 0.2));
+    if (tolerance)
+        tetrahedra.refine(coarse.cubes, *tolerance, part_of(progress, 0.2, 0.3));
+    std::vector<MeshPart> parts = march_cubes(field, special, part_of(progress, 0.3, 0.7));
+    parts.push_back(tetrahedra.march(part_of(progress, 0.7, 0.8)));
+    LabeledMesh mesh = join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
+    merge_close_vertices(mesh, shortest_edge);
+    return mesh;
+}
+
+/// Collapses edges until fewer faces would be too far from the surface; returns the distance that is measured.
+template <int Degree>
+double simplify_within(const IsosurfaceSnapshot& surface, LabeledMesh& mesh, double tolerance, const Progress& progress)
+{
+    // Samples that are closer to each other may show that the mesh has gone too far.
+    constexpr double first_part = 0.9, less = 0.7;
+    constexpr int attempts = 4;
+    const LatticeField<Degree> field(surface, 1);
+    const LabeledMesh whole = mesh;
+    double part = first_part;
+    for (int attempt = 0; attempt < attempts; ++attempt, part *= less) {
+        mesh = whole;
+        const double of_vertices = simplify(field, mesh, part * tolerance, part_of(progress, 0.0, 0.9));
+        const double of_faces = distance_from_surface(field, mesh, part_of(progress, 0.9, 1.0));
+        if (const double distance = std::max(of_vertices, of_faces); distance <= tolerance)
+            return distance;
+    }
+    mesh = whole;
+    return distance_from_surface(field, mesh, part_of(progress, 0.9, 1.0));
 }
 
 /// From lattice space to the world, with normals.
@@ -36,7 +85,7 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
 {
     const LatticeField<Degree> field(surface, 1);
     const Volume& volume = surface.volume();
-    SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces)};
+    SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces), 0.0};
     result.normals.resize(result.vertices.size());
 
     // Vertices of caps alone have a cap's normal; where gradients vanish, normals are those of faces.
@@ -71,11 +120,20 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
 
 } // namespace
 
-SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, const Progress& progress)
+SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
 {
+    if (tolerance)
+        check_positive("tolerance", *tolerance);
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
-        LabeledMesh mesh = lattice_mesh<degree>(surface, 1, progress);
-        return to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+        // Half of the tolerance is for the lattice, what is left for simplification.
+        const auto of_lattice = tolerance ? std::optional(0.5 * *tolerance) : std::nullopt;
+        LabeledMesh mesh = lattice_mesh<degree>(surface, of_lattice, part_of(progress, 0.0, tolerance ? 0.3 : 0.9));
+        double distance = std::numeric_limits<double>::quiet_NaN();
+        if (tolerance)
+            distance = simplify_within<degree>(surface, mesh, *tolerance, part_of(progress, 0.3, 0.9));
+        SurfaceMesh result = to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+        result.distance = distance;
+        return result;
     });
 }
 

@@ -16,12 +16,20 @@ struct SurfaceMesh {
     std::vector<glm::dvec3> vertices;
     std::vector<glm::dvec3> normals; ///< unit, outward
     std::vector<glm::uvec3> faces;
+    /// The largest distance between the surface and the mesh, either way, that was measured; world units. Not a number
+    /// where none was.
+    double distance;
 };
 
 /// The mesh of a surface, clipped and capped as it is.
 ///
 /// Vertices are roots of f - level, up to rounding, or on caps. Edges have two faces, or one where the surface ends: at
 /// the border of the volume, at cells that a mask cuts away, and at a clip that is not capped.
-SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, const Progress& progress = {});
+///
+/// Without a tolerance, the lattice is that of the cells: what passes between the corners of cells is not seen. With a
+/// tolerance, world units, there are as many vertices where the surface bends as keep the mesh near it, and few
+/// elsewhere. Throws std::invalid_argument for a tolerance that is not positive.
+SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance = std::nullopt,
+                    const Progress& progress = {});
 
 } // namespace isospline

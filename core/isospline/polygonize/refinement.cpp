@@ -1,0 +1,151 @@
+// How a TetrahedronMesher halves edges.
+#include "isospline/polygonize/flatness.h"
+#include "isospline/polygonize/tetrahedron_mesher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace isospline {
+
+namespace {
+
+/// Edges are not halved where they are shorter than this, in lattice units.
+constexpr double shortest_edge = 1.0 / 32.0;
+
+constexpr std::size_t edges_of_tetrahedron[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+} // namespace
+
+template <int Degree>
+bool TetrahedronMesher<Degree>::is_too_coarse(const Tetrahedron& corners, double tolerance) const
+{
+    const LatticeMetric metric(field_.surface().volume().lattice_to_world());
+    glm::dvec3 lower = nodes_[corners[0]].position, upper = lower;
+    double longest = 0.0, longest_world = 0.0;
+    for (const auto& [i, j] : edges_of_tetrahedron) {
+        const glm::dvec3 edge = nodes_[corners[j]].position - nodes_[corners[i]].position;
+        longest = std::max(longest, glm::length(edge));
+        longest_world = std::max(longest_world, metric.length(edge));
+    }
+    const bool is_crossed = std::any_of(corners.begin(), corners.end(), [&](NodeId corner) {
+        return nodes_[corner].is_solid != nodes_[corners[0]].is_solid;
+    });
+    if (longest < shortest_edge || (is_crossed && longest_world < tolerance))
+        return false;
+    for (const NodeId corner : corners) {
+        lower = glm::min(lower, nodes_[corner].position);
+        upper = glm::max(upper, nodes_[corner].position);
+    }
+    const PointInCell middle(field_.surface(), 0.5 * (lower + upper));
+    const SurfaceBox<Degree> cell = surface_box<Degree>(middle.cell, 0);
+    return slab_thickness(part_of_cell(cell, lower - middle.cell.lower, upper - middle.cell.lower), metric) > tolerance;
+}
+
+template <int Degree>
+typename TetrahedronMesher<Degree>::EdgeId TetrahedronMesher<Degree>::longest_edge(const Tetrahedron& corners,
+                                                                                   const Nodes* among) const
+{
+    EdgeId longest = 0;
+    double most = -1.0;
+    for (const auto& [i, j] : edges_of_tetrahedron) {
+        const EdgeId edge = edge_id(corners[i], corners[j]);
+        if (among != nullptr && among->count(edge) == 0)
+            continue;
+        const glm::dvec3 along = nodes_[corners[j]].position - nodes_[corners[i]].position;
+        const double square = glm::dot(along, along); // exact: coordinates are binary fractions
+        if (std::tie(square, edge) > std::tie(most, longest)) {
+            most = square;
+            longest = edge;
+        }
+    }
+    return longest;
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles)
+{
+    if (!middles.try_emplace(edge, 0).second)
+        return;
+    const auto first = static_cast<NodeId>(edge >> 32), second = static_cast<NodeId>(edge);
+    const glm::dvec3 middle = 0.5 * (nodes_[first].position + nodes_[second].position);
+    middles[edge] = add_node(middle, false);
+
+    // All cubes that have the edge have its middle too.
+    const Volume& volume = field_.surface().volume();
+    const Mask& mask = field_.surface().options().shell.mask;
+    const int subdivision = field_.subdivision();
+    const glm::dvec3 steps = static_cast<double>(subdivision) * middle;
+    const glm::ivec3 last(glm::floor(steps)), first_cube(glm::ceil(steps) - 1.0);
+    glm::ivec3 cube;
+    for (cube.z = first_cube.z; cube.z <= last.z; ++cube.z)
+        for (cube.y = first_cube.y; cube.y <= last.y; ++cube.y)
+            for (cube.x = first_cube.x; cube.x <= last.x; ++cube.x) {
+                const bool is_in_domain = cube.x >= 0 && cube.y >= 0 && cube.z >= 0 && cube.x + 1 < field_.nodes().x &&
+                                          cube.y + 1 < field_.nodes().y && cube.z + 1 < field_.nodes().z;
+                if (!is_in_domain || cubes_.kind(cube) != CubeKind::plain ||
+                    (!mask.empty() && is_cut_by_mask(cube / subdivision, mask, volume)))
+                    continue;
+                cubes_.refine(cube);
+                add_cube(cube);
+            }
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::split(const Tetrahedron& corners, const Nodes& middles,
+                                      std::vector<Tetrahedron>& parts) const
+{
+    const EdgeId edge = longest_edge(corners, &middles);
+    if (edge == 0) {
+        parts.push_back(corners);
+        return;
+    }
+    for (const NodeId end : {static_cast<NodeId>(edge >> 32), static_cast<NodeId>(edge)}) {
+        Tetrahedron half = corners;
+        std::replace(half.begin(), half.end(), end, middles.at(edge));
+        split(half, middles, parts);
+    }
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress)
+{
+    for (const glm::ivec3& cube : cubes)
+        if (cubes_.kind(cube) == CubeKind::plain && cubes_.refine(cube))
+            add_cube(cube);
+    std::vector<std::uint8_t> is_fine;
+    Nodes middles;
+    std::vector<Tetrahedron> parts;
+    std::vector<std::uint8_t> parts_are_fine;
+    while (true) {
+        if (progress && !progress(0.0))
+            throw Cancelled();
+        middles.clear();
+        is_fine.resize(tetrahedra_.size(), 0);
+        for (std::size_t i = 0; i < is_fine.size(); ++i) { // cubes that halve() adds come next time
+            const Tetrahedron corners = tetrahedra_[i];
+            if (is_fine[i] == 0 && is_too_coarse(corners, tolerance))
+                halve(longest_edge(corners, nullptr), middles);
+            else
+                is_fine[i] = 1;
+        }
+        if (middles.empty())
+            return;
+        is_fine.resize(tetrahedra_.size(), 0);
+        parts.clear();
+        parts_are_fine.clear();
+        for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
+            const std::size_t before = parts.size();
+            split(tetrahedra_[i], middles, parts);
+            parts_are_fine.resize(parts.size(), parts.size() == before + 1 ? is_fine[i] : 0);
+        }
+        tetrahedra_.swap(parts);
+        is_fine.swap(parts_are_fine);
+    }
+}
+
+template void TetrahedronMesher<1>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
+template void TetrahedronMesher<2>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
+template void TetrahedronMesher<3>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
+
+} // namespace isospline

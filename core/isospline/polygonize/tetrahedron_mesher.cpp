@@ -1,0 +1,263 @@
+#include "isospline/polygonize/tetrahedron_mesher.h"
+
+#include "isospline/util/check.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace isospline {
+
+namespace {
+
+/// Calls `visit(cell)` for the cells of a brick that may hold surface or, where the surface is capped, solid.
+template <typename Visit>
+void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& brick, const BrickRanges::Range& range,
+                               const Visit& visit)
+{
+    const Volume& volume = surface.volume();
+    const Mask& mask = surface.options().shell.mask;
+    const double threshold = surface.threshold();
+    const bool is_mixed = range.straddles(threshold);
+    const bool above_is_solid = surface.options().inside == Inside::above;
+    if (!is_mixed && !(surface.options().capped && (static_cast<double>(range.lower) >= threshold) == above_is_solid))
+        return;
+    const BrickCells mixed = is_mixed ? surface.bricks().cells(brick) : BrickCells{};
+    glm::ivec3 at;
+    for (at.z = 0; at.z < brick.size.z; ++at.z)
+        for (at.y = 0; at.y < brick.size.y; ++at.y)
+            for (at.x = 0; at.x < brick.size.x; ++at.x) {
+                const glm::ivec3 cell = brick.first + at;
+                const bool is_in_set = (mixed[static_cast<std::size_t>(at.z)] >> (at.x + brick_size * at.y) & 1u) != 0;
+                const double any_coefficient = volume.cell_coefficients(cell.x, cell.y, cell.z)[0];
+                const bool may_be_solid = surface.options().capped &&
+                                          (any_coefficient >= threshold) == above_is_solid &&
+                                          (mask.empty() || !is_cut_by_mask(cell, mask, volume));
+                if (is_in_set || may_be_solid)
+                    visit(cell);
+            }
+}
+
+} // namespace
+
+template <int Degree>
+NodeId TetrahedronMesher<Degree>::add_node(const glm::dvec3& position, bool is_of_lattice)
+{
+    check_count("surface", nodes_.size() + 1);
+    nodes_.push_back({position, field_.is_solid(field_.value(position)), is_of_lattice});
+    return static_cast<NodeId>(nodes_.size() - 1);
+}
+
+template <int Degree>
+NodeId TetrahedronMesher<Degree>::lattice_node(const glm::ivec3& node)
+{
+    const auto [found, is_new] = lattice_nodes_.try_emplace(crossing_key(node, 0), 0);
+    if (is_new)
+        found->second = add_node(field_.position(node), true);
+    return found->second;
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
+{
+    static constexpr int orders[6][2] = {{0, 1}, {1, 2}, {2, 0}, {1, 0}, {2, 1}, {0, 2}}; // the last three are odd
+    for (int order = 0; order < 6; ++order) {
+        glm::ivec3 first = cube, second = cube;
+        first[orders[order][0]] += 1;
+        second[orders[order][0]] += 1;
+        second[orders[order][1]] += 1;
+        if (order >= 3)
+            std::swap(first, second);
+        tetrahedra_.push_back({lattice_node(cube), lattice_node(first), lattice_node(second), lattice_node(cube + 1)});
+    }
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::add_clipped_cubes(const Progress& progress)
+{
+    if (cubes_.half_spaces().empty())
+        return;
+    const BrickRanges& ranges = *field_.surface().shared_ranges();
+    const int subdivision = field_.subdivision();
+    const std::size_t brick_count = 8 * ranges.octets().size();
+    for (std::size_t index = 0; index < brick_count; ++index) {
+        if (index % 1024 == 0 && progress && !progress(static_cast<double>(index) / static_cast<double>(brick_count)))
+            throw Cancelled();
+        const BrickRanges::Range range = ranges.octets()[index / 8].brick(index % 8);
+        const glm::ivec3 position =
+            2 * at_place(ranges.shape(), index / 8) + child_position(static_cast<int>(index % 8));
+        const Brick brick = brick_at(field_.surface().volume().cell_shape(), position);
+        if (range.lower > range.upper ||
+            cubes_.kind_by_clip(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
+            continue;
+        for_each_cell_in_question(field_.surface(), brick, range, [&](const glm::ivec3& cell) {
+            glm::ivec3 part;
+            for (part.z = 0; part.z < subdivision; ++part.z)
+                for (part.y = 0; part.y < subdivision; ++part.y)
+                    for (part.x = 0; part.x < subdivision; ++part.x)
+                        if (cubes_.kind(cell * subdivision + part) == CubeKind::special)
+                            add_cube(cell * subdivision + part);
+        });
+    }
+}
+
+template <int Degree>
+NodeId TetrahedronMesher<Degree>::cut(const HalfSpace& half_space, NodeId inner, NodeId outer)
+{
+    const auto [found, is_new] = cuts_.try_emplace(edge_id(inner, outer), 0);
+    if (is_new) {
+        const double above = distance(half_space, inner), below = distance(half_space, outer);
+        const glm::dvec3 from = nodes_[inner].position, to = nodes_[outer].position;
+        found->second = add_node(from + (above / (above - below)) * (to - from), false);
+    }
+    return found->second;
+}
+
+template <int Degree>
+std::uint32_t TetrahedronMesher<Degree>::add_vertex(const glm::dvec3& position, CrossingKey key)
+{
+    part_.vertices.push_back(position);
+    part_.keys.push_back(key);
+    return static_cast<std::uint32_t>(part_.vertices.size() - 1);
+}
+
+template <int Degree>
+std::uint32_t TetrahedronMesher<Degree>::vertex(NodeId node)
+{
+    const auto [found, is_new] = vertices_.try_emplace(node, 0);
+    if (is_new)
+        found->second = add_vertex(nodes_[node].position, no_key);
+    return found->second;
+}
+
+template <int Degree>
+std::uint32_t TetrahedronMesher<Degree>::crossing(NodeId a, NodeId b)
+{
+    const auto [found, is_new] = crossings_.try_emplace(edge_id(a, b), 0);
+    if (!is_new)
+        return found->second;
+    const Node& first = nodes_[std::min(a, b)];
+    const Node& second = nodes_[std::max(a, b)];
+    if (first.is_of_lattice && second.is_of_lattice) {
+        // The cubes beside have it as well.
+        const double steps = field_.subdivision();
+        const glm::ivec3 from(glm::round(steps * first.position)), to(glm::round(steps * second.position));
+        const glm::ivec3 lower = glm::min(from, to), change = glm::max(from, to) - lower;
+        const int direction = change.x + 2 * change.y + 4 * change.z;
+        found->second = add_vertex(field_.crossing(lower, direction), crossing_key(lower, direction));
+    } else {
+        found->second = add_vertex(field_.crossing(first.position, second.position), no_key);
+    }
+    return found->second;
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::add_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, FaceLabel label)
+{
+    part_.faces.push_back({a, b, c});
+    part_.labels.push_back(label);
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::march(Tetrahedron corners)
+{
+    sort_corners(corners, [&](NodeId node) { return nodes_[node].is_solid ? 1 : 0; });
+    const auto [a, b, c, d] = corners;
+    const auto solid =
+        std::count_if(corners.begin(), corners.end(), [&](NodeId node) { return nodes_[node].is_solid; });
+    if (solid == 1) {
+        add_face(crossing(a, b), crossing(a, c), crossing(a, d), on_isosurface);
+    } else if (solid == 2) {
+        const std::uint32_t ac = crossing(a, c), ad = crossing(a, d), bd = crossing(b, d), bc = crossing(b, c);
+        add_face(ac, ad, bd, on_isosurface);
+        add_face(ac, bd, bc, on_isosurface);
+    } else if (solid == 3) {
+        add_face(crossing(a, d), crossing(b, d), crossing(c, d), on_isosurface);
+    }
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::add_caps(const Tetrahedron& corners)
+{
+    for (const auto& face : tetrahedron_faces) {
+        std::array<NodeId, 3> at{corners[face[0]], corners[face[1]], corners[face[2]]};
+        const auto on_plane = [&](FaceLabel index) {
+            const HalfSpace& half_space = cubes_.half_spaces()[index];
+            return std::all_of(at.begin(), at.end(), [&](NodeId node) { return side(half_space, node) == 0; });
+        };
+        const auto cutting = std::find_if(cutting_.begin(), cutting_.end(), on_plane);
+        if (cutting == cutting_.end())
+            continue;
+        const FaceLabel label = 1 + *cutting;
+        const auto is_solid = [&](NodeId node) { return nodes_[node].is_solid; };
+        const auto solid = std::count_if(at.begin(), at.end(), is_solid);
+        if (solid == 0)
+            continue;
+        // The odd one out comes first.
+        while (solid < 3 && (is_solid(at[0]) != (solid == 1) || is_solid(at[1]) == (solid == 1)))
+            std::rotate(at.begin(), at.begin() + 1, at.end());
+        const auto [a, b, c] = at;
+        if (solid == 3) {
+            add_face(vertex(a), vertex(b), vertex(c), label);
+        } else if (solid == 1) {
+            add_face(vertex(a), crossing(a, b), crossing(a, c), label);
+        } else {
+            const std::uint32_t ab = crossing(a, b), ac = crossing(a, c), of_b = vertex(b), of_c = vertex(c);
+            add_face(ab, of_b, of_c, label);
+            add_face(ab, of_c, ac, label);
+        }
+    }
+}
+
+template <int Degree>
+void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
+{
+    whole_.assign(1, corners);
+    cutting_.clear();
+    for (std::size_t i = 0; i < cubes_.half_spaces().size(); ++i) {
+        const HalfSpace& half_space = cubes_.half_spaces()[i];
+        const auto side_of_node = [&](NodeId node) { return side(half_space, node); };
+        if (std::all_of(corners.begin(), corners.end(), [&](NodeId node) { return side_of_node(node) > 0; }))
+            continue;
+        cutting_.push_back(static_cast<FaceLabel>(i));
+        left_.clear();
+        for (const Tetrahedron& tetrahedron : whole_)
+            cut_tetrahedron(
+                tetrahedron, side_of_node, [&](NodeId inner, NodeId outer) { return cut(half_space, inner, outer); },
+                [&](const Tetrahedron& part) { left_.push_back(part); });
+        whole_.swap(left_);
+    }
+    for (const Tetrahedron& tetrahedron : whole_) {
+        march(tetrahedron);
+        if (!cutting_.empty() && field_.surface().options().capped)
+            add_caps(tetrahedron);
+    }
+}
+
+template <int Degree>
+MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
+{
+    for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
+        if (i % 65536 == 0 && progress && !progress(static_cast<double>(i) / static_cast<double>(tetrahedra_.size())))
+            throw Cancelled();
+        clip_and_march(tetrahedra_[i]);
+    }
+    return std::move(part_);
+}
+
+template void TetrahedronMesher<1>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<1>::add_cube(const glm::ivec3&);
+template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
+template MeshPart TetrahedronMesher<1>::march(const Progress&);
+template void TetrahedronMesher<2>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<2>::add_cube(const glm::ivec3&);
+template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
+template MeshPart TetrahedronMesher<2>::march(const Progress&);
+template void TetrahedronMesher<3>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<3>::add_cube(const glm::ivec3&);
+template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
+template MeshPart TetrahedronMesher<3>::march(const Progress&);
+
+} // namespace isospline

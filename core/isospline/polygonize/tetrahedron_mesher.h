@@ -1,0 +1,89 @@
+// The mesh of an isosurface, and of its caps, in cubes that are cut into tetrahedra.
+#pragma once
+
+#include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/special_cubes.h"
+#include "isospline/polygonize/tetrahedron.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+namespace isospline {
+
+/// Meshes special cubes.
+///
+/// Each cube is six tetrahedra about its diagonal (Kuhn). Where the mesh would be too coarse, edges are halved, the
+/// longest first; planes of the clip cut what there is then, by the signs at corners; and what is left is marched by
+/// the signs of f - level. Tetrahedra that share a face share what becomes of it, so the mesh is a manifold whatever
+/// the signs are, and vertices where a cap ends at the surface are on both.
+template <int Degree>
+class TetrahedronMesher {
+public:
+    TetrahedronMesher(const LatticeField<Degree>& field, SpecialCubes& cubes) : field_(field), cubes_(cubes) {}
+
+    /// Takes the cubes that the clip cuts and that hold surface or, where the surface is capped, solid.
+    void add_clipped_cubes(const Progress& progress);
+    /// Takes these cubes as well, and halves edges until the surface in no tetrahedron is farther than `tolerance`,
+    /// world units, from a plane, or edges are as short as that and crossed, or as a 32nd of a cell.
+    void refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress);
+    MeshPart march(const Progress& progress);
+
+private:
+    /// An edge, by the numbers of its ends, the smaller first.
+    using EdgeId = std::uint64_t;
+    using Nodes = std::unordered_map<EdgeId, NodeId>;
+
+    struct Node {
+        glm::dvec3 position;
+        bool is_solid;
+        bool is_of_lattice;
+    };
+
+    static EdgeId edge_id(NodeId a, NodeId b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
+
+    void add_cube(const glm::ivec3& cube);
+    NodeId lattice_node(const glm::ivec3& node);
+    NodeId add_node(const glm::dvec3& position, bool is_of_lattice);
+
+    bool is_too_coarse(const Tetrahedron& corners, double tolerance) const;
+    /// The longest edge; of several, the same for all tetrahedra that have them.
+    EdgeId longest_edge(const Tetrahedron& corners, const Nodes* among) const;
+    void halve(EdgeId edge, Nodes& middles);
+    void split(const Tetrahedron& corners, const Nodes& middles, std::vector<Tetrahedron>& parts) const;
+
+    double distance(const HalfSpace& half_space, NodeId node) const
+    {
+        return glm::dot(half_space.normal, nodes_[node].position) - half_space.offset;
+    }
+    int side(const HalfSpace& half_space, NodeId node) const
+    {
+        const double above = distance(half_space, node);
+        return above > on_plane_margin ? 1 : above < -on_plane_margin ? -1 : 0;
+    }
+    NodeId cut(const HalfSpace& half_space, NodeId inner, NodeId outer);
+    void clip_and_march(const Tetrahedron& corners);
+    std::uint32_t add_vertex(const glm::dvec3& position, CrossingKey key);
+    std::uint32_t vertex(NodeId node);
+    std::uint32_t crossing(NodeId a, NodeId b);
+    void add_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, FaceLabel label);
+    void march(Tetrahedron corners);
+    void add_caps(const Tetrahedron& corners);
+
+    const LatticeField<Degree>& field_;
+    SpecialCubes& cubes_;
+    std::vector<Tetrahedron> tetrahedra_;
+    std::vector<Node> nodes_;
+    std::unordered_map<CrossingKey, NodeId> lattice_nodes_;
+    Nodes cuts_;
+    std::unordered_map<EdgeId, std::uint32_t> crossings_;
+    std::unordered_map<NodeId, std::uint32_t> vertices_;
+    std::vector<FaceLabel> cutting_; ///< half-spaces that cut a tetrahedron
+    std::vector<Tetrahedron> whole_, left_;
+    MeshPart part_;
+};
+
+} // namespace isospline
