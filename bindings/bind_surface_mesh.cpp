@@ -42,8 +42,8 @@ Returns
 Mesh
     In the volume's world space; without faces where there is no surface.
 float
-    With `return_distance`: the largest distance found, world units, of points of the mesh at most half a cell apart
-    from the surface, and of the vertices of the mesh before its edges were collapsed from the mesh.
+    With `return_distance`: the largest distance found, world units, of points of the mesh at most a quarter of a cell
+    apart from the surface, and of the vertices of the mesh before its edges were collapsed from the mesh.
 
 Raises
 ------
@@ -59,7 +59,8 @@ Notes
 -----
 Without a tolerance the lattice of the cells' corners is what the topology follows: parts of the surface that no edge
 of it crosses an odd number of times are not seen. With one, cells are cut smaller, down to a 32nd, until in each part
-the surface is proven, by the Bernstein coefficients of the model, to be absent or within half the tolerance of a plane.
+the surface is proven, by the Bernstein coefficients of the model, to be absent or within 0.7 times the tolerance of a
+plane.
 
 References
 ----------

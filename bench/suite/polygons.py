@@ -47,15 +47,19 @@ def flying_edges(image, level, normals=False):
     return edges
 
 
-def marching_cubes(subject, affine):
-    """The triangles of the subject's surface in world space, those without area left out: vertices and faces."""
+def triangles_of(polygons):
+    """(V, 3) vertices and (F, 3) faces of vtkPolyData of nothing but triangles."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
+    vertices = vtk_to_numpy(polygons.GetPoints().GetData()).astype(np.float64)
+    return vertices, vtk_to_numpy(polygons.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
+def marching_cubes(subject, affine):
+    """The triangles of the subject's surface in world space, those without area left out: vertices and faces."""
     edges = flying_edges(image_data(subject), subject.level)
     edges.Update()
-    polygons = edges.GetOutput()
-    vertices = vtk_to_numpy(polygons.GetPoints().GetData()).astype(np.float64)
-    faces = vtk_to_numpy(polygons.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    vertices, faces = triangles_of(edges.GetOutput())
     corners = vertices[faces]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return vertices @ affine[:3, :3].T + affine[:3, 3], faces[area > 1e-12].astype(np.uint32)

@@ -3,6 +3,7 @@
 
 #include "isospline/hopper/hopper.h"
 #include "isospline/io/exr.h"
+#include "isospline/polygonize/surface_mesh.h"
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
 #include "isospline/render/camera.h"

@@ -1,4 +1,4 @@
-"""The command line: ``isospline info FILE`` and ``isospline render FILE -o OUT``."""
+"""The command line: ``isospline info FILE``, ``isospline render FILE -o OUT`` and ``isospline mesh FILE -o OUT``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import warnings
 import isospline
 
 from .cli_parser import BAD_INPUT, join_negative, make_parser
+from .interop.mesh_output import MESHES
 from .looks import looks
 
 #: Suffixes of the pictures and the videos that can be written.
@@ -29,7 +30,8 @@ def main(argv=None):
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
         try:
-            arguments = make_parser(info, render).parse_args(join_negative(sys.argv[1:] if argv is None else argv))
+            given = join_negative(sys.argv[1:] if argv is None else argv)
+            arguments = make_parser(info, render, mesh).parse_args(given)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -75,11 +77,7 @@ def render(arguments):
     data = _read(arguments)
     levels = arguments.level or [_suggested_level(data, arguments.file)]
 
-    with _progress("filtering", arguments) as progress:
-        volume = data.to_volume(
-            degree=arguments.degree, boundary=arguments.boundary, filter=arguments.filter,
-            smoothing=arguments.smoothing, progress=progress,
-        )  # fmt: skip
+    volume = _volume(data, arguments)
     with _progress("finding cells", arguments) as progress:
         first = isospline.Isosurface(
             volume, levels[0], prune_depth=arguments.prune_depth, clip=clip, capped=arguments.capped,
@@ -97,6 +95,41 @@ def render(arguments):
     with _progress("rendering", arguments) as progress:
         written = _write(arguments, _images(scene, cameras, look, arguments, progress))
     print(f"{arguments.output}: {written}, {cells} cells, {time.perf_counter() - begin:.1f} s")
+
+
+def mesh(arguments):
+    """Read a volume, and write a mesh of an isosurface of it."""
+    begin = time.perf_counter()
+    if not arguments.output.lower().endswith(MESHES):
+        raise ValueError(f"{arguments.output}: expected a name that ends in {', '.join(MESHES)}")
+    _check_folder(arguments.output)
+    if arguments.threads:
+        isospline.set_thread_count(arguments.threads)
+    clip = _clip(arguments)
+    data = _read(arguments)
+    level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
+    volume = _volume(data, arguments)
+    surface = isospline.Isosurface(volume, level, clip=clip, capped=arguments.capped, inside=arguments.inside)
+    with _progress("meshing", arguments) as progress:
+        if arguments.tolerance is None:
+            made, distance = surface.to_mesh(progress=progress), ""
+        else:
+            made, distance = surface.to_mesh(arguments.tolerance, return_distance=True, progress=progress)
+            distance = f" at most {distance:.3g} from the surface,"
+    try:
+        made.write(arguments.output)
+    except OSError as error:
+        raise RuntimeError(_text(error)) from error
+    print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
+
+
+def _volume(data, arguments):
+    """The model that the options tell of."""
+    with _progress("filtering", arguments) as progress:
+        return data.to_volume(
+            degree=arguments.degree, boundary=arguments.boundary, filter=arguments.filter,
+            smoothing=arguments.smoothing, progress=progress,
+        )  # fmt: skip
 
 
 def _clip(arguments):
@@ -203,6 +236,11 @@ def _check_output(arguments):
     traced = {"direct", "variance"} & set(arguments.layers)
     if traced and arguments.shading != "path-trace":
         raise ValueError(f"--layers: expected {min(traced)} with --shading path-trace only, got {arguments.shading}")
+    _check_folder(path)
+
+
+def _check_folder(path):
+    """Find out whether a file can be written where the path leads."""
     folder = os.path.dirname(os.path.abspath(path))
     if not os.path.isdir(folder):
         raise FileNotFoundError(f"{path}: expected a folder that exists, got {folder}")

@@ -23,8 +23,8 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"isospline: error: {message} (try {self.prog} --help)\n")
 
 
-def make_parser(info, render):
-    """The parser of the command line; `info` and `render` are what its commands call."""
+def make_parser(info, render, mesh):
+    """The parser of the command line; `info`, `render` and `mesh` are what its commands call."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -33,6 +33,21 @@ def make_parser(info, render):
     _add_input(command)
     command.add_argument("--json", action="store_true", help="print JSON")
     command.set_defaults(run=info)
+
+    command = commands.add_parser("mesh", help="write the triangle mesh of an isosurface")
+    _add_input(command)
+    command.add_argument("-o", "--output", required=True, metavar="OUT",
+                         help="mesh to write: .stl, .ply, .obj or .glb")
+    command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
+    command.set_defaults(run=mesh)
+    group = command.add_argument_group("surface")
+    group.add_argument("-l", "--level", type=float, help="value on the surface; by default the first suggested one")
+    group.add_argument("--tolerance", type=float, metavar="DISTANCE",
+                       help="largest distance between surface and mesh, world units: as few triangles as that takes; "
+                            "by default a vertex on every edge of a cell that the surface crosses")
+    _add_model(group)
+    group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+    _add_clip(command, "close the solid where it is cut")
 
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command)
@@ -46,23 +61,11 @@ def make_parser(info, render):
                        help="value on the surface, of each one if repeated; by default the first suggested one")
     group.add_argument("--mesh", action="append", metavar="FILE", default=[],
                        help="triangles to show as well, in the volume's world; may be repeated")
-    group.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
-    group.add_argument("--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples go on outside")
-    group.add_argument("--filter", choices=("interpolate", "none", "smoothing"), default="interpolate",
-                       help="pass through the samples (default), take them as coefficients, or smooth them")
-    group.add_argument("--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of --filter smoothing")
-    group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
+    _add_model(group)
     group.add_argument("--prune-depth", type=int, default=2, metavar="DEPTH", help="of the shell, 0 to 6 (default 2)")
     group.add_argument("--method", choices=("exact", "reference", "bracket"), default="exact", help="root finder")
 
-    group = command.add_argument_group("cuts, of all levels")
-    group.add_argument("--clip", type=_numbers(6), action="append", metavar="X,Y,Z,NX,NY,NZ", default=[],
-                       help="show what is on the side of a plane, through a point, that its normal points to; may be "
-                            "repeated")
-    group.add_argument("--clip-box", type=_numbers(6), action="append", metavar="X,Y,Z,X,Y,Z", default=[],
-                       help="show what is in a box between two corners; may be repeated")
-    group.add_argument("--capped", action="store_true",
-                       help="close the solid where it is cut; --color-by the volume itself shows its values there")
+    _add_clip(command, "close the solid where it is cut; --color-by the volume itself shows its values there")
 
     group = command.add_argument_group("picture")
     group.add_argument("--size", type=_size, default=(640, 480), metavar="WxH", help="in pixels (default 640x480)")
@@ -105,6 +108,25 @@ def make_parser(info, render):
     group.add_argument("--ambient-occlusion-samples", type=int, default=16, metavar="N",
                        help="rays that ambient_occlusion is the mean of (default 16)")
     return parser
+
+
+def _add_model(group):
+    group.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
+    group.add_argument("--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples go on outside")
+    group.add_argument("--filter", choices=("interpolate", "none", "smoothing"), default="interpolate",
+                       help="pass through the samples (default), take them as coefficients, or smooth them")
+    group.add_argument("--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of --filter smoothing")
+    group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
+
+
+def _add_clip(command, capped_help):
+    group = command.add_argument_group("cuts")
+    group.add_argument("--clip", type=_numbers(6), action="append", metavar="X,Y,Z,NX,NY,NZ", default=[],
+                       help="keep what is on the side of a plane, through a point, that its normal points to; may be "
+                            "repeated")
+    group.add_argument("--clip-box", type=_numbers(6), action="append", metavar="X,Y,Z,X,Y,Z", default=[],
+                       help="keep what is in a box between two corners; may be repeated")
+    group.add_argument("--capped", action="store_true", help=capped_help)
 
 
 def _add_input(command):

@@ -216,7 +216,7 @@ def small_run(repository, tmp_path_factory):
         pytest.skip("the C++ benchmarks have not been built: cmake --build --preset release")
     folder = tmp_path_factory.mktemp("bench")
     rows = ["primary", "packets", "incoherent", "growth", "level", "animation", "picture", "call", "agreement",
-            "accuracy", "escape", "prefilter", "memory", "large"]  # fmt: skip
+            "accuracy", "escape", "prefilter", "memory", "mesh", "large"]  # fmt: skip
     command = [sys.executable, repository / "bench" / "run.py", *rows, *SMALL, "--output", folder]
     result = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ)
     assert result.returncode == 0, result.stdout + result.stderr

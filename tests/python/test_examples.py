@@ -73,3 +73,12 @@ def test_first_tries_find_what_is_there(tmp_path):
 def test_instances_are_built_once(tmp_path):
     scene = example("165-instances-and-masks", folder=tmp_path, samples=24, size=(24, 18))
     assert (len(scene), scene.build_count) == (170, 2)
+
+
+def test_a_mesh_is_closed_and_as_near_as_told(tmp_path):
+    mesh, distance = example("187-mesh-out", folder=tmp_path, size=(32, 18))
+    shape = mesh.to_trimesh()
+    assert shape.is_watertight and shape.euler_number == 0
+    assert distance <= 0.02
+    # That of the torus, 2 pi^2 R r^2, less what the tolerance may take.
+    assert shape.volume == pytest.approx(2 * np.pi**2 * 0.5 * 0.24**2, abs=shape.area * 0.02)

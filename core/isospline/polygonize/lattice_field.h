@@ -147,7 +147,19 @@ std::optional<glm::dvec3> LatticeField<Degree>::project(const glm::dvec3& from, 
         const double square = glm::dot(gradient_world, gradient_world);
         if (!(square > 0.0))
             return std::nullopt;
-        const glm::dvec3 step = (-value / square) * (metric.to_lattice * gradient_world);
+        glm::dvec3 step = (-value / square) * (metric.to_lattice * gradient_world);
+        // On the border of the domain, go on along it.
+        const auto leaves = [&](int axis) {
+            return (at[axis] <= 0.0 && step[axis] < 0.0) || (at[axis] >= shape[axis] && step[axis] > 0.0);
+        };
+        glm::dvec3 along = gradient;
+        for (int axis = 0; axis < 3; ++axis)
+            along[axis] = leaves(axis) ? 0.0 : gradient[axis];
+        if (along != gradient) {
+            if (!(glm::dot(along, along) > 0.0))
+                return std::nullopt;
+            step = (-value / glm::dot(along, along)) * along;
+        }
         at = glm::clamp(at + step, glm::dvec3(0.0), shape);
         if (!(glm::distance(at, from) <= reach))
             return std::nullopt;

@@ -41,7 +41,7 @@ bool for_each_sample(const Corners& corners, double spacing, const Visit& visit)
         return false;
     const double longest = std::max({glm::distance(corners[0], corners[1]), glm::distance(corners[1], corners[2]),
                                      glm::distance(corners[2], corners[0])});
-    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 2, 1024);
+    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, 1024);
     for (int i = 0; i <= steps; ++i)
         for (int j = 0; i + j <= steps; ++j) {
             const int k = steps - i - j;
@@ -144,7 +144,7 @@ template <int Degree>
 void Simplification<Degree>::push(std::uint32_t from, std::uint32_t to)
 {
     const double mean_square = quadrics_[from].mean_square(world_[to]);
-    if (mean_square > 4.0 * tolerance_ * tolerance_)
+    if (mean_square > tolerance_ * tolerance_)
         return;
     const glm::dvec3 edge = world_[to] - world_[from];
     queue_.push({mean_square + 1e-6 * glm::dot(edge, edge), from, to, stamps_[from] + stamps_[to]});
@@ -184,7 +184,7 @@ bool Simplification<Degree>::keeps_shape(std::uint32_t from, std::uint32_t to)
 template <int Degree>
 bool Simplification<Degree>::is_near_surface(const Corners& lattice) const
 {
-    constexpr double spacing = 1.0;
+    constexpr double spacing = 0.5;
     return for_each_sample(lattice, spacing, [&](const glm::dvec3& at) {
         const PointInCell point(field_.surface(), at);
         const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
@@ -201,10 +201,6 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
     const auto is_left = [](const glm::uvec3& face) {
         return face.x != face.y && face.y != face.z && face.z != face.x;
     };
-    for (const auto& [index, face] : changed_)
-        if (is_left(face) && editable_.labels()[index] == on_isosurface && !is_near_surface(corners(lattice_, face)))
-            return false;
-
     // Each sample goes to the face that is nearest to it.
     moved_.clear();
     const auto find_face = [&](std::uint32_t sample) {
@@ -229,6 +225,10 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
         for (std::uint32_t sample = first_sample_[index]; sample != none; sample = next_sample_[sample])
             if (!find_face(sample))
                 return false;
+
+    for (const auto& [index, face] : changed_)
+        if (is_left(face) && editable_.labels()[index] == on_isosurface && !is_near_surface(corners(lattice_, face)))
+            return false;
 
     for (const auto& [index, face] : changed_)
         first_sample_[index] = none;
@@ -318,7 +318,7 @@ double distance_from_surface(const LatticeField<Degree>& field, const LabeledMes
                 if (mesh.labels[i] != on_isosurface)
                     continue;
                 const glm::uvec3& face = mesh.faces[i];
-                for_each_sample({mesh.vertices[face.x], mesh.vertices[face.y], mesh.vertices[face.z]}, 0.5,
+                for_each_sample({mesh.vertices[face.x], mesh.vertices[face.y], mesh.vertices[face.z]}, 0.25,
                                 [&](const glm::dvec3& at) {
                                     if (const auto foot = field.project(at, 2.0, metric)) {
                                         most = std::max(most, metric.length(*foot - at));

@@ -125,8 +125,9 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
     if (tolerance)
         check_positive("tolerance", *tolerance);
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
-        // Half of the tolerance is for the lattice, what is left for simplification.
-        const auto of_lattice = tolerance ? std::optional(0.5 * *tolerance) : std::nullopt;
+        // The mesh of the lattice leaves some of the tolerance to simplification.
+        constexpr double part_of_lattice = 0.7;
+        const auto of_lattice = tolerance ? std::optional(part_of_lattice * *tolerance) : std::nullopt;
         LabeledMesh mesh = lattice_mesh<degree>(surface, of_lattice, part_of(progress, 0.0, tolerance ? 0.3 : 0.9));
         double distance = std::numeric_limits<double>::quiet_NaN();
         if (tolerance)

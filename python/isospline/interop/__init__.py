@@ -1,20 +1,24 @@
-"""Volumes and meshes of other libraries, each by its own module, as class methods of `Volume` and `Mesh`.
+"""Volumes and meshes of other libraries, each by its own module, as methods of `Volume`, `Mesh` and `Isosurface`.
 
 None of the libraries is imported before a method that needs it is called.
 """
 
-from .._core import Mesh, Volume
-from . import meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
+from .._core import Isosurface, Mesh, Volume
+from . import mesh_output, meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
 from .rays import RayMeshIntersector
 
 __all__ = ["RayMeshIntersector", "read_mesh"]
 
 
-def _attach(owner, **functions):
+def _attach(owner, kind=classmethod, **functions):
     for name, function in functions.items():
         function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
-        setattr(owner, name, classmethod(function))
+        setattr(owner, name, kind(function))
+
+
+def _method(function):
+    return function
 
 
 _attach(
@@ -32,3 +36,12 @@ _attach(
     from_trimesh=trimesh.mesh_from_trimesh,
     from_vtk=vtk.mesh_from_vtk,
 )
+_attach(
+    Mesh,
+    _method,
+    to_meshio=mesh_output.to_meshio,
+    to_pyvista=mesh_output.to_pyvista,
+    to_trimesh=mesh_output.to_trimesh,
+    write=mesh_output.write_mesh,
+)
+_attach(Isosurface, _method, write=mesh_output.write_surface)

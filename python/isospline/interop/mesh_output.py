@@ -1,0 +1,215 @@
+"""Meshes for other libraries, and to files."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from ..colors import linear_to_srgb
+from ..image import whole_file
+from ..parameters import check_path, printable
+from .checks import library_of
+
+
+def to_trimesh(self):
+    """The mesh as one of trimesh, vertices and faces as they are.
+
+    Returns
+    -------
+    trimesh.Trimesh
+        With vertex normals and colours where there are some. Not processed: no vertices are merged.
+
+    Raises
+    ------
+    ImportError
+        Where trimesh is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_trimesh().area
+    np.float64(0.5)
+    """
+    with library_of("Mesh.to_trimesh"):
+        import trimesh
+    return trimesh.Trimesh(
+        self.vertices, self.faces, vertex_normals=self.normals, vertex_colors=_srgb_colors(self), process=False
+    )
+
+
+def to_pyvista(self):
+    """The mesh as a surface of PyVista, and so of VTK.
+
+    Returns
+    -------
+    pyvista.PolyData
+        With point data "Normals", active, and "colors", sRGB from 0 to 255, where there are some.
+
+    Raises
+    ------
+    ImportError
+        Where PyVista is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_pyvista().n_cells
+    1
+    """
+    with library_of("Mesh.to_pyvista"):
+        import pyvista
+    surface = pyvista.PolyData()
+    if len(self.vertices):
+        surface = pyvista.PolyData.from_regular_faces(np.array(self.vertices), self.faces.astype(np.int64))
+    if self.normals is not None:
+        surface.point_data.active_normals = np.array(self.normals)
+    if self.colors is not None:
+        surface.point_data["colors"] = _srgb_colors(self)
+    return surface
+
+
+def to_meshio(self):
+    """The mesh as one of meshio.
+
+    Returns
+    -------
+    meshio.Mesh
+        One block of triangles, with point data "normals", and "colors", linear, where there are some.
+
+    Raises
+    ------
+    ImportError
+        Where meshio is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_meshio().cells_dict["triangle"].tolist()
+    [[0, 1, 2]]
+    """
+    with library_of("Mesh.to_meshio"):
+        import meshio
+    data = {"normals": self.normals, "colors": self.colors}
+    return meshio.Mesh(
+        np.array(self.vertices), [("triangle", self.faces.astype(np.int64))],
+        point_data={name: np.array(values) for name, values in data.items() if values is not None},
+    )  # fmt: skip
+
+
+def write_mesh(self, path):
+    """Write the mesh to a file, which appears whole or not at all.
+
+    ========  ====================================================================  =========
+    suffix    what is stored                                                        by
+    ========  ====================================================================  =========
+    ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
+    ``.ply``  binary; vertices, faces, normals and colours, in float64              meshio
+    ``.obj``  text; vertices, faces, normals and colours, 15 decimal places         trimesh
+    ``.glb``  binary glTF; vertices, faces, normals and colours, in float32         trimesh
+    ========  ====================================================================  =========
+
+    Parameters
+    ----------
+    path : str or path-like
+
+    Raises
+    ------
+    ValueError
+        For another suffix, and where the mesh has no faces.
+    OSError
+        Where the file cannot be written.
+    ImportError
+        Where the library is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import tempfile, isospline
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).write(f"{folder}/triangle.stl")
+    ...     isospline.read_mesh(f"{folder}/triangle.stl")
+    Mesh(3 vertices, 1 faces)
+    """
+    write = writer_of(path)
+    if len(self.faces) == 0:
+        raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
+    with library_of(f"{printable(path)}: Mesh.write"), whole_file(path) as temporary:
+        write(self, temporary)
+
+
+def write_surface(self, path, tolerance=None, *, progress=None):
+    """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance).write(path)``.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Ends in ``.stl``, ``.ply``, ``.obj`` or ``.glb``; see `Mesh.write`.
+    tolerance : float, optional
+        The largest distance between surface and mesh, world units; see `to_mesh`.
+    progress : callable, optional
+        Called with the finished fraction; cancels where it returns a false value other than None.
+
+    Raises
+    ------
+    ValueError, OSError, ImportError
+        As `to_mesh` and `Mesh.write`.
+
+    Examples
+    --------
+    >>> import tempfile, isospline
+    >>> field = isospline.volumes.sphere(0.7)
+    >>> ball = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ball.write(f"{folder}/ball.ply", tolerance=0.05)
+    """
+    writer_of(path)
+    self.to_mesh(tolerance, progress=progress).write(path)
+
+
+def writer_of(path):
+    """The function that writes the format of a path."""
+    check_path(path)
+    writer = _WRITERS.get(os.path.splitext(os.fspath(path))[1].lower())
+    if writer is None:
+        raise ValueError(f"path: expected a name that ends in {', '.join(_WRITERS)}, got {printable(path)!r}")
+    return writer
+
+
+def _write_trimesh(file_type, **options):
+    def write(mesh, path):
+        content = mesh.to_trimesh().export(file_type=file_type, **options)
+        with open(path, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+
+    return write
+
+
+def _write_ply(mesh, path):
+    import meshio
+
+    output = mesh.to_meshio()
+    data = {}
+    if mesh.normals is not None:
+        data |= dict(zip(("nx", "ny", "nz"), np.ascontiguousarray(mesh.normals.T)))
+    if mesh.colors is not None:
+        data |= dict(zip(("red", "green", "blue"), np.ascontiguousarray(_srgb_colors(mesh).T)))
+    output.point_data = data
+    meshio.write(path, output, file_format="ply")
+
+
+def _srgb_colors(mesh):
+    """(V, 3) uint8 colours, which files have, or None."""
+    if mesh.colors is None:
+        return None
+    return np.rint(255 * np.clip(linear_to_srgb(np.asarray(mesh.colors)), 0, 1)).astype(np.uint8)
+
+
+_WRITERS = {
+    ".stl": _write_trimesh("stl"),
+    ".ply": _write_ply,
+    ".obj": _write_trimesh("obj", include_normals=True, digits=15),
+    ".glb": _write_trimesh("glb", include_normals=True),
+}
+
+#: Suffixes of the files that meshes are written to.
+MESHES = tuple(_WRITERS)
