@@ -183,8 +183,8 @@ def test_specks_between_samples_have_a_mesh_where_a_tolerance_is_given():
 
 
 def test_meshes_are_the_same_for_any_number_of_threads(rng):
-    volume = closed_noise(rng, 2, {}, shape=(30, 30, 30))
-    surface = isospline.Isosurface(volume, 0.2, clip=isospline.HalfSpace((15, 15, 15), (1, 2, 3)), capped=True)
+    volume = closed_noise(rng, 2, {}, shape=(12, 12, 12))
+    surface = isospline.Isosurface(volume, 0.2, clip=isospline.HalfSpace((9, 9, 9), (1, 2, 3)), capped=True)
     meshes = []
     try:
         for count in (1, 2, 0):

@@ -30,6 +30,9 @@ namespace {
 
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
+/// How far Newton's method may lead, in lattice units.
+constexpr double search_reach = 4.0;
+
 using Corners = std::array<glm::dvec3, 3>;
 
 /// Calls `visit` with points of a triangle that are at most `spacing` apart along its edges, corners left out, until it
@@ -122,7 +125,7 @@ private:
         return {positions[face.x], positions[face.y], positions[face.z]};
     }
     bool keeps_shape(std::uint32_t from, std::uint32_t to);
-    bool is_near_surface(const Corners& lattice) const;
+    bool is_near_surface(const Corners& lattice, bool by_estimate) const;
     bool try_collapse(std::uint32_t from, std::uint32_t to);
 
     const LatticeField<Degree>& field_;
@@ -182,10 +185,14 @@ bool Simplification<Degree>::keeps_shape(std::uint32_t from, std::uint32_t to)
 }
 
 template <int Degree>
-bool Simplification<Degree>::is_near_surface(const Corners& lattice) const
+bool Simplification<Degree>::is_near_surface(const Corners& lattice, bool by_estimate) const
 {
     constexpr double spacing = 0.5;
     return for_each_sample(lattice, spacing, [&](const glm::dvec3& at) {
+        if (!by_estimate) {
+            const auto foot = field_.project(at, search_reach, metric_);
+            return foot && metric_.length(*foot - at) <= tolerance_;
+        }
         const PointInCell point(field_.surface(), at);
         const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
         const glm::dvec3 gradient = glm::dvec3(slope[0], slope[1], slope[2]) * metric_.to_lattice;
@@ -226,9 +233,12 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
             if (!find_face(sample))
                 return false;
 
-    for (const auto& [index, face] : changed_)
-        if (is_left(face) && editable_.labels()[index] == on_isosurface && !is_near_surface(corners(lattice_, face)))
-            return false;
+    // The estimate of a distance, |f - level| over the slope, is cheap, and rules most collapses out that are too far.
+    for (const bool by_estimate : {true, false})
+        for (const auto& [index, face] : changed_)
+            if (is_left(face) && editable_.labels()[index] == on_isosurface &&
+                !is_near_surface(corners(lattice_, face), by_estimate))
+                return false;
 
     for (const auto& [index, face] : changed_)
         first_sample_[index] = none;
@@ -320,7 +330,7 @@ double distance_from_surface(const LatticeField<Degree>& field, const LabeledMes
                 const glm::uvec3& face = mesh.faces[i];
                 for_each_sample({mesh.vertices[face.x], mesh.vertices[face.y], mesh.vertices[face.z]}, 0.25,
                                 [&](const glm::dvec3& at) {
-                                    if (const auto foot = field.project(at, 2.0, metric)) {
+                                    if (const auto foot = field.project(at, search_reach, metric)) {
                                         most = std::max(most, metric.length(*foot - at));
                                     } else {
                                         if (!finder)
