@@ -189,7 +189,7 @@ def test_meshes_are_the_same_for_any_number_of_threads(rng):
     try:
         for count in (1, 2, 0):
             isospline.set_thread_count(count)
-            meshes.append((surface.to_mesh(), surface.to_mesh(0.4)))
+            meshes.append((surface.to_mesh(), surface.to_mesh(1.0)))
     finally:
         isospline.set_thread_count(0)
     for several in zip(*meshes):

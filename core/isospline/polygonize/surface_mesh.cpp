@@ -34,7 +34,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
 {
     // So fine a lattice that few cubes have to be refined.
     constexpr int finest = 8;
-    constexpr std::size_t most_coarse = 8; // of so many cubes, one
+    constexpr std::size_t most_coarse = 3; // of so many cubes, one
     int subdivision = 1;
     CoarseCubes coarse;
     while (tolerance) {
