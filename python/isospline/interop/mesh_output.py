@@ -188,6 +188,7 @@ def _write_ply(mesh, path):
     import meshio
 
     output = mesh.to_meshio()
+    output.cells[0].data = output.cells[0].data.astype(np.int32)  # PLY has no longer ones, which meshio warns of
     data = {}
     if mesh.normals is not None:
         data |= dict(zip(("nx", "ny", "nz"), np.ascontiguousarray(mesh.normals.T)))
