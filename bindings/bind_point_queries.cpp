@@ -196,7 +196,7 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
                                             to_text(points.vector(row)) + " in point " + std::to_string(row));
                   ClosestPointFinder check(surface, options); // of the options, also where there are no points
                   parallel_for(
-                      points.count(), 8,
+                      points.count(), 64,
                       [&](std::size_t begin, std::size_t end) {
                           ClosestPointFinder find(surface, options);
                           for (std::size_t row = begin; row < end; ++row)

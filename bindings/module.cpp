@@ -16,6 +16,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_material(module);
     isospline::bind_clip(module);
     isospline::bind_isosurface(module);
+    isospline::bind_measure(module);
     isospline::bind_point_queries(module);
     isospline::bind_mesh(module);
     isospline::bind_surface_mesh(module);

@@ -1,0 +1,482 @@
+#include "isospline/measure/cell_quadrature.h"
+
+#include "isospline/cell/jet.h"
+#include "isospline/math/bernstein_box.h"
+#include "isospline/measure/plane_section.h"
+#include "isospline/measure/polynomial.h"
+#include "isospline/spline/curvature.h"
+#include "isospline/spline/degree.h"
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace isospline {
+
+namespace {
+
+constexpr std::size_t at(Quantity quantity)
+{
+    return static_cast<std::size_t>(quantity);
+}
+
+/// Halvings of a cell, and of a face; what is left is in the error.
+constexpr int deepest_box = 21, deepest_patch = 20;
+/// Parts of a cell, and of all its faces, that are looked at, at most; then none is halved any more.
+constexpr int most_boxes = 2048, most_patches = 8192;
+/// Up to so many halvings a graph should not be steep: the rules converge faster.
+constexpr int deepest_steep_box = 3, deepest_steep_patch = 6;
+constexpr double steep = 0.1;
+
+/// The integrals of two rules, one node apart.
+struct Sums {
+    std::array<double, quantity_count> fine{}, coarse{}, unresolved{};
+};
+
+} // namespace
+
+struct CellQuadrature::Method {
+    virtual ~Method() = default;
+    virtual Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
+                                int cap) = 0;
+};
+
+template <int Degree>
+struct CellQuadrature::MethodOfDegree final : Method {
+    /// A part of the cell: lower + [0, 1]^3 * size.
+    struct Part {
+        BernsteinBox<Degree> b;        ///< sign * (f - level) on it
+        bool has_surface;              ///< whether that has both signs
+        glm::dvec3 lower, size;        ///< local coordinates of the cell
+        std::vector<HalfSpace> planes; ///< those that cross it, in its own coordinates
+        int depth;
+        int cap; ///< of `planes`, or -1
+    };
+
+    /// The part of a face: over it, surface and planes are graphs along `axis`.
+    struct Graph {
+        const Part& part;
+        int axis, first, second;            ///< height, and the coordinates of the face
+        std::vector<PatchPolynomial> edges; ///< integrands are smooth between their zeros
+        glm::dvec2 lower, size;             ///< coordinates of the part
+        int depth;
+    };
+
+    explicit MethodOfDegree(const QuadratureOptions& given)
+        : options(given), fine_rule(gauss_legendre(given.order)), coarse_rule(gauss_legendre(given.order - 1)),
+          to_lattice(glm::inverse(given.lattice_to_world)),
+          determinant(std::abs(glm::determinant(given.lattice_to_world)))
+    {
+    }
+
+    Integrals integrate(const CellCoefficients& of_cell, double of_sign, std::span<const HalfSpace> half_spaces,
+                        int cap) override
+    {
+        cell = &of_cell;
+        sign = of_sign;
+        sums = {};
+        box_count = patch_count = 0;
+        Part part{{}, true, glm::dvec3(0.0), glm::dvec3(1.0), {}, 0, cap};
+        for (int k = 0; k <= Degree; ++k)
+            for (int j = 0; j <= Degree; ++j)
+                for (int i = 0; i <= Degree; ++i)
+                    part.b[bernstein_item<Degree>(i, j, k)] = sign * of_cell(i, j, k);
+        for (int axis = 0; axis < 3; ++axis)
+            map_rows<Degree>(part.b, axis, [](Bernstein<Degree>& c) { c = scalar::bernstein_of_bspline<Degree>(c); });
+        for (const HalfSpace& half_space : half_spaces)
+            part.planes.push_back({half_space.normal, half_space.offset - glm::dot(half_space.normal, of_cell.lower)});
+        add_part(std::move(part));
+
+        Integrals result;
+        for (std::size_t i = 0; i < quantity_count; ++i) {
+            result.value[i] = sums.fine[i];
+            result.error[i] = std::abs(sums.fine[i] - sums.coarse[i]) + sums.unresolved[i];
+        }
+        return result;
+    }
+
+    void add_both(Quantity quantity, double value)
+    {
+        sums.fine[at(quantity)] += value;
+        sums.coarse[at(quantity)] += value;
+    }
+
+    /// Adds the integrals over a part.
+    void add_part(Part part)
+    {
+        // What crosses it.
+        const auto [least, most] = std::minmax_element(part.b.begin(), part.b.end());
+        if (!(*most > 0.0))
+            return;
+        part.has_surface = *least < 0.0;
+        int kept = 0;
+        for (int i = 0; i < static_cast<int>(part.planes.size()); ++i) {
+            const HalfSpace& plane = part.planes[static_cast<std::size_t>(i)];
+            const double middle = 0.5 * (plane.normal.x + plane.normal.y + plane.normal.z) - plane.offset;
+            const double reach = 0.5 * (std::abs(plane.normal.x) + std::abs(plane.normal.y) + std::abs(plane.normal.z));
+            if (middle + reach <= 0.0)
+                return;
+            const bool is_cap = i == part.cap;
+            if (is_cap && middle - reach > 0.0)
+                return;
+            if (!is_cap && middle - reach >= 0.0)
+                continue;
+            if (is_cap)
+                part.cap = kept;
+            part.planes[static_cast<std::size_t>(kept++)] = HalfSpace(plane);
+        }
+        part.planes.resize(static_cast<std::size_t>(kept));
+        const double box_volume = part.size.x * part.size.y * part.size.z;
+        if (!part.has_surface && part.planes.empty() && zero_face_axis(part, *least) < 0)
+            return add_both(Quantity::volume, determinant * box_volume);
+
+        // A graph over a face, or two halves.
+        if (const int axis = zero_face_axis(part, *least); axis >= 0) {
+            part.has_surface = true;
+            return add_graph(part, axis);
+        }
+        if (const int axis = height_axis(part); axis >= 0)
+            return add_graph(part, axis);
+        if (part.depth == deepest_box || ++box_count > most_boxes)
+            return add_unresolved(part, box_volume);
+        const int axis = part.depth % 3;
+        for (const bool upper : {false, true}) {
+            Part half{half_of<Degree>(part.b, axis, upper),
+                      true,
+                      part.lower,
+                      part.size,
+                      part.planes,
+                      part.depth + 1,
+                      part.cap};
+            half.size[axis] *= 0.5;
+            half.lower[axis] += upper ? half.size[axis] : 0.0;
+            for (HalfSpace& plane : half.planes) {
+                plane.normal[axis] *= 0.5;
+                plane.offset -= upper ? plane.normal[axis] : 0.0;
+            }
+            add_part(std::move(half));
+        }
+    }
+
+    /// The axis across which a face of the cell is in the surface while the cell is in the solid; -1 where none is.
+    static int zero_face_axis(const Part& part, double least)
+    {
+        if (least != 0.0 || part.depth > 0 || part.cap >= 0)
+            return -1;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const bool upper : {false, true}) {
+                const PatchPolynomial face = face_of<Degree>(part.b, axis, upper);
+                if (std::all_of(face.b.begin(), face.b.begin() + static_cast<std::ptrdiff_t>(face.count()),
+                                [](double b) { return b == 0.0; }))
+                    return axis;
+            }
+        return -1;
+    }
+
+    /// The axis along which the surface, or the cap, is a graph; -1 where none is shown to be.
+    int height_axis(const Part& part) const
+    {
+        if (part.cap >= 0 || !part.has_surface) {
+            const HalfSpace& plane = part.planes[static_cast<std::size_t>(std::max(part.cap, 0))];
+            const glm::dvec3 normal = glm::abs(plane.normal);
+            return normal.x >= normal.y && normal.x >= normal.z ? 0 : normal.y >= normal.z ? 1 : 2;
+        }
+        constexpr int strides[3] = {1, Degree + 1, (Degree + 1) * (Degree + 1)};
+        glm::dvec3 least(1e300), most(-1e300);
+        for (int k = 0; k <= Degree; ++k)
+            for (int j = 0; j <= Degree; ++j)
+                for (int i = 0; i <= Degree; ++i)
+                    for (int axis = 0; axis < 3; ++axis) {
+                        if ((axis == 0 ? i : axis == 1 ? j : k) == Degree)
+                            continue;
+                        const std::size_t item = bernstein_item<Degree>(i, j, k);
+                        const double slope = part.b[item + static_cast<std::size_t>(strides[axis])] - part.b[item];
+                        least[axis] = std::min(least[axis], slope);
+                        most[axis] = std::max(most[axis], slope);
+                    }
+        int best = -1;
+        double best_slope = 0.0, steepest = 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double smallest = std::max(least[axis], -most[axis]);
+            steepest = std::max({steepest, most[axis], -least[axis]});
+            if (smallest > best_slope) {
+                best = axis;
+                best_slope = smallest;
+            }
+        }
+        return best_slope < steep * steepest && part.depth < deepest_steep_box ? -1 : best;
+    }
+
+    /// A part so small that little can be in it: between nothing and all.
+    void add_unresolved(const Part& part, double box_volume)
+    {
+        const double half = 0.5 * determinant * box_volume;
+        add_both(Quantity::volume, half);
+        sums.unresolved[at(Quantity::volume)] += half;
+        // Lines along an axis meet the surface at most n times each (Crofton).
+        double area = 0.0;
+        for (int axis = 0; axis < 3; ++axis)
+            area += Degree * determinant * glm::length(glm::dvec3(axis == 0, axis == 1, axis == 2) * to_lattice) *
+                    box_volume / part.size[axis];
+        sums.unresolved[at(Quantity::area)] += area;
+        sums.unresolved[at(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
+        sums.unresolved[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
+    }
+
+    void add_graph(const Part& part, int axis)
+    {
+        Graph graph{part, axis, first_of_face(axis), second_of_face(axis), {}, glm::dvec2(0.0), glm::dvec2(1.0), 0};
+        const auto add = [&](const PatchPolynomial& edge) { graph.edges.push_back(edge); };
+        const auto plane_edge = [&](const HalfSpace& plane, double height) { add(plane_on_face(plane, axis, height)); };
+        const bool is_cap = part.cap >= 0;
+        if (part.has_surface && !is_cap) {
+            add(face_of<Degree>(part.b, axis, false));
+            add(face_of<Degree>(part.b, axis, true));
+        }
+        for (std::size_t i = 0; i < part.planes.size(); ++i) {
+            const HalfSpace& plane = part.planes[i];
+            if (!is_cap || i == static_cast<std::size_t>(part.cap)) {
+                plane_edge(plane, 0.0);
+                plane_edge(plane, 1.0);
+                // A plane that is all but parallel to the height is left to the error.
+                if (part.has_surface && is_section_sound(plane, axis))
+                    add(section<Degree>(part.b, plane, axis));
+            }
+            for (std::size_t j = 0; j < i; ++j)
+                if (!is_cap || i == static_cast<std::size_t>(part.cap) || j == static_cast<std::size_t>(part.cap))
+                    add(plane_on_plane(plane, part.planes[j], axis));
+        }
+        add_patch(graph);
+    }
+
+    /// Adds the integrals over a part of a face.
+    void add_patch(Graph& graph)
+    {
+        std::erase_if(graph.edges, [](const PatchPolynomial& edge) { return !edge.has_zeros(); });
+        const auto least_slope = [&](int axis) {
+            double least = 1.0;
+            for (const PatchPolynomial& edge : graph.edges)
+                least = std::min(least, edge.graph_slope(axis));
+            return least;
+        };
+        const double slopes[2] = {least_slope(0), least_slope(1)};
+        const int inner = slopes[0] >= slopes[1] ? 0 : 1;
+        const bool is_last = graph.depth == deepest_patch || ++patch_count > most_patches;
+        const bool is_graph = slopes[inner] > (graph.depth < deepest_steep_patch ? steep : 0.0);
+        if (is_graph || is_last) {
+            const Sums before = sums;
+            find_outer_cuts(graph, inner);
+            add_rule(graph, inner, fine_rule, sums.fine);
+            add_rule(graph, inner, coarse_rule, sums.coarse);
+            if (!is_graph) // between nothing and twice as much
+                for (std::size_t i = 0; i < quantity_count; ++i)
+                    sums.unresolved[i] += std::abs(sums.fine[i] - before.fine[i]);
+            return;
+        }
+        const int axis = graph.depth % 2;
+        for (const bool upper : {false, true}) {
+            Graph half{graph.part, graph.axis, graph.first, graph.second, {}, graph.lower, graph.size, graph.depth + 1};
+            half.size[axis] *= 0.5;
+            half.lower[axis] += upper ? half.size[axis] : 0.0;
+            for (const PatchPolynomial& edge : graph.edges)
+                half.edges.push_back(upper ? edge.part(axis, 0.5, 1.0) : edge.part(axis, 0.0, 0.5));
+            add_patch(half);
+        }
+    }
+
+    /// Where the number or the order of the edges' zeros along the inner coordinate changes.
+    void find_outer_cuts(const Graph& graph, int inner)
+    {
+        const int outer = 1 - inner;
+        outer_cuts.assign({0.0, 1.0});
+        for (const PatchPolynomial& edge : graph.edges)
+            for (const int end : {0, edge.degree[inner]})
+                for_each_root(edge.row(outer, end), [&](double s) { outer_cuts.push_back(s); });
+        std::sort(outer_cuts.begin(), outer_cuts.end());
+        if (graph.part.planes.empty())
+            return; // the surface is never on both faces: no edges cross
+
+        const std::vector<double> ends = outer_cuts;
+        for (std::size_t i = 1; i < ends.size(); ++i)
+            for (std::size_t first = 1; first < graph.edges.size(); ++first)
+                for (std::size_t second = 0; second < first; ++second) {
+                    const auto gap = [&](double s) {
+                        return zero_along(graph.edges[first], inner, s) - zero_along(graph.edges[second], inner, s);
+                    };
+                    const double margin = 1e-9 * (ends[i] - ends[i - 1]);
+                    double lower = ends[i - 1] + margin, upper = ends[i] - margin;
+                    const bool starts_below = gap(lower) < 0.0;
+                    if (!(starts_below ? gap(upper) > 0.0 : gap(lower) > 0.0 && gap(upper) < 0.0))
+                        continue; // as where one has no zero
+                    for (int halving = 0; halving < 48; ++halving) {
+                        const double middle = 0.5 * (lower + upper);
+                        ((gap(middle) < 0.0) == starts_below ? lower : upper) = middle;
+                    }
+                    outer_cuts.push_back(lower);
+                }
+        std::sort(outer_cuts.begin(), outer_cuts.end());
+    }
+
+    /// Not a number where there is none.
+    static double zero_along(const PatchPolynomial& edge, int inner, double s)
+    {
+        double zero = std::numeric_limits<double>::quiet_NaN();
+        for_each_root(edge.line(inner, s), [&](double root) { zero = root; });
+        return zero;
+    }
+
+    /// One rule on each piece between the zeros of the edges.
+    void add_rule(const Graph& graph, int inner, const std::vector<QuadratureNode>& rule,
+                  std::array<double, quantity_count>& to)
+    {
+        const int outer = 1 - inner;
+        const std::vector<double>& cuts = outer_cuts;
+        for (std::size_t i = 1; i < cuts.size(); ++i) {
+            const double width = cuts[i] - cuts[i - 1];
+            if (!(width > 1e-13))
+                continue;
+            for (const QuadratureNode& node : rule) {
+                const double s = cuts[i - 1] + width * node.position;
+                inner_cuts.assign({0.0, 1.0});
+                for (const PatchPolynomial& edge : graph.edges)
+                    for_each_root(edge.line(inner, s), [&](double root) { inner_cuts.push_back(root); });
+                std::sort(inner_cuts.begin(), inner_cuts.end());
+                for (std::size_t j = 1; j < inner_cuts.size(); ++j) {
+                    const double length = inner_cuts[j] - inner_cuts[j - 1];
+                    if (!(length > 1e-13))
+                        continue;
+                    for (const QuadratureNode& next : rule) {
+                        glm::dvec2 x;
+                        x[outer] = s;
+                        x[inner] = inner_cuts[j - 1] + length * next.position;
+                        add_height(graph, graph.lower + graph.size * x,
+                                   width * node.weight * length * next.weight * graph.size.x * graph.size.y, to);
+                    }
+                }
+            }
+        }
+    }
+
+    /// What is over one point of the face, `weight` being the area that it stands for in units of the part.
+    void add_height(const Graph& graph, const glm::dvec2& x, double weight, std::array<double, quantity_count>& to)
+    {
+        const Part& part = graph.part;
+        glm::dvec3 point;
+        point[graph.first] = x.x;
+        point[graph.second] = x.y;
+        point[graph.axis] = 0.0;
+
+        // The heights within the half-spaces.
+        double lower = 0.0, upper = 1.0, cap_height = -1.0;
+        for (std::size_t i = 0; i < part.planes.size(); ++i) {
+            const HalfSpace& plane = part.planes[i];
+            const double below = glm::dot(plane.normal, point) - plane.offset, slope = plane.normal[graph.axis];
+            if (static_cast<int>(i) == part.cap) {
+                if ((below > 0.0) == (below + slope > 0.0))
+                    return;
+                cap_height = -below / slope;
+            } else if (slope > 0.0) {
+                lower = std::max(lower, -below / slope);
+            } else if (slope < 0.0) {
+                upper = std::min(upper, -below / slope);
+            } else if (below < 0.0) {
+                return;
+            }
+        }
+        if (!(lower < upper))
+            return;
+
+        const LinePolynomial line = line_along<Degree>(part.b, graph.axis, x.x, x.y);
+        if (part.cap >= 0) {
+            if (cap_height >= lower && cap_height <= upper && line.value(cap_height) > 0.0)
+                add_cap_area(graph, weight, to);
+            return;
+        }
+        double height = 0.5;
+        bool is_met = false;
+        if (part.has_surface) {
+            // Zero is outside: a surface on the face between two cells is met in that of the solid.
+            const bool starts = line.b[0] > 0.0, ends = line.b[Degree] > 0.0;
+            is_met = starts != ends;
+            if (!starts && !ends)
+                return;
+            if (is_met) {
+                height = bracketed_root(line);
+                is_met = height >= lower && height <= upper;
+                if (starts)
+                    upper = std::min(upper, height);
+                else
+                    lower = std::max(lower, height);
+            }
+        }
+        const double box_volume = part.size.x * part.size.y * part.size.z;
+        to[at(Quantity::volume)] += determinant * box_volume * weight * std::max(upper - lower, 0.0);
+        if (is_met && options.surface) {
+            point[graph.axis] = height;
+            add_surface(part.lower + part.size * point, graph.axis, weight * box_volume / part.size[graph.axis], to);
+        }
+    }
+
+    /// At a point of the surface in the cell, over an area of a face.
+    void add_surface(const glm::dvec3& local, int axis, double face_area, std::array<double, quantity_count>& to)
+    {
+        const Jet jet = jet_in_cell<Degree>(*cell, local);
+        const glm::dvec3 gradient = jet.gradient * to_lattice;
+        const double area = determinant * face_area * glm::length(gradient) / std::abs(jet.gradient[axis]);
+        if (!std::isfinite(area))
+            return;
+        to[at(Quantity::area)] += area;
+        if (!options.curvature)
+            return;
+        const Curvature curvature =
+            curvature_of_level_surface(gradient, glm::transpose(to_lattice) * jet.hessian * to_lattice);
+        to[at(Quantity::mean_curvature)] -= sign * area * curvature.mean;
+        to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
+    }
+
+    void add_cap_area(const Graph& graph, double weight, std::array<double, quantity_count>& to) const
+    {
+        const Part& part = graph.part;
+        const glm::dvec3 normal = part.planes[static_cast<std::size_t>(part.cap)].normal / part.size;
+        const double box_volume = part.size.x * part.size.y * part.size.z;
+        to[at(Quantity::area)] += determinant * weight * (box_volume / part.size[graph.axis]) *
+                                  glm::length(normal * to_lattice) / std::abs(normal[graph.axis]);
+    }
+
+    QuadratureOptions options;
+    std::vector<QuadratureNode> fine_rule, coarse_rule;
+    glm::dmat3 to_lattice;
+    double determinant;
+    const CellCoefficients* cell = nullptr;
+    double sign = 1.0;
+    Sums sums;
+    int box_count = 0, patch_count = 0;
+    std::vector<double> outer_cuts, inner_cuts; ///< used again, to save allocations
+};
+
+CellQuadrature::CellQuadrature(int degree, const QuadratureOptions& options)
+    : method_(dispatch_degree(degree, [&](auto of_degree) -> std::unique_ptr<Method> {
+          return std::make_unique<MethodOfDegree<of_degree>>(options);
+      }))
+{
+}
+
+CellQuadrature::~CellQuadrature() = default;
+CellQuadrature::CellQuadrature(CellQuadrature&&) noexcept = default;
+
+Integrals CellQuadrature::integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces)
+{
+    return method_->integrate(cell, sign, half_spaces, -1);
+}
+
+Integrals CellQuadrature::integrate_cap(const CellCoefficients& cell, double sign,
+                                        std::span<const HalfSpace> half_spaces, std::size_t cap)
+{
+    return method_->integrate(cell, sign, half_spaces, static_cast<int>(cap));
+}
+
+} // namespace isospline

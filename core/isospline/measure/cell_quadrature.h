@@ -1,0 +1,76 @@
+// Integrals over the solid and the surface in one cell.
+#pragma once
+
+#include "isospline/brick/cutout.h"
+#include "isospline/cell/coefficients.h"
+#include "isospline/measure/gauss_legendre.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace isospline {
+
+/// What can be integrated.
+enum class Quantity { volume, area, mean_curvature, gaussian_curvature };
+inline constexpr std::size_t quantity_count = 4;
+
+/// A number and how far off it may be.
+struct Measurement {
+    double value;
+    double error;
+};
+
+/// Integrals, by quantity, and estimates of their errors.
+struct Integrals {
+    std::array<double, quantity_count> value{}, error{};
+
+    void add(const Integrals& other)
+    {
+        for (std::size_t i = 0; i < quantity_count; ++i) {
+            value[i] += other.value[i];
+            error[i] += other.error[i];
+        }
+    }
+};
+
+struct QuadratureOptions {
+    int order = 4;          ///< nodes of Gauss-Legendre rules, 2 to 10
+    bool surface = true;    ///< integrate over the surface: the area
+    bool curvature = false; ///< the curvatures, too; needs degree 2 or 3
+    glm::dmat3 lattice_to_world{1.0};
+};
+
+/// Integrates over cells, in world units. One thread at a time.
+///
+/// R. I. Saye, "High-order quadrature methods for implicitly defined surfaces and volumes in hyperrectangles", SIAM
+/// Journal on Scientific Computing 37(2), 2015. Where the Bernstein coefficients of a derivative of f have one sign the
+/// surface is a graph over a face of the cell, and the integral one over that face of a function that is smooth but
+/// for the zeros of other polynomials: f on two faces, and f on the planes of half-spaces. Where these are graphs too,
+/// what is left are integrals over intervals between roots, by Gauss-Legendre rules. Cells where this does not hold
+/// are halved.
+class CellQuadrature {
+public:
+    explicit CellQuadrature(int degree, const QuadratureOptions& options);
+    ~CellQuadrature();
+    CellQuadrature(CellQuadrature&&) noexcept;
+
+    /// Of a cell: where sign * (f - level) > 0 and within the half-spaces, which are in lattice space.
+    Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces);
+    /// The area, in the solid and in all other half-spaces, of the plane of one of them.
+    Integrals integrate_cap(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
+                            std::size_t cap);
+
+private:
+    struct Method;
+    template <int Degree>
+    struct MethodOfDegree;
+
+    std::unique_ptr<Method> method_;
+};
+
+} // namespace isospline

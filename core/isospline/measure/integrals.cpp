@@ -1,0 +1,193 @@
+#include "isospline/measure/integrals.h"
+
+#include "isospline/util/error.h"
+#include "isospline/util/parallel.h"
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace isospline {
+
+namespace {
+
+/// Planes of cells' faces are taken to be there, whatever rounding made of them: half-spaces then cut no slivers.
+HalfSpace snapped(HalfSpace half_space)
+{
+    constexpr double rounding = 1e-9;
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::dvec3 normal(0.0);
+        normal[axis] = half_space.normal[axis] < 0.0 ? -1.0 : 1.0;
+        const double nearest = std::round(half_space.offset);
+        if (glm::length(half_space.normal - normal) < 1e-13 && std::abs(half_space.offset - nearest) < rounding)
+            return {normal, nearest};
+    }
+    return half_space;
+}
+
+/// What of a brick's cells there is to integrate.
+class BrickIntegrals {
+public:
+    BrickIntegrals(const Solid& solid, const IntegralOptions& options)
+        : solid_(solid), options_(options),
+          quadrature_(solid.volume.degree(),
+                      {options.order, options.surface, options.curvature, solid.volume.lattice_to_world()}),
+          cell_volume_(std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world()))))
+    {
+        for (const HalfSpace& half_space : solid.clip_lattice)
+            clip_.push_back(snapped(half_space));
+    }
+
+    template <typename Visit>
+    void visit_cells(const Brick& brick, Side side, const Visit& visit)
+    {
+        for (int z = 0; z < brick.size.z; ++z)
+            for (int y = 0; y < brick.size.y; ++y)
+                for (int x = 0; x < brick.size.x; ++x) {
+                    const glm::ivec3 cell = brick.first + glm::ivec3(x, y, z);
+                    if (solid_.mask.empty() || !is_cut_by_mask(cell, solid_.mask, solid_.volume))
+                        visit_cell(cell, side, visit);
+                }
+    }
+
+    /// Whether the clip or the mask can take anything of a brick.
+    bool is_cut(const Brick& brick) const
+    {
+        const glm::dvec3 half = 0.5 * glm::dvec3(brick.size);
+        return !solid_.mask.empty() || std::any_of(clip_.begin(), clip_.end(), [&](const HalfSpace& cut) {
+            return glm::dot(cut.normal, glm::dvec3(brick.first) + half) - glm::dot(glm::abs(cut.normal), half) <=
+                   cut.offset;
+        });
+    }
+
+private:
+    template <typename Visit>
+    void visit_cell(const glm::ivec3& at, Side side, const Visit& visit)
+    {
+        const CellCoefficients cell(solid_.volume, solid_.threshold, at);
+        if (side == Side::unknown)
+            side = side_of_cell(cell);
+        if (side == Side::outside)
+            return;
+        crossing_.clear();
+        for (const HalfSpace& cut : clip_) {
+            const double middle = glm::dot(cut.normal, cell.lower + 0.5) - cut.offset;
+            const double reach = 0.5 * (std::abs(cut.normal.x) + std::abs(cut.normal.y) + std::abs(cut.normal.z));
+            if (middle <= -reach)
+                return;
+            if (middle <= reach)
+                crossing_.push_back(cut);
+        }
+        if (side == Side::inside && crossing_.empty())
+            return visit(at, whole_cell());
+        Integrals found = quadrature_.integrate(cell, solid_.sign, crossing_);
+        for (std::size_t i = 0; options_.caps && i < crossing_.size(); ++i)
+            found.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
+        visit(at, found);
+    }
+
+    Integrals whole_cell() const
+    {
+        Integrals whole;
+        whole.value[static_cast<std::size_t>(Quantity::volume)] = cell_volume_;
+        return whole;
+    }
+
+    Side side_of_cell(const CellCoefficients& cell) const
+    {
+        const int count = solid_.volume.degree() + 1;
+        double least = cell(0, 0, 0) * solid_.sign, most = least;
+        for (int k = 0; k < count; ++k)
+            for (int j = 0; j < count; ++j)
+                for (int i = 0; i < count; ++i) {
+                    const double coefficient = solid_.sign * cell(i, j, k);
+                    least = std::min(least, coefficient);
+                    most = std::max(most, coefficient);
+                }
+        return side_of(least, most);
+    }
+
+    const Solid& solid_;
+    IntegralOptions options_;
+    CellQuadrature quadrature_;
+    double cell_volume_;
+    std::vector<HalfSpace> clip_, crossing_;
+};
+
+void check(const Solid& solid, const IntegralOptions& options)
+{
+    if (options.order < 2 || options.order > 10)
+        throw_invalid("order", "2 to 10", options.order);
+    if (options.curvature && solid.volume.degree() < 2)
+        throw_invalid("degree", "2 or 3 of a volume whose surfaces have curvatures: those of degree 1 have creases",
+                      solid.volume.degree());
+}
+
+/// Calls `visit(octet index, child, brick, side)` for all bricks that may hold a part of the solid, in parallel over
+/// octets; `make()` gives what a chunk of octets works with.
+template <typename Make, typename Visit>
+void for_each_brick(const Solid& solid, const Make& make, const Visit& visit, const Progress& progress)
+{
+    const auto& octets = solid.ranges.octets();
+    const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
+    parallel_for(
+        octets.size(), 1,
+        [&](std::size_t begin, std::size_t end) {
+            auto work = make();
+            for (std::size_t octet = begin; octet < end; ++octet)
+                for (int child = 0; child < 8; ++child) {
+                    const glm::ivec3 place = 2 * at_place(solid.ranges.shape(), octet) + child_position(child);
+                    if (place.x >= bricks.x || place.y >= bricks.y || place.z >= bricks.z)
+                        continue;
+                    const BrickRanges::Range range = octets[octet].brick(static_cast<std::size_t>(child));
+                    double least = solid.sign * (static_cast<double>(range.lower) - solid.threshold);
+                    double most = solid.sign * (static_cast<double>(range.upper) - solid.threshold);
+                    if (solid.sign < 0.0)
+                        std::swap(least, most);
+                    if (const Side side = side_of(least, most); side != Side::outside)
+                        visit(work, octet, brick_at(solid.volume.cell_shape(), place), side);
+                }
+        },
+        progress);
+}
+
+} // namespace
+
+Integrals integrate(const Solid& solid, const IntegralOptions& options, const Progress& progress)
+{
+    check(solid, options);
+    const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
+    // Sums of octets, added up in their order, do not depend on threads.
+    std::vector<Integrals> sums(solid.ranges.octets().size());
+    for_each_brick(
+        solid, [&] { return BrickIntegrals(solid, options); },
+        [&](BrickIntegrals& work, std::size_t octet, const Brick& brick, Side side) {
+            if (side == Side::inside && !work.is_cut(brick)) {
+                const double cells = static_cast<double>(brick.size.x) * brick.size.y * brick.size.z;
+                sums[octet].value[static_cast<std::size_t>(Quantity::volume)] += cells * cell_volume;
+                return;
+            }
+            work.visit_cells(brick, side, [&](const glm::ivec3&, const Integrals& found) { sums[octet].add(found); });
+        },
+        progress);
+    Integrals total;
+    for (const Integrals& sum : sums)
+        total.add(sum);
+    return total;
+}
+
+void for_each_solid_cell(const Solid& solid, const IntegralOptions& options,
+                         const std::function<void(const glm::ivec3&, const Integrals&)>& visit,
+                         const Progress& progress)
+{
+    check(solid, options);
+    for_each_brick(
+        solid, [&] { return BrickIntegrals(solid, options); },
+        [&](BrickIntegrals& work, std::size_t, const Brick& brick, Side side) { work.visit_cells(brick, side, visit); },
+        progress);
+}
+
+} // namespace isospline

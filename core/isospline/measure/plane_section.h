@@ -1,0 +1,176 @@
+// Polynomials over a face of a box: of a polynomial on its faces and on planes, and of planes.
+#pragma once
+
+#include "isospline/brick/cutout.h"
+#include "isospline/math/bernstein_box.h"
+#include "isospline/measure/polynomial.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace isospline {
+
+/// The coordinates of the face across an axis: the other two axes, ascending.
+constexpr int first_of_face(int axis)
+{
+    return axis == 0 ? 1 : 0;
+}
+constexpr int second_of_face(int axis)
+{
+    return axis == 2 ? 1 : 2;
+}
+
+/// The item of b that is `i` along the first coordinate of the face, `j` along the second, `k` along the axis.
+template <int Degree>
+constexpr std::size_t item_over_face(int axis, int i, int j, int k)
+{
+    return axis == 0   ? bernstein_item<Degree>(k, i, j)
+           : axis == 1 ? bernstein_item<Degree>(i, k, j)
+                       : bernstein_item<Degree>(i, j, k);
+}
+
+/// On the lower or upper face.
+template <int Degree>
+PatchPolynomial face_of(const BernsteinBox<Degree>& b, int axis, bool upper)
+{
+    PatchPolynomial face{{Degree, Degree}, {}};
+    for (int j = 0; j <= Degree; ++j)
+        for (int i = 0; i <= Degree; ++i)
+            face.item(i, j) = b[item_over_face<Degree>(axis, i, j, upper ? Degree : 0)];
+    return face;
+}
+
+/// Bernstein polynomials of degree Degree at s.
+template <int Degree>
+std::array<double, Degree + 1> bernstein_values(double s)
+{
+    std::array<double, Degree + 1> values{1.0};
+    for (int degree = 1; degree <= Degree; ++degree) {
+        values[degree] = s * values[degree - 1];
+        for (int i = degree - 1; i > 0; --i)
+            values[i] = s * values[i - 1] + (1.0 - s) * values[i];
+        values[0] *= 1.0 - s;
+    }
+    return values;
+}
+
+/// Along an axis, over a point of the face.
+template <int Degree>
+LinePolynomial line_along(const BernsteinBox<Degree>& b, int axis, double x, double y)
+{
+    const auto of_x = bernstein_values<Degree>(x), of_y = bernstein_values<Degree>(y);
+    LinePolynomial line{Degree, {}};
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i <= Degree; ++i)
+                line.b[k] += of_x[i] * of_y[j] * b[item_over_face<Degree>(axis, i, j, k)];
+    return line;
+}
+
+/// a + b x + c y.
+inline PatchPolynomial linear_patch(double constant, double along_x, double along_y)
+{
+    PatchPolynomial patch{{1, 1}, {}};
+    for (int j = 0; j <= 1; ++j)
+        for (int i = 0; i <= 1; ++i)
+            patch.item(i, j) = constant + i * along_x + j * along_y;
+    return patch;
+}
+
+/// <normal, x> - offset at one height.
+inline PatchPolynomial plane_on_face(const HalfSpace& plane, int axis, double height)
+{
+    return linear_patch(plane.normal[axis] * height - plane.offset, plane.normal[first_of_face(axis)],
+                        plane.normal[second_of_face(axis)]);
+}
+
+/// Zero below the line where two planes meet.
+inline PatchPolynomial plane_on_plane(const HalfSpace& a, const HalfSpace& b, int axis)
+{
+    const auto difference = [&](double of_a, double of_b) { return of_a * b.normal[axis] - of_b * a.normal[axis]; };
+    const int first = first_of_face(axis), second = second_of_face(axis);
+    return linear_patch(-difference(a.offset, b.offset), difference(a.normal[first], b.normal[first]),
+                        difference(a.normal[second], b.normal[second]));
+}
+
+/// Whether a plane is so far from parallel to the axis that a polynomial can be followed along it.
+inline bool is_section_sound(const HalfSpace& plane, int axis)
+{
+    const glm::dvec3 normal = glm::abs(plane.normal);
+    return normal[axis] >= 0.02 * std::max({normal.x, normal.y, normal.z});
+}
+
+/// From values at Chebyshev-Lobatto nodes to Bernstein coefficients.
+template <int Degree>
+struct BernsteinInterpolation {
+    static constexpr int count = Degree + 1;
+
+    BernsteinInterpolation()
+    {
+        // The inverse of the matrix of Bernstein polynomials at the nodes, by Gauss and Jordan.
+        std::array<std::array<double, 2 * count>, count> rows{};
+        for (int i = 0; i < count; ++i) {
+            nodes[i] = 0.5 - 0.5 * std::cos(std::numbers::pi * i / Degree);
+            const auto values = bernstein_values<Degree>(nodes[i]);
+            std::copy(values.begin(), values.end(), rows[i].begin());
+            rows[i][count + i] = 1.0;
+        }
+        for (int column = 0; column < count; ++column) {
+            int pivot = column;
+            for (int i = column; i < count; ++i)
+                if (std::abs(rows[i][column]) > std::abs(rows[pivot][column]))
+                    pivot = i;
+            std::swap(rows[pivot], rows[column]);
+            const double scale = 1.0 / rows[column][column];
+            for (double& number : rows[column])
+                number *= scale;
+            for (int i = 0; i < count; ++i) {
+                const double factor = i == column ? 0.0 : rows[i][column];
+                for (int j = 0; j < 2 * count; ++j)
+                    rows[i][j] -= factor * rows[column][j];
+            }
+        }
+        for (int i = 0; i < count; ++i)
+            std::copy_n(rows[i].begin() + count, count, inverse[i].begin());
+    }
+
+    std::array<double, count> nodes;
+    std::array<std::array<double, count>, count> inverse;
+};
+
+/// A polynomial on a plane, as one over the face: of degree 2 n along both coordinates, as height is linear in them.
+template <int Degree>
+PatchPolynomial section(const BernsteinBox<Degree>& b, const HalfSpace& plane, int axis)
+{
+    static const BernsteinInterpolation<2 * Degree> interpolation;
+    constexpr int count = 2 * Degree + 1;
+    const double slope = plane.normal[axis];
+    std::array<std::array<double, count>, count> values{}; // by y, then x; then of coefficients along x
+    for (int j = 0; j < count; ++j) {
+        std::array<double, count> row;
+        for (int i = 0; i < count; ++i) {
+            const double x = interpolation.nodes[i], y = interpolation.nodes[j];
+            const double height =
+                (plane.offset - plane.normal[first_of_face(axis)] * x - plane.normal[second_of_face(axis)] * y) / slope;
+            row[i] = line_along<Degree>(b, axis, x, y).value(height);
+        }
+        for (int i = 0; i < count; ++i)
+            for (int from = 0; from < count; ++from)
+                values[j][i] += interpolation.inverse[i][from] * row[from];
+    }
+    PatchPolynomial patch{{2 * Degree, 2 * Degree}, {}};
+    for (int j = 0; j < count; ++j)
+        for (int i = 0; i < count; ++i)
+            for (int from = 0; from < count; ++from)
+                patch.item(i, j) += interpolation.inverse[j][from] * values[from][i];
+    return patch;
+}
+
+} // namespace isospline

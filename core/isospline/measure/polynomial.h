@@ -1,0 +1,164 @@
+// Polynomials of one and two variables in Bernstein form on [0, 1], of degrees that are known when they are made.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace isospline {
+
+/// The largest degree along an axis: that of a cubic cell on an oblique plane.
+inline constexpr int largest_polynomial_degree = 6;
+
+/// A polynomial of one variable.
+struct LinePolynomial {
+    int degree = 0;
+    std::array<double, largest_polynomial_degree + 1> b{};
+
+    double value(double s) const
+    {
+        std::array<double, largest_polynomial_degree + 1> row = b;
+        for (int left = degree; left > 0; --left)
+            for (int i = 0; i < left; ++i)
+                row[i] += s * (row[i + 1] - row[i]);
+        return row[0];
+    }
+
+    /// The polynomial on [begin, end], as one on [0, 1] again.
+    LinePolynomial part(double begin, double end) const
+    {
+        LinePolynomial upper{degree, b};
+        for (int left = degree; left > 0; --left) // the part from `begin` on
+            for (int i = 0; i < left; ++i)
+                upper.b[i] += begin * (upper.b[i + 1] - upper.b[i]);
+        LinePolynomial both{degree, upper.b};
+        const double s = begin < 1.0 ? (end - begin) / (1.0 - begin) : 1.0;
+        for (int done = 1; done <= degree; ++done)
+            for (int i = degree; i >= done; --i)
+                both.b[i] = both.b[i - 1] + s * (both.b[i] - both.b[i - 1]);
+        return both;
+    }
+};
+
+/// Whether coefficients have both signs, zero counting as positive.
+template <typename Coefficients>
+inline bool has_both_signs(const Coefficients& coefficients, std::size_t count)
+{
+    const auto [least, most] =
+        std::minmax_element(coefficients.begin(), coefficients.begin() + static_cast<std::ptrdiff_t>(count));
+    return *least < 0.0 && *most >= 0.0;
+}
+
+/// A root between the ends of [0, 1], where the values have opposite signs: regula falsi in the form of Illinois, kept
+/// in the bracket.
+inline double bracketed_root(const LinePolynomial& p)
+{
+    double a = 0.0, b = 1.0, at_a = p.b[0], at_b = p.b[static_cast<std::size_t>(p.degree)];
+    int side = 0;
+    for (int iteration = 0; iteration < 100 && b - a > 1e-16; ++iteration) {
+        // Bisection now and then ends what flat ends of the graph could draw out.
+        const bool halve = iteration % 8 == 7;
+        const double s = halve ? 0.5 * (a + b) : std::clamp(a + (b - a) * at_a / (at_a - at_b), a, b);
+        const double value = p.value(s);
+        if (value == 0.0 || s == a || s == b)
+            return s;
+        const bool left = (value < 0.0) == (at_a < 0.0);
+        const double moved = left ? s - a : b - s;
+        if (left) {
+            a = s;
+            at_a = value;
+            at_b *= side == 1 && !halve ? 0.5 : 1.0;
+        } else {
+            b = s;
+            at_b = value;
+            at_a *= side == -1 && !halve ? 0.5 : 1.0;
+        }
+        side = halve ? 0 : left ? 1 : -1;
+        if (moved < 1e-16)
+            break;
+    }
+    return 0.5 * (a + b);
+}
+
+/// Calls `visit(s)` for the roots in [0, 1] where the sign changes, in ascending order.
+template <typename Visit>
+void for_each_root(const LinePolynomial& p, const Visit& visit, double begin = 0.0, double end = 1.0)
+{
+    const auto count = static_cast<std::size_t>(p.degree) + 1;
+    if (p.degree == 0 || !has_both_signs(p.b, count))
+        return;
+    int changes = 0;
+    for (std::size_t i = 1; i < count; ++i)
+        changes += (p.b[i] < 0.0) != (p.b[i - 1] < 0.0);
+    if (changes == 1) {
+        visit(begin + (end - begin) * bracketed_root(p));
+        return;
+    }
+    if (end - begin < 1e-14)
+        return;
+    const double middle = 0.5 * (begin + end);
+    for_each_root(p.part(0.0, 0.5), visit, begin, middle);
+    for_each_root(p.part(0.5, 1.0), visit, middle, end);
+}
+
+/// A polynomial of two variables.
+struct PatchPolynomial {
+    std::array<int, 2> degree{};
+    std::array<double, (largest_polynomial_degree + 1) * (largest_polynomial_degree + 1)> b{};
+
+    std::size_t count() const { return static_cast<std::size_t>((degree[0] + 1) * (degree[1] + 1)); }
+    double& item(int i, int j) { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
+    double item(int i, int j) const { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
+    bool has_zeros() const { return has_both_signs(b, count()); }
+
+    /// The coefficients along an axis, at one place of the other.
+    LinePolynomial row(int axis, int at) const
+    {
+        LinePolynomial line{degree[axis], {}};
+        for (int i = 0; i <= degree[axis]; ++i)
+            line.b[i] = axis == 0 ? item(i, at) : item(at, i);
+        return line;
+    }
+
+    /// The polynomial along an axis, where the other coordinate is s.
+    LinePolynomial line(int axis, double s) const
+    {
+        LinePolynomial line{degree[axis], {}};
+        for (int i = 0; i <= degree[axis]; ++i)
+            line.b[i] = row(1 - axis, i).value(s);
+        return line;
+    }
+
+    /// On [lower, upper], as one on the unit square again.
+    PatchPolynomial part(int axis, double begin, double end) const
+    {
+        PatchPolynomial result{degree, {}};
+        for (int at = 0; at <= degree[1 - axis]; ++at) {
+            const LinePolynomial line = row(axis, at).part(begin, end);
+            for (int i = 0; i <= degree[axis]; ++i)
+                (axis == 0 ? result.item(i, at) : result.item(at, i)) = line.b[i];
+        }
+        return result;
+    }
+
+    /// How steep its zeros are at most, as graphs over the other axis: at least 0 where it neither grows here and falls
+    /// there along this one, the least slope along this axis over the largest along any.
+    double graph_slope(int axis) const
+    {
+        double least[2] = {1e300, 1e300}, most[2] = {-1e300, -1e300};
+        for (int along = 0; along < 2; ++along)
+            for (int at = 0; at <= degree[1 - along]; ++at) {
+                const LinePolynomial line = row(along, at);
+                for (int i = 0; i < degree[along]; ++i) {
+                    const double slope = degree[along] * (line.b[i + 1] - line.b[i]);
+                    least[along] = std::min(least[along], slope);
+                    most[along] = std::max(most[along], slope);
+                }
+            }
+        const double steepest = std::max(std::max(most[0], -least[0]), std::max(most[1], -least[1]));
+        return std::max(least[axis], -most[axis]) / steepest;
+    }
+};
+
+} // namespace isospline

@@ -1,0 +1,20 @@
+// The solid that an isosurface bounds, for what is measured of it.
+#pragma once
+
+#include "isospline/measure/solid.h"
+#include "isospline/shell/isosurface.h"
+
+namespace isospline {
+
+/// Of a surface, which must outlive it.
+inline Solid solid_of(const IsosurfaceSnapshot& surface)
+{
+    return {surface.volume(),
+            *surface.shared_ranges(),
+            surface.threshold(),
+            surface.options().inside == Inside::above ? 1.0 : -1.0,
+            surface.options().shell.mask,
+            surface.clip_lattice()};
+}
+
+} // namespace isospline
