@@ -12,6 +12,8 @@ void bind_material(pybind11::module_& module);
 void bind_clip(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_measure(pybind11::module_& module);
+void bind_scene_points(pybind11::module_& module);
+void bind_surface_points(pybind11::module_& module);
 void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_surface_mesh(pybind11::module_& module);

@@ -188,6 +188,10 @@ std::string representation(const Measurement& measurement)
 void bind_measure(py::module_& module)
 {
     py::class_<Measurement>(module, "Measurement", measurement_doc)
+        .def(py::init([](double value, double error) {
+                 return Measurement{value, error};
+             }),
+             py::arg("value"), py::arg("error"))
         .def_readonly("value", &Measurement::value, "The number.")
         .def_readonly("error", &Measurement::error, "An estimate of how far off it may be, at least 0.")
         .def("__float__", [](const Measurement& measurement) { return measurement.value; })

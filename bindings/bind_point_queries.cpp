@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "long_call.h"
 #include "results.h"
+#include "points.h"
 
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
@@ -147,14 +148,6 @@ Examples
 array([-0.15,  0.25,  0.15])
 )";
 
-/// Throws where a point is not finite.
-void check_points(const RowArray& points)
-{
-    for (std::size_t row = 0; row < points.count(); ++row)
-        if (const glm::dvec3 point = points.vector(row); !is_finite(point))
-            throw_invalid("points", "finite numbers", to_text(point) + " in point " + std::to_string(row));
-}
-
 py::array_t<bool> contains_points(const Isosurface& surface, const py::object& points)
 {
     const RowArray rows(points, "points", 3);
@@ -188,12 +181,7 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
     long_call("to find " + std::to_string(points.count()) + " nearest points", py::none(),
               [&](const Progress& progress) {
                   check_points(points);
-                  constexpr double largest = 1e100; // squares are finite
-                  for (std::size_t row = 0; row < points.count(); ++row)
-                      for (std::size_t axis = 0; axis < 3; ++axis)
-                          if (std::abs(points(row, axis)) > largest)
-                              throw_invalid("points", "coordinates of at most 1e100",
-                                            to_text(points.vector(row)) + " in point " + std::to_string(row));
+                  check_reach(points);
                   ClosestPointFinder check(surface, options); // of the options, also where there are no points
                   parallel_for(
                       points.count(), 64,

@@ -22,6 +22,8 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
     isospline::bind_scene_objects(module);
+    isospline::bind_scene_points(module);
+    isospline::bind_surface_points(module);
     isospline::bind_secondary_rays(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);

@@ -42,6 +42,7 @@ from ._core import (
 )
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
+from .distances import SurfaceDistance, hausdorff_distance, surface_distance
 from .image import Image
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
@@ -87,10 +88,12 @@ __all__ = [
     "RectangleLight",
     "Scene",
     "SphereLight",
+    "SurfaceDistance",
     "Volume",
     "VolumeData",
     "VoxelHopper",
     "camera_for",
+    "hausdorff_distance",
     "read_mesh",
     "read_volume",
     "render",
@@ -98,6 +101,7 @@ __all__ = [
     "ridges_and_valleys",
     "set_thread_count",
     "suggest_levels",
+    "surface_distance",
     "thread_count",
     "turntable",
     "volumes",

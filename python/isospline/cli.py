@@ -1,4 +1,4 @@
-"""The command line: ``isospline info FILE``, ``isospline render FILE -o OUT`` and ``isospline mesh FILE -o OUT``."""
+"""The command line: ``isospline info``, ``measure``, ``mesh`` and ``render FILE``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def main(argv=None):
         warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
         try:
             given = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(info, render, mesh).parse_args(given)
+            arguments = make_parser(info, measure, render, mesh).parse_args(given)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -61,6 +61,28 @@ def info(arguments):
     encoding = sys.stdout.encoding or "ascii"
     unicode = encoding.lower().startswith("utf")
     print(describe(summary, shutil.get_terminal_size().columns, unicode))
+
+
+def measure(arguments):
+    """Tell volume, area and curvature of an isosurface."""
+    from .summary import describe_measures
+
+    clip = _clip(arguments)
+    data = _read(arguments)
+    level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
+    volume = _volume(data, arguments)
+    surface = isospline.Isosurface(volume, level, clip=clip, capped=arguments.capped, inside=arguments.inside)
+    names = ["enclosed_volume", "area"]
+    names += ["mean_curvature", "gaussian_curvature"] if volume.degree > 1 else []
+    found = {}
+    for name in names:
+        with _progress(name.replace("_", " "), arguments) as progress:
+            found[name] = getattr(surface, name)(order=arguments.order, progress=progress)
+    if arguments.json:
+        numbers = {name: {"value": each.value, "error": each.error} for name, each in found.items()}
+        print(json.dumps({"path": str(arguments.file), "level": level, **numbers}, indent=2))
+    else:
+        print(describe_measures(arguments.file, level, found))
 
 
 def render(arguments):

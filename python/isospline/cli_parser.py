@@ -23,8 +23,8 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"isospline: error: {message} (try {self.prog} --help)\n")
 
 
-def make_parser(info, render, mesh):
-    """The parser of the command line; `info`, `render` and `mesh` are what its commands call."""
+def make_parser(info, measure, render, mesh):
+    """The parser of the command line; `info`, `measure`, `render` and `mesh` are what its commands call."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -47,6 +47,17 @@ def make_parser(info, render, mesh):
                             "by default a vertex on every edge of a cell that the surface crosses")
     _add_model(group)
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+    _add_clip(command, "close the solid where it is cut")
+
+    command = commands.add_parser("measure", help="tell volume, area and curvature of an isosurface")
+    _add_input(command)
+    command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
+    command.add_argument("--json", action="store_true", help="print JSON")
+    command.add_argument("--order", type=int, default=4, metavar="N", help="nodes of quadrature, 2 to 10 (default 4)")
+    command.set_defaults(run=measure)
+    group = command.add_argument_group("surface")
+    group.add_argument("-l", "--level", type=float, help="value on the surface; by default the first suggested one")
+    _add_model(group)
     _add_clip(command, "close the solid where it is cut")
 
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")

@@ -106,3 +106,12 @@ def _bytes(count):
         if count < 1024 or unit == "GiB":
             return f"{count:.0f} {unit}" if unit == "bytes" else f"{count:.1f} {unit}"
         count /= 1024
+
+
+def describe_measures(path, level, found):
+    """What was measured of the isosurface of a file, as text: a line a number, with its error."""
+    units = {"enclosed_volume": "unit^3", "area": "unit^2", "mean_curvature": "unit", "gaussian_curvature": ""}
+    lines = [str(path), f"  {'level':<20} {level:.6g}"]
+    for name, each in found.items():
+        lines.append(f"  {name.replace('_', ' '):<20} {each.value:<14.8g} +- {each.error:<8.2g} {units[name]}".rstrip())
+    return "\n".join(lines)

@@ -25,7 +25,7 @@ MAY_INCLUDE = {
     "query": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
     "polygonize": {"util", "math", "spline", "cell", "brick", "shell", "trace", "query"},
     "hopper": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
-    "scene": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
+    "scene": {"util", "math", "spline", "cell", "brick", "measure", "shell", "trace", "query"},
     "shade": {"util", "math", "spline", "shell", "trace"},
     "render": {"util", "math", "spline", "shell", "trace", "scene", "shade"},
     "io": {"util", "math"},

@@ -2,6 +2,7 @@
 
 #include "isospline/cell/jet.h"
 #include "isospline/math/bernstein_box.h"
+#include "isospline/measure/patch_quadrature.h"
 #include "isospline/measure/plane_section.h"
 #include "isospline/measure/polynomial.h"
 #include "isospline/spline/curvature.h"
@@ -24,12 +25,12 @@ constexpr std::size_t at(Quantity quantity)
     return static_cast<std::size_t>(quantity);
 }
 
-/// Halvings of a cell, and of a face; what is left is in the error.
-constexpr int deepest_box = 21, deepest_patch = 20;
-/// Parts of a cell, and of all its faces, that are looked at, at most; then none is halved any more.
-constexpr int most_boxes = 2048, most_patches = 8192;
+/// Halvings of a cell; what is left is in the error.
+constexpr int deepest_box = 21;
+/// Parts of a cell that are looked at, at most; then none is halved any more.
+constexpr int most_boxes = 2048;
 /// Up to so many halvings a graph should not be steep: the rules converge faster.
-constexpr int deepest_steep_box = 3, deepest_steep_patch = 6;
+constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
 
 /// The integrals of two rules, one node apart.
@@ -57,18 +58,8 @@ struct CellQuadrature::MethodOfDegree final : Method {
         int cap; ///< of `planes`, or -1
     };
 
-    /// The part of a face: over it, surface and planes are graphs along `axis`.
-    struct Graph {
-        const Part& part;
-        int axis, first, second;            ///< height, and the coordinates of the face
-        std::vector<PatchPolynomial> edges; ///< integrands are smooth between their zeros
-        glm::dvec2 lower, size;             ///< coordinates of the part
-        int depth;
-    };
-
     explicit MethodOfDegree(const QuadratureOptions& given)
-        : options(given), fine_rule(gauss_legendre(given.order)), coarse_rule(gauss_legendre(given.order - 1)),
-          to_lattice(glm::inverse(given.lattice_to_world)),
+        : options(given), patches(given.order), to_lattice(glm::inverse(given.lattice_to_world)),
           determinant(std::abs(glm::determinant(given.lattice_to_world)))
     {
     }
@@ -79,7 +70,8 @@ struct CellQuadrature::MethodOfDegree final : Method {
         cell = &of_cell;
         sign = of_sign;
         sums = {};
-        box_count = patch_count = 0;
+        box_count = 0;
+        patches.begin();
         Part part{{}, true, glm::dvec3(0.0), glm::dvec3(1.0), {}, 0, cap};
         for (int k = 0; k <= Degree; ++k)
             for (int j = 0; j <= Degree; ++j)
@@ -227,154 +219,56 @@ struct CellQuadrature::MethodOfDegree final : Method {
         sums.unresolved[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
     }
 
+    /// Adds the integrals over a part in which the surface, or the cap, and the planes are graphs along an axis.
     void add_graph(const Part& part, int axis)
     {
-        Graph graph{part, axis, first_of_face(axis), second_of_face(axis), {}, glm::dvec2(0.0), glm::dvec2(1.0), 0};
-        const auto add = [&](const PatchPolynomial& edge) { graph.edges.push_back(edge); };
-        const auto plane_edge = [&](const HalfSpace& plane, double height) { add(plane_on_face(plane, axis, height)); };
+        std::vector<PatchPolynomial> edges;
         const bool is_cap = part.cap >= 0;
         if (part.has_surface && !is_cap) {
-            add(face_of<Degree>(part.b, axis, false));
-            add(face_of<Degree>(part.b, axis, true));
+            edges.push_back(face_of<Degree>(part.b, axis, false));
+            edges.push_back(face_of<Degree>(part.b, axis, true));
         }
         for (std::size_t i = 0; i < part.planes.size(); ++i) {
             const HalfSpace& plane = part.planes[i];
-            if (!is_cap || i == static_cast<std::size_t>(part.cap)) {
-                plane_edge(plane, 0.0);
-                plane_edge(plane, 1.0);
+            const auto is_met = [&](std::size_t plane_index) {
+                return !is_cap || plane_index == static_cast<std::size_t>(part.cap);
+            };
+            if (is_met(i)) {
+                edges.push_back(plane_on_face(plane, axis, 0.0));
+                edges.push_back(plane_on_face(plane, axis, 1.0));
                 // A plane that is all but parallel to the height is left to the error.
                 if (part.has_surface && is_section_sound(plane, axis))
-                    add(section<Degree>(part.b, plane, axis));
+                    edges.push_back(section<Degree>(part.b, plane, axis));
             }
             for (std::size_t j = 0; j < i; ++j)
-                if (!is_cap || i == static_cast<std::size_t>(part.cap) || j == static_cast<std::size_t>(part.cap))
-                    add(plane_on_plane(plane, part.planes[j], axis));
+                if (is_met(i) || is_met(j))
+                    edges.push_back(plane_on_plane(plane, part.planes[j], axis));
         }
-        add_patch(graph);
-    }
-
-    /// Adds the integrals over a part of a face.
-    void add_patch(Graph& graph)
-    {
-        std::erase_if(graph.edges, [](const PatchPolynomial& edge) { return !edge.has_zeros(); });
-        const auto least_slope = [&](int axis) {
-            double least = 1.0;
-            for (const PatchPolynomial& edge : graph.edges)
-                least = std::min(least, edge.graph_slope(axis));
-            return least;
-        };
-        const double slopes[2] = {least_slope(0), least_slope(1)};
-        const int inner = slopes[0] >= slopes[1] ? 0 : 1;
-        const bool is_last = graph.depth == deepest_patch || ++patch_count > most_patches;
-        const bool is_graph = slopes[inner] > (graph.depth < deepest_steep_patch ? steep : 0.0);
-        if (is_graph || is_last) {
-            const Sums before = sums;
-            find_outer_cuts(graph, inner);
-            add_rule(graph, inner, fine_rule, sums.fine);
-            add_rule(graph, inner, coarse_rule, sums.coarse);
-            if (!is_graph) // between nothing and twice as much
-                for (std::size_t i = 0; i < quantity_count; ++i)
-                    sums.unresolved[i] += std::abs(sums.fine[i] - before.fine[i]);
-            return;
-        }
-        const int axis = graph.depth % 2;
-        for (const bool upper : {false, true}) {
-            Graph half{graph.part, graph.axis, graph.first, graph.second, {}, graph.lower, graph.size, graph.depth + 1};
-            half.size[axis] *= 0.5;
-            half.lower[axis] += upper ? half.size[axis] : 0.0;
-            for (const PatchPolynomial& edge : graph.edges)
-                half.edges.push_back(upper ? edge.part(axis, 0.5, 1.0) : edge.part(axis, 0.0, 0.5));
-            add_patch(half);
-        }
-    }
-
-    /// Where the number or the order of the edges' zeros along the inner coordinate changes.
-    void find_outer_cuts(const Graph& graph, int inner)
-    {
-        const int outer = 1 - inner;
-        outer_cuts.assign({0.0, 1.0});
-        for (const PatchPolynomial& edge : graph.edges)
-            for (const int end : {0, edge.degree[inner]})
-                for_each_root(edge.row(outer, end), [&](double s) { outer_cuts.push_back(s); });
-        std::sort(outer_cuts.begin(), outer_cuts.end());
-        if (graph.part.planes.empty())
-            return; // the surface is never on both faces: no edges cross
-
-        const std::vector<double> ends = outer_cuts;
-        for (std::size_t i = 1; i < ends.size(); ++i)
-            for (std::size_t first = 1; first < graph.edges.size(); ++first)
-                for (std::size_t second = 0; second < first; ++second) {
-                    const auto gap = [&](double s) {
-                        return zero_along(graph.edges[first], inner, s) - zero_along(graph.edges[second], inner, s);
-                    };
-                    const double margin = 1e-9 * (ends[i] - ends[i - 1]);
-                    double lower = ends[i - 1] + margin, upper = ends[i] - margin;
-                    const bool starts_below = gap(lower) < 0.0;
-                    if (!(starts_below ? gap(upper) > 0.0 : gap(lower) > 0.0 && gap(upper) < 0.0))
-                        continue; // as where one has no zero
-                    for (int halving = 0; halving < 48; ++halving) {
-                        const double middle = 0.5 * (lower + upper);
-                        ((gap(middle) < 0.0) == starts_below ? lower : upper) = middle;
-                    }
-                    outer_cuts.push_back(lower);
-                }
-        std::sort(outer_cuts.begin(), outer_cuts.end());
-    }
-
-    /// Not a number where there is none.
-    static double zero_along(const PatchPolynomial& edge, int inner, double s)
-    {
-        double zero = std::numeric_limits<double>::quiet_NaN();
-        for_each_root(edge.line(inner, s), [&](double root) { zero = root; });
-        return zero;
-    }
-
-    /// One rule on each piece between the zeros of the edges.
-    void add_rule(const Graph& graph, int inner, const std::vector<QuadratureNode>& rule,
-                  std::array<double, quantity_count>& to)
-    {
-        const int outer = 1 - inner;
-        const std::vector<double>& cuts = outer_cuts;
-        for (std::size_t i = 1; i < cuts.size(); ++i) {
-            const double width = cuts[i] - cuts[i - 1];
-            if (!(width > 1e-13))
-                continue;
-            for (const QuadratureNode& node : rule) {
-                const double s = cuts[i - 1] + width * node.position;
-                inner_cuts.assign({0.0, 1.0});
-                for (const PatchPolynomial& edge : graph.edges)
-                    for_each_root(edge.line(inner, s), [&](double root) { inner_cuts.push_back(root); });
-                std::sort(inner_cuts.begin(), inner_cuts.end());
-                for (std::size_t j = 1; j < inner_cuts.size(); ++j) {
-                    const double length = inner_cuts[j] - inner_cuts[j - 1];
-                    if (!(length > 1e-13))
-                        continue;
-                    for (const QuadratureNode& next : rule) {
-                        glm::dvec2 x;
-                        x[outer] = s;
-                        x[inner] = inner_cuts[j - 1] + length * next.position;
-                        add_height(graph, graph.lower + graph.size * x,
-                                   width * node.weight * length * next.weight * graph.size.x * graph.size.y, to);
-                    }
-                }
+        patches.integrate(std::move(edges), !part.planes.empty(), [&](const PatchNode& node) {
+            std::array<double, quantity_count> found{};
+            add_height(part, axis, node.position, node.weight, found);
+            for (std::size_t i = 0; i < quantity_count; ++i) {
+                (node.is_fine ? sums.fine : sums.coarse)[i] += found[i];
+                if (node.is_fine && !node.is_resolved)
+                    sums.unresolved[i] += std::abs(found[i]);
             }
-        }
+        });
     }
 
     /// What is over one point of the face, `weight` being the area that it stands for in units of the part.
-    void add_height(const Graph& graph, const glm::dvec2& x, double weight, std::array<double, quantity_count>& to)
+    void add_height(const Part& part, int axis, const glm::dvec2& x, double weight,
+                    std::array<double, quantity_count>& to)
     {
-        const Part& part = graph.part;
         glm::dvec3 point;
-        point[graph.first] = x.x;
-        point[graph.second] = x.y;
-        point[graph.axis] = 0.0;
+        point[first_of_face(axis)] = x.x;
+        point[second_of_face(axis)] = x.y;
+        point[axis] = 0.0;
 
         // The heights within the half-spaces.
         double lower = 0.0, upper = 1.0, cap_height = -1.0;
         for (std::size_t i = 0; i < part.planes.size(); ++i) {
             const HalfSpace& plane = part.planes[i];
-            const double below = glm::dot(plane.normal, point) - plane.offset, slope = plane.normal[graph.axis];
+            const double below = glm::dot(plane.normal, point) - plane.offset, slope = plane.normal[axis];
             if (static_cast<int>(i) == part.cap) {
                 if ((below > 0.0) == (below + slope > 0.0))
                     return;
@@ -390,10 +284,10 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (!(lower < upper))
             return;
 
-        const LinePolynomial line = line_along<Degree>(part.b, graph.axis, x.x, x.y);
+        const LinePolynomial line = line_along<Degree>(part.b, axis, x.x, x.y);
         if (part.cap >= 0) {
             if (cap_height >= lower && cap_height <= upper && line.value(cap_height) > 0.0)
-                add_cap_area(graph, weight, to);
+                add_cap_area(part, axis, weight, to);
             return;
         }
         double height = 0.5;
@@ -416,8 +310,8 @@ struct CellQuadrature::MethodOfDegree final : Method {
         const double box_volume = part.size.x * part.size.y * part.size.z;
         to[at(Quantity::volume)] += determinant * box_volume * weight * std::max(upper - lower, 0.0);
         if (is_met && options.surface) {
-            point[graph.axis] = height;
-            add_surface(part.lower + part.size * point, graph.axis, weight * box_volume / part.size[graph.axis], to);
+            point[axis] = height;
+            add_surface(part.lower + part.size * point, axis, weight * box_volume / part.size[axis], to);
         }
     }
 
@@ -438,24 +332,22 @@ struct CellQuadrature::MethodOfDegree final : Method {
         to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }
 
-    void add_cap_area(const Graph& graph, double weight, std::array<double, quantity_count>& to) const
+    void add_cap_area(const Part& part, int axis, double weight, std::array<double, quantity_count>& to) const
     {
-        const Part& part = graph.part;
         const glm::dvec3 normal = part.planes[static_cast<std::size_t>(part.cap)].normal / part.size;
         const double box_volume = part.size.x * part.size.y * part.size.z;
-        to[at(Quantity::area)] += determinant * weight * (box_volume / part.size[graph.axis]) *
-                                  glm::length(normal * to_lattice) / std::abs(normal[graph.axis]);
+        to[at(Quantity::area)] += determinant * weight * (box_volume / part.size[axis]) *
+                                  glm::length(normal * to_lattice) / std::abs(normal[axis]);
     }
 
     QuadratureOptions options;
-    std::vector<QuadratureNode> fine_rule, coarse_rule;
+    PatchQuadrature patches;
     glm::dmat3 to_lattice;
     double determinant;
     const CellCoefficients* cell = nullptr;
     double sign = 1.0;
     Sums sums;
-    int box_count = 0, patch_count = 0;
-    std::vector<double> outer_cuts, inner_cuts; ///< used again, to save allocations
+    int box_count = 0;
 };
 
 CellQuadrature::CellQuadrature(int degree, const QuadratureOptions& options)

@@ -1,6 +1,8 @@
 // Polynomials of one and two variables in Bernstein form on [0, 1], of degrees that are known when they are made.
 #pragma once
 
+#include "isospline/math/brent.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -50,35 +52,11 @@ inline bool has_both_signs(const Coefficients& coefficients, std::size_t count)
     return *least < 0.0 && *most >= 0.0;
 }
 
-/// A root between the ends of [0, 1], where the values have opposite signs: regula falsi in the form of Illinois, kept
-/// in the bracket.
+/// A root between the ends of [0, 1], where the values have opposite signs or one is zero.
 inline double bracketed_root(const LinePolynomial& p)
 {
-    double a = 0.0, b = 1.0, at_a = p.b[0], at_b = p.b[static_cast<std::size_t>(p.degree)];
-    int side = 0;
-    for (int iteration = 0; iteration < 100 && b - a > 1e-16; ++iteration) {
-        // Bisection now and then ends what flat ends of the graph could draw out.
-        const bool halve = iteration % 8 == 7;
-        const double s = halve ? 0.5 * (a + b) : std::clamp(a + (b - a) * at_a / (at_a - at_b), a, b);
-        const double value = p.value(s);
-        if (value == 0.0 || s == a || s == b)
-            return s;
-        const bool left = (value < 0.0) == (at_a < 0.0);
-        const double moved = left ? s - a : b - s;
-        if (left) {
-            a = s;
-            at_a = value;
-            at_b *= side == 1 && !halve ? 0.5 : 1.0;
-        } else {
-            b = s;
-            at_b = value;
-            at_a *= side == -1 && !halve ? 0.5 : 1.0;
-        }
-        side = halve ? 0 : left ? 1 : -1;
-        if (moved < 1e-16)
-            break;
-    }
-    return 0.5 * (a + b);
+    const FunctionPoint first{0.0, p.b[0]}, last{1.0, p.b[static_cast<std::size_t>(p.degree)]};
+    return brent_root([&](double s) { return p.value(s); }, first, last, 1e-16);
 }
 
 /// Calls `visit(s)` for the roots in [0, 1] where the sign changes, in ascending order.

@@ -1,9 +1,8 @@
 #include "isospline/query/closest_point.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/math/frame.h"
+#include "isospline/query/foot_proof.h"
 #include "isospline/query/free_descent.h"
-#include "isospline/query/hessian_bound.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/query/surface_descent.h"
 #include "isospline/shell/cell_tree.h"
@@ -12,6 +11,7 @@
 #include "isospline/util/check.h"
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace isospline {
 
 struct ClosestPointFinder::Search {
     virtual ~Search() = default;
-    virtual ClosestPoint find(const glm::dvec3& point_world) = 0;
+    virtual ClosestPoint find(const glm::dvec3& point_world, double max_distance) = 0;
 };
 
 template <int Degree>
@@ -42,11 +42,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         bool operator<(const Item& other) const { return bound > other.bound; } // the nearest is at the heap's top
     };
 
-    /// Cells about that of a foot in which it may be shown to be the nearest point.
-    static constexpr int reach_of_foot = 3;
-
-    SearchOfDegree(const IsosurfaceSnapshot& isosurface, const ClosestPointOptions& search_options)
-        : surface(isosurface), options(search_options), metric(surface.volume().lattice_to_world())
+    SearchOfDegree(const IsosurfaceSnapshot& isosurface, const ClosestPointOptions& search_options,
+                   const glm::dmat4& transform)
+        : surface(isosurface), options(search_options), to_world(transform * surface.volume().lattice_to_world()),
+          to_lattice(glm::inverse(to_world)), metric(to_world), proof(surface, metric)
     {
         if (options.tolerance == 0.0)
             options.tolerance = 1e-6 * metric.shortest_edge;
@@ -94,7 +93,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
 
     void push_box(const SurfaceBox<Degree>& box, const CellCoefficients& cell, double least_bound)
     {
-        if (!box.has_surface() || is_cleared(glm::ivec3(cell.lower), box.lower, box.size))
+        if (!box.has_surface() || proof.clears(glm::ivec3(cell.lower), box.lower, box.size))
             return;
         for (const HalfSpace& cut : cuts()) {
             const glm::dvec3 farthest(glm::greaterThan(cut.normal, glm::dvec3(0.0)));
@@ -128,8 +127,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
             nearest = {distance, surface.shell().cells()[box.row], found->position, true, found->is_free};
             const glm::dvec3 gradient = scalar::gradient_in_cell<Degree>(cell, found->position) * metric.to_lattice;
             if (found->is_free && glm::length(gradient) > 0.0) {
-                foot = Foot{nearest.cell, nearest.local, gradient, distance};
-                use_foot();
+                proof.begin(point, Foot{nearest.cell, nearest.local, gradient, distance});
             }
         }
     }
@@ -145,117 +143,17 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         push_box(half_of<Degree>(box, longest, true), cell, bound);
     }
 
-    /// How f bends in a cell, against the point's side of the surface at the foot; null in cells far from that.
-    const HessianBound* bend_in(const glm::ivec3& cell)
-    {
-        const glm::ivec3 from_foot = cell - foot->cell;
-        if (glm::any(glm::greaterThan(glm::abs(from_foot), glm::ivec3(reach_of_foot))) ||
-            (Degree == 1 && from_foot != glm::ivec3(0)))
-            return nullptr;
-        constexpr int count = 2 * reach_of_foot + 1;
-        const glm::ivec3 place = from_foot + reach_of_foot;
-        const auto item = static_cast<std::size_t>(place.x + count * (place.y + count * place.z));
-        if (!has_bend[item]) {
-            has_bend[item] = true;
-            const glm::dvec3 nearest_in_cell =
-                glm::clamp(foot->local - glm::dvec3(from_foot), glm::dvec3(0.0), glm::dvec3(1.0));
-            bends[item] = HessianBound::at<Degree>(CellCoefficients(surface.volume(), surface.threshold(), cell),
-                                                   nearest_in_cell, foot_is_above ? -1.0 : 1.0, metric, foot_frame);
-        }
-        return &bends[item];
-    }
-
-    /// Whether a cell bends so little that no part of the surface that is nearer than the foot is in it, given that all
-    /// cells in between bend as little. Looked at is what is at most `along` from the foot in the direction to the
-    /// point, `across` from that, and `reach` along the axes of the lattice.
-    ///
-    /// With the gradient g at the foot q and the distance d, a nearer point q + v_t + v_n n, n being the direction to
-    /// the point, has v_n > 0 and |v_t|^2 < 2 d v_n - v_n^2. On the point's side of the surface f there, but for its
-    /// sign, is at least |g| v_n - (t |v_t|^2 + 2 m |v_t| v_n + n v_n^2) / 2 by Taylor's theorem, t, m and n being the
-    /// bounds of Bend, t >= 0. That is more than v_n (|g| - t d - m |v_t| - (n - t) v_n / 2). The gradient has to be
-    /// continuous: at degree 1 it is so in a cell alone.
-    bool is_flat(const glm::ivec3& cell, double along, double across, const glm::dvec3& reach)
-    {
-        const HessianBound* const bound = bend_in(cell);
-        if (bound == nullptr)
-            return false;
-        const Bend bend = bound->bend(glm::min(reach, glm::dvec3(1.0)), metric);
-        const double tangential = std::max(bend.tangential, 0.0);
-        return tangential * foot->distance + bend.mixed * std::min(across, foot->distance) +
-                   std::max(bend.normal - tangential, 0.0) * std::min(0.5 * along, foot->distance) <=
-               foot_slope;
-    }
-
-    /// Whether a box of a cell is shown to hold no point of the surface that is nearer than the foot.
-    bool is_cleared(const glm::ivec3& cell, const glm::dvec3& lower, const glm::dvec3& size)
-    {
-        if (!foot || bend_in(cell) == nullptr)
-            return false;
-        const glm::dvec3 to_middle =
-            metric.to_world * (glm::dvec3(cell - foot->cell) + lower + 0.5 * size - foot->local);
-        const glm::dvec3 half = 0.5 * size;
-        double radius = 0.0, along = glm::dot(foot_frame[0], to_middle);
-        for (int axis = 0; axis < 3; ++axis) {
-            radius += half[axis] * glm::length(metric.to_world[axis]);
-            along += half[axis] * std::abs(glm::dot(foot_frame[0], metric.to_world[axis]));
-        }
-        if (along <= 0.0) // on the other side of the tangent plane
-            return true;
-        const double across = glm::length(to_middle) + radius;
-        const glm::dvec3 from_foot = glm::dvec3(cell - foot->cell) + lower - foot->local;
-        const glm::dvec3 reach = glm::max(glm::abs(from_foot), glm::abs(from_foot + size));
-        const glm::ivec3 first = glm::min(cell, foot->cell), last = glm::max(cell, foot->cell);
-        for (int z = first.z; z <= last.z; ++z)
-            for (int y = first.y; y <= last.y; ++y)
-                for (int x = first.x; x <= last.x; ++x)
-                    if (!is_flat({x, y, z}, along, across, reach))
-                        return false;
-        return true;
-    }
-
-    /// Prepares what tells where no point is nearer than the foot.
-    void use_foot()
-    {
-        const glm::dvec3 foot_lattice = glm::dvec3(foot->cell) + foot->local;
-        foot_slope = glm::length(foot->gradient_world);
-        foot_is_above = glm::dot(foot->gradient_world, metric.to_world * (point - foot_lattice)) > 0.0;
-        const Frame frame((foot_is_above ? 1.0 : -1.0) / foot_slope * foot->gradient_world);
-        foot_frame = {frame.z, frame.x, frame.y};
-        has_bend.fill(false);
-    }
-
     /// Looks for the nearest point around the point; whether it is proven to be that. If not, it is one to begin with.
     bool find_locally()
     {
-        foot = find_foot<Degree>(surface, metric, point);
-        if (foot && !is_shown(*foot))
-            foot.reset();
-        if (!foot)
+        proof.clear();
+        const auto foot = find_foot<Degree>(surface, metric, point);
+        if (!foot || !is_shown(*foot))
             return false;
         if (foot->distance <= options.max_distance)
             nearest = {foot->distance, foot->cell, foot->local, true, true};
-        use_foot();
-
-        // All cells that the ball about the point touches.
-        const double distance = foot->distance * (1.0 + 1e-9);
-        glm::dvec3 reach;
-        for (int axis = 0; axis < 3; ++axis)
-            reach[axis] = distance * glm::length(glm::dvec3(metric.to_lattice[0][axis], metric.to_lattice[1][axis],
-                                                            metric.to_lattice[2][axis]));
-        if (glm::any(glm::greaterThan(reach, glm::dvec3(reach_of_foot))))
-            return false;
-        const glm::ivec3 end = surface.volume().cell_shape() - 1;
-        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(point - reach)), glm::ivec3(0), end);
-        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::floor(point + reach)), glm::ivec3(0), end);
-        for (int z = first.z; z <= last.z; ++z)
-            for (int y = first.y; y <= last.y; ++y)
-                for (int x = first.x; x <= last.x; ++x) {
-                    const glm::dvec3 lower(x, y, z);
-                    if (metric.distance_bound(point, {lower, lower + 1.0}) <= distance &&
-                        !is_flat({x, y, z}, 2.0 * distance, distance, 2.0 * reach))
-                        return false;
-                }
-        return true;
+        proof.begin(point, *foot);
+        return proof.is_nearest();
     }
 
     /// Whether mask and clip leave a point.
@@ -270,9 +168,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         });
     }
 
-    ClosestPoint find(const glm::dvec3& point_world) override
+    ClosestPoint find(const glm::dvec3& point_world, double max_distance) override
     {
-        point = transform_point(surface.volume().world_to_lattice(), point_world);
+        options.max_distance = max_distance;
+        point = transform_point(to_lattice, point_world);
         nearest = {};
         if (find_locally())
             return result(point_world, std::numeric_limits<double>::infinity());
@@ -309,7 +208,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
                 push_node(node->first);
             } else {
                 for (std::uint32_t row = node->first; row < node->first + node->count; ++row) {
-                    if (is_cleared(surface.shell().cells()[row], glm::dvec3(0.0), glm::dvec3(1.0)))
+                    if (proof.clears(surface.shell().cells()[row], glm::dvec3(0.0), glm::dvec3(1.0)))
                         continue;
                     const CellCoefficients cell = enter(row);
                     push_box(surface_box<Degree>(cell, row), cell, 0.0);
@@ -342,8 +241,8 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         const CellCoefficients cell(surface.volume(), surface.threshold(), nearest.cell);
         Hit hit;
         set_surface_normal(hit, scalar::gradient_in_cell<Degree>(cell, nearest.local), surface.options().inside,
-                           surface.volume().world_to_lattice());
-        answer.position = transform_point(surface.volume().lattice_to_world(), cell.lower + nearest.local);
+                           to_lattice);
+        answer.position = transform_point(to_world, cell.lower + nearest.local);
         answer.normal = hit.normal;
         answer.distance = glm::length(answer.position - point_world);
         answer.primitive_id = surface.volume().primitive_id(nearest.cell);
@@ -361,15 +260,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
 
     const IsosurfaceSnapshot& surface;
     ClosestPointOptions options;
+    const glm::dmat4 to_world, to_lattice; ///< from the lattice to the space of the points, and back
     const LatticeMetric metric;
     const std::vector<CellTree::Node>* nodes = nullptr; ///< of the shell, once they are needed
-    std::optional<Foot> foot;                           ///< of the point, if one was found that is shown
-    double foot_slope = 0.0;                            ///< length of the gradient there
-    bool foot_is_above = false;                         ///< whether f grows from there to the point
-    glm::dmat3 foot_frame{1.0};                         ///< the direction to the point, and two across it
-    static constexpr int bend_count = (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1);
-    std::array<HessianBound, bend_count> bends;
-    std::array<bool, bend_count> has_bend{};
+    FootProof<Degree> proof;
     glm::dvec3 point{0.0}; ///< lattice space
     Nearest nearest;
     std::vector<Item> queue; ///< a heap
@@ -378,7 +272,9 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     std::vector<HalfSpace> half_spaces;    ///< faces of the cell that was entered, then cuts, in its local coordinates
 };
 
-ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options)
+ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options,
+                                       const glm::dmat4& transform)
+    : max_distance_(options.max_distance)
 {
     if (!(options.max_distance >= 0.0))
         throw_invalid("max_distance", "a number of at least 0", options.max_distance);
@@ -386,15 +282,21 @@ ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const 
     if (options.max_boxes < 1)
         throw_invalid("max_boxes", "a number above 0", options.max_boxes);
     search_ = dispatch_degree(surface.volume().degree(), [&](auto degree) -> std::unique_ptr<Search> {
-        return std::make_unique<SearchOfDegree<degree>>(surface, options);
+        return std::make_unique<SearchOfDegree<degree>>(surface, options, transform);
     });
 }
 
 ClosestPointFinder::~ClosestPointFinder() = default;
+ClosestPointFinder::ClosestPointFinder(ClosestPointFinder&&) noexcept = default;
 
 ClosestPoint ClosestPointFinder::operator()(const glm::dvec3& point_world)
 {
-    return search_->find(point_world);
+    return search_->find(point_world, max_distance_);
+}
+
+ClosestPoint ClosestPointFinder::within(const glm::dvec3& point_world, double max_distance)
+{
+    return search_->find(point_world, max_distance);
 }
 
 } // namespace isospline

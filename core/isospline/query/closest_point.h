@@ -4,6 +4,7 @@
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/hit.h"
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstdint>
@@ -31,16 +32,22 @@ struct ClosestPoint {
 
 /// Finds the nearest points of a surface, which must outlive it and keep its level.
 ///
-/// Branch and bound, nearest first: the tree of the shell's cells, then cells, then halves of cells. A part is left
-/// only where its coefficients have one sign or where all of the surface in it is proven to be farther than a point
-/// that is known, less the tolerance. Points become known by Newton's method on Lagrange's conditions.
+/// Newton's method on Lagrange's conditions leads from the point to a foot of a perpendicular, and a bound on second
+/// derivatives mostly proves at once that no part of the surface is nearer. Where it does not: branch and bound,
+/// nearest first: the tree of the shell's cells, which is built when it is first needed, then cells, then halves of
+/// cells. A part is left only where its coefficients have one sign, where that bound clears it, or where all of the
+/// surface in it is proven to be farther than a point that is known, less the tolerance.
 class ClosestPointFinder {
 public:
-    /// Throws std::invalid_argument where an option is negative or not a number. Builds the tree of the shell, if it is
-    /// the first.
-    explicit ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options = {});
+    /// Throws std::invalid_argument where an option is negative or not a number. `transform`, which is affine, takes
+    /// the surface's world space to the space that points, distances and normals are in.
+    explicit ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options = {},
+                                const glm::dmat4& transform = glm::dmat4(1.0));
     ~ClosestPointFinder();
+    ClosestPointFinder(ClosestPointFinder&&) noexcept;
 
+    /// The same, with another largest distance.
+    ClosestPoint within(const glm::dvec3& point_world, double max_distance);
     /// Of a finite point in world space. One thread at a time: it re-uses its memory from one point to the next.
     ClosestPoint operator()(const glm::dvec3& point_world);
 
@@ -49,6 +56,7 @@ private:
     template <int Degree>
     struct SearchOfDegree;
 
+    double max_distance_;
     std::unique_ptr<Search> search_;
 };
 

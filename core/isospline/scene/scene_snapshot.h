@@ -88,6 +88,7 @@ public:
 private:
     friend class RayCaster;
     friend class Scene;
+    friend class SceneClosestPointFinder;
     friend struct SnapshotBuilder;
     std::unique_ptr<const Impl> impl_;
 };

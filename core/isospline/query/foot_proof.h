@@ -1,0 +1,151 @@
+// Proof that no part of a surface is nearer to a point than the foot of a perpendicular.
+#pragma once
+
+#include "isospline/math/frame.h"
+#include "isospline/query/free_descent.h"
+#include "isospline/query/hessian_bound.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+namespace isospline {
+
+/// Of one point at a time, by bounds on second derivatives of f.
+template <int Degree>
+class FootProof {
+public:
+    FootProof(const IsosurfaceSnapshot& surface, const LatticeMetric& metric) : surface_(surface), metric_(metric) {}
+
+    /// Forgets the foot: nothing is proven without one.
+    void clear() { foot_.reset(); }
+
+    /// Of a point in lattice space and its foot.
+    void begin(const glm::dvec3& point, const Foot& foot)
+    {
+        point_ = point;
+        foot_ = foot;
+        const glm::dvec3 foot_lattice = glm::dvec3(foot.cell) + foot.local;
+        slope_ = glm::length(foot.gradient_world);
+        is_above_ = glm::dot(foot.gradient_world, metric_.to_world * (point - foot_lattice)) > 0.0;
+        const Frame frame((is_above_ ? 1.0 : -1.0) / slope_ * foot.gradient_world);
+        frame_ = {frame.z, frame.x, frame.y};
+        has_bend_.fill(false);
+    }
+
+    /// Whether the foot is shown to be the nearest point of the whole surface.
+    bool is_nearest()
+    {
+        // All cells that the ball about the point touches.
+        const double distance = foot_->distance * (1.0 + 1e-9);
+        glm::dvec3 reach;
+        for (int axis = 0; axis < 3; ++axis)
+            reach[axis] = distance * glm::length(glm::dvec3(metric_.to_lattice[0][axis], metric_.to_lattice[1][axis],
+                                                            metric_.to_lattice[2][axis]));
+        if (glm::any(glm::greaterThan(reach, glm::dvec3(reach_of_foot))))
+            return false;
+        const glm::ivec3 end = surface_.volume().cell_shape() - 1;
+        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(point_ - reach)), glm::ivec3(0), end);
+        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::floor(point_ + reach)), glm::ivec3(0), end);
+        for (int z = first.z; z <= last.z; ++z)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int x = first.x; x <= last.x; ++x) {
+                    const glm::dvec3 lower(x, y, z);
+                    if (metric_.distance_bound(point_, {lower, lower + 1.0}) <= distance &&
+                        !is_flat({x, y, z}, 2.0 * distance, distance, 2.0 * reach))
+                        return false;
+                }
+        return true;
+    }
+
+    /// Whether a box of a cell is shown to hold no point of the surface that is nearer than the foot.
+    bool clears(const glm::ivec3& cell, const glm::dvec3& lower, const glm::dvec3& size)
+    {
+        if (!foot_ || bend_in(cell) == nullptr)
+            return false;
+        const glm::dvec3 to_middle =
+            metric_.to_world * (glm::dvec3(cell - foot_->cell) + lower + 0.5 * size - foot_->local);
+        const glm::dvec3 half = 0.5 * size;
+        double radius = 0.0, along = glm::dot(frame_[0], to_middle);
+        for (int axis = 0; axis < 3; ++axis) {
+            radius += half[axis] * glm::length(metric_.to_world[axis]);
+            along += half[axis] * std::abs(glm::dot(frame_[0], metric_.to_world[axis]));
+        }
+        if (along <= 0.0) // on the other side of the tangent plane
+            return true;
+        const double across = glm::length(to_middle) + radius;
+        const glm::dvec3 from_foot = glm::dvec3(cell - foot_->cell) + lower - foot_->local;
+        const glm::dvec3 reach = glm::max(glm::abs(from_foot), glm::abs(from_foot + size));
+        const glm::ivec3 first = glm::min(cell, foot_->cell), last = glm::max(cell, foot_->cell);
+        for (int z = first.z; z <= last.z; ++z)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int x = first.x; x <= last.x; ++x)
+                    if (!is_flat({x, y, z}, along, across, reach))
+                        return false;
+        return true;
+    }
+
+private:
+    /// Cells about that of the foot that are looked at.
+    static constexpr int reach_of_foot = 3;
+
+    /// How f bends in a cell, against the point's side of the surface at the foot; null in cells far from that.
+    const HessianBound* bend_in(const glm::ivec3& cell)
+    {
+        const glm::ivec3 from_foot = cell - foot_->cell;
+        if (glm::any(glm::greaterThan(glm::abs(from_foot), glm::ivec3(reach_of_foot))) ||
+            (Degree == 1 && from_foot != glm::ivec3(0)))
+            return nullptr;
+        constexpr int count = 2 * reach_of_foot + 1;
+        const glm::ivec3 place = from_foot + reach_of_foot;
+        const auto item = static_cast<std::size_t>(place.x + count * (place.y + count * place.z));
+        if (!has_bend_[item]) {
+            has_bend_[item] = true;
+            const glm::dvec3 nearest_in_cell =
+                glm::clamp(foot_->local - glm::dvec3(from_foot), glm::dvec3(0.0), glm::dvec3(1.0));
+            bends_[item] = HessianBound::at<Degree>(CellCoefficients(surface_.volume(), surface_.threshold(), cell),
+                                                    nearest_in_cell, is_above_ ? -1.0 : 1.0, metric_, frame_);
+        }
+        return &bends_[item];
+    }
+
+    /// Whether a cell bends so little that no part of the surface that is nearer than the foot is in it, given that all
+    /// cells in between bend as little. Looked at is what is at most `along` from the foot in the direction to the
+    /// point, `across` from that, and `reach` along the axes of the lattice.
+    ///
+    /// With the gradient g at the foot q and the distance d, a nearer point q + v_t + v_n n, n being the direction to
+    /// the point, has v_n > 0 and |v_t|^2 < 2 d v_n - v_n^2. On the point's side of the surface f there, but for its
+    /// sign, is at least |g| v_n - (t |v_t|^2 + 2 m |v_t| v_n + n v_n^2) / 2 by Taylor's theorem, t, m and n being the
+    /// bounds of Bend, t >= 0. That is more than v_n (|g| - t d - m |v_t| - (n - t) v_n / 2). The gradient has to be
+    /// continuous: at degree 1 it is so in a cell alone.
+    bool is_flat(const glm::ivec3& cell, double along, double across, const glm::dvec3& reach)
+    {
+        const HessianBound* const bound = bend_in(cell);
+        if (bound == nullptr)
+            return false;
+        const Bend bend = bound->bend(glm::min(reach, glm::dvec3(1.0)), metric_);
+        const double tangential = std::max(bend.tangential, 0.0);
+        return tangential * foot_->distance + bend.mixed * std::min(across, foot_->distance) +
+                   std::max(bend.normal - tangential, 0.0) * std::min(0.5 * along, foot_->distance) <=
+               slope_;
+    }
+
+    const IsosurfaceSnapshot& surface_;
+    const LatticeMetric& metric_;
+    glm::dvec3 point_{0.0};
+    std::optional<Foot> foot_;
+    double slope_ = 0.0;    ///< length of the gradient at the foot
+    bool is_above_ = false; ///< whether f grows from there to the point
+    glm::dmat3 frame_{1.0}; ///< the direction to the point, and two across it
+    static constexpr int bend_count = (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1);
+    std::array<HessianBound, bend_count> bends_; ///< by cell about the foot's, where has_bend_
+    std::array<bool, bend_count> has_bend_{};
+};
+
+} // namespace isospline

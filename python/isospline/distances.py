@@ -1,0 +1,180 @@
+"""Distances between surfaces: on average, at most, and at points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._core import Isosurface, Measurement, Mesh, Scene
+
+#: Boxes that are looked at, at most, for one bound.
+MOST_BOXES = 1 << 18
+
+
+@dataclass(frozen=True)
+class SurfaceDistance:
+    """Distances of one surface from another, one-sided; of `surface_distance`.
+
+    Attributes
+    ----------
+    mean, rms : Measurement, world units
+        Over the area of the surface, with the standard error of the sampling.
+    maximum : (float, float), world units
+        A lower and an upper bound on the largest distance: the one-sided Hausdorff distance.
+    points : (N, 3) float64 array, world units
+        Points of the surface, uniform by area.
+    distances : (N,) float64 array, world units
+        Of these points: the map.
+    """
+
+    mean: Measurement
+    rms: Measurement
+    maximum: tuple[float, float]
+    points: np.ndarray
+    distances: np.ndarray
+
+    def __repr__(self):
+        mean, rms, (lower, upper) = self.mean, self.rms, self.maximum
+        return f"SurfaceDistance(mean={mean!r}, rms={rms!r}, maximum=({lower:.12g}, {upper:.12g}))"
+
+
+def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
+    """Distances of the points of an isosurface from another surface, which are not those the other way round.
+
+    Parameters
+    ----------
+    surface : Isosurface
+        With points to sample.
+    other : Isosurface, Mesh or Scene
+        What the distances are from.
+    samples : int
+        Points of the surface for the mean, the root mean square and the map.
+    seed : int
+        Of `Isosurface.sample_points`.
+    tolerance : float, world units, optional
+        Of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel.
+
+    Returns
+    -------
+    SurfaceDistance
+
+    Raises
+    ------
+    ValueError
+        For fewer than two samples, a tolerance that is not positive, and a surface or another without points.
+
+    Notes
+    -----
+    The distance from a surface changes by no more than one moves. So the distance at the centre of a box that holds a
+    part of the surface, and half the box's diagonal, bound it there; boxes with the largest bounds are cut in eight until
+    bounds and points that are known are close to each other, or there are 2^18 boxes: where surfaces are parallel, a small
+    tolerance is not reached, and the bounds say so.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.sphere(0.7)
+    >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
+    >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
+    >>> apart = isospline.surface_distance(large, small, samples=1000)
+    >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.2 + 0.25 / 12
+    (0.2, 0.2, True)
+    """
+    if not isinstance(surface, Isosurface):
+        raise TypeError(f"surface: expected an Isosurface, got {type(surface).__name__}")
+    if samples < 2:
+        raise ValueError(f"samples: expected at least 2, got {samples}")
+    edge = float(np.linalg.norm(surface.volume.affine[:3, :3], axis=0).min())
+    tolerance = 0.25 * edge if tolerance is None else tolerance
+    if not (tolerance > 0 and math.isfinite(tolerance)):
+        raise ValueError(f"tolerance: expected a finite number above 0, got {tolerance}")
+    target = _target(other)
+    points = surface.sample_points(samples, seed=seed)["points"]
+    distances = target.closest_points(points)["distances"]
+    if not np.isfinite(distances).all():
+        raise ValueError("other: expected a surface with points, got one without")
+    squares = distances**2
+    rms = math.sqrt(squares.mean())
+    square_error = squares.std(ddof=1) / math.sqrt(samples)
+    return SurfaceDistance(
+        Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
+        Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
+        _largest_distance(surface, target, float(distances.max()), tolerance),
+        points,
+        distances,
+    )
+
+
+def hausdorff_distance(surface, other, *, tolerance=None):
+    """The Hausdorff distance of two isosurfaces: the largest distance of a point of either from the other.
+
+    Parameters
+    ----------
+    surface, other : Isosurface
+        With points.
+    tolerance : float, world units, optional
+        As of `surface_distance`.
+
+    Returns
+    -------
+    (float, float), world units
+        A lower and an upper bound.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.sphere(0.7)
+    >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
+    >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
+    >>> lower, upper = isospline.hausdorff_distance(large, small, tolerance=0.02)
+    >>> lower <= 0.2 + 1e-4 and upper >= 0.2 - 1e-4 and upper - lower <= 0.02
+    True
+    """
+    there = surface_distance(surface, other, tolerance=tolerance).maximum
+    back = surface_distance(other, surface, tolerance=tolerance).maximum
+    return max(there[0], back[0]), max(there[1], back[1])
+
+
+def _target(other):
+    if isinstance(other, (Isosurface, Scene)):
+        return other
+    if isinstance(other, Mesh):
+        return Scene([other])
+    raise TypeError(f"other: expected an Isosurface, a Mesh or a Scene, got {type(other).__name__}")
+
+
+def _largest_distance(surface, target, lower, tolerance):
+    """Bounds on the largest distance of a point of the surface from the target, given that one is as far as `lower`."""
+    volume = surface.volume
+    to_world = volume.affine
+    shift = 0.5 if volume.degree % 2 == 0 else 0.0
+    centers = surface.shell.cells + (0.5 - shift)  # index space
+    half, looked_at, left_out = 0.5, 0, 0.0
+    signs = np.array([(1, y, z) for y in (-1, 1) for z in (-1, 1)])
+    while True:
+        radius = half * np.linalg.norm(signs @ to_world[:3, :3].T, axis=1).max()
+        world = centers @ to_world[:3, :3].T + to_world[:3, 3]
+        upper = target.closest_points(world)["distances"] + radius
+        looked_at += len(centers)
+        wanted = upper > lower + tolerance
+        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
+        centers, world, upper = centers[wanted], world[wanted], upper[wanted]
+        # Boxes that hold a part of the surface, and a point of it.
+        on_surface = surface.closest_points(world, max_distance=radius)
+        has_surface = np.isfinite(on_surface["distances"])
+        centers, upper, points = centers[has_surface], upper[has_surface], on_surface["points"][has_surface]
+        if len(centers) == 0:
+            return lower, max(lower, min(left_out, lower + tolerance))
+        found = target.closest_points(points)["distances"]
+        lower = max(lower, float(found.max()))
+        upper = np.minimum(upper, found + on_surface["distances"][has_surface] + radius)
+        wanted = upper > lower + tolerance
+        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
+        centers, upper = centers[wanted], upper[wanted]
+        if looked_at + 8 * len(centers) > MOST_BOXES:
+            return lower, max(lower, float(upper.max(initial=left_out)))
+        half /= 2
+        corners = np.stack(np.meshgrid(*((-half, half),) * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        centers = (centers[:, None] + corners).reshape(-1, 3)

@@ -1,0 +1,115 @@
+"""Points of surfaces, thickness, and distances between surfaces."""
+
+import math
+
+import numpy as np
+import pytest
+
+import isospline
+
+
+def sphere(radius, size=32, **options):
+    field = isospline.volumes.sphere(0.7)
+    return isospline.Isosurface(
+        isospline.Volume(field.samples(size), **field.grid(size)), 0.49 - radius**2, **options
+    )  # fmt: skip
+
+
+def test_samples_are_on_the_surface_and_uniform_by_area():
+    # An ellipsoid: its area by height is known from samples of the sphere that it is the image of.
+    field = isospline.volumes.sphere(0.7)
+    spacing = np.array([1.0, 1.0, 4.0]) / 16
+    volume = isospline.Volume(field.samples(32), spacing=spacing, origin=-15.5 * spacing)
+    surface = isospline.Isosurface(volume, field.level)
+    found = surface.sample_points(40000, seed=3)
+    x = found["points"]
+    assert abs(volume.sample(x)).max() < 1e-9
+    gradient = volume.sample(x, derivative=1)
+    normals = -gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+    np.testing.assert_allclose(found["primitive_normals"], normals, atol=1e-9)
+    heights = np.linspace(-1, 1, 20001)
+    density = np.sqrt(1 + 15 * (1 - heights**2))  # of the area of an ellipsoid with half-axes 1, 1, 4
+    cumulated = np.cumsum(density) / density.sum()
+    samples = np.sort(x[:, 2] / (0.7 * 4))
+    expected = np.interp(samples, heights, cumulated)
+    assert abs(expected - np.arange(40000) / 40000).max() < 1.95 / 200  # Kolmogorov and Smirnov, 0.1%
+    again = surface.sample_points(100, seed=3)["points"]
+    np.testing.assert_array_equal(again, x[:100])
+    assert not np.array_equal(again, surface.sample_points(100, seed=4)["points"])
+
+
+def test_samples_keep_to_cuts_and_an_empty_surface_is_an_error():
+    clip = isospline.HalfSpace((0, 0, 0.3), (0, 0, 1))
+    assert sphere(0.7, clip=clip).sample_points(500)["points"][:, 2].min() >= 0.3
+    assert sphere(0.7).sample_points(0)["points"].shape == (0, 3)
+    with pytest.warns(UserWarning, match="there is no surface"):
+        empty = sphere(0.7).with_level(1e6)
+    with pytest.raises(ValueError, match="surface: expected one with points to sample"):
+        empty.sample_points(1)
+    with pytest.raises(ValueError, match="count: expected a number of at least 0, got -1"):
+        sphere(0.7).sample_points(-1)
+    with pytest.raises(ValueError, match="seed: expected 0 to 4294967295, got -1"):
+        sphere(0.7).sample_points(1, seed=-1)
+
+
+def test_thickness_of_a_torus_and_a_shell():
+    field = isospline.volumes.torus(0.6, 0.25)
+    torus = isospline.Isosurface(isospline.Volume(field.samples(64), **field.grid(64), degree=3), field.level)
+    points = torus.sample_points(300)["points"]
+    for method in ("max_sphere", "ray"):
+        # Balls are more sensitive to the spline's distance from the formula: the tube curves as much as they do.
+        np.testing.assert_allclose(torus.thickness(points, method=method), 0.5, atol=8e-3)
+
+    # Between balls of radius 0.4 and 0.7; from inside outwards rays and balls are as long as the wall is thick.
+    samples = isospline.volumes.Field(lambda p: -((np.linalg.norm(p, axis=-1) - 0.55) ** 2), None, 0.0).samples(80)
+    shell = isospline.Isosurface(isospline.Volume(samples, **field.grid(80)), -(0.15**2))
+    outer = np.array([(0.7, 0, 0), (0, 0, 0.7), (0.7 / math.sqrt(2), 0.7 / math.sqrt(2), 0)])
+    for method in ("max_sphere", "ray"):
+        np.testing.assert_allclose(shell.thickness(outer, method=method), 0.3, atol=2e-3)
+    inner = outer * (0.4 / 0.7)
+    np.testing.assert_allclose(shell.thickness(inner, method="ray"), 0.3, atol=2e-3)
+
+
+def test_thickness_where_the_solid_is_open_or_capped():
+    clip = isospline.HalfSpace((0, 0, 0), (0, 0, 1))
+    top = (0, 0, 0.7)
+    assert np.isinf(sphere(0.7, clip=clip).thickness(top, method="ray"))
+    assert abs(sphere(0.7, clip=clip, capped=True).thickness(top, method="ray") - 0.7) < 1e-4
+    with pytest.raises(ValueError, match='method: expected "max_sphere" or "ray", got "balls"'):
+        sphere(0.7).thickness(top, method="balls")
+
+
+def test_distance_of_spheres():
+    apart = isospline.surface_distance(sphere(0.7), sphere(0.5), samples=2000)
+    assert abs(apart.mean.value - 0.2) < 1e-4 and abs(apart.rms.value - 0.2) < 1e-4
+    lower, upper = apart.maximum
+    assert lower <= 0.2 + 1e-4 and 0.2 - 1e-4 <= upper <= lower + 0.25 / 16 + 1e-12
+    assert apart.distances.shape == (2000,) and apart.points.shape == (2000, 3)
+    lower, upper = isospline.hausdorff_distance(sphere(0.7), sphere(0.5))
+    assert lower - 1e-4 <= 0.2 <= upper + 1e-4
+
+
+def test_one_sided_distances_differ():
+    whole, half = sphere(0.7), sphere(0.7, clip=isospline.HalfSpace((0, 0, 0), (0, 0, 1)))
+    assert isospline.surface_distance(half, whole, samples=500).maximum[1] < 0.25 / 16 + 1e-9
+    lower, upper = isospline.surface_distance(whole, half, samples=500).maximum
+    farthest = 0.7 * math.sqrt(2)  # of the south pole from the rim
+    assert lower <= farthest + 1e-4 and farthest - 1e-4 <= upper < lower + 0.25 / 16 + 1e-9
+
+
+def test_distance_from_a_mesh(rng):
+    vertices = np.array([(-1, -1, -1), (1, -1, -1), (0, 1, -1.0)]) * 9
+    apart = isospline.surface_distance(sphere(0.7), isospline.Mesh(vertices, [(0, 1, 2)]), samples=2000)
+    assert abs(apart.mean.value - 9) < 5 * apart.mean.error
+    assert apart.maximum[0] - 1e-4 <= 9.7 <= apart.maximum[1] + 1e-4
+
+
+def test_bad_distances():
+    with pytest.raises(TypeError, match="other: expected an Isosurface, a Mesh or a Scene, got int"):
+        isospline.surface_distance(sphere(0.7), 3)
+    with pytest.raises(TypeError, match="surface: expected an Isosurface, got int"):
+        isospline.surface_distance(3, sphere(0.7))
+    with pytest.raises(ValueError, match="samples: expected at least 2, got 1"):
+        isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1)
+    with pytest.raises(ValueError, match="tolerance: expected a finite number above 0, got 0"):
+        isospline.surface_distance(sphere(0.7), sphere(0.5), tolerance=0)
