@@ -47,8 +47,8 @@ ValueError
 
 Notes
 -----
-Objects are those that `cast_rays` meets, with their transforms, shearing and mirroring ones too. Caps of isosurfaces are
-not looked at. Of objects that are equally near, it is the one with the smallest id.
+Objects are those that `cast_rays` meets, with their transforms, shearing and mirroring ones too. Caps of isosurfaces
+are not looked at. Of objects that are equally near, it is the one with the smallest id.
 
 Examples
 --------

