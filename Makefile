@@ -115,7 +115,7 @@ pip = $(python) -m pip install -q --disable-pip-version-check
 	@touch $@
 
 # The package with all that its tests need.
-with_extras := .[io,interop,test]
+with_extras := .[io,interop,view,test]
 
 # $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, where it stays, and installs the package.
 pip_install = $(pip) --no-build-isolation "$(2)" \

@@ -40,7 +40,7 @@ auto naming_memory(const std::string& what_for, const Operation& operation)
     }
 }
 
-/// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up twenty times
+/// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up a hundred times
 /// a second to deliver signals and to call the Python callable `progress(fraction)`, or none where it is None; True
 /// stands for a bar on standard error. The callable is called before the operation starts, too. A signal handler or a
 /// callable that raises, and a callable that returns a false value other than None, cancel the operation; what was
@@ -88,7 +88,7 @@ void long_call(const std::string& what_for, const pybind11::object& progress, Op
 
         bool done = false;
         while (!done) {
-            done = running.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+            done = running.wait_for(std::chrono::milliseconds(10)) == std::future_status::ready;
             if (!cancelled)
                 deliver();
         }

@@ -6,7 +6,7 @@ from . import _core, signatures
 
 signatures.attach(_core)  # before the others take functions from it
 
-from . import values, volumes
+from . import notebook, values, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
@@ -51,6 +51,7 @@ from .progressive import ProgressiveRenderer, render_progressive
 from .rendering import render
 from .results import ClosestPoints, Crossings, Hits
 from .video import write_video
+from .viewer import view
 
 __version__ = _version("isospline")
 
@@ -104,6 +105,7 @@ __all__ = [
     "surface_distance",
     "thread_count",
     "turntable",
+    "view",
     "volumes",
     "write_video",
 ]

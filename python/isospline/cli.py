@@ -1,4 +1,4 @@
-"""The command line: ``isospline info``, ``measure``, ``mesh`` and ``render FILE``."""
+"""The command line: ``isospline info``, ``view``, ``measure``, ``mesh`` and ``render FILE``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import warnings
 import isospline
 
 from .cli_parser import BAD_INPUT, join_negative, make_parser
+from .cli_view import serve, session_image
 from .interop.mesh_output import MESHES
 from .looks import looks
 
@@ -31,7 +32,7 @@ def main(argv=None):
         warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
         try:
             given = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(info, measure, render, mesh).parse_args(given)
+            arguments = make_parser(info, measure, render, mesh, view).parse_args(given)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -89,8 +90,16 @@ def render(arguments):
     """Read a volume, and write a picture, or pictures from all around, of isosurfaces of it and of meshes."""
     begin = time.perf_counter()
     _check_output(arguments)
+    if (arguments.file is None) == (arguments.session is None):
+        raise ValueError(f"FILE: expected either a file or --session, got {'both' if arguments.file else 'none'}")
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
+    if arguments.session:
+        with _progress("rendering", arguments) as progress:
+            image = session_image(arguments, progress)
+        written = _write(arguments, [image])
+        print(f"{arguments.output}: {written}, {time.perf_counter() - begin:.1f} s")
+        return
     look, lights = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
     clip = _clip(arguments)
     if arguments.denoise:
@@ -152,6 +161,11 @@ def _volume(data, arguments):
             degree=arguments.degree, boundary=arguments.boundary, filter=arguments.filter,
             smoothing=arguments.smoothing, progress=progress,
         )  # fmt: skip
+
+
+def view(arguments):
+    """Show files in the browser until Ctrl-C."""
+    serve(arguments, _reading(arguments), _say)
 
 
 def _clip(arguments):
@@ -225,17 +239,19 @@ def _write(arguments, images):
 
 
 def _read(arguments):
-    """The volume that the options tell of. On the command line all is in the order x, y, z."""
+    """The volume that the options tell of."""
+    return isospline.read_volume(arguments.file, **_reading(arguments))
+
+
+def _reading(arguments):
+    """Options of `read_volume`. On the command line all is in the order x, y, z."""
     shape = arguments.shape and arguments.shape[::-1]
     dtype = arguments.dtype
     if arguments.big_endian:
         if dtype is None:
             raise ValueError("--big-endian: expected the type of raw samples, --dtype, beside it")
         dtype = dtype.newbyteorder(">")
-    return isospline.read_volume(
-        arguments.file, shape=shape, dtype=dtype, offset=arguments.offset, spacing=arguments.spacing,
-        name=arguments.name,
-    )  # fmt: skip
+    return dict(shape=shape, dtype=dtype, offset=arguments.offset, spacing=arguments.spacing, name=arguments.name)
 
 
 def _check_output(arguments):

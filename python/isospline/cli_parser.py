@@ -23,8 +23,8 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"isospline: error: {message} (try {self.prog} --help)\n")
 
 
-def make_parser(info, measure, render, mesh):
-    """The parser of the command line; `info`, `measure`, `render` and `mesh` are what its commands call."""
+def make_parser(info, measure, render, mesh, view):
+    """The parser of the command line; its arguments are what the commands call."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
@@ -60,8 +60,12 @@ def make_parser(info, measure, render, mesh):
     _add_model(group)
     _add_clip(command, "close the solid where it is cut")
 
+    _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
+
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
-    _add_input(command)
+    _add_input(command, optional=True)
+    command.add_argument("--session", metavar="FILE",
+                         help="what the viewer saved, in place of FILE and the options of surfaces, cuts, view and light")
     command.add_argument("-o", "--output", required=True, metavar="OUT",
                          help="picture to write: .png or .exr; of a turntable .mp4 or, with numbers, turn-####.png")
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
@@ -140,8 +144,31 @@ def _add_clip(command, capped_help):
     group.add_argument("--capped", action="store_true", help=capped_help)
 
 
-def _add_input(command):
-    command.add_argument("file", metavar="FILE", help="a volume, or a folder with a DICOM series or TIFF slices")
+def _add_view(command, view):
+    command.add_argument("files", metavar="FILE", nargs="*",
+                         help="volumes, by their suffix meshes, and folders of slices")
+    command.set_defaults(run=view)
+    command.add_argument("-l", "--level", type=float, action="append",
+                         help="of every volume; may be repeated; by default the first suggested one")
+    command.add_argument("--session", metavar="FILE", help="what the viewer saved, to go on with")
+    command.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
+    _add_reading(command)
+    group = command.add_argument_group("page")
+    group.add_argument("--no-browser", action="store_true", help="only print the address")
+    group.add_argument("--port", type=int, default=0, help="to listen on; by default any that is free")
+    group.add_argument("--host", default="127.0.0.1", metavar="ADDRESS",
+                       help="to listen on (default 127.0.0.1, this machine alone); elsewhere the page wants the token "
+                            "in the address that is printed")
+    group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+
+
+def _add_input(command, optional=False):
+    command.add_argument("file", metavar="FILE", nargs="?" if optional else None,
+                         help="a volume, or a folder with a DICOM series or TIFF slices")
+    _add_reading(command)
+
+
+def _add_reading(command):
     group = command.add_argument_group("file")
     group.add_argument("--spacing", type=_numbers(3), metavar="X,Y,Z", help="instead of the file's")
     group.add_argument("--shape", type=_counts, metavar="X,Y,Z", help="samples of a raw file, x fastest")

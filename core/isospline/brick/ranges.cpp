@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
 
 namespace isospline {
 
@@ -185,6 +187,25 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
         blocks |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << first;
     }
     return blocks;
+}
+
+std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume)
+{
+    using Known = std::map<std::weak_ptr<const Volume>, std::weak_ptr<const BrickRanges>, std::owner_less<>>;
+    static std::mutex mutex;
+    static Known known;
+    {
+        const std::lock_guard lock(mutex);
+        std::erase_if(known, [](const auto& each) { return each.second.expired(); });
+        const auto found = known.find(volume);
+        if (found != known.end())
+            if (auto ranges = found->second.lock())
+                return ranges;
+    }
+    auto ranges = std::make_shared<const BrickRanges>(*volume);
+    const std::lock_guard lock(mutex);
+    known[volume] = ranges;
+    return ranges;
 }
 
 } // namespace isospline

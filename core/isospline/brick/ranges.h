@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace isospline {
@@ -54,5 +55,8 @@ private:
     std::vector<Octet> octets_;
     std::vector<BlockCodes> blocks_; ///< of brick `child` of octet i: item 8 i + child
 };
+
+/// The ranges of a volume: those that a surface of it has already, as long as one does. Any thread may call.
+std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume);
 
 } // namespace isospline

@@ -170,7 +170,7 @@ Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, Isosu
     auto common = std::make_shared<IsosurfaceSnapshot::Common>();
     for (const HalfSpace& half_space : options.clip)
         common->clip_lattice.push_back(pull_back(half_space, volume->lattice_to_world()));
-    common->ranges = ranges ? std::move(ranges) : std::make_shared<const BrickRanges>(*volume);
+    common->ranges = ranges ? std::move(ranges) : isospline::shared_ranges(volume);
     common->source = source ? std::move(source) : std::make_shared<const VolumeSource>(volume);
     common->options = std::move(options);
     common->volume = std::move(volume);

@@ -30,6 +30,9 @@ TEST_CASE("another level re-uses the ranges of bricks and gives the shell of a n
     Isosurface copy = surface;
     copy.set_level(0.5);
     REQUIRE(copy.shared_ranges() == ranges);
+    IsosurfaceOptions options;
+    options.clip = {{{0.0, 0.0, 1.0}, 2.0}};
+    REQUIRE(Isosurface(volume, 0.1, options).shared_ranges() == ranges);
     REQUIRE((copy.snapshot()->shell().cells() == Isosurface(volume, 0.5).snapshot()->shell().cells()));
     REQUIRE(surface.level() == -0.25);
 }

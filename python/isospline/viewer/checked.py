@@ -1,0 +1,151 @@
+"""Immutable records whose fields are checked: what pages and sessions hold becomes one of these or one clear error."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+import re
+
+
+class Checked:
+    """A frozen dataclass whose fields each have a check, ``field(check, default)``; `replace` checks as well."""
+
+    def __post_init__(self):
+        for each in dataclasses.fields(self):
+            object.__setattr__(self, each.name, each.metadata["check"](getattr(self, each.name), each.name))
+
+    def to_json(self):
+        """Numbers, strings, lists and dicts."""
+        return {each.name: _to_json(getattr(self, each.name)) for each in dataclasses.fields(self)}
+
+    @classmethod
+    def from_json(cls, data, where):
+        """The record of a dict; fields that it lacks have their defaults."""
+        if not isinstance(data, dict):
+            raise ValueError(f"{where}: expected an object with named values, got {type(data).__name__}")
+        fields = {each.name: each for each in dataclasses.fields(cls)}
+        for name in data:
+            if name not in fields:
+                raise ValueError(f"{where}: expected one of {', '.join(fields)}, got {name!r}")
+        none = dataclasses.MISSING
+        needed = [name for name, each in fields.items() if each.default is none and each.default_factory is none]
+        missing = [name for name in needed if name not in data]
+        if missing:
+            raise ValueError(f"{where}: expected {missing[0]}, got {', '.join(data) or 'nothing'}")
+        return cls(**data)
+
+    def replace(self, **changes):
+        """The same with other values of some fields."""
+        for name in changes:
+            if name not in {each.name for each in dataclasses.fields(self)}:
+                raise ValueError(f"{name}: expected one of {', '.join(self.to_json())}")
+        return dataclasses.replace(self, **changes)
+
+
+def field(check, default=dataclasses.MISSING):
+    """A field with its check, a function of a value and its name that returns the value or raises."""
+    return dataclasses.field(**_default(default), metadata={"check": check})
+
+
+def _default(value):
+    if isinstance(value, dict):
+        return {"default_factory": value.copy}
+    return {} if value is dataclasses.MISSING else {"default": value}
+
+
+def number(least=-math.inf, most=math.inf):
+    """A finite number within limits."""
+
+    def check(value, name):
+        real = isinstance(value, numbers.Real) and not isinstance(value, bool)
+        if not (real and math.isfinite(value) and least <= value <= most):
+            limits = f" from {least:g} to {most:g}" if math.isfinite(least) and math.isfinite(most) else ""
+            raise ValueError(f"{name}: expected a finite number{limits}, got {value!r}")
+        return float(value)
+
+    return check
+
+
+def whole(value, name):
+    """A whole number of at least 0."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"{name}: expected a whole number of at least 0, got {value!r}")
+    return value
+
+
+def flag(value, name):
+    """True or false."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{name}: expected true or false, got {value!r}")
+    return value
+
+
+def text(value, name):
+    """A string."""
+    if not isinstance(value, str):
+        raise ValueError(f"{name}: expected text, got {value!r}")
+    return value
+
+
+def choice(*options):
+    """One of some strings."""
+
+    def check(value, name):
+        if value not in options:
+            raise ValueError(f"{name}: expected one of {', '.join(options)}, got {value!r}")
+        return value
+
+    return check
+
+
+def color(value, name):
+    """A colour as pages have it, #rrggbb in sRGB."""
+    if not (isinstance(value, str) and re.fullmatch("#[0-9a-f]{6}", value.lower())):
+        raise ValueError(f"{name}: expected a colour such as #d8c3a5, got {value!r}")
+    return value.lower()
+
+
+def vector(count):
+    """So many finite numbers."""
+
+    def check(value, name):
+        if not isinstance(value, (list, tuple)) or len(value) != count:
+            raise ValueError(f"{name}: expected {count} numbers, got {value!r}")
+        return tuple(number()(each, name) for each in value)
+
+    return check
+
+
+def options(value, name):
+    """Named values, such as keyword arguments."""
+    if not isinstance(value, dict):
+        raise ValueError(f"{name}: expected an object with named values, got {type(value).__name__}")
+    return {text(key, name): each for key, each in value.items()}
+
+
+def optional(check):
+    """What the check takes, or None."""
+    return lambda value, name: None if value is None else check(value, name)
+
+
+def record(cls):
+    """A record of a class, or the dict of one."""
+    return lambda value, name: value if isinstance(value, cls) else cls.from_json(value, name)
+
+
+def records(cls):
+    """Any number of records of a class."""
+
+    def check(value, name):
+        if not isinstance(value, (list, tuple)):
+            raise ValueError(f"{name}: expected a list, got {type(value).__name__}")
+        return tuple(record(cls)(each, f"{name}[{index}]") for index, each in enumerate(value))
+
+    return check
+
+
+def _to_json(value):
+    if isinstance(value, Checked):
+        return value.to_json()
+    return [_to_json(each) for each in value] if isinstance(value, tuple) else value

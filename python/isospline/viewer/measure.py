@@ -1,0 +1,120 @@
+"""What is known of the point that was clicked on, and lists of such measurements."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from .. import _core
+from ..image import render
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A point of a surface, in world units.
+
+    Attributes
+    ----------
+    object : int
+        Id of the object in the state.
+    position, normal : (3,) tuple of float
+    index : (3,) tuple of float or None
+        Place in the volume's grid; None on a mesh, as are value and curvatures.
+    value : float or None
+        Of the volume's model.
+    mean_curvature, gaussian_curvature : float or None
+    thickness : float or None
+        Distance to where the wall ends straight behind the point; None where it does not.
+    distance : float or None
+        To the point that was measured before.
+    """
+
+    object: int
+    position: tuple
+    normal: tuple
+    index: tuple | None = None
+    value: float | None = None
+    mean_curvature: float | None = None
+    gaussian_curvature: float | None = None
+    thickness: float | None = None
+    distance: float | None = None
+
+
+def measure(scene, ids, camera, size, pixel, before=None):
+    """Measure what is seen at a pixel.
+
+    Parameters
+    ----------
+    scene : Scene
+    ids : dict
+        Geometry ids by ids of objects.
+    camera : camera of the picture
+    size : (int, int)
+        Of the picture.
+    pixel : (float, float)
+        x to the right and y downwards.
+    before : Measurement, optional
+        What to measure the distance to.
+
+    Returns
+    -------
+    Measurement or None
+        None where the picture shows the background.
+    """
+    column, row = (min(max(int(place), 0), side - 1) for place, side in zip(pixel, size))
+    ray = camera.rays(tuple(size))[row, column].reshape(1, 6)
+    outputs = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions")
+    hits = scene.cast_rays(ray, outputs=outputs)
+    if not np.isfinite(hits["t_hit"][0]):
+        return None
+    geometry = int(hits["geometry_ids"][0])
+    position, normal = hits["positions"][0], hits["primitive_normals"][0]
+    item = scene.object(geometry)
+    known = {}
+    if isinstance(item, _core.Isosurface):
+        known = _of_surface(scene, item, ray[0], int(hits["primitive_ids"][0]) < item.volume.cell_count, position)
+    inwards = scene.secondary_rays(ray, hits, -normal[None])
+    thickness = float(scene.cast_rays(inwards, outputs=("t_hit",))["t_hit"][0])
+    return Measurement(
+        object=next(id for id, each in ids.items() if each == geometry),
+        position=tuple(position.tolist()),
+        normal=tuple(normal.tolist()),
+        thickness=thickness if math.isfinite(thickness) else None,
+        distance=None if before is None else math.dist(position, before.position),
+        **known,
+    )
+
+
+def _of_surface(scene, surface, ray, is_skin, position):
+    """Index and value of a point of an isosurface, and its curvatures where it is not on a cut."""
+    volume = surface.volume
+    index = np.linalg.solve(volume.affine, np.append(position, 1.0))[:3]
+    known = {"index": tuple(index.tolist()), "value": float(volume.sample(position))}
+    if is_skin:
+        # The renderer has the formula: a picture of one pixel, whose ray is the one that was cast.
+        origin, direction = ray[:3], ray[3:] / np.linalg.norm(ray[3:])
+        up = np.eye(3)[np.argmin(np.abs(direction))]
+        camera = _core.PerspectiveCamera(origin, origin + direction, up, 1e-3)
+        mean, gaussian = render(scene, camera, size=(1, 1), layers=("curvature",)).curvature[0, 0].tolist()
+        known.update(mean_curvature=mean, gaussian_curvature=gaussian)
+    return known
+
+
+def to_csv(measurements, names):
+    """A table of measurements as CSV, with the names of the objects by their ids."""
+    vectors = ("position", "normal", "index")
+    columns = ["object"] + [f"{name}_{axis}" for name in vectors for axis in "xyz"]
+    scalars = ["value", "mean_curvature", "gaussian_curvature", "thickness", "distance"]
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns + scalars)
+    for each in map(asdict, measurements):
+        row = [names.get(each["object"], each["object"])]
+        for name in vectors:
+            row += each[name] or ("", "", "")
+        writer.writerow(row + ["" if each[name] is None else each[name] for name in scalars])
+    return file.getvalue()

@@ -1,0 +1,110 @@
+// The values of a volume, with the levels of its surfaces to drag.
+
+import {clamp} from "./geometry.js";
+import {makeSvg, tidy} from "./dom.js";
+
+const WIDTH = 310, HEIGHT = 112, TOP = 22, BOTTOM = 96;
+
+export class Histogram {
+  constructor(app, element) {
+    this.app = app;
+    this.element = element;
+    this.zoom = null; // the range that is shown, of the volume of that key
+  }
+
+  // The volume of the selected surface, or the first one.
+  source() {
+    const selected = this.app.sources.get(this.app.object(this.app.selected)?.source);
+    return selected?.kind === "volume" ? selected : [...this.app.sources.values()].find(each => each.kind === "volume");
+  }
+
+  range(source) {
+    return this.zoom?.key === source.key ? this.zoom.range : source.range;
+  }
+
+  // The step of levels: the spacing of values, or a part of the range where values have none; finer with Shift.
+  step(source) {
+    return source.spacing_of_values || (source.range[1] - source.range[0]) / 2000 || 1;
+  }
+
+  draw() {
+    const {app} = this, source = this.source();
+    this.element.hidden = !source;
+    if (!source) return;
+    const [lower, upper] = this.range(source), span = upper - lower || 1;
+    const x = value => (value - lower) / span * WIDTH;
+    const bars = source.histogram, most = Math.log1p(Math.max(...bars)), width = (source.range[1] - source.range[0] || 1) / bars.length;
+    let path = `M0,${BOTTOM}`;
+    bars.forEach((count, i) => {
+      const left = x(source.range[0] + i * width), right = x(source.range[0] + (i + 1) * width);
+      if (right < 0 || left > WIDTH) return;
+      const y = BOTTOM - (BOTTOM - TOP) * Math.log1p(count) / most;
+      path += `L${clamp(left, 0, WIDTH)},${y}L${clamp(right, 0, WIDTH)},${y}`;
+    });
+    const svg = makeSvg("svg", {viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "group", "aria-label": `Histogram of ${source.name}`},
+      makeSvg("path", {class: "bars", d: `${path}L${WIDTH},${BOTTOM}Z`}),
+      makeSvg("line", {x1: 0, x2: WIDTH, y1: BOTTOM, y2: BOTTOM, stroke: "#9aa7b3"}),
+      ...[[lower, "start"], [upper, "end"]].map(([value, anchor], i) =>
+        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, "font-size": 11, fill: "#66727f"}, tidy(value))));
+    for (const each of app.state.objects.filter(each => each.source === source.key && each.level !== null)) {
+      const place = x(each.level);
+      if (place < -1 || place > WIDTH + 1) continue;
+      const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level)}`, "aria-valuenow": each.level,
+        "data-object": each.id},
+        makeSvg("rect", {x: place - 8, y: 0, width: 16, height: BOTTOM}),
+        makeSvg("line", {x1: place, x2: place, y1: TOP - 4, y2: BOTTOM, stroke: each.color}),
+        makeSvg("circle", {cx: place, cy: TOP - 4, r: 6, fill: each.color}),
+        makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level)));
+      marker.onpointerdown = event => this.drag(event, each.id, source);
+      marker.onkeydown = event => this.key(event, each.id, source);
+      svg.append(marker);
+    }
+    svg.onwheel = event => this.zoomed(event, source);
+    svg.ondblclick = () => { this.zoom = null; this.draw(); };
+    const focused = document.activeElement?.dataset?.object;
+    this.element.replaceChildren(svg);
+    if (focused !== undefined && this.element !== document.activeElement) this.element.querySelector(`[data-object="${focused}"]`)?.focus();
+  }
+
+  setLevel(id, value, step, source) {
+    const level = clamp(Math.round(value / step) * step, ...source.range);
+    if (level !== this.app.object(id).level) this.app.changeObject(id, {level: Number(level.toPrecision(12))});
+  }
+
+  drag(event, id, source) {
+    event.preventDefault();
+    this.app.selected = id;
+    const [lower, upper] = this.range(source), pixels = this.element.clientWidth;
+    let level = this.app.object(id).level, from = event.clientX;
+    const move = now => {
+      level += (now.clientX - from) / pixels * (upper - lower) * (now.shiftKey ? 0.1 : 1);
+      from = now.clientX;
+      this.setLevel(id, level, this.step(source) * (now.shiftKey ? 0.1 : 1), source);
+    };
+    const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
+    addEventListener("pointermove", move);
+    addEventListener("pointerup", end);
+    addEventListener("pointercancel", end);
+    this.app.tell("selected");
+  }
+
+  key(event, id, source) {
+    const direction = {ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10}[event.key];
+    if (!direction) return;
+    event.preventDefault();
+    const step = this.step(source) * (event.shiftKey ? 0.1 : 1);
+    this.setLevel(id, this.app.object(id).level + direction * step, step, source);
+  }
+
+  // The wheel shows a part of the range, about the value under the hand.
+  zoomed(event, source) {
+    event.preventDefault();
+    const [lower, upper] = this.range(source), factor = Math.exp(event.deltaY * 0.002);
+    const value = lower + event.offsetX / this.element.clientWidth * (upper - lower);
+    const range = [value + (lower - value) * factor, value + (upper - value) * factor];
+    range[0] = Math.max(range[0], source.range[0]);
+    range[1] = Math.min(range[1], source.range[1]);
+    this.zoom = {key: source.key, range};
+    this.draw();
+  }
+}

@@ -1,0 +1,177 @@
+// The page's state, its socket, and who is told of what.
+
+import {Stage} from "./stage.js";
+import {Panel} from "./panel.js";
+import {Slices} from "./slices.js";
+import {make} from "./dom.js";
+
+class App {
+  constructor() {
+    this.state = null;         // what is shown, as Python's ViewState
+    this.sources = new Map();  // open volumes and meshes by key
+    this.camera = null;        // of this window
+    this.frame = null;         // what the newest picture tells of itself
+    this.defaultLimits = {};
+    this.inputs = 0;           // changes sent
+    this.sentAt = new Map();   // when, by number
+    this.latencies = [];       // milliseconds from a change to its picture
+    this.framesShown = 0;
+    this.selected = null;      // id of an object
+    this.options = {color_maps: {}, color_rules: []};
+    this.listeners = {};
+    this.cameraWaits = false;
+  }
+
+  on(name, listener) { (this.listeners[name] ??= []).push(listener); }
+  tell(name, detail) { for (const listener of this.listeners[name] ?? []) listener(detail); }
+
+  connect() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => {
+      this.retry = 300;
+      this.closed?.remove();
+      this.tell("connected");
+    };
+    this.socket.onmessage = event =>
+      typeof event.data === "string" ? this.receive(JSON.parse(event.data)) : this.receiveBinary(event.data);
+    this.socket.onclose = () => {
+      this.tell("progress", {title: null});
+      this.closed ??= this.note("The viewer is not there any more. This page goes on when it is.", true);
+      if (!this.closed.isConnected) document.getElementById("messages").append(this.closed);
+      setTimeout(() => this.connect(), this.retry = Math.min((this.retry ?? 300) * 1.5, 5000));
+    };
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  // Send what changes the picture: its number comes back with the first picture that has it.
+  change(message) {
+    this.inputs += 1;
+    this.sentAt.set(this.inputs, performance.now());
+    this.send({...message, input: this.inputs});
+  }
+
+  changeState(changes) {
+    this.state = {...this.state, ...changes};
+    this.change({type: "change", changes});
+    this.tell("state", {own: true});
+  }
+
+  changeObject(id, changes) {
+    const objects = this.state.objects.map(each => each.id === id ? {...each, ...changes} : each);
+    this.state = {...this.state, objects};
+    this.change({type: "change_object", id, changes});
+    this.tell("state", {own: true});
+  }
+
+  // Cameras are sent once a screen refresh at most.
+  moveCamera(camera) {
+    this.camera = camera;
+    if (this.cameraWaits) return;
+    this.cameraWaits = true;
+    requestAnimationFrame(() => {
+      this.cameraWaits = false;
+      this.change({type: "camera", camera: this.camera});
+      this.tell("camera");
+    });
+  }
+
+  object(id) { return this.state?.objects.find(each => each.id === id); }
+
+  receive(message) {
+    if (message.type === "state") {
+      this.defaultLimits = message.default_limits;
+      // What is on its way back from before our newest change is older than what we show.
+      if (message.input < this.inputs && this.state) return;
+      this.state = message.state;
+      if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
+      this.tell("state", {own: false});
+    } else if (message.type === "document") {
+      this.sources = new Map(message.sources.map(each => [each.key, each]));
+      this.tell("document");
+    } else if (message.type === "camera") {
+      this.camera = message.camera;
+      this.tell("camera");
+    } else if (message.type === "options") {
+      this.options = message;
+    } else if (message.type === "error") {
+      this.note(message.text);
+    } else {
+      this.tell(message.type, message);
+    }
+  }
+
+  receiveBinary(buffer) {
+    const size = new DataView(buffer).getUint32(0, true);
+    const about = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
+    const content = buffer.slice(4 + size);
+    if (about.type === "file") {
+      const url = URL.createObjectURL(new Blob([content]));
+      make("a", {href: url, download: about.name}).click();
+      setTimeout(() => URL.revokeObjectURL(url), 10000);
+    } else {
+      this.tell(about.type, {about, content});
+    }
+  }
+
+  // A message that stays until it is clicked on, or for some seconds.
+  note(text, stays = false, kind = "error") {
+    const element = make("p", {class: kind === "note" ? "note" : null, title: "Click to close"}, text);
+    element.onclick = () => element.remove();
+    document.getElementById("messages").append(element);
+    if (!stays) setTimeout(() => element.remove(), 12000);
+    return element;
+  }
+
+  async upload(files) {
+    const all = [...files];
+    if (!all.length) return;
+    this.send({type: "upload", files: all.map(file => ({name: file.name, size: file.size}))});
+    for (const file of all) {
+      for (let start = 0; start < file.size; start += 1 << 20) {
+        const part = await file.slice(start, start + (1 << 20)).arrayBuffer();
+        while (this.socket.bufferedAmount > 1 << 23) await new Promise(done => setTimeout(done, 10));
+        if (this.socket.readyState !== WebSocket.OPEN) return;
+        this.socket.send(part);
+      }
+    }
+  }
+}
+
+const app = new App();
+window.isospline = app;
+const stage = new Stage(app);
+new Slices(app);
+new Panel(app);
+
+app.on("connected", () => {
+  app.inputs = 0;
+  app.sentAt.clear();
+  app.send({type: "hello", ...stage.pixels()});
+});
+app.on("progress", ({title, fraction}) => {
+  const element = document.getElementById("progress");
+  element.hidden = title == null;
+  element.querySelector("span").textContent = title ?? "";
+  const bar = element.querySelector("progress");
+  if (fraction > 0) bar.value = fraction;
+  else bar.removeAttribute("value");
+});
+
+const drop = document.getElementById("drop");
+addEventListener("dragover", event => { event.preventDefault(); drop.hidden = false; });
+addEventListener("dragleave", event => { if (!event.relatedTarget) drop.hidden = true; });
+addEventListener("drop", event => {
+  event.preventDefault();
+  drop.hidden = true;
+  app.upload(event.dataTransfer.files);
+});
+document.getElementById("open").onchange = event => {
+  app.upload(event.target.files);
+  event.target.value = "";
+};
+app.connect();

@@ -1,0 +1,217 @@
+// The controls at the side. Each part is made anew from the state when it changes, but for what the hand is on.
+
+import {add, basis, scale} from "./geometry.js";
+import {checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
+import {boundsOf} from "./gizmo.js";
+import {Histogram} from "./histogram.js";
+
+const SHADINGS = {phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
+const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
+  "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
+// Width and level of computed tomography, in Hounsfield units.
+const WINDOWS = {"Soft tissue": [400, 40], Bone: [1800, 400], Lung: [1500, -600], Brain: [80, 40]};
+const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)", session: "Session", python: "Python"};
+
+export class Panel {
+  constructor(app) {
+    this.app = app;
+    this.histogram = new Histogram(app, document.getElementById("histogram"));
+    this.measurements = [];
+    for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
+    app.on("measurement", ({measurement}) => this.measured(measurement));
+    app.on("connected", () => { this.measurements = []; app.tell("measurements-cleared"); this.drawMeasurements(); });
+    for (const part of document.querySelectorAll("#panel details")) part.ontoggle = () => this.draw();
+    this.drawMeasurements();
+    this.drawSaves();
+  }
+
+  draw() {
+    const {app} = this;
+    if (!app.state) return;
+    this.histogram.draw();
+    this.put("objects", () => app.state.objects.map(each => this.drawObject(each)));
+    this.put("add", () => this.drawAdd());
+    this.put("light", () => this.drawLight(), true);
+    this.put("cut", () => this.drawCut(), true);
+    this.put("slicing", () => this.drawSlicing(), true);
+  }
+
+  // Replace the children of a part, after its summary, unless something in it is being used.
+  put(id, draw, afterSummary = false) {
+    const part = document.getElementById(id), active = document.activeElement;
+    if (part.contains(active) && active.matches("input:not([type=checkbox])")) {
+      // Numbers that another control has changed are shown all the same.
+      return;
+    }
+    const label = part.contains(active) ? active.getAttribute("aria-label") ?? active.textContent : null;
+    part.replaceChildren(...(afterSummary ? [part.querySelector("summary")] : []), ...draw().filter(Boolean));
+    if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();
+  }
+
+  // -- Surfaces ------------------------------------------------------------------------------------------------------
+
+  drawObject(each) {
+    const {app} = this, source = app.sources.get(each.source);
+    const change = changes => app.changeObject(each.id, changes);
+    const color = make("input", {type: "color", value: each.color, "aria-label": "Colour", title: "Colour"});
+    color.oninput = () => change({color: color.value});
+    const name = make("span", {class: "name", title: source?.path ?? source?.name}, source?.name ?? each.source);
+    name.onclick = () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); };
+    const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
+      : numberInput(`Level of ${source?.name}`, each.level, source ? this.histogram.step(source) : "any", value => change({level: value}));
+    if (each.level !== null) level.oninput = () => { if (Number.isFinite(level.valueAsNumber)) change({level: level.valueAsNumber}); };
+    const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
+      make("div", {class: "head"}, color, name, level,
+        make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show",
+          onclick: () => change({visible: !each.visible})}, each.visible ? "●" : "○"),
+        make("button", {class: "bare", title: "Remove", "aria-label": "Remove", onclick: () => {
+          app.change({type: "remove_object", id: each.id});
+        }}, "×")));
+    if (app.selected === each.id) element.append(...this.drawLook(each, change));
+    return element;
+  }
+
+  drawLook(each, change) {
+    const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
+    if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
+    for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
+    const parts = [
+      app.state.shading !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
+      field("Colour by", select("Colour by", rules, each.color_by, color_by => change({color_by, limits: null}))),
+    ];
+    if (!["color", "normal"].includes(each.color_by)) {
+      const maps = Object.fromEntries(Object.keys(app.options.color_maps).map(name => [name, name]));
+      const limits = each.limits ?? app.defaultLimits[each.id] ?? [0, 1];
+      parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
+        make("div", {class: "color-bar", style: `background: linear-gradient(to right, ${app.options.color_maps[each.cmap]?.join()})`}),
+        make("div", {class: "pair", style: "margin-top: 4px"},
+          numberInput("First value", limits[0], null, value => change({limits: [value, limits[1]]})),
+          numberInput("Last value", limits[1], null, value => change({limits: [limits[0], value]}))));
+    }
+    if (app.state.shading === "path-trace") {
+      parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
+        field("Roughness", slider("Roughness", each.roughness, 0, 1, 0.01, roughness => change({roughness}))));
+    }
+    return parts.filter(Boolean);
+  }
+
+  drawAdd() {
+    const {app} = this;
+    return [...app.sources.values()].map(source => {
+      if (source.kind === "mesh") {
+        if (app.state.objects.some(each => each.source === source.key)) return null;
+        return make("button", {onclick: () => app.change({type: "add_object", source: source.key})}, `+ ${source.name}`);
+      }
+      const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
+      const name = app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
+      return make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: between(levels, source.range)})}, name);
+    });
+  }
+
+  // -- Light ---------------------------------------------------------------------------------------------------------
+
+  drawLight() {
+    const {app} = this, {state} = app;
+    const background = make("input", {type: "color", value: state.background, "aria-label": "Background"});
+    background.oninput = () => app.changeState({background: background.value});
+    return [
+      segments("Shading", SHADINGS, state.shading, shading => app.changeState({shading})),
+      state.shading === "phong" && make("div", {class: "row"}, checkbox("Shadows", state.shadows, shadows => app.changeState({shadows}))),
+      state.shading === "outline" && field("Exponent", slider("Exponent", state.exponent, 0.2, 8, 0.1, exponent => app.changeState({exponent}))),
+      state.shading === "path-trace" && make("p", {class: "hint"}, "All surfaces are opaque. Metal and roughness are with each surface."),
+      field("Background", background),
+    ];
+  }
+
+  // -- Cut -----------------------------------------------------------------------------------------------------------
+
+  drawCut() {
+    const {app} = this, {clip} = app.state;
+    const change = changes => app.changeState({clip: {...app.state.clip, ...changes}});
+    const choose = kind => {
+      const [lower, upper] = boundsOf(app), middle = scale(add(lower, upper), 0.5);
+      if (kind === "plane") change({kind, point: middle});
+      else if (kind === "box") change({kind, minimum: middle.map((each, i) => each - 0.3 * (upper[i] - lower[i])),
+        maximum: middle.map((each, i) => each + 0.3 * (upper[i] - lower[i]))});
+      else change({kind});
+    };
+    const along = normal => () => change({normal});
+    return [
+      segments("Cut", {none: "None", plane: "Plane", box: "Box"}, clip.kind, choose),
+      clip.kind === "plane" && make("div", {class: "row"},
+        make("button", {onclick: along([1, 0, 0])}, "x"), make("button", {onclick: along([0, 1, 0])}, "y"), make("button", {onclick: along([0, 0, 1])}, "z"),
+        make("button", {onclick: () => change({normal: basis(app.camera).forward})}, "facing me"),
+        make("button", {onclick: () => change({normal: scale(app.state.clip.normal, -1)})}, "flip")),
+      clip.kind !== "none" && make("div", {class: "row"},
+        checkbox("Closed", clip.capped, capped => change({capped})),
+        clip.capped && checkbox("Values on the cut", clip.values, values => change({values}))),
+      clip.kind !== "none" && make("p", {class: "hint"}, "Drag the handles in the picture. Meshes are not cut."),
+    ];
+  }
+
+  // -- Slices --------------------------------------------------------------------------------------------------------
+
+  drawSlicing() {
+    const {app} = this, {slices} = app.state, volumes = [...app.sources.values()].filter(each => each.kind === "volume");
+    const change = changes => app.changeState({slices: {...app.state.slices, ...changes}});
+    const source = app.sources.get(slices.volume);
+    if (!source) return [make("p", {class: "hint"}, "There is no volume.")];
+    const [low, high] = slices.window ?? source.window;
+    const set = (width, level) => change({window: [level - width / 2, level + width / 2]});
+    return [
+      make("div", {class: "row"}, checkbox("Show three slices", slices.shown, shown => change({shown}))),
+      volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, each.name])), slices.volume, key => {
+        const other = app.sources.get(key);
+        change({volume: key, index: [...other.shape].reverse().map(each => (each - 1) / 2), window: other.window});
+      })),
+      field("Window", numberInput("Window", high - low, null, width => set(Math.max(width, 1e-12), (low + high) / 2))),
+      field("Level", numberInput("Window level", (low + high) / 2, null, level => set(high - low, level))),
+      source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
+        make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
+        make("button", {onclick: () => change({window: source.window})}, "All")),
+      make("p", {class: "hint"}, "In a slice: drag to move the point, the wheel goes through, the right button sets window and level."),
+    ];
+  }
+
+  // -- Measurements, and what is saved -------------------------------------------------------------------------------
+
+  measured(measurement) {
+    if (!measurement) return;
+    this.measurements.push(measurement);
+    document.getElementById("measurements").open = true;
+    this.drawMeasurements();
+  }
+
+  drawMeasurements() {
+    const part = document.getElementById("measurements"), vector = each => each.map(tidy).join("  ");
+    const list = this.measurements.map((each, i) => make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`), make("dl", {}, ...[
+      ["position", vector(each.position)], ["index", each.index && vector(each.index)], ["value", each.value != null && tidy(each.value)],
+      ["normal", vector(each.normal)],
+      ["curvature", each.mean_curvature != null && `mean ${tidy(each.mean_curvature)}  Gaussian ${tidy(each.gaussian_curvature)}`],
+      ["thickness", each.thickness != null && tidy(each.thickness)],
+      [`distance to ${i}`, each.distance != null && tidy(each.distance)],
+    ].filter(([, text]) => text).flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]))));
+    part.replaceChildren(part.querySelector("summary"), ...list,
+      list.length ? make("div", {class: "row"},
+        make("button", {onclick: () => this.app.send({type: "save", what: "measurements"})}, "Save as CSV"),
+        make("button", {onclick: () => {
+          this.measurements = [];
+          this.app.send({type: "clear_measurements"});
+          this.app.tell("measurements-cleared");
+          this.drawMeasurements();
+        }}, "Clear")) : make("p", {class: "hint"}, "Click on a surface."));
+  }
+
+  drawSaves() {
+    document.getElementById("saving").append(make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
+      make("button", {"data-save": what, onclick: () => this.app.send({type: "save", what})}, name))));
+  }
+}
+
+// A level in the middle of the widest gap between others.
+function between(levels, [lower, upper]) {
+  const all = [lower, ...levels, upper].sort((a, b) => a - b);
+  let best = 0;
+  for (let i = 1; i + 1 < all.length; ++i) if (all[i + 1] - all[i] > all[best + 1] - all[best]) best = i;
+  return Number(((all[best] + all[best + 1]) / 2).toPrecision(6));
+}

@@ -1,0 +1,193 @@
+// Three slices through a volume: values come from the server, gray values and contours of levels are made here.
+
+import {clamp} from "./geometry.js";
+import {make, tidy} from "./dom.js";
+
+const HEIGHT = "260px";
+
+export class Slices {
+  constructor(app) {
+    this.app = app;
+    this.element = document.getElementById("slices");
+    this.views = [0, 1, 2].map(axis => {
+      const canvas = make("canvas"), caption = make("figcaption");
+      const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis)};
+      this.element.append(make("figure", {}, canvas, caption));
+      canvas.oncontextmenu = event => event.preventDefault();
+      canvas.onpointerdown = event => this.drag(event, view);
+      canvas.addEventListener("wheel", event => {
+        event.preventDefault();
+        this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? Math.sign(event.deltaY) : 0)));
+      }, {passive: false});
+      return view;
+    });
+    new ResizeObserver(() => this.draw()).observe(this.element);
+    app.on("state", () => this.stateChanged());
+    app.on("slices", message => this.received(message));
+    app.on("connected", () => { this.values = null; });
+  }
+
+  get slices() { return this.app.state.slices; }
+  get source() { return this.app.sources.get(this.slices.volume); }
+
+  stateChanged() {
+    const shown = this.slices.shown && !!this.source;
+    this.element.hidden = !shown;
+    document.documentElement.style.setProperty("--slices", shown ? HEIGHT : "0px");
+    if (shown) this.draw();
+  }
+
+  received({about, content}) {
+    this.app.send({type: "acknowledge", slices: true});
+    let offset = 0;
+    const values = about.shapes.map(([rows, columns]) => {
+      const part = new Float32Array(content, offset, rows * columns);
+      offset += 4 * part.length;
+      return {rows, columns, part};
+    });
+    this.values = {...about, values};
+    this.draw();
+    this.app.tell("slices-shown");
+  }
+
+  counts() { return [...this.source.shape].reverse(); }
+
+  moveTo(index) {
+    const counts = this.counts();
+    this.app.changeState({slices: {...this.slices, index: index.map((each, i) => clamp(each, 0, counts[i] - 1))}});
+  }
+
+  // Which way columns and rows run so that a patient is as radiologists see one, and which way is up elsewhere.
+  flips(view) {
+    const affine = this.source.affine;
+    const towards = axis => { // the world axis that an axis of the grid is nearest to, and its sign
+      const column = [0, 1, 2].map(row => affine[row][axis]);
+      const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
+      return [world, Math.sign(column[world])];
+    };
+    return view.plane.map((axis, place) => {
+      const [world, sign] = towards(axis);
+      if (!this.source.patient) return place === 1; // the second axis upwards
+      // Columns run to the patient's left or back, rows downwards: to the back, or from head to feet.
+      return world === 2 ? sign > 0 : sign < 0;
+    });
+  }
+
+  // Where a slice lies in its canvas: all of it fits, with the spacing of its samples.
+  placement(view) {
+    const {affine} = this.source, ratio = Math.min(devicePixelRatio || 1, 2);
+    const width = view.canvas.clientWidth * ratio, height = view.canvas.clientHeight * ratio;
+    const extent = view.plane.map(axis => (this.counts()[axis] - 1 || 1) * Math.hypot(...[0, 1, 2].map(row => affine[row][axis])));
+    const factor = Math.min(width / extent[0], height / extent[1]) * 0.94;
+    const [w, h] = extent.map(each => each * factor);
+    return {width, height, ratio, left: (width - w) / 2, top: (height - h) / 2, w, h, flips: this.flips(view)};
+  }
+
+  draw() {
+    const values = this.values;
+    if (this.element.hidden || !values || values.volume !== this.slices.volume) return;
+    for (const view of this.views) this.drawView(view, values.values[view.axis]);
+  }
+
+  drawView(view, {rows, columns, part}) {
+    const place = this.placement(view), {canvas} = view, {flips} = place;
+    if (!place.width || !place.height) return;
+    Object.assign(canvas, {width: place.width, height: place.height});
+    const [low, high] = this.slices.window ?? this.source.window, factor = 255 / (high - low || 1);
+    const pixels = new ImageData(columns, rows);
+    for (let row = 0, out = 0; row < rows; ++row) {
+      const from = (flips[1] ? rows - 1 - row : row) * columns;
+      for (let column = 0; column < columns; ++column, out += 4) {
+        const gray = (part[from + (flips[0] ? columns - 1 - column : column)] - low) * factor;
+        pixels.data[out] = pixels.data[out + 1] = pixels.data[out + 2] = gray;
+        pixels.data[out + 3] = 255;
+      }
+    }
+    const scratch = new OffscreenCanvas(columns, rows);
+    scratch.getContext("2d").putImageData(pixels, 0, 0);
+    const context = canvas.getContext("2d");
+    context.fillStyle = "#111";
+    context.fillRect(0, 0, place.width, place.height);
+    context.imageSmoothingQuality = "high";
+    // Samples are points: pixel centres of the first and the last lie on the border of the place.
+    const dx = place.w / Math.max(1, columns - 1), dy = place.h / Math.max(1, rows - 1);
+    context.drawImage(scratch, place.left - dx / 2, place.top - dy / 2, place.w + dx, place.h + dy);
+    for (const each of this.app.state.objects) {
+      if (each.source !== this.slices.volume || each.level === null || !each.visible) continue;
+      context.strokeStyle = each.color;
+      context.lineWidth = 1.5 * place.ratio;
+      context.beginPath();
+      contour(part, rows, columns, each.level, (x, y) =>
+        [place.left + (flips[0] ? columns - 1 - x : x) * dx, place.top + (flips[1] ? rows - 1 - y : y) * dy], context);
+      context.stroke();
+    }
+    this.drawCross(context, view, place);
+    const index = this.slices.index[view.axis];
+    view.caption.textContent = `${"xyz"[view.axis]} = ${tidy(Math.round(index * 100) / 100)}`;
+  }
+
+  drawCross(context, view, place) {
+    const counts = this.counts();
+    const [x, y] = view.plane.map((axis, i) => {
+      const part = this.slices.index[axis] / (counts[axis] - 1 || 1);
+      return place.flips[i] ? 1 - part : part;
+    });
+    context.strokeStyle = "#ffffff66";
+    context.lineWidth = place.ratio;
+    context.beginPath();
+    context.moveTo(place.left + x * place.w, place.top);
+    context.lineTo(place.left + x * place.w, place.top + place.h);
+    context.moveTo(place.left, place.top + y * place.h);
+    context.lineTo(place.left + place.w, place.top + y * place.h);
+    context.stroke();
+  }
+
+  // The left button moves the point, the right one (or Shift) the window: sideways its width, upwards its level.
+  drag(event, view) {
+    view.canvas.setPointerCapture(event.pointerId);
+    const windowing = event.button === 2 || event.shiftKey;
+    let last = [event.clientX, event.clientY];
+    const move = now => {
+      if (windowing) {
+        const [low, high] = this.slices.window ?? this.source.window, span = this.source.range[1] - this.source.range[0];
+        const level = (low + high) / 2 - (now.clientY - last[1]) / 400 * span;
+        const width = Math.max(span / 1000, high - low + (now.clientX - last[0]) / 400 * span);
+        this.app.changeState({slices: {...this.slices, window: [level - width / 2, level + width / 2]}});
+      } else {
+        const place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
+        const at = [((now.clientX - box.left) * place.ratio - place.left) / place.w, ((now.clientY - box.top) * place.ratio - place.top) / place.h];
+        const index = [...this.slices.index];
+        view.plane.forEach((axis, i) => { index[axis] = (place.flips[i] ? 1 - at[i] : at[i]) * (counts[axis] - 1); });
+        this.moveTo(index);
+      }
+      last = [now.clientX, now.clientY];
+    };
+    view.canvas.onpointermove = move;
+    view.canvas.onpointerup = view.canvas.onpointercancel = () => { view.canvas.onpointermove = null; };
+    if (!windowing) move(event);
+  }
+}
+
+// Lines on which bilinear values are the level, square by square (marching squares).
+function contour(values, rows, columns, level, to, context) {
+  const crossing = (a, b) => (level - a) / (b - a);
+  for (let y = 0; y < rows - 1; ++y) {
+    for (let x = 0; x < columns - 1; ++x) {
+      const at = y * columns + x;
+      const [a, b, c, d] = [values[at], values[at + 1], values[at + columns + 1], values[at + columns]];
+      const kind = (a > level) | (b > level) << 1 | (c > level) << 2 | (d > level) << 3;
+      if (kind === 0 || kind === 15) continue;
+      const points = [];
+      if ((a > level) !== (b > level)) points.push([x + crossing(a, b), y]);
+      if ((b > level) !== (c > level)) points.push([x + 1, y + crossing(b, c)]);
+      if ((d > level) !== (c > level)) points.push([x + crossing(d, c), y + 1]);
+      if ((a > level) !== (d > level)) points.push([x, y + crossing(a, d)]);
+      // Of a saddle, the middle tells which crossings belong together.
+      if (points.length === 4 && ((a + b + c + d) / 4 > level) !== (a > level)) points.push(points.shift());
+      for (let i = 0; i + 1 < points.length; i += 2) {
+        context.moveTo(...to(...points[i]));
+        context.lineTo(...to(...points[i + 1]));
+      }
+    }
+  }
+}

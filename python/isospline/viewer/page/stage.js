@@ -1,0 +1,224 @@
+// The picture, the hand on it, and what is drawn over it.
+
+import {basis, distanceOf, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed} from "./geometry.js";
+import {make, makeSvg, tidy} from "./dom.js";
+import {ClipGizmo} from "./gizmo.js";
+
+// Faces of the cube: where they are in the world, what is upwards on them, and the view that they stand for.
+const FACES = [
+  {normal: [1, 0, 0], up: [0, 0, 1], view: "+x", patient: ["left", "L"]},
+  {normal: [-1, 0, 0], up: [0, 0, 1], view: "-x", patient: ["right", "R"]},
+  {normal: [0, 1, 0], up: [0, 0, 1], view: "+y", patient: ["posterior", "P"]},
+  {normal: [0, -1, 0], up: [0, 0, 1], view: "-y", patient: ["anterior", "A"]},
+  {normal: [0, 0, 1], up: [0, 1, 0], view: "+z", patient: ["superior", "S"]},
+  {normal: [0, 0, -1], up: [0, -1, 0], view: "-z", patient: ["inferior", "I"]},
+];
+const ORDER = ["anterior", "posterior", "left", "right", "superior", "inferior"];
+
+export class Stage {
+  constructor(app) {
+    this.app = app;
+    this.canvas = document.getElementById("picture");
+    this.context = this.canvas.getContext("2d", {alpha: false});
+    this.overlay = document.getElementById("overlay");
+    this.gizmo = new ClipGizmo(app, this);
+    this.measurements = [];
+    this.pointers = new Map();
+    this.fps = [];
+    this.listen();
+    new ResizeObserver(() => this.resized()).observe(this.canvas);
+    app.on("frame", frame => this.show(frame));
+    app.on("document", () => this.makeViews());
+    app.on("state", () => this.stateChanged());
+    app.on("measurement", ({measurement}) => { if (measurement) this.measurements.push(measurement); this.drawOverlay(); });
+    app.on("measurements-cleared", () => { this.measurements = []; this.drawOverlay(); });
+  }
+
+  // Device pixels of the picture.
+  pixels() {
+    const ratio = Math.min(devicePixelRatio || 1, 2);
+    return {width: Math.max(1, Math.round(this.canvas.clientWidth * ratio)),
+      height: Math.max(1, Math.round(this.canvas.clientHeight * ratio))};
+  }
+
+  resized() {
+    const {width, height} = this.pixels();
+    if (width === this.sent?.width && height === this.sent?.height) return;
+    this.sent = {width, height};
+    if (this.app.state) this.app.change({type: "size", width, height});
+  }
+
+  async show({about, content}) {
+    const app = this.app;
+    about.number = this.count = (this.count ?? 0) + 1;
+    const picture = await createImageBitmap(new Blob([content], {type: `image/${about.format}`}));
+    app.send({type: "acknowledge"});
+    // Decoding may finish out of order; an older picture does not replace a newer one.
+    if (app.frame?.number > about.number) return;
+    const {width, height} = this.pixels();
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
+    this.context.imageSmoothingQuality = "high";
+    this.context.drawImage(picture, 0, 0, width, height);
+    picture.close();
+    const now = performance.now(), sent = app.sentAt.get(about.input);
+    if (sent !== undefined) {
+      app.latencies.push(now - sent);
+      for (const number of app.sentAt.keys()) if (number <= about.input) app.sentAt.delete(number);
+    }
+    app.frame = about;
+    app.framesShown += 1;
+    this.tellStatus(now);
+    this.drawOverlay();
+    app.tell("shown", about);
+  }
+
+  tellStatus(now) {
+    const {size, samples, final} = this.app.frame;
+    this.fps = [...this.fps.filter(each => now - each < 1000), now];
+    const latency = this.app.latencies.at(-1);
+    const moving = samples === 0;
+    document.getElementById("status").textContent = `${size[0]} × ${size[1]} · ` + (moving
+      ? `${this.fps.length} pictures/s · ${latency ? latency.toFixed(0) : "–"} ms`
+      : `${samples} sample${samples > 1 ? "s" : ""}${final ? "" : " …"}`);
+  }
+
+  // -- The hand ------------------------------------------------------------------------------------------------------
+
+  listen() {
+    const canvas = this.canvas;
+    canvas.oncontextmenu = event => event.preventDefault();
+    canvas.onpointerdown = event => {
+      canvas.setPointerCapture(event.pointerId);
+      this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
+      this.travelled = 0;
+      canvas.classList.add("moving");
+    };
+    canvas.onpointermove = event => this.pointerMoved(event);
+    canvas.onpointerup = canvas.onpointercancel = event => {
+      const single = this.pointers.size === 1;
+      this.pointers.delete(event.pointerId);
+      canvas.classList.remove("moving");
+      if (event.type === "pointerup" && single && this.travelled < 4 && event.button === 0) this.pick(event);
+    };
+    canvas.addEventListener("wheel", event => {
+      event.preventDefault();
+      if (this.app.camera) this.app.moveCamera(zoomed(this.app.camera, Math.exp(event.deltaY * (event.deltaMode ? 0.04 : 0.0015))));
+    }, {passive: false});
+    canvas.onkeydown = event => this.keyPressed(event);
+  }
+
+  pointerMoved(event) {
+    const before = this.pointers.get(event.pointerId), {app} = this;
+    if (!before || !app.camera) return;
+    const now = [event.offsetX, event.offsetY];
+    const [dx, dy] = subtract(now, before), height = this.canvas.clientHeight;
+    this.pointers.set(event.pointerId, now);
+    this.travelled += Math.hypot(dx, dy);
+    if (this.travelled < 4) return;
+    if (this.pointers.size === 2) {
+      const other = [...this.pointers].find(([id]) => id !== event.pointerId)[1];
+      const factor = length(subtract(before, other)) / Math.max(1, length(subtract(now, other)));
+      app.moveCamera(panned(zoomed(app.camera, factor), dx / height / 2, -dy / height / 2));
+    } else if (event.buttons & 6 || event.shiftKey) {
+      app.moveCamera(panned(app.camera, dx / height, -dy / height));
+    } else {
+      app.moveCamera(orbited(app.camera, -dx / height * Math.PI, -dy / height * Math.PI));
+    }
+  }
+
+  keyPressed(event) {
+    const {app} = this, camera = app.camera, step = Math.PI / 36;
+    const moves = {
+      ArrowLeft: () => orbited(camera, step, 0), ArrowRight: () => orbited(camera, -step, 0),
+      ArrowUp: () => orbited(camera, 0, step), ArrowDown: () => orbited(camera, 0, -step),
+      "+": () => zoomed(camera, 1 / 1.1), "-": () => zoomed(camera, 1.1),
+    };
+    if (camera && moves[event.key]) {
+      event.preventDefault();
+      app.moveCamera(moves[event.key]());
+    } else if (event.key === "f") {
+      app.send({type: "look", view: "home"});
+    }
+  }
+
+  pick(event) {
+    const {width, height} = this.pixels();
+    this.app.send({type: "pick", x: event.offsetX / this.canvas.clientWidth * width,
+      y: event.offsetY / this.canvas.clientHeight * height});
+  }
+
+  // -- Over the picture ----------------------------------------------------------------------------------------------
+
+  stateChanged() {
+    document.documentElement.style.setProperty("--stage", this.app.state.background);
+    document.getElementById("welcome").hidden = this.app.state.objects.length > 0;
+    this.drawOverlay();
+  }
+
+  get patient() { return [...this.app.sources.values()].some(source => source.patient); }
+
+  makeViews() {
+    const {app} = this, bar = document.getElementById("views");
+    const look = view => () => app.send({type: "look", view});
+    const faces = this.patient ? ORDER.map(name => FACES.find(face => face.patient[0] === name)) : FACES;
+    bar.replaceChildren(
+      make("button", {onclick: look("home"), title: "All in view (f)"}, "⌂"), make("i"),
+      ...faces.map(face => this.patient
+        ? make("button", {onclick: look(face.patient[0]), title: `From ${face.patient[0]}`}, face.patient[1])
+        : make("button", {onclick: look(face.view), title: `From ${face.view}`}, face.view.replace("-", "−"))),
+      make("i"),
+      make("button", {id: "projection", title: "Parallel rays", onclick: () => {
+        const other = app.camera.projection === "perspective" ? "orthographic" : "perspective";
+        app.moveCamera(withProjection(app.camera, other));
+      }}, "Orthographic"));
+    document.getElementById("cube").replaceChildren(...FACES.map(face => make("button",
+      {tabindex: -1, onclick: look(this.patient ? face.patient[0] : face.view)},
+      this.patient ? face.patient[1] : face.view.toUpperCase().replace("-", "−"))));
+  }
+
+  drawOverlay() {
+    const camera = this.app.frame?.camera;
+    if (!camera) return;
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    this.turnCube(camera);
+    this.drawScaleBar(camera, height);
+    document.getElementById("projection")?.setAttribute("aria-pressed", String(camera.projection === "orthographic"));
+    const marks = [];
+    const places = this.measurements.map(each => project(camera, each.position, width, height));
+    for (let i = 1; i < places.length; ++i) {
+      const [a, b] = [places[i - 1], places[i]];
+      if (a && b && i % 2) marks.push(makeSvg("line", {x1: a[0], y1: a[1], x2: b[0], y2: b[1], stroke: "#1f2933", "stroke-dasharray": "4 3"}));
+    }
+    places.forEach((place, i) => {
+      if (!place) return;
+      marks.push(makeSvg("circle", {cx: place[0], cy: place[1], r: 4, fill: "#c8553d", stroke: "#fff", "stroke-width": 1.5}),
+        makeSvg("text", {x: place[0] + 8, y: place[1] - 6, "font-size": 12, "font-weight": 600, fill: "#1f2933", stroke: "#fff",
+          "stroke-width": 3, "paint-order": "stroke"}, String(i + 1)));
+    });
+    this.overlay.replaceChildren(...this.gizmo.draw(camera, width, height), ...marks);
+  }
+
+  turnCube(camera) {
+    const {right, up, forward} = basis(camera);
+    const css = world => [right, up, forward].map((axis, i) => (i ? -1 : 1) * (axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2]));
+    [...document.getElementById("cube").children].forEach((face, i) => {
+      const {normal, up: upwards} = FACES[i];
+      const sideways = [upwards[1] * normal[2] - upwards[2] * normal[1], upwards[2] * normal[0] - upwards[0] * normal[2],
+        upwards[0] * normal[1] - upwards[1] * normal[0]];
+      const columns = [css(sideways), css(scale(upwards, -1)), css(normal)];
+      face.style.transform = `matrix3d(${columns.map(column => [...column, 0]).flat().map(each => each.toFixed(5)).join()},`
+        + `${scale(columns[2], 22).map(each => each.toFixed(3)).join()},1)`;
+    });
+  }
+
+  drawScaleBar(camera, height) {
+    const perPixel = heightOf(camera) / height;
+    const wanted = 120 * perPixel, power = 10 ** Math.floor(Math.log10(wanted));
+    const round = [5, 2, 1].find(each => each * power <= wanted) * power;
+    const bar = document.getElementById("scale-bar");
+    bar.firstElementChild.style.width = `${round / perPixel}px`;
+    bar.lastElementChild.textContent = tidy(round) + (this.patient ? " mm" : "");
+    bar.title = camera.projection === "perspective" ? "At the distance of the middle" : "";
+    bar.hidden = !Number.isFinite(distanceOf(camera));
+  }
+}

@@ -1,0 +1,85 @@
+"""What a window saves: pictures, a turn around the scene, the session, and the Python that makes the picture."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+
+import numpy as np
+
+from ..cameras import turntable
+from ..video import write_video
+from .picture import FINAL_SAMPLES, Stage
+from .script import script
+from .session import session_of
+from .state import CameraState
+
+#: Pictures of a turn, and samples of a pixel of each.
+TURN, TURN_SAMPLES = 90, 4
+
+
+def save(viewer, what, state, size, options):
+    """The name and the content of a file.
+
+    Parameters
+    ----------
+    viewer : Viewer
+    what : {"png", "exr", "turntable", "session", "python"}
+    state : ViewState
+        With a camera.
+    size : (int, int)
+        Of pictures.
+    options : dict
+        "pictures" and "samples" of a turntable.
+    """
+    if what == "python":
+        return "picture.py", script(viewer.document, state, size).encode()
+    if what == "session":
+        return "session.json", session_of(viewer.document, state).to_text().encode()
+    if what not in ("png", "exr", "turntable"):
+        raise ValueError(f"what: expected png, exr, turntable, session or python, got {what!r}")
+    with tempfile.TemporaryDirectory(prefix="isospline-") as folder:
+        if what == "turntable":
+            path = os.path.join(folder, "turntable.mp4")
+            _write_turntable(viewer, path, state, size, options)
+        else:
+            path = os.path.join(folder, f"picture.{what}")
+            layers = ("depth", "normal", "position") if what == "exr" else ()
+            with viewer.making() as maker:
+                stage = Stage(FINAL_SAMPLES[state.shading], True)
+                maker.render(state, size, stage, _progress(viewer, "rendering"), layers=layers).write(path)
+        with open(path, "rb") as file:
+            return os.path.basename(path), file.read()
+
+
+def _write_turntable(viewer, path, state, size, options):
+    count, samples = int(options.get("pictures", TURN)), int(options.get("samples", TURN_SAMPLES))
+    even = tuple(max(2, side - side % 2) for side in size)
+    camera = state.camera
+    towards = np.subtract(camera.eye, camera.target)
+    with viewer.making() as maker:
+        maker.geometry_ids(state)
+        cameras = turntable(
+            maker.scene, count, view=towards, up=_axis(camera.up), projection=camera.projection,
+            field_of_view=camera.field_of_view, size=even,
+        )  # fmt: skip
+
+        def images():
+            for number, each in enumerate(cameras):
+                progress = _progress(viewer, "rendering the turntable", number / count, 1 / count)
+                turned = state.replace(camera=CameraState.of(each, camera.field_of_view))
+                yield maker.render(turned, even, Stage(samples, True), progress)
+
+        write_video(path, images())
+
+
+def _axis(up):
+    """The axis of the world that is nearest to upwards: a turn about it keeps the horizon level."""
+    axis = np.zeros(3)
+    nearest = int(np.argmax(np.abs(up)))
+    axis[nearest] = np.sign(up[nearest])
+    return axis
+
+
+def _progress(viewer, title, begin=0.0, share=1.0):
+    return lambda fraction: viewer.tell(title, begin + share * fraction) and None

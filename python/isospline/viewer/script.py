@@ -1,0 +1,102 @@
+"""The Python that makes the picture of a state."""
+
+from __future__ import annotations
+
+from ..looks import CURVATURES
+from .picture import FINAL_SAMPLES, default_limits, linear
+
+
+def script(document, state, size, path="picture.png"):
+    """A program that renders a state, which has a camera, just as the viewer's last pass does."""
+    lines = ["import math", "", "import isospline", ""] if state.shading == "path-trace" else ["import isospline", ""]
+    visible = [each for each in state.objects if each.visible and each.opacity > 0]
+    used = {each.source for each in visible} | {each.color_by for each in visible}
+    for source in document:
+        if source.key in used:
+            lines.append(f"{source.key} = {source.expression or '...  # ' + source.name + ', from memory'}")
+    lines += ["", "scene = isospline.Scene()"]
+    names = [f"object{each.id}" for each in visible]
+    lines += [f"{name} = scene.add({_object(state, each)})" for name, each in zip(names, visible)]
+    lines += ["", f"camera = {_camera(state.camera)}"]
+    looks = {name: _look(document, state, each) for name, each in zip(names, visible)}
+    looks = "{" + "".join(f"\n    {name}: {look}," for name, look in looks.items()) + ("\n}" if looks else "}")
+    if state.shading == "path-trace":
+        lines += [
+            "right, up, forward = camera.world_to_camera[:3, :3]",
+            "lights = [",
+            "    isospline.EnvironmentLight(0.7),",
+            "    isospline.DirectionalLight(forward + 0.6 * right - 0.8 * up, intensity=0.45 * math.pi),",
+            "]",
+            f"look = isospline.PathTracer(materials={looks}, lights=lights)",
+        ]
+    else:
+        lines.append(f"look = {looks}")
+    keyword = "integrator" if state.shading == "path-trace" else "shading"
+    lines += [
+        "image = isospline.render(",
+        f"    scene, camera, size={tuple(size)}, {keyword}=look, background={linear(state.background)},",
+        f"    samples={FINAL_SAMPLES[state.shading]},",
+        ")",
+        f"image.write({path!r})",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _object(state, each):
+    if each.level is None:
+        return each.source
+    cut = ""
+    if state.clip.kind != "none":
+        cut = f", clip=[{_cuts(state.clip)}], capped={state.clip.capped}"
+    return f"isospline.Isosurface({each.source}, {each.level!r}{cut})"
+
+
+def _cuts(clip):
+    if clip.kind == "plane":
+        return f"isospline.HalfSpace({clip.point}, {clip.normal})"
+    (box,) = clip.cuts()
+    return f"isospline.Box({tuple(box.minimum.tolist())}, {tuple(box.maximum.tolist())})"
+
+
+def _camera(camera):
+    place = f"{camera.eye}, {camera.target}, {camera.up}"
+    if camera.projection == "orthographic":
+        return f"isospline.OrthographicCamera({place}, height={camera.height!r})"
+    return f"isospline.PerspectiveCamera({place}, {camera.field_of_view!r})"
+
+
+def _color(document, each):
+    limits = default_limits(each, document)
+    if each.color_by == "color":
+        return repr(linear(each.color))
+    if each.color_by == "normal":
+        return "isospline.ColorByNormal()"
+    limits = tuple(each.limits or limits)
+    if each.color_by in CURVATURES:
+        return f"isospline.ColorByCurvature({CURVATURES[each.color_by]!r}, {each.cmap!r}, limits={limits})"
+    return f"isospline.ColorByVolume({each.color_by}, {each.cmap!r}, limits={limits})"
+
+
+def _look(document, state, each):
+    color = _color(document, each)
+    options = {}
+    if state.clip.values and state.clip.capped and each.level is not None:
+        shown, source = state.slices, document[each.source]
+        window = shown.window if shown.window and shown.volume == each.source else source.window()
+        options["cap_color"] = f'isospline.ColorByVolume({each.source}, "gray", limits={tuple(window)})'
+    if state.shading == "path-trace":
+        options = {"metallic": each.metallic, "roughness": each.roughness, **options}
+        return f"isospline.Material({color}{_keywords(options)})"
+    if each.opacity < 1:
+        options["opacity"] = each.opacity
+    if state.shading == "outline":
+        return f"isospline.Outline({state.exponent!r}, surface_color={color}, color=0.02{_keywords(options)})"
+    if state.shading == "ambient-occlusion":
+        return f"isospline.AmbientOcclusion(color={color}{_keywords(options)})"
+    if state.shadows:
+        options["shadows"] = True
+    return f"isospline.Phong(color={color}{_keywords(options)})"
+
+
+def _keywords(options):
+    return "".join(f", {name}={value}" for name, value in options.items())

@@ -1,0 +1,45 @@
+"""Values of a volume's model on three planes of its grid through a point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .document import index_shape
+
+#: Points along the longer side of a slice that stays, and of one that moves.
+FINE, COARSE = 320, 112
+
+
+def sample_slices(volume, index, points=FINE):
+    """Sample the planes x, y and z = const of the grid through a point.
+
+    Parameters
+    ----------
+    volume : Volume
+    index : (3,) float
+        The point, in the grid.
+    points : int
+        Along the longer side of each slice; no more than two per sample.
+
+    Returns
+    -------
+    list of three (rows, columns) float32 arrays
+        The planes x, y and z = const. Columns run along the first and rows along the second of the other two axes;
+        the first and the last are samples on the border.
+    """
+    counts = np.array(index_shape(volume))
+    place = np.clip(index, 0, counts - 1)
+    affine = volume.affine
+    slices = []
+    for axis in range(3):
+        across, along = [other for other in range(3) if other != axis]
+        longest = max(counts[across], counts[along]) - 1 or 1
+        step = max(longest / (points - 1), 0.5)
+        columns, rows = (np.linspace(0, counts[each] - 1, int(round((counts[each] - 1) / step)) + 1)
+                         for each in (across, along))  # fmt: skip
+        grid = np.empty((len(rows), len(columns), 3))
+        grid[..., axis] = place[axis]
+        grid[..., across], grid[..., along] = columns, rows[:, None]
+        world = grid.reshape(-1, 3) @ affine[:3, :3].T + affine[:3, 3]
+        slices.append(volume.sample(world).astype(np.float32).reshape(grid.shape[:2]))
+    return slices

@@ -1,0 +1,150 @@
+"""What a viewer shows: objects and their looks, light, cuts, slices and the camera, in immutable records."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..looks import CURVATURES, SHADINGS
+from .checked import Checked, choice, color, field, flag, number, optional, record, records, text, vector, whole
+
+#: Colours of objects in the order in which they are added.
+COLORS = ("#d9c7a8", "#c8553d", "#588b8b", "#93b7be", "#8d6a9f", "#e0a458", "#5b7553", "#7d8597")
+#: Colour maps to choose from.
+COLOR_MAPS = ("viridis", "magma", "coolwarm", "turbo", "gray", "cividis", "plasma", "RdBu")
+
+
+@dataclass(frozen=True)
+class ObjectState(Checked):
+    """An isosurface of a volume, or a mesh.
+
+    Attributes
+    ----------
+    id : int
+        Of the object, unlike those of the others.
+    source : str
+        The key of the volume or the mesh.
+    level : float or None
+        Of the isosurface; None for a mesh.
+    color_by : str
+        "color", "normal", a curvature such as "mean-curvature", or the key of a volume.
+    """
+
+    id: int = field(whole)
+    source: str = field(text)
+    level: float | None = field(optional(number()), None)
+    color: str = field(color, COLORS[0])
+    opacity: float = field(number(0, 1), 1.0)
+    visible: bool = field(flag, True)
+    color_by: str = field(text, "color")
+    cmap: str = field(choice(*COLOR_MAPS), "coolwarm")
+    limits: tuple | None = field(optional(vector(2)), None)
+    metallic: float = field(number(0, 1), 0.0)
+    roughness: float = field(number(0, 1), 0.5)
+
+
+@dataclass(frozen=True)
+class ClipState(Checked):
+    """A cut by a plane, which keeps the side that its normal points to, or by a box, which keeps what is in it."""
+
+    kind: str = field(choice("none", "plane", "box"), "none")
+    point: tuple = field(vector(3), (0.0, 0.0, 0.0))
+    normal: tuple = field(vector(3), (0.0, 1.0, 0.0))
+    minimum: tuple = field(vector(3), (0.0, 0.0, 0.0))
+    maximum: tuple = field(vector(3), (1.0, 1.0, 1.0))
+    capped: bool = field(flag, True)
+    values: bool = field(flag, False)
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.cuts()  # refuses a normal of zeros and a box without a volume
+
+    def cuts(self):
+        """What `Isosurface(clip=)` takes."""
+        if self.kind == "plane":
+            return [_core.HalfSpace(self.point, self.normal)]
+        if self.kind == "box":
+            lower, upper = np.minimum(self.minimum, self.maximum), np.maximum(self.minimum, self.maximum)
+            return [_core.Box(lower, upper)]
+        return None
+
+
+@dataclass(frozen=True)
+class SliceState(Checked):
+    """Three slices through a point of a volume, and the values that are black and white in them."""
+
+    shown: bool = field(flag, False)
+    volume: str | None = field(optional(text), None)
+    index: tuple = field(vector(3), (0.0, 0.0, 0.0))
+    window: tuple | None = field(optional(vector(2)), None)
+
+
+@dataclass(frozen=True)
+class CameraState(Checked):
+    """A perspective or an orthographic camera; `height` is that of the orthographic image in world units."""
+
+    eye: tuple = field(vector(3))
+    target: tuple = field(vector(3))
+    up: tuple = field(vector(3))
+    projection: str = field(choice("perspective", "orthographic"), "perspective")
+    field_of_view: float = field(number(1, 150), 30.0)
+    height: float = field(number(), 1.0)
+
+    @classmethod
+    def of(cls, camera, field_of_view=30.0):
+        """The state of a camera that `camera_for` made."""
+        vectors = {name: tuple(map(float, getattr(camera, name))) for name in ("eye", "target", "up")}
+        if isinstance(camera, _core.OrthographicCamera):
+            return cls(**vectors, projection="orthographic", height=camera.height, field_of_view=field_of_view)
+        distance = float(np.linalg.norm(np.subtract(vectors["eye"], vectors["target"])))
+        height = 2 * distance * float(np.tan(np.radians(camera.field_of_view) / 2))
+        return cls(**vectors, field_of_view=camera.field_of_view, height=height)
+
+    def camera(self):
+        """The camera itself."""
+        if self.projection == "orthographic":
+            return _core.OrthographicCamera(self.eye, self.target, self.up, height=self.height)
+        return _core.PerspectiveCamera(self.eye, self.target, self.up, self.field_of_view)
+
+
+@dataclass(frozen=True)
+class ViewState(Checked):
+    """All that decides how a picture looks, but for its size."""
+
+    objects: tuple = field(records(ObjectState), ())
+    shading: str = field(choice(*SHADINGS), "phong")
+    shadows: bool = field(flag, False)
+    exponent: float = field(number(0.1, 100), 2.0)
+    background: str = field(color, "#e8ebef")
+    clip: ClipState = field(record(ClipState), ClipState())
+    slices: SliceState = field(record(SliceState), SliceState())
+    camera: CameraState | None = field(optional(record(CameraState)), None)
+
+    def object(self, id):
+        """The object of an id."""
+        for each in self.objects:
+            if each.id == id:
+                return each
+        raise ValueError(f"id: expected that of an object in the view, got {id!r}")
+
+    def with_object(self, id, **changes):
+        """The same with changes to an object."""
+        changed = self.object(id).replace(**changes)
+        return self.replace(objects=tuple(changed if each.id == id else each for each in self.objects))
+
+    def without_object(self, id):
+        """The same without an object."""
+        gone = self.object(id)
+        return self.replace(objects=tuple(each for each in self.objects if each is not gone))
+
+    def with_new_object(self, source, level=None, **look):
+        """The same with one more object, in a colour of its own."""
+        id = max((each.id for each in self.objects), default=-1) + 1
+        look.setdefault("color", COLORS[id % len(COLORS)])
+        return self.replace(objects=(*self.objects, ObjectState(id=id, source=source, level=level, **look)))
+
+
+#: What an object's colour follows from, beside the keys of volumes.
+COLOR_RULES = ("color", "normal", *CURVATURES)

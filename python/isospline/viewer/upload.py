@@ -1,0 +1,80 @@
+"""Files that a page sends."""
+
+from __future__ import annotations
+
+import os
+import shutil
+
+from .document import MESH_SUFFIXES
+
+# Files that name the one that has the samples.
+_HEADERS = (".mhd", ".nhdr")
+
+
+class Upload:
+    """Writes the files of an upload, whose bytes come one after the other, into a folder.
+
+    Parameters
+    ----------
+    folder : str
+    files : list of dict
+        The name and the size of each file.
+
+    Raises
+    ------
+    ValueError
+        For files without a name or a size, or larger than the disk.
+    """
+
+    def __init__(self, folder, files):
+        if not isinstance(files, list) or not files:
+            raise ValueError("files: expected a list of names and sizes")
+        self._folder = folder
+        self._left = []
+        for each in files:
+            name, size = os.path.basename(str(each.get("name", "")).replace("\\", "/")), each.get("size")
+            if name in ("", ".", "..") or "\0" in name or not isinstance(size, int) or size < 0:
+                raise ValueError(f"files: expected a name and a size of each, got {each!r}")
+            self._left.append((os.path.join(folder, name), size))
+        self._paths = [path for path, _ in self._left]
+        self._total = sum(size for _, size in self._left)
+        if self._total > shutil.disk_usage(folder).free:
+            raise ValueError(f"files: expected no more bytes than the disk has free, got {self._total}")
+        self._written = 0
+        for path in self._paths:
+            open(path, "wb").close()
+
+    @property
+    def fraction(self):
+        return self._written / self._total if self._total else 1.0
+
+    @property
+    def complete(self):
+        return self._written == self._total
+
+    def write(self, content):
+        """Write the next bytes."""
+        self._written += len(content)
+        if self._written > self._total:
+            raise ValueError(f"files: expected {self._total} bytes, got more")
+        while content:
+            path, size = self._left[0]
+            part = content[:size]
+            with open(path, "ab") as file:
+                file.write(part)
+            content = content[size:]
+            if size > len(part):
+                self._left[0] = (path, size - len(part))
+            else:
+                self._left.pop(0)
+
+    def paths(self):
+        """What to open: the header of samples beside it, each file on its own, or the folder of many slices."""
+        headers = [path for path in self._paths if path.lower().endswith(_HEADERS)]
+        if headers:
+            return headers
+        slices = [path for path in self._paths if not path.lower().endswith(MESH_SUFFIXES)]
+        if len(slices) > 3 and all(path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path)
+                                   for path in slices):  # fmt: skip
+            return [self._folder, *(path for path in self._paths if path not in slices)]
+        return self._paths

@@ -1,0 +1,235 @@
+"""The viewer: what is open, what is shown of it, and the windows that show it."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from .. import _core
+from ..cameras import camera_for
+from .document import Document, read_source, source_of
+from .picture import PictureMaker
+from .session import open_session
+from .state import CameraState, ViewState
+
+#: Sides to look from where the world is a patient's (LPS): the vector to the eye, and what is upwards.
+PATIENT_VIEWS = {
+    "anterior": ((0, -1, 0), (0, 0, 1)),
+    "posterior": ((0, 1, 0), (0, 0, 1)),
+    "left": ((1, 0, 0), (0, 0, 1)),
+    "right": ((-1, 0, 0), (0, 0, 1)),
+    "superior": ((0, 0, 1), (0, -1, 0)),
+    "inferior": ((0, 0, -1), (0, -1, 0)),
+}
+
+
+class Viewer:
+    """Shows volumes and meshes in web browsers, any number of windows at once.
+
+    Made by `isospline.view`. What is shown is the same in all windows, each of which has a camera of its own. Any
+    thread may call.
+
+    Attributes
+    ----------
+    url : str
+        The address to open in a browser.
+    state : ViewState
+        What is shown: immutable; `change` puts another in its place.
+    """
+
+    def __init__(self, *, host="127.0.0.1", port=0, token=None):
+        self.document = Document()
+        self._lock = threading.RLock()
+        self._state = ViewState()
+        self._windows = []
+        self._closed = threading.Event()
+        self._workers = ThreadPoolExecutor(2, "isospline-view")
+        self._making = threading.Lock()
+        self._maker = PictureMaker(self.document)
+        self._camera = None
+        self._folder = None
+        from .server import Server  # asyncio takes its time to import
+
+        self._server = Server(self, host, port, token)
+
+    @property
+    def url(self):
+        return self._server.url
+
+    @property
+    def state(self):
+        with self._lock:
+            return self._state.replace(camera=self._camera)
+
+    def change(self, function):
+        """Put ``function(state)`` in the place of the state, and show it in all windows."""
+        with self._lock:
+            self._state = function(self._state)
+            windows = list(self._windows)
+        for window in windows:
+            window.state_changed()
+
+    # -- Opening ---------------------------------------------------------------------------------------------------
+
+    def open(self, path, *, levels=None, read_options=None, model_options=None):
+        """Read a file and show it: a mesh, or a volume at levels, by default at the first suggested one."""
+        return self._show(
+            read_source(path, progress=self.tell, read_options=read_options, model_options=model_options), levels
+        )
+
+    def add(self, item, *, levels=None, **look):
+        """Show a Volume, VolumeData, array, Isosurface or Mesh."""
+        if isinstance(item, _core.Isosurface):
+            key = self.document.volume_key(item.volume)
+            levels, item = [item.level], item.volume
+            if key is not None:
+                return self._show_source(self.document[key], levels, look)
+        return self._show(source_of(item), levels, look)
+
+    def open_session(self, session):
+        """Read the files of a session, and show them as it says."""
+        with self._telling_end():
+            state = open_session(self.document, session, self.tell)
+        with self._lock:
+            self._camera = state.camera
+        self.change(lambda _: state.replace(camera=None))
+        for window in self.windows():
+            window.set_camera(state.camera)
+
+    def _show(self, make, levels, look=None):
+        with self._telling_end():
+            source = self.document.add(make)
+            return self._show_source(source, levels, look or {})
+
+    def _show_source(self, source, levels, look):
+        if not source.is_volume:
+            levels = [None]
+        elif levels is None:
+            levels = source.suggested_levels() or [source.range[0]]
+        first = not self._state.objects
+
+        def add(state):
+            for level in levels:
+                state = state.with_new_object(source.key, level, **look)
+            if source.is_volume and state.slices.volume is None:
+                middle = tuple((np.array(source.to_json()["shape"][::-1]) - 1) / 2)
+                state = state.replace(
+                    slices=state.slices.replace(volume=source.key, index=middle, window=source.window())
+                )
+            return state
+
+        self.change(add)
+        for window in self.windows():
+            window.document_changed(fit=first)
+        return source
+
+    @contextlib.contextmanager
+    def _telling_end(self):
+        try:
+            yield
+        finally:
+            self.tell(None, 1.0)
+
+    # -- Windows ---------------------------------------------------------------------------------------------------
+
+    def windows(self):
+        """The open windows."""
+        with self._lock:
+            return list(self._windows)
+
+    def attach(self, window):
+        """Show everything in one more window."""
+        with self._lock:
+            self._windows.append(window)
+
+    def detach(self, window):
+        """Forget a window."""
+        with self._lock:
+            if window in self._windows:
+                self._windows.remove(window)
+
+    def tell(self, title, fraction):
+        """Tell all windows how far long work is; a title of None ends it."""
+        for window in self.windows():
+            window.send({"type": "progress", "title": title, "fraction": fraction})
+
+    def remember_camera(self, camera):
+        """Keep the camera that was moved last, for new windows and for sessions."""
+        with self._lock:
+            self._camera = camera
+
+    def submit(self, function, *arguments):
+        """Run something that takes time beside the windows."""
+        with contextlib.suppress(RuntimeError):  # the viewer is closing
+            self._workers.submit(function, *arguments)
+
+    @contextlib.contextmanager
+    def making(self):
+        """The maker of pictures that are not those of a window."""
+        with self._making:
+            yield self._maker
+
+    def camera_towards(self, view, size, projection="perspective", field_of_view=30.0):
+        """The state of a camera that has all that is shown in view, from a side."""
+        state = self.state
+        patient = any(self.document[each.source].patient for each in state.objects)
+        side, up = view, None
+        if patient and view in PATIENT_VIEWS:
+            side, up = PATIENT_VIEWS[view]
+        elif view == "home":
+            side, up = ((-0.35, -1, 0.2), (0, 0, 1)) if patient else ("iso", None)
+        with self.making() as maker:
+            shown = maker.geometry_ids(state)
+            bounds = maker.scene.bounds if shown else self.document.bounds()
+        if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
+            bounds = self.document.bounds()
+        camera = camera_for(bounds, view=side, up=up, projection=projection, field_of_view=field_of_view, size=size)
+        return CameraState.of(camera, field_of_view)
+
+    # -- Uploads, and the end --------------------------------------------------------------------------------------
+
+    def upload_folder(self):
+        """A new folder for files of a page; it goes away with the viewer."""
+        with self._lock:
+            if self._folder is None:
+                self._folder = tempfile.mkdtemp(prefix="isospline-")
+        return tempfile.mkdtemp(dir=self._folder)
+
+    def wait(self):
+        """Wait until the viewer is closed; Ctrl-C ends the wait with a KeyboardInterrupt."""
+        while not self._closed.wait(0.2):
+            pass
+
+    def close(self):
+        """Close the windows and stop listening."""
+        if self._closed.is_set():
+            return
+        self._closed.set()
+        self._server.close()
+        for window in self.windows():
+            window.close()
+        self._workers.shutdown(wait=True)
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def __repr__(self):
+        return f"Viewer({self.url}, {len(self.windows())} windows)"
+
+
+def open_in_browser(url):
+    """Open the address in the user's browser, if there is one."""
+    import webbrowser
+
+    with contextlib.suppress(webbrowser.Error, OSError):
+        webbrowser.open(url)

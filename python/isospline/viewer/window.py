@@ -1,0 +1,300 @@
+"""One window of a viewer: what its page asks for, and what it is sent."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from dataclasses import asdict
+
+from .. import colors
+from .encode import encode_jpeg, encode_png
+from .measure import measure, to_csv
+from .picture import PictureMaker, default_limits, passes
+from .save import save
+from .schedule import AdaptiveResolution, FrameScheduler
+from .slices import COARSE, FINE, sample_slices
+from .state import COLOR_MAPS, COLOR_RULES, CameraState
+from .upload import Upload
+
+#: The largest picture that a page may ask for, along a side.
+LARGEST = 4096
+
+# What pages may change of the state at once.
+_CHANGEABLE = ("shading", "shadows", "exponent", "background", "clip", "slices")
+
+
+class Window:
+    """Answers the messages of a page.
+
+    Parameters
+    ----------
+    viewer : Viewer
+    transmit : callable
+        Sends text or bytes to the page, from any thread.
+    """
+
+    def __init__(self, viewer, transmit):
+        self._viewer, self._transmit = viewer, transmit
+        self._lock = threading.Lock()
+        self._camera, self._size, self._newest_input = None, None, 0
+        self._maker = PictureMaker(viewer.document)
+        self._resolution = AdaptiveResolution()
+        self._measurements = []
+        self._upload = None
+        self._frames = FrameScheduler(self._draw, self._transmit, lambda shown: passes(shown[0]), failed=self._failed)
+        self._slices = FrameScheduler(
+            self._draw_slices, self._transmit, lambda shown: (FINE,), failed=self._failed, in_flight=8
+        )
+        self._slices_shown = None
+        viewer.attach(self)
+
+    # -- To the page -----------------------------------------------------------------------------------------------
+
+    def send(self, message):
+        """Send a JSON message."""
+        self._transmit(json.dumps(message))
+
+    def send_file(self, name, content):
+        """Send a file for the page to save."""
+        self._transmit(packed({"type": "file", "name": name}, content))
+
+    def state_changed(self):
+        """Show the viewer's state."""
+        state = self._viewer.state
+        with self._lock:
+            newest = self._newest_input
+        limits = {each.id: default_limits(each, self._viewer.document) for each in state.objects}
+        self.send({"type": "state", "state": state.to_json(), "input": newest, "default_limits": limits})
+        self._request()
+        self._request_slices(state)
+
+    def document_changed(self, fit=False):
+        """Tell what is open; `fit` has all of it in view."""
+        self.send({"type": "document", "sources": [source.to_json() for source in self._viewer.document]})
+        if fit and self._size:
+            self._viewer.submit(self._look_from, "home")
+
+    def set_camera(self, camera):
+        """Look from another place, which the page is told."""
+        with self._lock:
+            self._camera = camera
+        self._viewer.remember_camera(camera)
+        self.send({"type": "camera", "camera": camera.to_json()})
+        self._request()
+
+    def _request(self):
+        with self._lock:
+            camera, size, newest = self._camera, self._size, self._newest_input
+        if camera is not None and size is not None:
+            self._frames.request((self._viewer.state.replace(camera=camera), size, newest))
+
+    def _draw(self, shown, stage, progress):
+        """A message with the picture of a state."""
+        state, full, newest = shown
+        size = self._resolution.size(full) if stage is None else full
+        begin = time.perf_counter()
+        image = self._maker.render(state, size, stage, progress, encoding="srgb8").to_srgb()
+        drawn = time.perf_counter()
+        content = encode_jpeg(image) if stage is None else encode_png(image)
+        end = time.perf_counter()
+        if stage is None:
+            self._resolution.record(size, end - begin)
+        about = {
+            "type": "frame", "input": newest, "size": size, "camera": state.camera.to_json(),
+            "format": "jpeg" if stage is None else "png", "samples": stage.samples if stage else 0,
+            "final": stage is not None and stage.final, "milliseconds": [(drawn - begin) * 1e3, (end - drawn) * 1e3],
+        }  # fmt: skip
+        return packed(about, content)
+
+    def _request_slices(self, state):
+        slices = state.slices
+        if slices.shown and slices.volume is not None:
+            wanted = (slices.volume, slices.index)
+            if wanted != self._slices_shown:
+                self._slices_shown = wanted
+                self._slices.request(wanted)
+        else:
+            self._slices_shown = None
+
+    def _draw_slices(self, wanted, points, _):
+        key, index = wanted
+        slices = sample_slices(self._viewer.document[key].item, index, points or COARSE)
+        about = {"type": "slices", "volume": key, "index": index, "shapes": [each.shape for each in slices]}
+        return packed(about, b"".join(each.tobytes() for each in slices))
+
+    def _failed(self, error):
+        self.send({"type": "error", "text": " ".join(str(error).split()) or type(error).__name__})
+
+    # -- From the page ---------------------------------------------------------------------------------------------
+
+    def receive(self, message):
+        """Act on a message; what is wrong with it becomes a message to the page."""
+        try:
+            if isinstance(message, bytes):
+                self._receive_upload(message)
+                return
+            if not isinstance(message, dict):
+                raise ValueError(f"message: expected an object, got {type(message).__name__}")
+            act = getattr(self, f"_on_{message.get('type')}", None)
+            if act is None:
+                raise ValueError(f"type: expected that of a message, got {message.get('type')!r}")
+            if "input" in message:
+                with self._lock:
+                    self._newest_input = int(message["input"])
+            act(message)
+        except (KeyError, TypeError, ValueError, ImportError, OSError, RuntimeError, MemoryError) as error:
+            missing = type(error) is KeyError
+            self._failed(ValueError(f"{error.args[0]}: expected it in the message") if missing else error)
+
+    def _on_hello(self, message):
+        self._set_size(message)
+        maps = {name: [to_hex(color) for color in colors.color_map(name)[::17]] for name in COLOR_MAPS}
+        self.send({"type": "options", "color_maps": maps, "color_rules": COLOR_RULES})
+        state = self._viewer.state
+        self.document_changed(fit=state.camera is None)
+        self.state_changed()
+        if state.camera is not None:
+            self.set_camera(state.camera)
+
+    def _on_size(self, message):
+        self._set_size(message)
+        self._request()
+
+    def _set_size(self, message):
+        size = tuple(int(message[side]) for side in ("width", "height"))
+        if not all(1 <= side <= LARGEST for side in size):
+            raise ValueError(f"size: expected 1 to {LARGEST} pixels along each side, got {size[0]} x {size[1]}")
+        with self._lock:
+            self._size = size
+
+    def _on_acknowledge(self, message):
+        (self._slices if message.get("slices") else self._frames).acknowledge()
+
+    def _on_camera(self, message):
+        camera = CameraState.from_json(message["camera"], "camera")
+        camera.camera()  # refuses what makes no sense
+        with self._lock:
+            self._camera = camera
+        self._viewer.remember_camera(camera)
+        self._request()
+
+    def _on_look(self, message):
+        self._viewer.submit(self._look_from, message["view"], message.get("projection"))
+
+    def _look_from(self, view, projection=None):
+        try:
+            with self._lock:
+                now, size = self._camera, self._size
+            angle = now.field_of_view if now else 30.0
+            projection = projection or (now.projection if now else "perspective")
+            self.set_camera(self._viewer.camera_towards(view, size, projection, angle))
+        except Exception as error:
+            self._failed(error)
+
+    def _on_change(self, message):
+        changes = {**message["changes"]}
+        unknown = [name for name in changes if name not in _CHANGEABLE]
+        if unknown:
+            raise ValueError(f"changes: expected some of {', '.join(_CHANGEABLE)}, got {unknown[0]}")
+        state = self._viewer.state.replace(**changes)
+        if state.slices.volume is not None and not self._viewer.document[state.slices.volume].is_volume:
+            raise ValueError(f"slices: expected those of a volume, got {state.slices.volume}")
+        self._viewer.change(lambda state: state.replace(**changes))
+
+    def _on_change_object(self, message):
+        id, changes = message["id"], {**message["changes"]}
+        rule = changes.get("color_by", "color")
+        if rule not in COLOR_RULES and not self._viewer.document[rule].is_volume:
+            raise ValueError(f"color_by: expected one of {', '.join(COLOR_RULES)} or a volume, got {rule!r}")
+        if "level" in changes and (changes["level"] is None) != (self._viewer.state.object(id).level is None):
+            raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {changes['level']}")
+        for name in ("id", "source"):
+            if name in changes:
+                raise ValueError(f"changes: expected no other {name}")
+        self._viewer.change(lambda state: state.with_object(id, **changes))
+
+    def _on_add_object(self, message):
+        source = self._viewer.document[message["source"]]
+        level = float(message["level"]) if source.is_volume else None
+        self._viewer.change(lambda state: state.with_new_object(source.key, level))
+
+    def _on_remove_object(self, message):
+        self._viewer.change(lambda state: state.without_object(message["id"]))
+
+    def _on_pick(self, message):
+        self._viewer.submit(self._pick, (float(message["x"]), float(message["y"])), bool(message.get("append", True)))
+
+    def _pick(self, pixel, append):
+        try:
+            state = self._viewer.state.replace(camera=self._camera)
+            with self._viewer.making() as maker:
+                ids = maker.geometry_ids(state)
+                before = self._measurements[-1] if self._measurements else None
+                found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel, before)
+            if found is not None and append:
+                self._measurements.append(found)
+            self.send({"type": "measurement", "measurement": found and asdict(found)})
+        except Exception as error:
+            self._failed(error)
+
+    def _on_clear_measurements(self, _):
+        self._measurements = []
+
+    def _on_save(self, message):
+        self._viewer.submit(self._save, message["what"], message.get("options", {}))
+
+    def _save(self, what, options):
+        try:
+            if what == "measurements":
+                names = {each.id: self._viewer.document[each.source].name for each in self._viewer.state.objects}
+                self.send_file("measurements.csv", to_csv(self._measurements, names).encode())
+                return
+            state = self._viewer.state.replace(camera=self._camera)
+            self.send_file(*save(self._viewer, what, state, self._size, options))
+        except Exception as error:
+            self._failed(error)
+        finally:
+            self.send({"type": "progress", "title": None, "fraction": 1.0})
+
+    def _on_upload(self, message):
+        self._upload = Upload(self._viewer.upload_folder(), message["files"])
+        self._receive_upload(b"")
+
+    def _receive_upload(self, content):
+        if self._upload is None:
+            return
+        try:
+            self._upload.write(content)
+        except Exception:
+            self._upload = None
+            raise
+        self.send({"type": "progress", "title": "uploading", "fraction": self._upload.fraction})
+        if self._upload.complete:
+            paths, self._upload = self._upload.paths(), None
+            self._viewer.submit(self._open, paths)
+
+    def _open(self, paths):
+        for path in paths:
+            try:
+                self._viewer.open(path)
+            except Exception as error:
+                self._failed(error)
+
+    def close(self):
+        """Stop drawing, and leave the viewer."""
+        self._viewer.detach(self)
+        self._frames.close()
+        self._slices.close()
+
+
+def packed(about, content):
+    """A binary message: the length of its JSON header, the header, padding to a multiple of 4, the content."""
+    header = json.dumps(about).encode()
+    header += b" " * (-len(header) % 4)
+    return len(header).to_bytes(4, "little") + header + content
+
+
+def to_hex(linear):
+    """#rrggbb of a linear colour."""
+    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in colors.linear_to_srgb(linear))

@@ -1,0 +1,88 @@
+"""A page of the viewer in a real Chromium, and what tests do to it."""
+
+import contextlib
+import io
+import shutil
+import time
+
+import numpy as np
+import PIL.Image
+
+
+@contextlib.contextmanager
+def chromium():
+    """The browser of the system. One that does not start is an error."""
+    from playwright.sync_api import sync_playwright
+
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
+        raise RuntimeError("the tests of the viewer need chromium, which make test installs: see packages.txt")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Page:
+    """A window with the viewer's page; what goes wrong in it ends the test."""
+
+    def __init__(self, browser, url, size=(900, 600)):
+        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        self.problems = []
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda line: line.type == "error" and self.problems.append(line.text))
+        self.page.goto(url)
+
+    def evaluate(self, expression, argument=None):
+        return self.page.evaluate(expression, argument)
+
+    def wait(self, expression, seconds=60):
+        """Wait until something is true in the page."""
+        end = time.monotonic() + seconds
+        while not self.evaluate(expression):
+            assert not self.problems, self.problems
+            assert time.monotonic() < end, f"waited in vain for {expression}; messages: {self.messages()!r}"
+            time.sleep(0.02)
+
+    def settle(self):
+        """Wait for the last pass over the newest state."""
+        self.wait("!!isospline.frame?.final && isospline.frame.input === isospline.inputs")
+
+    def messages(self):
+        return self.page.inner_text("#messages")
+
+    def open(self, section):
+        self.evaluate(f"document.getElementById('{section}').open = true")
+
+    def drag(self, begin, end, steps=12, button="left"):
+        mouse = self.page.mouse
+        mouse.move(*begin)
+        mouse.down(button=button)
+        for step in range(1, steps + 1):
+            mouse.move(*(a + (b - a) * step / steps for a, b in zip(begin, end)))
+            time.sleep(0.016)
+        mouse.up(button=button)
+
+    def drag_element(self, selector, offset, steps=12):
+        box = self.page.locator(selector).bounding_box()
+        middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        self.drag(middle, (middle[0] + offset[0], middle[1] + offset[1]), steps)
+
+    def pixels(self):
+        """The picture as the page shows it."""
+        data = self.evaluate("document.getElementById('picture').toDataURL('image/png').split(',')[1]")
+        import base64
+
+        return np.asarray(PIL.Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
+
+    def download(self, selector):
+        """The name and the content of the file that a button saves."""
+        with self.page.expect_download(timeout=120_000) as download:
+            self.page.locator(selector).click()
+        with open(download.value.path(), "rb") as file:
+            return download.value.suggested_filename, file.read()
+
+    def close(self):
+        self.page.close()

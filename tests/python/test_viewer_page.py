@@ -1,0 +1,365 @@
+"""The viewer in Chromium: what a hand does on the page, and that its pictures are those of `render`."""
+
+import contextlib
+import csv
+import io
+import json
+import time
+
+import numpy as np
+import pytest
+
+import isospline
+from browser import Page, chromium
+from isospline import volumes
+
+LEVEL = 0.0
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory):
+    """A ball of radius 20 about (32, 32, 32): 20 - r, above 0 inside."""
+    z, y, x = np.mgrid[:65, :65, :65]
+    path = tmp_path_factory.mktemp("volumes") / "ball.npy"
+    np.save(path, (20 - np.sqrt((x - 32) ** 2 + (y - 32) ** 2 + (z - 32) ** 2)).astype(np.float32))
+    return path
+
+
+@pytest.fixture
+def viewer(ball):
+    with isospline.view(ball, levels=[LEVEL], browser=False) as opened:
+        yield opened
+
+
+@pytest.fixture
+def page(browser, viewer):
+    opened = Page(browser, viewer.url)
+    opened.settle()
+    yield opened
+    opened.close()
+    assert not opened.problems
+
+
+def rendered(page, **changes):
+    """The picture that `render` makes of what the page says it shows, by a program of its own."""
+    camera, size = page.evaluate("isospline.frame.camera"), page.evaluate("isospline.frame.size")
+    state = page.evaluate("isospline.state")
+    (each,) = state["objects"]
+    clip = changes.pop("clip", None)
+    data = np.load(changes.pop("path"))
+    surface = isospline.Isosurface(isospline.Volume(data), each["level"], clip=clip, capped=bool(clip))
+
+    def linear(color):
+        encoded = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+        return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+    if camera["projection"] == "perspective":
+        camera = isospline.PerspectiveCamera(camera["eye"], camera["target"], camera["up"], camera["field_of_view"])
+    else:
+        camera = isospline.OrthographicCamera(camera["eye"], camera["target"], camera["up"], height=camera["height"])
+    image = isospline.render(
+        isospline.Scene([surface]), camera, size=tuple(size), background=linear(state["background"]), samples=16,
+        shading=isospline.Phong(color=linear(each["color"]), shadows=state["shadows"]),
+    )  # fmt: skip
+    return image.to_srgb()[..., :3]
+
+
+def test_the_picture_that_stays_is_that_of_render(page, ball):
+    assert page.evaluate("isospline.frame.format") == "png"
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+
+
+def test_dragging_a_level_moves_the_surface(page, ball, viewer):
+    before = page.pixels()
+    page.drag_element("#histogram [data-object]", (-40, 0))
+    page.settle()
+    level = viewer.state.objects[0].level
+    lower, upper = viewer.document[viewer.state.objects[0].source].range
+    width = page.evaluate("document.getElementById('histogram').clientWidth")
+    assert level == pytest.approx(LEVEL - 40 / width * (upper - lower), abs=(upper - lower) / 300)
+    assert page.evaluate("isospline.latencies.length") > 2
+    pixels = page.pixels()
+    assert (pixels != before).any()
+    np.testing.assert_array_equal(pixels, rendered(page, path=ball))
+
+
+def test_a_level_typed_in_and_keys_on_the_histogram(page, viewer):
+    field = page.page.locator(".object input[type=number]")
+    field.fill("5.5")
+    page.settle()
+    assert viewer.state.objects[0].level == 5.5
+    marker = page.page.locator("#histogram [data-object]")
+    marker.focus()
+    marker.press("ArrowRight")
+    page.settle()
+    assert 5.5 < viewer.state.objects[0].level < 5.6
+
+
+def test_orbit_pan_and_zoom(page, ball):
+    start = page.evaluate("isospline.camera")
+    page.drag((300, 300), (380, 260))
+    page.settle()
+    orbited = page.evaluate("isospline.camera")
+    assert np.linalg.norm(np.subtract(orbited["eye"], orbited["target"])) == pytest.approx(
+        np.linalg.norm(np.subtract(start["eye"], start["target"]))
+    )
+    assert orbited["target"] == pytest.approx(start["target"]) and np.dot(orbited["eye"], start["eye"]) > 0
+    assert not np.allclose(orbited["eye"], start["eye"])
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+
+    page.drag((300, 300), (350, 300), button="right")
+    panned = page.evaluate("isospline.camera")
+    move = np.subtract(panned["target"], orbited["target"])
+    assert np.allclose(np.subtract(panned["eye"], orbited["eye"]), move) and np.linalg.norm(move) > 1
+    page.page.mouse.wheel(0, -200)
+    page.wait("isospline.frame.input === isospline.inputs")
+    zoomed = page.evaluate("isospline.camera")
+    assert np.linalg.norm(np.subtract(zoomed["eye"], zoomed["target"])) < 0.8 * np.linalg.norm(
+        np.subtract(start["eye"], start["target"])
+    )
+    page.page.get_by_role("button", name="Orthographic").click()
+    page.settle()
+    assert page.evaluate("isospline.frame.camera.projection") == "orthographic"
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+
+
+def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
+    page.evaluate("window.seen = []; isospline.on('shown', about => seen.push(about))")
+    page.drag((300, 300), (400, 330), steps=30)
+    page.settle()
+    seen = page.evaluate("seen")
+    full = seen[-1]["size"]
+    assert {frame["format"] for frame in seen if not frame["samples"]} == {"jpeg"}
+    assert all(frame["size"][0] <= full[0] for frame in seen)
+    assert [frame["samples"] for frame in seen[-3:]] == [1, 4, 16]
+    inputs = [frame["input"] for frame in seen]
+    assert inputs == sorted(inputs)
+
+
+def test_each_frame_is_of_one_state(page, ball, viewer):
+    """Level and colour change together: what is drawn between shows both or neither."""
+    page.evaluate("window.seen = []; isospline.on('shown', about => seen.push(about))")
+    id = viewer.state.objects[0].id
+    colors = {}
+    for number in range(30):
+        color = "#ff0000" if number % 2 else "#0000ff"
+        colors[color] = number % 2
+        viewer.change(lambda state, c=color, n=number % 2: state.with_object(id, color=c, level=float(10 * n)))
+        page.wait(f"isospline.state.objects[0].color === '{color}'")
+        pixels = page.pixels()
+        reds = pixels[..., 0].astype(int) - pixels[..., 2]
+        radius_is_ten, red, blue = (np.abs(reds) > 40).sum(), (reds > 40).sum(), (reds < -40).sum()
+        assert not (red > 20 and blue > 20)
+        if radius_is_ten > 20:
+            share = radius_is_ten / pixels[..., 0].size
+            assert (share < 0.1) == (red > blue), (share, red, blue)
+
+
+def test_cut_by_a_plane_and_its_handle(page, ball, viewer):
+    page.open("cut")
+    page.page.get_by_role("button", name="Plane").click()
+    page.settle()
+    clip = isospline.HalfSpace(viewer.state.clip.point, viewer.state.clip.normal)
+    assert viewer.state.clip.point == pytest.approx((32, 32, 32))
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball, clip=[clip]))
+
+    page.page.get_by_role("button", name="x", exact=True).click()
+    page.settle()
+    page.drag_element("[data-handle='move the plane']", (40, 10))
+    page.settle()
+    moved = viewer.state.clip
+    assert moved.normal == (1, 0, 0) and moved.point[0] != pytest.approx(32, abs=0.5)
+    assert moved.point[1:] == pytest.approx((32, 32))
+    page.drag_element("[data-handle='tilt the plane']", (5, -30))
+    page.settle()
+    assert viewer.state.clip.normal != (1, 0, 0)
+    assert np.linalg.norm(viewer.state.clip.normal) == pytest.approx(1)
+
+    page.page.get_by_role("button", name="Box").click()
+    page.settle()
+    page.drag_element("[data-handle='move the maximum of z']", (0, 30))
+    page.settle()
+    assert viewer.state.clip.maximum[2] < 32 + 0.3 * 64
+
+
+def test_clicks_measure(page, viewer):
+    canvas = page.page.locator("#picture").bounding_box()
+    middle = (canvas["x"] + canvas["width"] / 2, canvas["y"] + canvas["height"] / 2)
+    page.page.mouse.click(*middle)
+    page.page.wait_for_selector(".measurement >> nth=0")
+    page.page.mouse.click(middle[0] + 40, middle[1] - 30)
+    page.page.wait_for_selector(".measurement >> nth=1")
+    page.page.mouse.click(4, canvas["height"] - 60)  # the background is nothing to measure
+    name, content = page.download("text=Save as CSV")
+    rows = list(csv.DictReader(io.StringIO(content.decode())))
+    assert name == "measurements.csv" and len(rows) == 2
+    points = np.array([[float(row[f"position_{axis}"]) for axis in "xyz"] for row in rows])
+    normals = np.array([[float(row[f"normal_{axis}"]) for axis in "xyz"] for row in rows])
+    np.testing.assert_allclose(np.linalg.norm(points - 32, axis=1), 20, atol=0.01)
+    np.testing.assert_allclose(normals, (points - 32) / 20, atol=0.01)
+    for row, point in zip(rows, points):
+        assert float(row["value"]) == pytest.approx(LEVEL, abs=1e-4) and row["object"] == "ball.npy"
+        assert [float(row[f"index_{axis}"]) for axis in "xyz"] == pytest.approx(list(point))
+        assert abs(float(row["mean_curvature"])) == pytest.approx(1 / 20, rel=0.05)
+        assert float(row["gaussian_curvature"]) == pytest.approx(1 / 400, rel=0.1)
+        assert float(row["thickness"]) == pytest.approx(40, rel=1e-3)
+    assert rows[0]["distance"] == ""
+    assert float(rows[1]["distance"]) == pytest.approx(np.linalg.norm(points[1] - points[0]))
+
+
+def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
+    page.page.get_by_role("button", name="+ level").click()
+    page.wait("isospline.state.objects.length === 2")
+    page.settle()
+    page.page.locator(".object >> nth=0").get_by_role("button", name="Hide").click()
+    page.settle()
+    assert [each.visible for each in viewer.state.objects] == [False, True]
+    page.page.locator(".object >> nth=1 >> .name").click()
+    page.page.get_by_label("Colour by", exact=True).select_option("mean-curvature")
+    page.settle()
+    assert viewer.state.objects[1].color_by == "mean-curvature"
+    page.page.locator(".object >> nth=0").get_by_role("button", name="Remove").click()
+    page.wait("isospline.state.objects.length === 1")
+    page.settle()
+    assert [each.id for each in viewer.state.objects] == [1]
+
+
+@pytest.mark.parametrize("shading", ["Outline", "Ambient", "Path traced"])
+def test_shadings_refine_to_the_pictures_of_their_script(page, shading, tmp_path, monkeypatch):
+    page.page.set_viewport_size({"width": 480, "height": 200})
+    page.page.get_by_role("button", name=shading).click()
+    page.wait("isospline.frame.size[1] === 200")
+    page.settle()
+    pixels = page.pixels()
+    page.open("saving")
+    name, source = page.download("[data-save=python]")
+    assert name == "picture.py"
+    monkeypatch.chdir(tmp_path)
+    known = {}
+    exec(compile(source, name, "exec"), known)
+    np.testing.assert_array_equal(pixels, known["image"].to_srgb()[..., :3])
+
+
+def test_slices_show_values_and_move_together(page, viewer):
+    page.open("slicing")
+    page.page.get_by_label("Show three slices").click()
+    page.wait("document.querySelector('#slices figcaption').textContent !== ''")
+    gray = "(() => { const c = document.querySelectorAll('#slices canvas')[2]; const x = Math.round(c.width / 2) + 9;"
+    gray += "return c.getContext('2d').getImageData(x, Math.round(c.height / 2) + 9, 1, 1).data[0]; })()"
+    page.wait(f"{gray} > 200")  # the middle of the ball
+    box = page.page.locator("#slices canvas >> nth=0").bounding_box()
+    page.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - 60)
+    page.wait("isospline.frame.input === isospline.inputs")
+    index = viewer.state.slices.index
+    assert index[0] == 32 and index[2] > 40
+    page.page.get_by_label("Window", exact=True).fill("1000")
+    page.page.keyboard.press("Enter")
+    page.wait("isospline.state.slices.window[1] - isospline.state.slices.window[0] === 1000")
+
+
+def test_what_is_saved(page, viewer, ball, tmp_path):
+    page.open("saving")
+    name, content = page.download("[data-save=png]")
+    import PIL.Image
+
+    np.testing.assert_array_equal(np.asarray(PIL.Image.open(io.BytesIO(content)).convert("RGB")), page.pixels())
+    name, content = page.download("[data-save=session]")
+    assert name == "session.json" and json.loads(content)["state"]["camera"] == page.evaluate("isospline.camera")
+    (tmp_path / name).write_bytes(content)
+    with isospline.view(session=tmp_path / name, browser=False) as again:
+        assert again.state == viewer.state
+    name, content = page.download("[data-save=exr]")
+    assert name == "picture.exr" and content.startswith(b"\x76\x2f\x31\x01")
+    page.page.set_viewport_size({"width": 460, "height": 90})
+    page.settle()
+    name, content = page.download("[data-save=turntable]")
+    assert name == "turntable.mp4" and b"ftyp" in content[:16]
+
+
+def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, ball):
+    page.page.set_input_files("#open", [{"name": "broken.nii.gz", "mimeType": "", "buffer": b"no volume"}])
+    page.wait("document.getElementById('messages').textContent.includes('broken.nii.gz')")
+    drop = """async ([name, text]) => {
+        const transfer = new DataTransfer();
+        transfer.items.add(new File([Uint8Array.from(atob(text), each => each.charCodeAt(0))], name));
+        dispatchEvent(new DragEvent("dragover", {dataTransfer: transfer, cancelable: true}));
+        dispatchEvent(new DragEvent("drop", {dataTransfer: transfer, cancelable: true}));
+    }"""
+    import base64
+
+    page.evaluate(drop, ["other.npy", base64.b64encode(ball.read_bytes()).decode()])
+    page.wait("isospline.sources.size === 2 && isospline.state.objects.length === 2")
+    page.wait("document.getElementById('progress').hidden")
+    page.settle()
+    assert [source.name for source in viewer.document] == ["ball.npy", "other.npy"]
+
+
+def test_windows_share_what_is_shown_and_not_the_camera(browser, page, viewer):
+    other = Page(browser, viewer.url)
+    other.settle()
+    page.drag((300, 300), (380, 260))
+    field = page.page.locator(".object input[type=number]")
+    field.fill("7")
+    other.wait("isospline.state.objects[0].level === 7")
+    page.settle()
+    assert other.evaluate("isospline.camera") != page.evaluate("isospline.camera")
+    field.fill("8")
+    other.close()  # while it draws
+    page.settle()
+    assert len(viewer.windows()) == 1 or time.sleep(1) or len(viewer.windows()) == 1
+    assert not other.problems
+
+
+def test_a_reloaded_page_shows_the_same(page, viewer):
+    page.drag((300, 300), (380, 260))
+    page.page.locator(".object input[type=number]").fill("7")
+    page.settle()
+    camera, pixels = page.evaluate("isospline.camera"), page.pixels()
+    page.page.reload()
+    page.settle()
+    assert page.evaluate("isospline.camera") == camera
+    np.testing.assert_array_equal(page.pixels(), pixels)
+
+
+def test_a_page_goes_on_with_a_viewer_that_comes_back(browser, ball):
+    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+        port = int(viewer.url.rsplit(":", 1)[1].strip("/"))
+    page.wait("document.getElementById('messages').textContent.includes('not there')")
+    with contextlib.closing(page), isospline.view(ball, levels=[3.0], browser=False, port=port) as viewer:
+        end = time.monotonic() + 30
+        while page.evaluate("isospline.state.objects[0].level") != 3.0:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        page.evaluate("isospline.frame = null")
+        page.drag((300, 300), (310, 300))
+        page.wait("!!isospline.frame?.final")
+
+
+def test_sides_of_a_patient(browser, tmp_path):
+    import nibabel
+
+    head = (1000 * volumes.sphere(0.6).samples(24)).astype(np.int16)
+    nibabel.save(nibabel.Nifti1Image(head, np.diag([2.0, 2.0, 2.0, 1.0])), tmp_path / "head.nii.gz")
+    with isospline.view(tmp_path / "head.nii.gz", browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+        eyes = {}
+        for side in "APLRSI":
+            before = page.evaluate("JSON.stringify(isospline.camera.eye)")
+            page.page.locator("#views").get_by_role("button", name=side, exact=True).click()
+            page.wait(f"JSON.stringify(isospline.camera.eye) !== {json.dumps(before)}")
+            camera = page.evaluate("isospline.camera")
+            eyes[side] = np.subtract(camera["eye"], camera["target"])
+        sides = {"A": (0, -1, 0), "P": (0, 1, 0), "L": (1, 0, 0), "R": (-1, 0, 0), "S": (0, 0, 1), "I": (0, 0, -1)}
+        for side, direction in sides.items():
+            np.testing.assert_allclose(eyes[side] / np.linalg.norm(eyes[side]), direction, atol=1e-9)
+        assert page.page.inner_text("#scale-bar").endswith("mm")
+        page.close()

@@ -1,0 +1,276 @@
+"""Who may connect to the viewer, what it makes of senseless messages, and how it ends."""
+
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import websockets.exceptions
+import websockets.sync.client
+
+import isospline
+from interrupts import obey_interrupts
+from isospline import volumes
+from isospline.viewer.server import is_local
+
+
+@pytest.fixture
+def ball(tmp_path):
+    path = tmp_path / "ball.npy"
+    np.save(path, (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16))
+    return path
+
+
+@pytest.fixture
+def viewer(ball):
+    with isospline.view(ball, browser=False) as opened:
+        yield opened
+
+
+def port_of(viewer):
+    return int(re.search(r":(\d+)/", viewer.url).group(1))
+
+
+def get(viewer, path="/", host=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port_of(viewer), timeout=10)
+    connection.putrequest("GET", path, skip_host=True)
+    connection.putheader("Host", f"127.0.0.1:{port_of(viewer)}" if host is None else host)
+    connection.endheaders()
+    answer = connection.getresponse()
+    return answer.status, answer.read(), answer.headers
+
+
+def connect(viewer, origin="own", query="", host="127.0.0.1"):
+    address = f"ws://{host}:{port_of(viewer)}/socket{query}"
+    origin = f"http://{host}:{port_of(viewer)}" if origin == "own" else origin
+    return websockets.sync.client.connect(address, origin=origin, open_timeout=10, close_timeout=2)
+
+
+class Client:
+    """A window without a page."""
+
+    def __init__(self, viewer, **options):
+        self.socket = connect(viewer, **options)
+        self.send(type="hello", width=64, height=48)
+
+    def send(self, **message):
+        self.socket.send(json.dumps(message))
+
+    def receive(self, kind, seconds=30):
+        """The next message of a kind; those of other kinds are passed over."""
+        end = time.monotonic() + seconds
+        while True:
+            message = self.socket.recv(timeout=max(0.01, end - time.monotonic()))
+            if isinstance(message, bytes):
+                size = int.from_bytes(message[:4], "little")
+                about, content = json.loads(message[4 : 4 + size]), message[4 + size :]
+                if about["type"] == "frame":
+                    self.send(type="acknowledge")
+            else:
+                about, content = json.loads(message), None
+            if about["type"] == kind:
+                return about, content
+
+
+def test_files_of_the_page_and_no_others(viewer):
+    for path, kind in {"/": "text/html", "/main.js": "text/javascript", "/style.css": "text/css"}.items():
+        status, body, headers = get(viewer, path)
+        assert status == 200 and headers["Content-Type"].startswith(kind) and len(body) > 500
+        assert "default-src 'self'" in headers["Content-Security-Policy"]
+    for path in ("/../server.py", "/%2e%2e/server.py", "/page/index.html", "//etc/passwd", "/server.py"):
+        assert get(viewer, path)[0] == 404
+
+
+def test_pages_of_other_origins_are_refused(viewer):
+    port = port_of(viewer)
+    for origin in ("http://evil.example", f"http://127.0.0.1:{port + 1}", f"http://localhost:{port}", "null", None):
+        with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
+            connect(viewer, origin=origin)
+    with connect(viewer, host="localhost"):
+        pass
+
+
+def test_other_names_for_this_machine_are_refused(viewer):
+    """A page could have its own name lead here, and would then be of the same origin."""
+    assert get(viewer, "/", host="evil.example")[0] == 403
+    assert get(viewer, "/", host=f"evil.example:{port_of(viewer)}")[0] == 403
+    assert get(viewer, "/", host="192.0.2.1")[0] == 403
+    assert get(viewer, "/", host="")[0] == 403
+
+
+def test_a_viewer_for_other_machines_wants_its_token(ball):
+    with isospline.view(ball, browser=False, host="0.0.0.0") as viewer:
+        token = re.search(r"\?token=(.{16,})$", viewer.url).group(1)
+        for query in ("", "?token=", "?token=wrong", f"?token={token}x", "?other=1", "?token=%ff"):
+            with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
+                connect(viewer, query=query)
+        with connect(viewer, query=f"?token={token}"):
+            pass
+        with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
+            connect(viewer, query=f"?token={token}", origin="http://evil.example")
+
+
+def test_it_listens_to_this_machine_alone(viewer):
+    outside = next((each[4][0] for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)
+                    if not is_local(each[4][0])), None)  # fmt: skip
+    if outside is None:
+        outside = "127.0.0.2"  # another address of this machine: a listener on all addresses would answer
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection((outside, port_of(viewer)), timeout=2).close()
+
+
+def test_a_port_that_is_taken_is_one_clear_error(viewer):
+    with pytest.raises(OSError, match=f"^.*port: expected one that is free at 127.0.0.1, got {port_of(viewer)}"):
+        isospline.view(browser=False, port=port_of(viewer))
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {}, {"type": "nothing"}, {"type": "__init__"}, {"type": 7}, [], 3, None,
+        {"type": "size", "width": 10**9, "height": 3},
+        {"type": "size", "width": "a"}, {"type": "camera", "camera": {}}, {"type": "camera", "camera": [1]},
+        {"type": "camera", "camera": {"eye": [0, 0, 0], "target": [0, 0, 0], "up": [0, 0, 1]}},
+        {"type": "change", "changes": {"lens": 1}}, {"type": "change", "changes": {"shading": 3}},
+        {"type": "change", "changes": {"clip": {"normal": [0, "x", 0]}}}, {"type": "change"},
+        {"type": "change_object", "id": 9, "changes": {}},
+        {"type": "change_object", "id": 0, "changes": {"level": None}},
+        {"type": "change_object", "id": 0, "changes": {"color_by": "source9"}},
+        {"type": "change_object", "id": 0, "changes": {"level": 1e400}},
+        {"type": "change", "changes": {"clip": {"kind": "plane", "normal": [0, 0, 0]}}},
+        {"type": "add_object", "source": "nothing"}, {"type": "remove_object", "id": 5},
+        {"type": "look", "view": "inside"},
+        {"type": "pick", "x": "a"}, {"type": "save", "what": "/etc/passwd"}, {"type": "upload", "files": []},
+        {"type": "upload", "files": [{"name": "..", "size": 1}]},
+        {"type": "upload", "files": [{"name": "a", "size": 10**18}]},
+        {"type": "change", "changes": {"slices": {"shown": True, "volume": "nothing"}}},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_senseless_message_is_a_message_and_the_viewer_goes_on(viewer, message):
+    client = Client(viewer)
+    client.receive("frame")
+    client.socket.send(json.dumps(message).replace("Infinity", "1e400"))
+    assert client.receive("error")[0]["text"]
+    client.send(type="change_object", id=0, changes={"level": 321.0}, input=77)
+    while client.receive("frame")[0]["input"] != 77:
+        pass
+    assert viewer.state.objects[0].level == 321.0 and viewer.state.clip.kind == "none"
+    client.socket.close()
+
+
+def test_an_upload_cannot_leave_its_folder(viewer, ball):
+    client = Client(viewer)
+    content = ball.read_bytes()
+    client.send(type="upload", files=[{"name": "../../../escaped.npy", "size": len(content)}])
+    client.socket.send(content[:100])
+    client.socket.send(content[100:])
+    while len(list(viewer.document)) < 2:
+        client.receive("progress")
+    source = list(viewer.document)[1]
+    folder = os.path.basename(os.path.dirname(os.path.dirname(source.path)))
+    assert source.name == "escaped.npy" and folder.startswith("isospline-")
+    client.socket.close()
+    viewer.close()
+    assert not os.path.exists(source.path)
+
+
+def test_windows_come_and_go_while_pictures_are_drawn(viewer):
+    for number in range(12):
+        client = Client(viewer)
+        client.send(type="change", changes={"shading": "path-trace" if number % 2 else "phong"}, input=1)
+        if number % 3:
+            client.receive("frame")
+        client.socket.close() if number % 2 else client.socket.socket.close()
+    last = Client(viewer)
+    last.receive("frame")
+    end = time.monotonic() + 20
+    while len(viewer.windows()) > 1:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    last.socket.close()
+
+
+def test_closing_twice_and_in_the_middle_of_a_picture(ball):
+    viewer = isospline.view(ball, browser=False)
+    client = Client(viewer)
+    client.send(type="change", changes={"shading": "path-trace"}, input=1)
+    client.receive("frame")
+    begin = time.monotonic()
+    viewer.close()
+    viewer.close()
+    assert time.monotonic() - begin < 10
+    with pytest.raises(websockets.exceptions.ConnectionClosed):
+        for _ in range(1000):
+            client.socket.recv(timeout=10)
+
+
+@pytest.mark.parametrize("with_window", [False, True])
+def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
+    command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=obey_interrupts
+    )
+    try:
+        url = process.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url)
+        if with_window:
+
+            class Told:
+                pass
+
+            told = Told()
+            told.url = url
+            client = Client(told)
+            client.receive("frame")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert errors == "isospline: Ctrl-C ends the viewer\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nothing.npy"], "nothing.npy: No such file or directory"),
+        (["--port", "70000"], "--port: expected 0 to 65535, got 70000"),
+        (["--session", "nothing.json"], "nothing.json: No such file or directory"),
+        (["--host", "no.such.host.invalid"], "port: expected one that is free at no.such.host.invalid, got 0"),
+    ],
+)
+def test_wrong_arguments_are_one_line(arguments, message):
+    command = [sys.executable, "-m", "isospline", "view", "--no-browser", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_without_websockets_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "websockets", None)
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
+    with pytest.raises(ImportError, match=r"pip install isospline\[view\]"):
+        isospline.view(browser=False)
+
+
+def test_what_view_takes(ball):
+    data = np.load(ball).astype(float)
+    volume = isospline.Volume(data)
+    surface = isospline.Isosurface(volume, 100.0)
+    mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    with isospline.view(volume, surface, mesh, data, ball, levels=[50.0, 150.0], browser=False) as viewer:
+        levels = [each.level for each in viewer.state.objects]
+    assert levels == [50.0, 150.0, 100.0, None, 50.0, 150.0, 50.0, 150.0]
+    with isospline.Scene([surface, mesh]).show(browser=False) as viewer:
+        assert [each.level for each in viewer.state.objects] == [100.0, None]
+    with surface.show(browser=False) as viewer, volume.show(browser=False) as other:
+        assert len(viewer.state.objects) == len(other.state.objects) == 1
+    with pytest.raises(OSError, match="nothing"):
+        isospline.view("nothing.npy", browser=False)

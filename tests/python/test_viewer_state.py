@@ -1,0 +1,153 @@
+"""States, sessions and the Python of a picture: round trips, and messages about what is wrong."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+from isospline.cli import main
+from isospline.viewer.document import Document, read_source, source_of
+from isospline.viewer.picture import PictureMaker, Stage
+from isospline.viewer.script import script
+from isospline.viewer.session import open_session, read_session, session_of, write_session
+from isospline.viewer.state import CameraState, ClipState, ObjectState, SliceState, ViewState
+
+SIZE = (48, 36)
+CAMERA = CameraState(eye=(30.0, -50.0, 40.0), target=(12.0, 11.0, 10.0), up=(0.0, 0.0, 1.0))
+PARALLEL = CAMERA.replace(projection="orthographic", height=30.0)
+
+STATES = {
+    "plain": {},
+    "shadows": {"shadows": True, "camera": PARALLEL},
+    "outline": {"shading": "outline", "exponent": 1.5},
+    "ambient occlusion": {"shading": "ambient-occlusion"},
+    "path traced": {"shading": "path-trace"},
+    "capped": {"clip": ClipState("plane", (12.0, 11.0, 10.0), (0.2, 1.0, 0.0), values=True)},
+    "box": {"clip": ClipState("box", minimum=(0.0, 0.0, 0.0), maximum=(12.0, 30.0, 30.0), capped=False)},
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    np.save(tmp_path / "ball.npy", (1000 * volumes.sphere(0.7).samples((20, 22, 24))).astype(np.int16))
+    (tmp_path / "one.off").write_text("OFF\n3 1 0\n0 0 20\n20 0 20\n0 20 20\n3 0 1 2\n")
+    return tmp_path
+
+
+@pytest.fixture
+def opened(folder):
+    document = Document()
+    volume = document.add(read_source(folder / "ball.npy"))
+    mesh = document.add(read_source(folder / "one.off"))
+    level = volume.suggested_levels()[0]
+    state = ViewState(camera=CAMERA).with_new_object(volume.key, level, color_by="mean-curvature")
+    state = state.with_new_object(volume.key, level + 100, opacity=0.5).with_new_object(mesh.key)
+    return document, state
+
+
+def shot(document, state):
+    samples = 256 if state.shading == "path-trace" else 16
+    return PictureMaker(document).render(state, SIZE, Stage(samples, True)).to_srgb()
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_session_round_trip(opened, folder, name):
+    document, state = opened
+    state = state.replace(**STATES[name])
+    write_session(folder / "a.json", session_of(document, state))
+    session = read_session(folder / "a.json")
+    assert session.state == state
+    again = Document()
+    assert shot(again, open_session(again, session)).tolist() == shot(document, state).tolist()
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_script_makes_the_very_picture(opened, folder, name, monkeypatch):
+    document, state = opened
+    state = state.replace(**STATES[name])
+    monkeypatch.chdir(folder)
+    known = {}
+    exec(compile(script(document, state, SIZE), "picture.py", "exec"), known)
+    np.testing.assert_array_equal(known["image"].to_srgb(), shot(document, state))
+    assert (folder / "picture.png").stat().st_size > 100
+
+
+def test_render_takes_a_session(opened, folder):
+    document, state = opened
+    write_session(folder / "a.json", session_of(document, state))
+    out = folder / "out.png"
+    assert main(["render", "--session", str(folder / "a.json"), "-o", str(out), "--size", "48x36"]) == 0
+    import PIL.Image
+
+    np.testing.assert_array_equal(np.asarray(PIL.Image.open(out)), shot(document, state))
+
+
+def test_sessions_move_with_their_folder(opened, folder, tmp_path_factory):
+    document, state = opened
+    write_session(folder / "a.json", session_of(document, state))
+    assert '"path": "ball.npy"' in (folder / "a.json").read_text()
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "moved"
+    os.rename(folder, elsewhere)
+    again = Document()
+    assert open_session(again, read_session(elsewhere / "a.json")).object(0).level == state.object(0).level
+
+
+def test_what_is_not_from_a_file_is_no_session():
+    document = Document()
+    source = document.add(source_of(np.random.default_rng(0).normal(size=(6, 6, 6))))
+    with pytest.raises(ValueError, match="^session: expected objects that were read from files, got source1"):
+        session_of(document, ViewState().with_new_object(source.key, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"objects": [{"id": 0}]}, r"objects\[0\]: expected source, got id"),
+        ({"objects": [{"id": 0, "source": "a", "level": float("nan")}]}, "level: expected a finite number, got nan"),
+        ({"objects": [{"id": 0, "source": "a", "opacity": 2}]}, "opacity: expected a finite number from 0 to 1, got 2"),
+        ({"objects": [{"id": 0, "source": "a", "color": "red"}]}, "color: expected a colour such as #d8c3a5, got 'r"),
+        ({"shading": "best"}, "shading: expected one of phong, outline, ambient-occlusion, path-trace, got 'best'"),
+        ({"clip": {"kind": "plane", "normal": [0, 1]}}, r"normal: expected 3 numbers, got \[0, 1\]"),
+        ({"lens": 1}, "session.json.*: expected one of .*, got 'lens'|state: expected one of .*, got 'lens'"),
+        ({"camera": {"eye": [0, 0, 0]}}, "camera: expected target, got eye"),
+    ],
+)
+def test_a_wrong_session_is_one_clear_error(tmp_path, changes, message, capsys):
+    path = tmp_path / "session.json"
+    path.write_text(json.dumps({"format": "isospline session 1", "sources": [], "state": changes}))
+    with pytest.raises(ValueError, match=message):
+        read_session(path)
+    assert main(["render", "--session", str(path), "-o", str(tmp_path / "a.png")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"format": "isospline session 99"}', "\x00", "[" * 10000])
+def test_what_is_no_session_says_so(tmp_path, content):
+    (tmp_path / "a.json").write_text(content)
+    with pytest.raises(ValueError, match="expected a session of isospline"):
+        read_session(tmp_path / "a.json")
+
+
+def test_states_know_their_objects():
+    state = ViewState().with_new_object("a", 1.0).with_new_object("a", 2.0)
+    assert [each.id for each in state.objects] == [0, 1]
+    assert state.objects[0].color != state.objects[1].color
+    assert state.without_object(0).with_new_object("a", 3.0).objects[-1].id == 2
+    assert state.with_object(1, level=5).object(1).level == 5
+    with pytest.raises(ValueError, match="id: expected that of an object in the view, got 7"):
+        state.with_object(7, level=5)
+
+
+def test_records_make_json_of_what_they_are():
+    state = ViewState(camera=PARALLEL, slices=SliceState(True, "a", (1, 2, 3))).with_new_object("a", 1.0, limits=(0, 1))
+    assert ViewState.from_json(json.loads(json.dumps(state.to_json())), "state") == state
+    assert isinstance(state.objects[0], ObjectState)
+
+
+def test_cameras_are_those_of_camera_for():
+    for projection in ("perspective", "orthographic"):
+        camera = isospline.camera_for([(0, 0, 0), (1, 2, 3)], projection=projection)
+        np.testing.assert_array_equal(CameraState.of(camera).camera().rays((5, 4)), camera.rays((5, 4)))
