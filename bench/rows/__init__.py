@@ -7,14 +7,14 @@ which yields results that JSON knows, `goals(results)`, a list of `suite.goal.Go
 
 from . import (
     accuracy, agreement, animation, box_edge, call, escape, frame, growth, incoherent, large, level, memory, mesh,
-    mitsuba, packets, picture, prefilter, primary,
+    mitsuba, packets, picture, prefilter, primary, view,
 )  # fmt: skip
 
 ROWS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
         primary, packets, incoherent, growth, mitsuba, level, frame, animation, picture, call, box_edge, agreement,
-        accuracy, escape, prefilter, memory, mesh, large,
+        accuracy, escape, prefilter, memory, mesh, view, large,
     )
 }  # fmt: skip
 

@@ -65,7 +65,7 @@ def make_parser(info, measure, render, mesh, view):
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command, optional=True)
     command.add_argument("--session", metavar="FILE",
-                         help="what the viewer saved, in place of FILE and the options of surfaces, cuts, view and light")
+                         help="what the viewer saved, in place of FILE and options of surfaces, cuts, view, light")
     command.add_argument("-o", "--output", required=True, metavar="OUT",
                          help="picture to write: .png or .exr; of a turntable .mp4 or, with numbers, turn-####.png")
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")

@@ -28,7 +28,7 @@ def chromium():
 class Page:
     """A window with the viewer's page; what goes wrong in it ends the test."""
 
-    def __init__(self, browser, url, size=(900, 600)):
+    def __init__(self, browser, url, size=(760, 400)):
         self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         self.problems = []
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))

@@ -272,5 +272,9 @@ def test_what_view_takes(ball):
         assert [each.level for each in viewer.state.objects] == [100.0, None]
     with surface.show(browser=False) as viewer, volume.show(browser=False) as other:
         assert len(viewer.state.objects) == len(other.state.objects) == 1
+    moved = isospline.Scene()
+    moved.add(surface, np.diag([2.0, 2.0, 2.0, 1.0]))
+    with pytest.raises(ValueError, match="scene: expected objects without a transform, got one of geometry 0"):
+        moved.show(browser=False)
     with pytest.raises(OSError, match="nothing"):
         isospline.view("nothing.npy", browser=False)

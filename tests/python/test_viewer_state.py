@@ -151,3 +151,19 @@ def test_cameras_are_those_of_camera_for():
     for projection in ("perspective", "orthographic"):
         camera = isospline.camera_for([(0, 0, 0), (1, 2, 3)], projection=projection)
         np.testing.assert_array_equal(CameraState.of(camera).camera().rays((5, 4)), camera.rays((5, 4)))
+
+
+def test_other_levels_of_a_surface_have_its_options():
+    data = volumes.sphere(0.7).samples(20)
+    mask = np.ones(data.shape, bool)
+    volume = isospline.Volume(data)
+    mask[:10] = False
+    surface = isospline.Isosurface(volume, 0.0, mask=mask)
+    with isospline.view(surface, browser=False) as viewer:
+        state = viewer.state.with_object(0, level=0.1).replace(camera=CAMERA)
+        with viewer.making() as maker:
+            (geometry,) = maker.geometry_ids(state).values()
+            found = maker.scene.object(geometry)
+    assert found.level == 0.1 and surface.level == 0.0
+    np.testing.assert_array_equal(found.shell.mask, surface.with_level(0.1).shell.mask)
+    assert not found.shell.mask[:10].any() and found.shell.mask.any()

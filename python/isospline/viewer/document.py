@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from ..levels import histogram, levels_of_histogram
 
 #: Suffixes of files that hold meshes; others are read as volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
-#: Formats whose world is a patient's, in LPS coordinates.
-PATIENT_FORMATS = ("NIfTI", "DICOM", "NRRD", "MetaImage")
+#: Formats whose files always say where the patient is: their world is LPS.
+PATIENT_FORMATS = ("NIfTI", "DICOM")
 
 # Bars of the histogram in the page, and the points at which the values of a Volume without samples are looked up.
 BARS = 256
@@ -40,6 +40,8 @@ class Source:
         The values of a volume's samples, ascending, and how often they occur.
     patient : bool
         Whether world coordinates are a patient's (LPS).
+    template : Isosurface or None
+        A surface whose options those of other levels have.
     """
 
     key: str
@@ -50,6 +52,7 @@ class Source:
     values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     patient: bool = False
+    template: object = None
 
     @property
     def is_volume(self):
@@ -132,13 +135,13 @@ class Document:
         with self._lock:
             while source.key in self._sources:
                 number += 1
-                source = Source(**{**vars(source), "key": f"source{number}"})
+                source = replace(source, key=f"source{number}")
             self._sources[source.key] = source
         return source
 
-    def volume_key(self, volume):
-        """The key of a Volume that is open, or None."""
-        return next((source.key for source in self if source.item is volume), None)
+    def source_of_volume(self, volume):
+        """The source of a Volume that is open, or None."""
+        return next((source for source in self if source.item is volume), None)
 
     def bounds(self, keys=None):
         """Lower and upper corner of all sources, or of some."""

@@ -114,12 +114,13 @@ class PictureMaker:
         return {id: geometry for id, (_, geometry, _) in self._objects.items()}
 
     def _item(self, each, clip):
-        item = self._document[each.source].item
+        source = self._document[each.source]
+        item = source.item
         if each.level is None:
             return item
         cuts = clip.cuts()
         if each.source not in self._indices:
-            self._indices[each.source] = _core.Isosurface(item, each.level)
+            self._indices[each.source] = source.template or _core.Isosurface(item, each.level)
         if cuts is None:
             return self._indices[each.source].with_level(each.level)
         return _core.Isosurface(item, each.level, clip=cuts, capped=clip.capped)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+import numpy as np
+
 from .. import _core
 from .cell import display, in_notebook
 from .viewer import Viewer, open_in_browser
@@ -17,8 +19,8 @@ def view(*items, levels=None, host="127.0.0.1", port=0, token=None, browser=None
     Parameters
     ----------
     *items : path-like, Volume, VolumeData, Isosurface, Mesh, Scene or array
-        Files, as `read_volume` and `read_mesh` take them, and objects. Of a scene all isosurfaces and meshes are shown
-        that have no transform.
+        Files, as `read_volume` and `read_mesh` take them, and objects. Isosurfaces and meshes of a scene must have no
+        transform.
     levels : sequence of float, optional
         Levels of volumes; by default the first one of `suggest_levels`.
     host : str
@@ -80,6 +82,8 @@ def _show(viewer, item, levels):
         viewer.open(item, levels=levels)
     elif isinstance(item, _core.Scene):
         for id in item.ids:
+            if not np.array_equal(item.transform(id), np.eye(4)):
+                raise ValueError(f"scene: expected objects without a transform, got one of geometry {id}")
             viewer.add(item.object(id))
     else:
         viewer.add(item, levels=levels)

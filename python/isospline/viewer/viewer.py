@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -83,12 +84,17 @@ class Viewer:
         )
 
     def add(self, item, *, levels=None, **look):
-        """Show a Volume, VolumeData, array, Isosurface or Mesh."""
+        """Show a Volume, VolumeData, array, Isosurface or Mesh.
+
+        Other levels of an isosurface have its options, until the viewer's own cut takes the place of its clip and mask.
+        """
         if isinstance(item, _core.Isosurface):
-            key = self.document.volume_key(item.volume)
-            levels, item = [item.level], item.volume
-            if key is not None:
-                return self._show_source(self.document[key], levels, look)
+            known = self.document.source_of_volume(item.volume)
+
+            def make(key):
+                return replace(known or source_of(item.volume)(key), key=key, template=item)
+
+            return self._show(make, [item.level], look)
         return self._show(source_of(item), levels, look)
 
     def open_session(self, session):

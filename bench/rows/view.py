@@ -1,0 +1,125 @@
+"""The viewer in a browser: from a change in the page to its picture on the screen."""
+
+import contextlib
+import shutil
+import statistics
+import time
+
+import numpy as np
+
+import isospline
+from suite.goal import at_least, at_most
+from suite.peers import Skipped
+from suite.tables import markdown_table
+
+TITLE = "The viewer: from the hand to the picture"
+ABOUT = """`isospline.view` in Chromium without a window, both on this machine and all its cores, a page of 1280 x 800
+pixels. The mouse moves 60 times a second, for three seconds each: it drags the level in the histogram, orbits, and
+moves a cut. *Latency* is the time from the page's message to the first picture that has its change, decoded and drawn,
+by the page's own clock; of changes that a newer one overtook there is none. *Scale* is the part of the full resolution,
+along each side, that was drawn meanwhile. The browser draws in software here, and so takes a part of the cores."""
+SETTINGS = ("size",)
+SECONDS, WINDOW = 3.0, {"width": 1280, "height": 800}
+GOALS = [("from a move of the hand to its picture, median", "at most 50 ms"),
+         ("pictures a second while the hand moves", "at least 20 pictures/s")]  # fmt: skip
+
+
+def measure(settings):
+    isospline.set_thread_count(0)
+    with chromium() as browser:
+        for subject in settings.subjects():
+            volume = isospline.Volume(subject.data, **subject.grid)
+            with isospline.view(volume, levels=[subject.level], browser=False) as viewer:
+                page = browser.new_page(viewport=WINDOW)
+                page.goto(viewer.url)
+                settle(page)
+                moves = {"level": drag_level(page), "orbit": drag(page, (400, 400), (700, 330)), "cut": drag_cut(page)}
+                page.close()
+            yield {"subject": subject.name, "threads": isospline.thread_count(), "moves": moves}
+
+
+@contextlib.contextmanager
+def chromium():
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError as error:
+        raise Skipped("no playwright: pip install playwright") from error
+    path = shutil.which("chromium") or shutil.which("google-chrome")
+    if path is None:
+        raise Skipped("no chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def settle(page, seconds=120):
+    """Wait until the newest state has been drawn to the end."""
+    end = time.monotonic() + seconds
+    while not page.evaluate("!!isospline.frame?.final && isospline.frame.input === isospline.inputs"):
+        if time.monotonic() > end:
+            raise RuntimeError("the viewer shows no picture: " + page.inner_text("#messages"))
+        time.sleep(0.05)
+
+
+def drag_level(page):
+    box = page.locator("#histogram [data-object]").bounding_box()
+    place = (box["x"] + box["width"] / 2, box["y"] + 40)
+    return drag(page, place, (place[0] + 30, place[1]))
+
+
+def drag_cut(page):
+    page.evaluate("document.getElementById('cut').open = true")
+    page.get_by_role("button", name="Plane").click()
+    settle(page)
+    box = page.locator("[data-handle='move the plane']").bounding_box()
+    place = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    return drag(page, place, (place[0] + 40, place[1] - 20))
+
+
+def drag(page, begin, end):
+    """Move to and fro between two points, and tell what the page has seen meanwhile."""
+    page.evaluate("""() => {
+        isospline.latencies = [];
+        window.shown = [];
+        isospline.listeners.shown = [about => shown.push([performance.now(), about.samples, about.size[0]])];
+    }""")
+    page.mouse.move(*begin)
+    page.mouse.down()
+    start = time.monotonic()
+    while (now := time.monotonic() - start) < SECONDS:
+        part = (1 - np.cos(2 * np.pi * now / SECONDS)) / 2
+        page.mouse.move(*(a + (b - a) * part for a, b in zip(begin, end)))
+        time.sleep(max(0.0, 1 / 60 - (time.monotonic() - start - now)))
+    latencies, shown = page.evaluate("[isospline.latencies, shown]")
+    page.mouse.up()
+    settle(page)
+    full = page.evaluate("isospline.frame.size[0]")
+    moving = [each for each in shown if each[1] == 0]
+    return {
+        "milliseconds": statistics.median(latencies), "slow_milliseconds": float(np.percentile(latencies, 95)),
+        "rate": (len(moving) - 1) / (moving[-1][0] - moving[0][0]) * 1e3,
+        "scale": statistics.median(each[2] for each in moving) / full,
+    }  # fmt: skip
+
+
+def values(results, key):
+    return {f"{result['subject']}, {move}": each[key] for result in results for move, each in result["moves"].items()}
+
+
+def goals(results):
+    return [
+        at_most(GOALS[0][0], 50, values(results, "milliseconds"), "ms"),
+        at_least(GOALS[1][0], 20, values(results, "rate"), "pictures/s"),
+    ]
+
+
+def table(results):
+    rows = [
+        (result["subject"], move, each["milliseconds"], each["slow_milliseconds"], each["rate"], each["scale"])
+        for result in results
+        for move, each in result["moves"].items()
+    ]
+    return markdown_table(("volume", "move", "latency, ms", "95 of 100 within, ms", "pictures/s", "scale"), rows)
