@@ -21,13 +21,11 @@ def serve(arguments, reading, say):
         if not os.path.exists(path):
             raise FileNotFoundError(f"{path}: No such file or directory")
     session = read_session(arguments.session) if arguments.session else None
-    if not 0 <= arguments.port <= 65535:
-        raise ValueError(f"--port: expected 0 to 65535, got {arguments.port}")
     read_options = {name: _plain(value) for name, value in reading.items() if value}
     viewer = Viewer(host=arguments.host, port=arguments.port)
     try:
-        print(viewer.url, flush=True)
         say("Ctrl-C ends the viewer")
+        print(viewer.url, flush=True)
         if not arguments.no_browser:
             open_in_browser(viewer.url)
         if session is not None:

@@ -164,6 +164,12 @@ def calls(o, folder):
         ("suggest_levels", iso.suggest_levels, {"data": samples, "count": 2}),
         ("Image.to_srgb", o["image"].to_srgb, {}),
         ("Image.write", o["image"].write, {"path": folder / "a.exr", "half": False, "quality": 90}),
+        ("view", lambda item, **given: iso.view(item, browser=False, **given).close(),
+         {"item": surface, "levels": [0.1], "host": "127.0.0.1", "port": 0, "token": "secret", "session": None,
+          "height": 300}),
+        *((f"{name.title()}.show", lambda item=o[name], **given: item.show(browser=False, **given).close(),
+           {"levels": [0.1]}) for name in ("scene", "volume")),
+        ("Isosurface.show", lambda **given: surface.show(browser=False, **given).close(), {"levels": [0.1]}),
         ("write_video", iso.write_video, {"path": folder / "a.mp4", "images": [o["image"]], "fps": 30.0,
                                           "quality": 5.0}),
         *((f"volumes.{name}", getattr(volumes, name), _defaults(getattr(volumes, name)))

@@ -1,7 +1,9 @@
 """A page of the viewer in a real Chromium, and what tests do to it."""
 
+import base64
 import contextlib
 import io
+import os
 import shutil
 import time
 
@@ -17,12 +19,17 @@ def chromium():
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         raise RuntimeError("the tests of the viewer need chromium, which make test installs: see packages.txt")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+    # What is preloaded for the module under test, such as a sanitizer, is not for the browser.
+    preloaded = os.environ.pop("LD_PRELOAD", None)
+    with contextlib.ExitStack() as stack:
         try:
-            yield browser
+            playwright = stack.enter_context(sync_playwright())
+            browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"], env=dict(os.environ))
         finally:
-            browser.close()
+            if preloaded is not None:
+                os.environ["LD_PRELOAD"] = preloaded
+        stack.callback(browser.close)
+        yield browser
 
 
 class Page:
@@ -73,8 +80,6 @@ class Page:
     def pixels(self):
         """The picture as the page shows it."""
         data = self.evaluate("document.getElementById('picture').toDataURL('image/png').split(',')[1]")
-        import base64
-
         return np.asarray(PIL.Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
 
     def download(self, selector):

@@ -242,7 +242,7 @@ def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
     ("arguments", "message"),
     [
         (["nothing.npy"], "nothing.npy: No such file or directory"),
-        (["--port", "70000"], "--port: expected 0 to 65535, got 70000"),
+        (["--port", "70000"], "port: expected 0 to 65535, got 70000"),
         (["--session", "nothing.json"], "nothing.json: No such file or directory"),
         (["--host", "no.such.host.invalid"], "port: expected one that is free at no.such.host.invalid, got 0"),
     ],

@@ -14,6 +14,8 @@ import threading
 import urllib.parse
 from pathlib import Path
 
+from ..parameters import check_type
+
 PAGE = Path(__file__).parent / "page"
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 #: Bytes of the longest message of a page: a part of an upload.
@@ -44,6 +46,11 @@ class Server:
     """
 
     def __init__(self, viewer, host, port, token=None):
+        check_type(host, "host", str, "a str")
+        check_type(port, "port", int, "a whole number")
+        check_type(token, "token", (str, type(None)), "a str or None")
+        if not 0 <= port <= 65535:
+            raise ValueError(f"port: expected 0 to 65535, got {port}")
         try:
             import websockets.asyncio.server as sockets
         except ImportError as error:
@@ -85,6 +92,8 @@ class Server:
             reason = error.strerror or str(error)
             message = f"port: expected one that is free at {host or '*'}, got {port}: {reason}"
             self._failure = OSError(error.errno, message)
+        except Exception as error:
+            self._failure = error
         finally:
             started.set()
             self._loop.close()

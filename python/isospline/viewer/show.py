@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 
 import numpy as np
 
 from .. import _core
+from ..parameters import check_count, check_type
 from .cell import display, in_notebook
+from .checked import number
 from .viewer import Viewer, open_in_browser
 
 
@@ -58,6 +61,10 @@ def view(*items, levels=None, host="127.0.0.1", port=0, token=None, browser=None
     ...     viewer.state.objects[0].level == field.level
     True
     """
+    if levels is not None:
+        check_type(levels, "levels", Iterable, "numbers")
+        levels = [number()(level, "levels") for level in levels]
+    check_count(height, "height")
     viewer = Viewer(host=host, port=port, token=token)
     try:
         if session is not None:

@@ -17,10 +17,10 @@ export class Panel {
     this.app = app;
     this.histogram = new Histogram(app, document.getElementById("histogram"));
     this.measurements = [];
+    this.drawn = {}; // of each part what it depended on
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
     app.on("measurement", ({measurement}) => this.measured(measurement));
     app.on("connected", () => { this.measurements = []; app.tell("measurements-cleared"); this.drawMeasurements(); });
-    for (const part of document.querySelectorAll("#panel details")) part.ontoggle = () => this.draw();
     this.drawMeasurements();
     this.drawSaves();
   }
@@ -29,20 +29,19 @@ export class Panel {
     const {app} = this;
     if (!app.state) return;
     this.histogram.draw();
-    this.put("objects", () => app.state.objects.map(each => this.drawObject(each)));
-    this.put("add", () => this.drawAdd());
-    this.put("light", () => this.drawLight(), true);
-    this.put("cut", () => this.drawCut(), true);
-    this.put("slicing", () => this.drawSlicing(), true);
+    const {objects, shading, shadows, exponent, background, clip, slices} = app.state, open = [...app.sources.keys()];
+    this.put("objects", [objects, shading, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
+    this.put("add", [objects.map(each => [each.source, each.level]), open], () => this.drawAdd());
+    this.put("light", [shading, shadows, exponent, background], () => this.drawLight(), true);
+    this.put("cut", [clip.kind, clip.capped, clip.values], () => this.drawCut(), true);
+    this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
 
-  // Replace the children of a part, after its summary, unless something in it is being used.
-  put(id, draw, afterSummary = false) {
-    const part = document.getElementById(id), active = document.activeElement;
-    if (part.contains(active) && active.matches("input:not([type=checkbox])")) {
-      // Numbers that another control has changed are shown all the same.
-      return;
-    }
+  // Replace the children of a part, after its summary, where what it depends on has changed and the hand is not on it.
+  put(id, depends, draw, afterSummary = false) {
+    const part = document.getElementById(id), active = document.activeElement, key = JSON.stringify(depends);
+    if (this.drawn[id] === key || (part.contains(active) && active.matches("input:not([type=checkbox])"))) return;
+    this.drawn[id] = key;
     const label = part.contains(active) ? active.getAttribute("aria-label") ?? active.textContent : null;
     part.replaceChildren(...(afterSummary ? [part.querySelector("summary")] : []), ...draw().filter(Boolean));
     if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();

@@ -57,7 +57,7 @@ export class Stage {
     if (app.frame?.number > about.number) return;
     const {width, height} = this.pixels();
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, {width, height});
-    this.context.imageSmoothingQuality = "high";
+    this.context.imageSmoothingQuality = about.samples ? "high" : "low";
     this.context.drawImage(picture, 0, 0, width, height);
     picture.close();
     const now = performance.now(), sent = app.sentAt.get(about.input);
