@@ -2,6 +2,7 @@
 
 #include "isospline/math/grid.h"
 #include "isospline/spline/volume.h"
+#include "isospline/util/fork.h"
 #include "isospline/util/parallel.h"
 
 #include <hwy/highway.h>
@@ -192,10 +193,9 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
 std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume)
 {
     using Known = std::map<std::weak_ptr<const Volume>, std::weak_ptr<const BrickRanges>, std::owner_less<>>;
-    static std::mutex mutex;
     static Known known;
     {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(moment_mutex(&known));
         std::erase_if(known, [](const auto& each) { return each.second.expired(); });
         const auto found = known.find(volume);
         if (found != known.end())
@@ -203,7 +203,7 @@ std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Vol
                 return ranges;
     }
     auto ranges = std::make_shared<const BrickRanges>(*volume);
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(moment_mutex(&known));
     known[volume] = ranges;
     return ranges;
 }
