@@ -42,7 +42,7 @@ class AdaptiveResolution:
     (250, 200)
     """
 
-    def __init__(self, budget=0.035):
+    def __init__(self, budget=0.026):
         self._budget = budget
         self._step = STEPS.index(0.5)
         self._sums = [0.0] * 5  # of 1, p, t, p^2 and p t
