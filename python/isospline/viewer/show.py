@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,16 @@ from .checked import number
 from .viewer import Viewer, open_in_browser
 
 
-def view(*items, levels=None, host="127.0.0.1", port=0, token=None, browser=None, session=None, height=640):
+def view(
+    *items: Any,
+    levels: Iterable[float] | None = None,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    token: str | None = None,
+    browser: bool | None = None,
+    session: str | os.PathLike[str] | None = None,
+    height: int = 640,
+) -> Viewer:
     """Show volumes, isosurfaces and meshes in a web browser, or in the cell of a notebook.
 
     The viewer works on a thread of its own and goes on until it is closed, or the program ends.

@@ -6,6 +6,7 @@ import contextlib
 import shutil
 import tempfile
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -59,15 +60,15 @@ class Viewer:
         self._server = Server(self, host, port, token)
 
     @property
-    def url(self):
+    def url(self) -> str:
         return self._server.url
 
     @property
-    def state(self):
+    def state(self) -> ViewState:
         with self._lock:
             return self._state.replace(camera=self._camera)
 
-    def change(self, function):
+    def change(self, function: Callable[[ViewState], ViewState]) -> None:
         """Put ``function(state)`` in the place of the state, and show it in all windows."""
         with self._lock:
             self._state = function(self._state)
@@ -206,12 +207,12 @@ class Viewer:
                 self._folder = tempfile.mkdtemp(prefix="isospline-")
         return tempfile.mkdtemp(dir=self._folder)
 
-    def wait(self):
+    def wait(self) -> None:
         """Wait until the viewer is closed; Ctrl-C ends the wait with a KeyboardInterrupt."""
         while not self._closed.wait(0.2):
             pass
 
-    def close(self):
+    def close(self) -> None:
         """Close the windows and stop listening."""
         if self._closed.is_set():
             return
@@ -223,10 +224,10 @@ class Viewer:
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
 
-    def __enter__(self):
+    def __enter__(self) -> Viewer:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __repr__(self):
