@@ -1,8 +1,8 @@
 #include "arrays.h"
 #include "bind.h"
 #include "long_call.h"
-#include "results.h"
 #include "points.h"
+#include "results.h"
 
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"

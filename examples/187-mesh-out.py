@@ -8,7 +8,9 @@ import isospline
 from isospline import volumes
 
 
-def main(samples=48, size=(640, 360), folder="out"):
+def main(
+    samples: int = 48, size: tuple[int, int] = (640, 360), folder: str = "out"
+) -> tuple[isospline.Mesh, float]:
     field = volumes.torus(major=0.5, minor=0.24)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     surface = isospline.Isosurface(volume, field.level)

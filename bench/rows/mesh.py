@@ -12,12 +12,12 @@ from suite.tables import markdown_table, with_spread
 
 TITLE = "Meshes"
 ABOUT = """`surface.to_mesh()` with all cores, against VTK's FlyingEdges3D with as many threads and gradients as
-normals, and `skimage.measure.marching_cubes` (Lewiner), which has one. The time of isospline includes exact normals, the merging
-of vertices and world space; that of a new `Isosurface` is in it, that of the coefficients is not. *Distance* is the
-largest from the vertices of 20,000 faces, and from their middles, to the exact surface (`closest_points`), in voxels;
-that of the others includes that their model is not the spline but trilinear. *Not manifold* are edges with other than
-two faces, the border of the volume left out. With a tolerance of a tenth of a voxel, *simplified* tells the triangles that
-are left, in what time, and the distance that is measured, both ways."""
+normals, and `skimage.measure.marching_cubes` (Lewiner), which has one. The time of isospline includes exact normals,
+the merging of vertices and world space; that of a new `Isosurface` is in it, that of the coefficients is not.
+*Distance* is the largest from the vertices of 20,000 faces, and from their middles, to the exact surface
+(`closest_points`), in voxels; that of the others includes that their model is not the spline but trilinear. *Not
+manifold* are edges with other than two faces, the border of the volume left out. With a tolerance of a tenth of a
+voxel, *simplified* tells the triangles that are left, in what time, and the distance that is measured, both ways."""
 SETTINGS = ("repetitions",)
 GOALS = [("time of a mesh, against VTK's FlyingEdges3D", "at most 10 times")]
 SAMPLED_FACES = 20_000

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._core import Isosurface, Measurement, Mesh, Scene
+from .signatures import explained, explained_methods
 
 #: Boxes that are looked at, at most, for one bound.
 MOST_BOXES = 1 << 18
 
 
+@explained_methods
 @dataclass(frozen=True)
 class SurfaceDistance:
     """Distances of one surface from another, one-sided; of `surface_distance`.
@@ -40,6 +42,7 @@ class SurfaceDistance:
         return f"SurfaceDistance(mean={mean!r}, rms={rms!r}, maximum=({lower:.12g}, {upper:.12g}))"
 
 
+@explained
 def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
     """Distances of the points of an isosurface from another surface, which are not those the other way round.
 
@@ -107,6 +110,7 @@ def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
     )
 
 
+@explained
 def hausdorff_distance(surface, other, *, tolerance=None):
     """The Hausdorff distance of two isosurfaces: the largest distance of a point of either from the other.
 

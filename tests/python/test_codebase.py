@@ -22,7 +22,7 @@ MAY_INCLUDE = {
     "measure": {"util", "math", "spline", "cell", "brick"},
     "shell": {"util", "math", "spline", "cell", "brick", "measure"},
     "trace": {"util", "math", "spline", "cell", "brick", "shell"},
-    "query": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
+    "query": {"util", "math", "spline", "cell", "brick", "measure", "shell", "trace"},
     "polygonize": {"util", "math", "spline", "cell", "brick", "shell", "trace", "query"},
     "hopper": {"util", "math", "spline", "cell", "brick", "shell", "trace"},
     "scene": {"util", "math", "spline", "cell", "brick", "measure", "shell", "trace", "query"},

@@ -377,7 +377,8 @@ def test_raw_of_another_size_is_refused(tmp_path, data):
     path = tmp_path / "a.raw"
     path.write_bytes(data.tobytes())
     for shape in ((5, 6, 8), (5, 6, 6)):
-        with pytest.raises(ValueError, match=rf"a\.raw: .*expected \d+ bytes, {shape[2]} x 6 x 5 samples \(x, y, z\) of int16"):
+        expected = rf"a\.raw: .*expected \d+ bytes, {shape[2]} x 6 x 5 samples \(x, y, z\) of int16"
+        with pytest.raises(ValueError, match=expected):
             read_volume(path, shape=shape, dtype="int16")
     with pytest.raises(ValueError, match="shape and the type"):
         read_volume(path)

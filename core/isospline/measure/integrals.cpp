@@ -179,15 +179,4 @@ Integrals integrate(const Solid& solid, const IntegralOptions& options, const Pr
     return total;
 }
 
-void for_each_solid_cell(const Solid& solid, const IntegralOptions& options,
-                         const std::function<void(const glm::ivec3&, const Integrals&)>& visit,
-                         const Progress& progress)
-{
-    check(solid, options);
-    for_each_brick(
-        solid, [&] { return BrickIntegrals(solid, options); },
-        [&](BrickIntegrals& work, std::size_t, const Brick& brick, Side side) { work.visit_cells(brick, side, visit); },
-        progress);
-}
-
 } // namespace isospline

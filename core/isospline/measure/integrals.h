@@ -6,7 +6,6 @@
 #include "isospline/util/progress.h"
 
 #include <cstddef>
-#include <functional>
 
 namespace isospline {
 
@@ -20,11 +19,5 @@ struct IntegralOptions {
 /// Integrals over all cells, in world units. The same for any number of threads. Throws std::invalid_argument for an
 /// order out of 2-10 and where curvature is asked for at degree 1, whose surfaces have creases.
 Integrals integrate(const Solid& solid, const IntegralOptions& options, const Progress& progress = {});
-
-/// The same, cell by cell: calls `visit(cell, integrals)` for those that hold any part of the solid, from many threads
-/// at a time.
-void for_each_solid_cell(const Solid& solid, const IntegralOptions& options,
-                         const std::function<void(const glm::ivec3&, const Integrals&)>& visit,
-                         const Progress& progress = {});
 
 } // namespace isospline

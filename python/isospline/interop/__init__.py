@@ -4,6 +4,7 @@ None of the libraries is imported before a method that needs it is called.
 """
 
 from .._core import Isosurface, Mesh, Volume
+from ..signatures import explained
 from . import mesh_output, meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
 from .rays import RayMeshIntersector
@@ -15,10 +16,6 @@ def _attach(owner, kind=classmethod, **functions):
     for name, function in functions.items():
         function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
         setattr(owner, name, kind(function))
-
-
-def _method(function):
-    return function
 
 
 _attach(
@@ -38,10 +35,10 @@ _attach(
 )
 _attach(
     Mesh,
-    _method,
+    explained,
     to_meshio=mesh_output.to_meshio,
     to_pyvista=mesh_output.to_pyvista,
     to_trimesh=mesh_output.to_trimesh,
     write=mesh_output.write_mesh,
 )
-_attach(Isosurface, _method, write=mesh_output.write_surface)
+_attach(Isosurface, explained, write=mesh_output.write_surface)

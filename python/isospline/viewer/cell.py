@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..cameras import camera_for
-from ..image import render
+from ..rendering import render
 from .document import source_of
 from .state import COLORS
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..colors import srgb_to_linear
-from ..image import render
+from ..rendering import render
 from ..looks import CURVATURES
 from ..progressive import ProgressiveRenderer
 

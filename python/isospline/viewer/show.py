@@ -10,11 +10,13 @@ import numpy as np
 
 from .. import _core
 from ..parameters import check_count, check_type
+from ..signatures import explained
 from .cell import display, in_notebook
 from .checked import number
 from .viewer import Viewer, open_in_browser
 
 
+@explained
 def view(
     *items: Any,
     levels: Iterable[float] | None = None,
