@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 # Calls that write a file.
-WRITING = ("image.write", ".save(", ".savefig(", ".tofile(", "write_video(")
+WRITING = ("image.write", "part.write", ".save(", ".savefig(", ".tofile(", "write_video(")
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
 
 
@@ -68,6 +68,17 @@ def test_first_tries_find_what_is_there(tmp_path):
     assert example("220-all-walls") == pytest.approx(3 * 4 * 0.25 / 2, abs=1e-2)
     depths = example("205-other-processes", size=(32, 24))
     assert depths[0] == pytest.approx(depths[2], abs=1e-2) and depths[1] < depths[0]
+
+
+def test_meshes_and_measures_are_those_of_the_solids(tmp_path):
+    part = example("235-print-it", samples=48, folder=tmp_path)
+    assert part == pytest.approx(1.6**3 / 2, rel=0.1)  # a gyroid halves space
+    volume, area, thickness = example("240-measure")
+    assert volume == pytest.approx(2 * np.pi**2 * 0.5 * 0.24**2, rel=1e-4)
+    assert area == pytest.approx(4 * np.pi**2 * 0.5 * 0.24, rel=1e-4)
+    assert thickness == pytest.approx(0.48, rel=1e-2)
+    distance = example("245-compare")
+    assert 0 < distance.mean.value < 0.01 and distance.maximum[0] < 0.01
 
 
 def test_instances_are_built_once(tmp_path):

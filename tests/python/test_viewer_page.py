@@ -10,6 +10,7 @@ import time
 import numpy as np
 import PIL.Image
 import pytest
+import trimesh
 
 import isospline
 from browser import Page, chromium
@@ -271,6 +272,10 @@ def test_what_is_saved(page, viewer, ball, tmp_path):
         assert again.state == viewer.state
     name, content = page.download("[data-save=exr]")
     assert name == "picture.exr" and content.startswith(b"\x76\x2f\x31\x01")
+    name, content = page.download("[data-save=mesh]")
+    assert name == "mesh.stl"
+    mesh = trimesh.load(io.BytesIO(content), file_type="stl")
+    assert mesh.is_watertight and mesh.volume == pytest.approx(4 / 3 * np.pi * 20**3, rel=1e-2)
     page.page.set_viewport_size({"width": 460, "height": 90})
     page.settle()
     name, content = page.download("[data-save=turntable]")

@@ -1,4 +1,4 @@
-"""What a window saves: pictures, a turn around the scene, the session, and the Python that makes the picture."""
+"""What a window saves: pictures, a turn around the scene, meshes, the session, and the Python of the picture."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import tempfile
 
 import numpy as np
 
+from .. import _core
 from ..cameras import turntable
 from ..video import write_video
 from .picture import FINAL_SAMPLES, Stage
@@ -24,7 +25,8 @@ def save(viewer, what, state, size, options):
     Parameters
     ----------
     viewer : Viewer
-    what : {"png", "exr", "turntable", "session", "python"}
+    what : {"png", "exr", "turntable", "mesh", "session", "python"}
+        A mesh is that of all visible isosurfaces, cut as they are.
     state : ViewState
         With a camera.
     size : (int, int)
@@ -36,12 +38,15 @@ def save(viewer, what, state, size, options):
         return "picture.py", script(viewer.document, state, size).encode()
     if what == "session":
         return "session.json", session_of(viewer.document, state).to_text().encode()
-    if what not in ("png", "exr", "turntable"):
-        raise ValueError(f"what: expected png, exr, turntable, session or python, got {what!r}")
+    if what not in ("png", "exr", "turntable", "mesh"):
+        raise ValueError(f"what: expected png, exr, turntable, mesh, session or python, got {what!r}")
     with tempfile.TemporaryDirectory(prefix="isospline-") as folder:
         if what == "turntable":
             path = os.path.join(folder, "turntable.mp4")
             _write_turntable(viewer, path, state, size, options)
+        elif what == "mesh":
+            path = os.path.join(folder, "mesh.stl")
+            _mesh(viewer, state).write(path)
         else:
             path = os.path.join(folder, f"picture.{what}")
             layers = ("depth", "normal", "position") if what == "exr" else ()
@@ -50,6 +55,22 @@ def save(viewer, what, state, size, options):
                 maker.render(state, size, stage, _progress(viewer, "rendering"), layers=layers).write(path)
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()
+
+
+def _mesh(viewer, state):
+    """The meshes of the visible isosurfaces as one."""
+    with viewer.making() as maker:
+        items = [maker.scene.object(geometry) for geometry in maker.geometry_ids(state).values()]
+        surfaces = [item for item in items if isinstance(item, _core.Isosurface)]
+        if not surfaces:
+            raise ValueError("mesh: expected a visible isosurface, got none")
+        meshes = [
+            surface.to_mesh(progress=_progress(viewer, "meshing", number / len(surfaces), 1 / len(surfaces)))
+            for number, surface in enumerate(surfaces)
+        ]
+    firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    faces = [mesh.faces + first for mesh, first in zip(meshes, firsts)]
+    return _core.Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
 def _write_turntable(viewer, path, state, size, options):

@@ -10,7 +10,8 @@ const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
 // Width and level of computed tomography, in Hounsfield units.
 const WINDOWS = {"Soft tissue": [400, 40], Bone: [1800, 400], Lung: [1500, -600], Brain: [80, 40]};
-const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)", session: "Session", python: "Python"};
+const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)",
+  mesh: "Mesh (STL)", session: "Session", python: "Python"};
 
 export class Panel {
   constructor(app) {
