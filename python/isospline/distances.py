@@ -43,7 +43,14 @@ class SurfaceDistance:
 
 
 @explained
-def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
+def surface_distance(
+    surface: Isosurface,
+    other: Isosurface | Mesh | Scene,
+    *,
+    samples: int = 10000,
+    seed: int = 0,
+    tolerance: float | None = None,
+) -> SurfaceDistance:
     """Distances of the points of an isosurface from another surface, which are not those the other way round.
 
     Parameters
@@ -111,7 +118,9 @@ def surface_distance(surface, other, *, samples=10000, seed=0, tolerance=None):
 
 
 @explained
-def hausdorff_distance(surface, other, *, tolerance=None):
+def hausdorff_distance(
+    surface: Isosurface, other: Isosurface, *, tolerance: float | None = None
+) -> tuple[float, float]:
     """The Hausdorff distance of two isosurfaces: the largest distance of a point of either from the other.
 
     Parameters
