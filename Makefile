@@ -1,59 +1,95 @@
-# What a person or CI does with a checkout; `make help` lists it. Builds go through the presets of CMakePresets.json
-# into build/PRESET, the Python environment is .venv, pictures go to out/.
+# Tasks for developers and CI; `make help` lists them. Builds use the presets of CMakePresets.json in build/PRESET. The
+# Python environment is .venv, and pictures go to out/.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 
-python := .venv/bin/python
+bin := .venv/bin
+python := $(bin)/python
+sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
 sources := CMakeLists.txt CMakePresets.json pyproject.toml \
     $(shell find bindings cmake core python -type f -not -name '*.pyc')
 
-# Picture of `make demo`: the repository's own volume, or VOLUME=path at LEVEL=number.
+# The picture of `make demo`: a volume made from a formula, or the file VOLUME=path at LEVEL=number.
 VOLUME ?=
 LEVEL ?=
 
 # How long `make fuzz` runs.
 MINUTES ?= 10
 
-# Rows of `make bench`, all where none is named, and options of bench/run.py.
+# The files that `make tidy` checks.
+FILES ?= /(core|bindings|bench|tests)/.*[.]cpp$$
+
+# The rows of `make bench`, by default all, and options of bench/run.py.
 ROWS ?=
 BENCH ?=
 
-.PHONY: help demo test fuzz bench bench-docs sanitize sanitize-address sanitize-thread tidy format clean packages
+.PHONY: help demo test build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
+    fuzz bench bench-docs docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages
 
 help: ## list the targets
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
+	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
-demo: .venv/.installed ## render a picture; VOLUME=path LEVEL=number for a file of yours
-	@mkdir -p out
+demo: .venv/.installed ## render a picture; VOLUME=path LEVEL=number for your own file
 ifeq ($(VOLUME),)
-	@echo "== Making a volume"
-	@$(python) tools/make_volume.py heart 192 out/demo.npy
-	@echo "== Rendering it"
-	@.venv/bin/isospline render out/demo.npy --level 0 --color 0.75,0.06,0.09 --view 0.4,-1,0.3 --background white --size 960x720 \
-	    --output out/demo.png
+	@.venv/bin/isospline demo --output out
 else
-	@echo "== Rendering $(VOLUME)"
+	@mkdir -p out
 	@.venv/bin/isospline render "$(VOLUME)" $(if $(LEVEL),--level "$(LEVEL)") --output out/demo.png
 endif
-	@echo "$(CURDIR)/out/demo.png"
 
 test: .venv/.installed ## build everything and run the C++ and the Python tests
 	@echo "== Building the C++ tests in build/release"
 	@cmake --build --preset release
 	@echo "== Running the C++ tests"
-	@ctest --preset release
+	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
 	@$(python) -m pytest
 
-fuzz: .venv/.installed ## read changed files and make senseless calls for MINUTES=10
-	@echo "== Reading changed files and making senseless calls for $(MINUTES) minutes"
+# For tests on further platforms: only the parts that depend on the compiler and the libraries. Benchmarks, pages in a
+# browser, fuzzing and tests that read the sources are left out, because they give the same results everywhere.
+build-module: .venv/.module ## build the package and the C++ tests, with few Python packages
+	@echo "== Building the C++ tests in build/release"
+	@cmake --build --preset release --target isospline isospline_tests failing_allocations
+
+test-module: build-module ## run only the tests of the compiled parts
+	@echo "== Running the C++ tests"
+	@ctest --preset release --parallel $$(nproc) --exclude-regex '^benchmarks_run$$'
+	@echo "== Running the Python tests of the compiled module"
+	@$(python) -m pytest $$(tests/python/of_the_module)
+
+test-debian13: ## test the compiled parts on Debian 13, in a folder: Embree 4, Catch2 3, GCC 14, Python 3.13
+	@tests/debian13/run
+
+test-lowest: .venv/.requirements ## run the Python tests with the lowest versions that pyproject.toml allows
+	@tests/lowest/run
+
+test-aarch64: ## cross-compile for aarch64 and run the tests of rounding under qemu-user
+	@tests/aarch64/run
+
+wheel: .venv/.requirements ## build wheels for all CPythons of this machine into dist/
+	@tools/build_wheels dist
+
+test-wheel: .venv/.requirements ## test the wheels in dist/ on a Debian with only Python, and beside other packages with Embree
+	@tests/wheel/run
+
+sdist: .venv/.requirements ## pack the sources into dist/
+	@tools/build_sdist dist
+
+test-sdist: sdist ## build and install the sdist in dist/ in a clean environment, and run the demo
+	@tests/sdist/run
+
+release: .venv/.requirements ## build wheels, sources, documentation and checksums into dist/
+	@tools/build_release dist
+
+fuzz: .venv/.installed ## read damaged files and make invalid calls for MINUTES=10
+	@echo "== Reading damaged files and making invalid calls for $(MINUTES) minutes"
 	@mkdir -p out
 	@cd tests && ../$(python) -m fuzz.runner --minutes $(MINUTES) --log ../out/fuzz.log
 
 bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
-	@echo "== Installing what to compare with"
+	@echo "== Installing the packages to compare with"
 	@tools/install_packages libllvm19 || echo "Mitsuba 3 may lack the libLLVM that it needs."
 	@$(pip) "isospline[bench,peers]" || $(pip) "isospline[bench]"
 	@echo "== Building the C++ benchmarks in build/release"
@@ -64,11 +100,24 @@ bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary g
 bench-docs: ## write docs/benchmarks.md and the README's figures from the last run of the benchmark
 	@$(python) bench/publish.py out/bench/benchmarks.json
 
+docs: .venv/.installed ## build the documentation in build/docs/html
+	@$(sphinx) -b html docs build/docs/html
+	@echo "$(CURDIR)/build/docs/html/index.html"
+
+pictures: .venv/.installed ## render the picture of the README from a real volume in the folder ISOSPLINE_VOLUMES
+	@$(pip) "isospline[denoise]"
+	@mkdir -p out docs/images
+	@$(python) examples/195-skull.py
+	@mv out/195-skull.jpg docs/images/hero.jpg
+
+docs-links: .venv/.installed ## check the documentation's links to other sites
+	@$(sphinx) -b linkcheck docs build/docs/links
+
 sanitize: sanitize-address sanitize-thread ## run the tests under Address-, UndefinedBehavior- and ThreadSanitizer
 
-# The package is laid beside the build instead of into .venv: only a Python with the sanitizer preloaded can import it.
-# CPython keeps memory until it ends, so leaks are looked for in the C++ tests alone. libstdc++ is preloaded for ASan to
-# find the functions that throw.
+# The package is installed beside the build and not in .venv: only a Python with the preloaded sanitizer can import it.
+# CPython keeps memory until it ends, so only the C++ tests look for leaks. libstdc++ is preloaded so that ASan finds
+# the functions that throw.
 sanitize-address: packages .venv/.installed
 	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
 	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
@@ -87,16 +136,33 @@ sanitize-thread: packages
 	@echo "== Running the threaded C++ tests under ThreadSanitizer"
 	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
-tidy: ## run clang-tidy over the C++ sources
-	@tools/install_packages $$(sed 's/#.*//' packages.txt) clang-tidy
-	@cmake --preset tidy
-	@cmake --build --preset tidy
+clang: packages ## build all C++ with Clang, warnings as errors
+	@tools/install_packages clang
+	@cmake --preset clang
+	@cmake --build --preset clang
 
-format: ## lay out the C++ sources by .clang-format
+lint: .venv/.installed ## check Python, C++ and CMake files, and spelling, as CI does; not clang-tidy
 	@tools/install_packages clang-format
-	@find core bindings tests bench -name '*.h' -o -name '*.cpp' | xargs clang-format -i
+	@$(bin)/ruff check .
+	@$(bin)/ruff format --check .
+	@$(bin)/mypy
+	@$(bin)/codespell
+	@git ls-files '*.cmake' '*CMakeLists.txt' | xargs $(bin)/gersemi --check
+	@git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run --Werror
 
-clean: ## remove what was built, the virtual environment and the pictures
+tidy: .venv/.installed ## run clang-tidy over all C++ sources, or FILES=pattern; takes an hour
+	@tools/install_packages clang clang-tidy
+	@cmake --preset tidy -D pybind11_DIR=$$($(python) -m pybind11 --cmakedir) -D Python_EXECUTABLE=$$PWD/$(python)
+	@run-clang-tidy -quiet -p build/tidy '$(FILES)'
+
+format: .venv/.installed ## format all Python, C++ and CMake files
+	@tools/install_packages clang-format
+	@$(bin)/ruff check --fix --exit-zero --quiet .
+	@$(bin)/ruff format .
+	@git ls-files '*.cmake' '*CMakeLists.txt' | xargs $(bin)/gersemi --in-place
+	@git ls-files '*.h' '*.cpp' | xargs clang-format -i
+
+clean: ## remove builds, the virtual environment and pictures
 	rm -rf build out .venv
 
 packages:
@@ -110,17 +176,23 @@ pip = $(python) -m pip install -q --disable-pip-version-check
 	    python=$$(tools/find_python); \
 	    "$$python" -m venv --clear .venv; \
 	fi
-	@echo "== Installing what builds the package into .venv"
+	@echo "== Installing the build requirements into .venv"
 	@$(python) tools/build_requirements.py | $(pip) -r /dev/stdin
 	@touch $@
 
-# The package with all that its tests need.
-with_extras := .[io,interop,view,test]
+# The package with everything that its tests need.
+with_extras := .[io,interop,store,view,test,docs,lint]
 
-# $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, where it stays, and installs the package.
+# $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, which is kept, and installs the package.
 pip_install = $(pip) --no-build-isolation "$(2)" \
     --config-settings=build-dir=build/$(1) --config-settings=cmake.args=--preset=$(1) \
     --config-settings=cmake.build-type= --config-settings=cmake.define.ISOSPLINE_BUILD_TESTS=ON
+
+# The package with the requirements of the compiled module's tests.
+.venv/.module: .venv/.requirements $(sources)
+	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
+	@$(call pip_install,release,.[test-module])
+	@touch $@
 
 .venv/.installed: .venv/.requirements $(sources)
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"

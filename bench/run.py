@@ -20,18 +20,30 @@ from suite import machine
 from suite.peers import Skipped
 from suite.settings import Settings
 
-COUNTS = ("repetitions", "threads", "incoherent_rays", "agreement_rays", "accuracy_rays", "escape_rays",
-          "procedural_size", "large_size")  # fmt: skip
-LISTS = ("size", "growth_sizes", "level_sizes", "prefilter_sizes")
+COUNTS = (
+    "repetitions",
+    "threads",
+    "incoherent_rays",
+    "agreement_rays",
+    "accuracy_rays",
+    "escape_rays",
+    "points",
+    "procedural_size",
+    "large_size",
+)
+LISTS = ("size", "growth_sizes", "level_sizes", "prefilter_sizes", "store_tiles")
 
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)} (default: all but "
-                        f"{', '.join(ON_DEMAND)})")
+    parser.add_argument(
+        "rows", nargs="*", metavar="ROW", help=f"of {', '.join(ROWS)} (default: all but {', '.join(ON_DEMAND)})"
+    )
     parser.add_argument("--quick", action="store_true", help="small volumes and few rays: about a minute")
-    parser.add_argument("--output", type=Path, default=Path("out/bench"), help="folder of what is written")
-    parser.add_argument("--volumes", metavar="TEXT", help="only real volumes whose file name holds this; none for none")
+    parser.add_argument("--output", type=Path, default=Path("out/bench"), help="output folder")
+    parser.add_argument(
+        "--volumes", metavar="TEXT", help="only real volumes whose file name contains this; none for none"
+    )
     parser.add_argument("--settings", type=json.loads, help=argparse.SUPPRESS)  # of the process of one row
     for name in COUNTS:
         parser.add_argument(f"--{name.replace('_', '-')}", type=int, metavar="N")
@@ -56,7 +68,7 @@ def new_entry(settings):
 
 
 def run_row(name, settings):
-    """The entry of a row in the JSON; the results so far where it ends with an error."""
+    """The entry of a row in the JSON; after an error, it has the results so far."""
     entry = new_entry(settings)
     start = time.perf_counter()
     try:
@@ -75,17 +87,18 @@ def run_row(name, settings):
 
 
 def read(path):
-    return json.loads(path.read_text()) if path.exists() else {}
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
 def write(path, summary):
     path.parent.mkdir(parents=True, exist_ok=True)
     ordered = {name: summary[name] for name in ROWS if name in summary}
-    path.write_text(document.to_json(ordered))
+    path.write_text(document.to_json(ordered), encoding="utf-8")
 
 
 def run_in_a_process(name, settings, output):
-    """Whether a row was measured or skipped without error; its process puts it into the file, or this where it died."""
+    """Whether a row was measured or skipped without error. The row's process writes the entry; this function does so if
+    the process died."""
     path = output / "benchmarks.json"
     write(path, {row: entry for row, entry in read(path).items() if row != name})
     command = [sys.executable, __file__, name, "--output", output, "--settings"]

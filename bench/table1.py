@@ -1,4 +1,4 @@
-"""Table 1 of the paper, for any volume: the cells of the shell after each level of pruning, with both border rules.
+"""Table 1 of the paper, for any volume: the cells of the shell after each level of pruning, for both border rules.
 
     python bench/table1.py FILE LEVEL [--degree 2] [--boundary mirror] [--shape NZ NY NX --dtype TYPE]
 

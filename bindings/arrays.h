@@ -1,7 +1,8 @@
-// NumPy arrays and Python values to C++ ones and back: every check of dtype, shape and layout is here. Errors name the
-// parameter, what was expected and what came: ValueError for shapes and values, TypeError for types.
+// Converts NumPy arrays and Python values to C++ and back. All checks of dtype, shape and layout are here. Errors name
+// the parameter, the expected and the given value: ValueError for shapes and values, TypeError for types.
 #pragma once
 
+#include "glm_casters.h"
 #include "mistakes.h"
 
 #include "isospline/spline/volume.h"
@@ -48,7 +49,7 @@ inline Shape shape_of(const pybind11::array& array)
     return Shape(array.shape(), array.shape() + array.ndim());
 }
 
-/// NumPy takes what is under the mask for data.
+/// Refuses masked arrays: NumPy would use the values under the mask as data.
 inline void refuse_masked(const pybind11::handle& value, const char* parameter)
 {
     namespace py = pybind11;
@@ -63,8 +64,8 @@ inline void refuse_masked(const pybind11::handle& value, const char* parameter)
                       std::to_string(count) + " masked");
 }
 
-/// numpy.asarray(value), or numpy.from_dlpack(value) for tensors that have nothing else, whose dtype is one of the
-/// kinds given: b boolean, i and u integer, f floating point.
+/// numpy.asarray(value), or numpy.from_dlpack(value) for tensors that only support DLPack. The dtype must be one of the
+/// given kinds: b boolean, i and u integer, f floating point.
 inline pybind11::array as_array(const pybind11::handle& value, const char* parameter, std::string_view kinds = "biuf",
                                 const char* expected = "an array of real numbers")
 {
@@ -87,7 +88,7 @@ inline pybind11::array as_array(const pybind11::handle& value, const char* param
 }
 
 /// An array of shape (..., columns), such as rays (..., 6) or points (..., 3), whose numbers are read as float64.
-/// C-contiguous float32 and float64 arrays are read in place, other ones are copied.
+/// C-contiguous float32 and float64 arrays are read in place; others are copied.
 class RowArray {
 public:
     RowArray(const pybind11::handle& value, const char* parameter, pybind11::ssize_t columns)
@@ -109,9 +110,9 @@ public:
     }
 
     std::size_t count() const { return count_; }
-    /// Whether the numbers that were given are of float32.
+    /// Whether the given numbers are float32.
     bool is_single_precision() const { return single_precision_; }
-    /// The shape without its last axis: that of a result with one item a row.
+    /// The shape without its last axis: the shape of a result with one item a row.
     Shape leading_shape() const
     {
         Shape shape = shape_of(array_);
@@ -122,7 +123,7 @@ public:
     double operator()(std::size_t row, std::size_t column) const
     {
         const std::size_t at = row * columns_ + column;
-        // One of both is there. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
+        // One of both is not null. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
         return floats_ != nullptr ? static_cast<double>(floats_[at]) : doubles_[at];
     }
     /// Calls `body` with the numbers of all rows, const float* or const double*.
@@ -134,7 +135,7 @@ public:
         else
             body(doubles_);
     }
-    /// Three columns from `column` on.
+    /// The three columns that begin at `column`.
     glm::dvec3 vector(std::size_t row, std::size_t column = 0) const
     {
         return {(*this)(row, column), (*this)(row, column + 1), (*this)(row, column + 2)};
@@ -193,29 +194,6 @@ inline glm::dmat4 as_matrix4(const pybind11::handle& value, const char* paramete
     return matrix;
 }
 
-inline pybind11::array_t<double> to_array(const glm::dvec3& vector)
-{
-    return pybind11::array_t<double>(3, &vector[0]);
-}
-
-inline pybind11::array_t<double> to_array(const glm::dmat3& matrix)
-{
-    pybind11::array_t<double> array(Shape{3, 3});
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 3; ++column)
-            array.mutable_at(row, column) = matrix[column][row];
-    return array;
-}
-
-inline pybind11::array_t<double> to_array(const glm::dmat4& matrix)
-{
-    pybind11::array_t<double> array(Shape{4, 4});
-    for (int row = 0; row < 4; ++row)
-        for (int column = 0; column < 4; ++column)
-            array.mutable_at(row, column) = matrix[column][row];
-    return array;
-}
-
 /// (2, 3): lower and upper corner.
 inline pybind11::array_t<double> to_array(const Box& box)
 {
@@ -235,7 +213,7 @@ pybind11::array_t<Number> new_array(Shape leading, const Shape& trailing = {})
     return pybind11::array_t<Number>(leading);
 }
 
-/// The same array, which Python cannot write to.
+/// The same array, made read-only for Python.
 template <typename Array>
 Array read_only(Array array)
 {
@@ -243,7 +221,7 @@ Array read_only(Array array)
     return array;
 }
 
-/// What a volume's shape (x, y, z) is in the order of the user's array.
+/// A volume's shape (x, y, z) in the axis order of the user's array.
 inline Shape array_shape(const glm::ivec3& shape, Axes axes)
 {
     if (axes == Axes::xyz)
@@ -259,8 +237,8 @@ inline std::array<std::ptrdiff_t, 3> grid_strides(const pybind11::array& array, 
     return {array.strides(2), array.strides(1), array.strides(0)};
 }
 
-/// A new array over a grid, indexed in the order of the user's array and with x varying fastest in memory, so that
-/// item (x, y, z) is at x + shape.x * (y + shape.y * z) of its data.
+/// A new array over a grid. It is indexed in the axis order of the user's array, and x varies fastest in memory: item
+/// (x, y, z) is at x + shape.x * (y + shape.y * z) of its data.
 template <typename Number>
 pybind11::array_t<Number> new_grid(const glm::ivec3& shape, Axes axes)
 {
@@ -270,11 +248,11 @@ pybind11::array_t<Number> new_grid(const glm::ivec3& shape, Axes axes)
     return py::array_t<Number, py::array::c_style>(array_shape(shape, axes));
 }
 
-/// The words that stand for an enumeration's values in Python.
+/// The Python names of an enumeration's values.
 template <typename Enum>
 using EnumWords = std::vector<std::pair<const char*, Enum>>;
 
-/// What a name stands for.
+/// A name and its value.
 template <typename Value>
 struct Named {
     const char* name;
@@ -291,7 +269,7 @@ std::string list_of(const Named<Value> (&known)[Count])
     return list;
 }
 
-/// A struct of flags, those set whose names a sequence holds.
+/// A struct of flags in which the flags named by a sequence are set.
 template <typename Flags, std::size_t Count>
 Flags as_flags(const Named<bool Flags::*> (&known)[Count], const pybind11::handle& value, const char* parameter)
 {
@@ -313,7 +291,7 @@ Flags as_flags(const Named<bool Flags::*> (&known)[Count], const pybind11::handl
     return flags;
 }
 
-/// Whether a dtype is float32, and not float64.
+/// Whether a dtype is float32; the alternative is float64.
 inline bool is_single_precision(const pybind11::handle& value, const char* parameter)
 {
     namespace py = pybind11;
@@ -329,7 +307,7 @@ inline bool is_single_precision(const pybind11::handle& value, const char* param
     return single_precision;
 }
 
-/// The value of a word.
+/// The value of a name.
 template <typename Enum>
 Enum as_enum(const EnumWords<Enum>& words, const std::string& word, const char* parameter)
 {
@@ -342,7 +320,7 @@ Enum as_enum(const EnumWords<Enum>& words, const std::string& word, const char* 
     throw_invalid(parameter, expected, "\"" + word + "\"");
 }
 
-/// The word of a value.
+/// The name of a value.
 template <typename Enum>
 const char* to_word(const EnumWords<Enum>& words, Enum value)
 {

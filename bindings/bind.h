@@ -6,12 +6,14 @@
 namespace isospline {
 
 void bind_volume(pybind11::module_& module);
+void bind_prefilter(pybind11::module_& module);
 void bind_cells(pybind11::module_& module);
 void bind_color(pybind11::module_& module);
 void bind_material(pybind11::module_& module);
 void bind_clip(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_measure(pybind11::module_& module);
+void bind_extent(pybind11::module_& module);
 void bind_scene_points(pybind11::module_& module);
 void bind_surface_points(pybind11::module_& module);
 void bind_point_queries(pybind11::module_& module);
@@ -26,6 +28,7 @@ void bind_shading(pybind11::module_& module);
 void bind_area_lights(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 void bind_path_tracer(pybind11::module_& module);
+void bind_store(pybind11::module_& module);
 void bind_state(pybind11::module_& module);
 
 } // namespace isospline

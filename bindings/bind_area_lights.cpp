@@ -18,22 +18,22 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* rectangle_doc = R"(A parallelogram that gives light to one side, for a `PathTracer`.
+constexpr const char* rectangle_doc = R"(A parallelogram that emits light on one side, for a `PathTracer`.
 
 Parameters
 ----------
 corner : (3,) float
     World units.
 edge_u, edge_v : (3,) float
-    From the corner along its two edges. Light goes to the side that edge_u x edge_v points to; from the other side the
-    parallelogram is not there.
+    The two edges at the corner. Light is emitted on the side that edge_u x edge_v points to. On the other side, the
+    parallelogram has no effect.
 radiance : float or (3,) float
     Linear red, green and blue, the same in every direction.
 
 Raises
 ------
 ValueError
-    For numbers that are not finite, edges along one line, and a negative radiance.
+    For numbers that are not finite, parallel edges, and a negative radiance.
 
 Examples
 --------
@@ -42,7 +42,7 @@ Examples
 RectangleLight((-1, -1, 5), (0, 2, 0), (2, 0, 0), radiance=(3, 3, 3))
 )";
 
-constexpr const char* sphere_doc = R"(A ball that gives light, for a `PathTracer`.
+constexpr const char* sphere_doc = R"(A ball that emits light, for a `PathTracer`.
 
 Parameters
 ----------
@@ -72,18 +72,18 @@ Parameters
 radiance : float or (3,) float
     Linear red, green and blue; with an image, a factor.
 image : (height, width, 3) array_like of numbers, optional
-    Radiance by direction, linear: an equirectangular panorama whose top row is z and whose bottom row is -z, with x in
-    the middle and y in the middle of the left half. Each pixel has one radiance. Directions are drawn in proportion to
-    their light.
+    Linear radiance by direction: an equirectangular panorama. The top row is z, the bottom row is -z, x is in the
+    middle, and y is in the middle of the left half. The radiance is constant within a pixel. Directions are sampled in
+    proportion to their light.
 rotation : (3, 3) array_like, optional
     Columns are the world directions of the image's x, y and z.
 visible : bool
-    Whether the camera sees it where no surface is.
+    Whether the camera sees it in the background.
 
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite, and for a matrix that is no rotation.
+    For numbers that are negative or not finite, and for a matrix that is not a rotation.
 
 Examples
 --------
@@ -123,10 +123,10 @@ void bind_area_lights(py::module_& module)
                  return light;
              }),
              py::arg("corner"), py::arg("edge_u"), py::arg("edge_v"), py::kw_only(), py::arg("radiance") = 1.0)
-        .def_property_readonly("corner", [](const RectangleLight& light) { return to_array(light.corner); })
-        .def_property_readonly("edge_u", [](const RectangleLight& light) { return to_array(light.edge_u); })
-        .def_property_readonly("edge_v", [](const RectangleLight& light) { return to_array(light.edge_v); })
-        .def_property_readonly("radiance", [](const RectangleLight& light) { return to_array(light.radiance); })
+        .def_readonly("corner", &RectangleLight::corner)
+        .def_readonly("edge_u", &RectangleLight::edge_u)
+        .def_readonly("edge_v", &RectangleLight::edge_v)
+        .def_readonly("radiance", &RectangleLight::radiance)
         .def("__repr__", [](const RectangleLight& light) {
             return "RectangleLight(" + to_text(light.corner) + ", " + to_text(light.edge_u) + ", " +
                    to_text(light.edge_v) + ", radiance=" + to_text(light.radiance) + ")";
@@ -139,9 +139,9 @@ void bind_area_lights(py::module_& module)
                  return light;
              }),
              py::arg("center"), py::arg("radius"), py::kw_only(), py::arg("radiance") = 1.0)
-        .def_property_readonly("center", [](const SphereLight& light) { return to_array(light.center); })
+        .def_readonly("center", &SphereLight::center)
         .def_readonly("radius", &SphereLight::radius)
-        .def_property_readonly("radiance", [](const SphereLight& light) { return to_array(light.radiance); })
+        .def_readonly("radiance", &SphereLight::radiance)
         .def("__repr__", [](const SphereLight& light) {
             return "SphereLight(" + to_text(light.center) + ", " + to_text(light.radius) +
                    ", radiance=" + to_text(light.radiance) + ")";
@@ -158,7 +158,7 @@ void bind_area_lights(py::module_& module)
             }),
             py::arg("radiance") = 1.0, py::kw_only(), py::arg("image") = py::none(), py::arg("rotation") = py::none(),
             py::arg("visible") = false)
-        .def_property_readonly("radiance", [](const EnvironmentLight& light) { return to_array(light.radiance); })
+        .def_readonly("radiance", &EnvironmentLight::radiance)
         .def_property_readonly("image",
                                [](const EnvironmentLight& light) -> py::object {
                                    if (!light.map)
@@ -167,7 +167,7 @@ void bind_area_lights(py::module_& module)
                                    return py::array_t<float>(
                                        shape, reinterpret_cast<const float*>(light.map->pixels().data()));
                                })
-        .def_property_readonly("rotation", [](const EnvironmentLight& light) { return to_array(light.rotation); })
+        .def_readonly("rotation", &EnvironmentLight::rotation)
         .def_readonly("visible", &EnvironmentLight::visible)
         .def("__repr__", [](const EnvironmentLight& light) {
             const std::string image = !light.map ? ""

@@ -63,9 +63,9 @@ void bind_perspective(py::module_& module)
     auto camera_class = bind_camera_class<PerspectiveCamera>(
         module, "PerspectiveCamera", R"(An eye that looks at a target: a pinhole, or a thin lens.
 
-Through a lens, only what lies in the plane in focus is sharp. Every sample of a pixel goes through another point of
-the lens, so pictures need many of them: `render(..., samples=64)`. Depth, position and all else that is not colour
-come from the ray through the centre.
+With a lens, only objects in the plane in focus are sharp. Every sample of a pixel goes through another point of the
+lens, so pictures need many samples: `render(..., samples=64)`. Depth, position and all other layers come from the ray
+through the centre.
 
 Parameters
 ----------
@@ -118,7 +118,7 @@ Parameters
 aperture_radius : float, optional
     Of the lens, world units.
 f_number, focal_length : float, optional
-    Instead of it, N and f of a lens whose aperture has the diameter f / N; f in world units.
+    Instead of the radius: N and f of a lens whose aperture has the diameter f / N; f in world units.
 focus_distance : float, optional
     From the eye to the plane in focus, along the viewing direction; by default to the target.
 
@@ -129,8 +129,8 @@ PerspectiveCamera
 Raises
 ------
 ValueError
-    Unless either the radius or both of the f-number and the focal length are given, and for numbers that the camera
-    refuses.
+    Unless either the radius or both the f-number and the focal length are given, and for numbers that the camera does
+    not accept.
 
 Examples
 --------
@@ -139,9 +139,9 @@ Examples
 >>> camera.with_lens(f_number=2, focal_length=0.5, focus_distance=9).aperture_radius
 0.125
 )")
-        .def_property_readonly("eye", [](const PerspectiveCamera& camera) { return to_array(camera.eye); })
-        .def_property_readonly("target", [](const PerspectiveCamera& camera) { return to_array(camera.target); })
-        .def_property_readonly("up", [](const PerspectiveCamera& camera) { return to_array(camera.up); })
+        .def_readonly("eye", &PerspectiveCamera::eye)
+        .def_readonly("target", &PerspectiveCamera::target)
+        .def_readonly("up", &PerspectiveCamera::up)
         .def_readonly("field_of_view", &PerspectiveCamera::field_of_view, "Degrees.")
         .def_property_readonly(
             "field_of_view_axis",
@@ -160,19 +160,21 @@ Examples
 void bind_projection_plane(py::module_& module)
 {
     const auto make = [](const py::object& eye, const py::object& right, const py::object& down,
-                         const py::object& corner, const py::object& center) {
+                         const py::object& corner, const py::object& center, const py::object& distortion) {
         if (corner.is_none() == center.is_none())
             throw_invalid("corner, center", "one of them", corner.is_none() ? "none" : "both");
         const glm::dvec3 e = as_vector(eye, "eye"), r = as_vector(right, "right"), d = as_vector(down, "down");
-        return checked(corner.is_none() ? ProjectionPlaneCamera::from_center(e, as_vector(center, "center"), r, d)
-                                        : ProjectionPlaneCamera{e, as_vector(corner, "corner"), r, d});
+        auto camera = corner.is_none() ? ProjectionPlaneCamera::from_center(e, as_vector(center, "center"), r, d)
+                                       : ProjectionPlaneCamera{e, as_vector(corner, "corner"), r, d};
+        camera.distortion = as_distortion(distortion);
+        return checked(camera);
     };
     auto camera_class = bind_camera_class<ProjectionPlaneCamera>(
         module, "ProjectionPlaneCamera",
         R"(A pinhole given by its eye and its projection plane, as in the paper.
 
 The ray of the point P of the plane is x = E + t (P - E): t is 0 in the eye E and 1 on the plane. The edges need not
-be perpendicular, and the pixels not be square.
+be perpendicular, and pixels need not be square.
 
 Parameters
 ----------
@@ -181,12 +183,16 @@ eye : (3,) float
 right, down : (3,) float
     Edges of the image: along its whole width, and along its whole height.
 corner, center : (3,) float
-    The top left corner of the image, or its centre; one of them.
+    The top left corner of the image, or its centre. Give one of them.
+distortion : (4,), (5,), (8,) or (12,) float, optional
+    Distortion of the lens, in OpenCV's order: an object that appears at P is on the ray of another point of the plane.
+    See `from_opencv`.
 
 Raises
 ------
 ValueError
-    For edges that are zero or parallel, an eye in the plane, numbers that are not finite.
+    For edges that are zero or parallel, an eye in the plane, numbers that are not finite, a distortion that folds the
+    image.
 
 References
 ----------
@@ -203,14 +209,24 @@ array([-0.8 ,  0.  ,  0.45])
     bind_exchange(camera_class);
     camera_class
         .def(py::init(make), py::arg("eye"), py::kw_only(), py::arg("right"), py::arg("down"),
-             py::arg("corner") = py::none(), py::arg("center") = py::none())
-        .def_property_readonly("eye", [](const ProjectionPlaneCamera& camera) { return to_array(camera.eye); })
-        .def_property_readonly("corner", [](const ProjectionPlaneCamera& camera) { return to_array(camera.corner); })
-        .def_property_readonly("right", [](const ProjectionPlaneCamera& camera) { return to_array(camera.right); })
-        .def_property_readonly("down", [](const ProjectionPlaneCamera& camera) { return to_array(camera.down); })
+             py::arg("corner") = py::none(), py::arg("center") = py::none(), py::arg("distortion") = py::none())
+        .def_readonly("eye", &ProjectionPlaneCamera::eye)
+        .def_readonly("corner", &ProjectionPlaneCamera::corner)
+        .def_readonly("right", &ProjectionPlaneCamera::right)
+        .def_readonly("down", &ProjectionPlaneCamera::down)
+        .def_property_readonly(
+            "distortion",
+            [](const ProjectionPlaneCamera& camera) -> py::object {
+                const auto& coefficients = camera.distortion.coefficients;
+                if (camera.distortion.is_none())
+                    return py::none();
+                return py::array_t<double>(static_cast<py::ssize_t>(coefficients.size()), coefficients.data());
+            },
+            "(12,) float64 array: the lens's coefficients in OpenCV's order, or None.")
         .def("__repr__", [](const ProjectionPlaneCamera& camera) {
             return "ProjectionPlaneCamera(" + to_text(camera.eye) + ", corner=" + to_text(camera.corner) +
-                   ", right=" + to_text(camera.right) + ", down=" + to_text(camera.down) + ")";
+                   ", right=" + to_text(camera.right) + ", down=" + to_text(camera.down) +
+                   (camera.distortion.is_none() ? ")" : ", distortion=...)");
         });
 }
 
@@ -223,7 +239,7 @@ void bind_orthographic(py::module_& module)
 Parameters
 ----------
 eye, target : (3,) float
-    Points, world units. What lies behind the plane through the eye is not seen.
+    Points, world units. Objects behind the plane through the eye are not visible.
 up : (3,) float
     Any vector that the image shows pointing upwards; not parallel to the viewing direction.
 height : float
@@ -251,9 +267,9 @@ array([0., 1., 0.])
              }),
              py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0.0, 0.0, 1.0), py::kw_only(),
              py::arg("height"))
-        .def_property_readonly("eye", [](const OrthographicCamera& camera) { return to_array(camera.eye); })
-        .def_property_readonly("target", [](const OrthographicCamera& camera) { return to_array(camera.target); })
-        .def_property_readonly("up", [](const OrthographicCamera& camera) { return to_array(camera.up); })
+        .def_readonly("eye", &OrthographicCamera::eye)
+        .def_readonly("target", &OrthographicCamera::target)
+        .def_readonly("up", &OrthographicCamera::up)
         .def_readonly("height", &OrthographicCamera::height, "World units.")
         .def("__repr__", [](const OrthographicCamera& camera) {
             std::ostringstream representation;
@@ -268,8 +284,8 @@ void bind_panoramic(py::module_& module)
     bind_camera_class<PanoramicCamera>(module, "PanoramicCamera", R"(All around an eye, in equirectangular projection.
 
 Columns are longitudes, from -180 to 180 degrees, rows are latitudes, from 90 down to -90 degrees, and the middle of
-the image shows the target. Pixels are square on the horizon where the image is twice as wide as high. The depth of a
-panorama is the distance from the eye. It is no linear map, so there is no `world_to_ndc`.
+the image shows the target. Pixels on the horizon are square if the image is twice as wide as high. The depth of a
+panorama is the distance from the eye. The projection is not linear, so there is no `world_to_ndc`.
 
 Parameters
 ----------
@@ -297,9 +313,9 @@ array([[-0.866, -0.5  ,  0.   ],
                      PanoramicCamera{as_vector(eye, "eye"), as_vector(target, "target"), as_vector(up, "up")});
              }),
              py::arg("eye"), py::arg("target"), py::arg("up") = py::make_tuple(0.0, 0.0, 1.0))
-        .def_property_readonly("eye", [](const PanoramicCamera& camera) { return to_array(camera.eye); })
-        .def_property_readonly("target", [](const PanoramicCamera& camera) { return to_array(camera.target); })
-        .def_property_readonly("up", [](const PanoramicCamera& camera) { return to_array(camera.up); })
+        .def_readonly("eye", &PanoramicCamera::eye)
+        .def_readonly("target", &PanoramicCamera::target)
+        .def_readonly("up", &PanoramicCamera::up)
         .def("__repr__", [](const PanoramicCamera& camera) {
             return "PanoramicCamera(eye=" + to_text(camera.eye) + ", target=" + to_text(camera.target) +
                    ", up=" + to_text(camera.up) + ")";

@@ -10,8 +10,10 @@
 #include <glm/trigonometric.hpp>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <tuple>
 
@@ -86,7 +88,7 @@ constexpr const char* perspective_to_pyvista_doc = R"(The camera for a PyVista p
 Parameters
 ----------
 size : (int, int), optional
-    Width and height of the image; needed where the field of view is not the vertical one.
+    Width and height of the image; needed if the field of view is not vertical.
 
 Returns
 -------
@@ -139,10 +141,10 @@ glm::dmat3 as_rotation(const py::object& value)
 void set_extrinsics(OpenCvCamera& camera, const py::object& rotation, const py::object& translation)
 {
     if (translation.is_none()) {
-        const py::array both = as_array(rotation, "rotation", "iuf", "a (4, 4) matrix where translation is None");
+        const py::array both = as_array(rotation, "rotation", "iuf", "a (4, 4) matrix if translation is None");
         const Shape shape = shape_of(both);
         if (shape != Shape{4, 4} && shape != Shape{3, 4})
-            throw_invalid("rotation", "shape (4, 4) or (3, 4) where translation is None", to_text(shape));
+            throw_invalid("rotation", "shape (4, 4) or (3, 4) if translation is None", to_text(shape));
         if (shape[0] == 4) {
             const glm::dmat4 matrix = as_matrix4(both, "rotation");
             if (glm::row(matrix, 3) != glm::dvec4(0.0, 0.0, 0.0, 1.0))
@@ -153,23 +155,10 @@ void set_extrinsics(OpenCvCamera& camera, const py::object& rotation, const py::
         return;
     }
     py::array t = as_array(translation, "translation", "iuf");
-    if (t.size() == 3) // also a column, as of cv2.solvePnP
+    if (t.size() == 3) // also a column, as from cv2.solvePnP
         t = t.attr("reshape")(3);
     camera.rotation = as_rotation(rotation);
     camera.translation = as_vector(t, "translation");
-}
-
-/// Pictures have straight lines.
-void refuse_distortion(const py::object& distortion)
-{
-    if (distortion.is_none())
-        return;
-    const py::array coefficients = as_array(distortion, "distortion", "iuf");
-    if (coefficients.attr("any")().cast<bool>())
-        throw_invalid("distortion",
-                      "zeros, as pictures have straight lines: undistort the photograph by cv2.undistort(), with K as "
-                      "the new camera matrix, and leave distortion out",
-                      "coefficients that are not zero");
 }
 
 ProjectionPlaneCamera camera_from_opencv(const py::object& intrinsics, const py::object& rotation,
@@ -180,7 +169,7 @@ ProjectionPlaneCamera camera_from_opencv(const py::object& intrinsics, const py:
     camera.intrinsics = as_matrix3(intrinsics, "intrinsics");
     set_extrinsics(camera, rotation, translation);
     camera.pixel_center = pixel_center;
-    refuse_distortion(distortion);
+    camera.distortion = as_distortion(distortion);
     if (!size)
         throw_invalid("size", "width and height of the calibrated image in pixels", "None");
     return from_opencv(camera, {(*size)[0], (*size)[1]});
@@ -190,8 +179,7 @@ template <typename GivenCamera>
 py::tuple camera_to_opencv(const GivenCamera& camera, std::array<int, 2> size, double pixel_center)
 {
     const OpenCvCamera converted = to_opencv(camera, {size[0], size[1]}, pixel_center);
-    return py::make_tuple(to_array(converted.intrinsics), to_array(converted.rotation),
-                          to_array(converted.translation));
+    return py::make_tuple(converted.intrinsics, converted.rotation, converted.translation);
 }
 
 constexpr const char* from_opencv_doc = R"(The camera of a calibration by OpenCV.
@@ -204,7 +192,7 @@ intrinsics : (3, 3) float
     K: rows (fx, skew, cx), (0, fy, cy) and (0, 0, 1), pixels.
 rotation : (3, 3), (3,), (4, 4) or (3, 4) float
     R, world to camera; or the rotation vector of `cv2.solvePnP`, axis times angle; or, without a translation, the
-    extrinsic matrix (R t), as of Open3D's `create_rays_pinhole`.
+    extrinsic matrix (R t), as in Open3D's `create_rays_pinhole`.
 translation : (3,) or (3, 1) float, optional
     t.
 size : (int, int)
@@ -212,9 +200,9 @@ size : (int, int)
     pixels.
 pixel_center : float
     u and v in the centre of the top left pixel: 0 in OpenCV, 0.5 in Open3D, COLMAP and others.
-distortion : array_like, optional
-    OpenCV's distortion coefficients, which must be zero: pictures have straight lines. Undistort photographs that they
-    are compared with.
+distortion : (4,), (5,), (8,) or (12,) float, optional
+    OpenCV's distCoeffs: k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4. Rays are those of the distorted photograph, so
+    that a picture matches it pixel by pixel, without `cv2.undistort`.
 
 Returns
 -------
@@ -223,7 +211,8 @@ ProjectionPlaneCamera
 Raises
 ------
 ValueError
-    For a K of another form, an R that is no rotation, numbers that are not finite.
+    For a K of another form, an R that is not a rotation, numbers that are not finite, a tilted sensor (the last two of
+    14 coefficients), and a distortion that folds the image, which happens if its polynomial is not monotonic there.
 
 Examples
 --------
@@ -234,7 +223,7 @@ Examples
 array([  0.,   0., -10.])
 )";
 
-constexpr const char* to_opencv_doc = R"(The camera as OpenCV writes it; see `ProjectionPlaneCamera.from_opencv`.
+constexpr const char* to_opencv_doc = R"(The camera in OpenCV's form; see `ProjectionPlaneCamera.from_opencv`.
 
 Parameters
 ----------
@@ -246,12 +235,12 @@ pixel_center : float
 Returns
 -------
 intrinsics, rotation, translation : (3, 3), (3, 3) and (3,) float64 array
-    K, R and t.
+    K, R and t. The coefficients of a lens with distortion are `distortion`.
 
 Raises
 ------
 ValueError
-    Where the image is mirrored.
+    If the image is mirrored.
 )";
 
 template <typename GivenCamera>
@@ -262,6 +251,25 @@ void bind_to_opencv(py::class_<GivenCamera>& camera_class)
 }
 
 } // namespace
+
+LensDistortion as_distortion(const py::object& value)
+{
+    LensDistortion distortion;
+    if (value.is_none())
+        return distortion;
+    const py::array given = as_array(value, "distortion", "iuf", "4, 5, 8 or 12 coefficients");
+    const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>(given.attr("ravel")());
+    const auto count = static_cast<std::size_t>(numbers.size());
+    const std::size_t known = distortion.coefficients.size();
+    if (count != 4 && count != 5 && count != 8 && count != known && count != known + 2)
+        throw_invalid("distortion", "4, 5, 8 or 12 coefficients", count);
+    for (std::size_t i = known; i < count; ++i)
+        if (numbers.data()[i] != 0.0)
+            throw_invalid("distortion", "a sensor that is not tilted: zeros as the last two of 14 coefficients",
+                          numbers.data()[i]);
+    std::copy_n(numbers.data(), std::min(count, known), distortion.coefficients.begin());
+    return distortion;
+}
 
 void bind_exchange(py::class_<PerspectiveCamera>& camera_class)
 {

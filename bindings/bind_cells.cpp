@@ -21,15 +21,15 @@ namespace {
 
 constexpr const char* cell_at_doc = R"(The cells of primitive ids.
 
-A cell is the unit cube that the model is one polynomial in: about the sample (x, y, z) for even degrees, from there to
-(x + 1, y + 1, z + 1) for odd ones. Its primitive id is its place in the grid of all cells, x varying fastest:
+A cell is a unit cube in which the model is one polynomial: centred on the sample (x, y, z) for even degrees, from there
+to (x + 1, y + 1, z + 1) for odd ones. Its primitive id is its place in the grid of all cells, x varying fastest:
 ``x + nx * (y + ny * z)``, with as many cells as samples along each axis for even degrees, and one fewer for odd ones.
 It is the same for every level and every surface of the volume.
 
 Parameters
 ----------
 primitive_ids : (...) integer array
-    Each below `cell_count`: of neither misses nor caps.
+    Ids below `cell_count`, so neither misses nor caps.
 
 Returns
 -------
@@ -39,7 +39,7 @@ Returns
 Raises
 ------
 ValueError
-    For an id that is not that of a cell.
+    For an id that does not belong to a cell.
 TypeError
     For ids that are not integers.
 
@@ -95,7 +95,7 @@ py::array_t<std::int32_t> cell_at(const Volume& volume, const py::object& primit
     const std::uint64_t* const end = ids.data() + ids.size();
     for (const std::uint64_t* id = ids.data(); id != end; ++id) {
         if (*id >= volume.cell_count())
-            throw_invalid("primitive_ids", "those of cells, below " + std::to_string(volume.cell_count()), *id);
+            throw_invalid("primitive_ids", "ids of cells, below " + std::to_string(volume.cell_count()), *id);
         const glm::ivec3 cell = volume.cell_at(*id);
         for (int axis = 0; axis < 3; ++axis)
             *to++ = cell[axis];
@@ -132,7 +132,7 @@ void bind_cells(py::module_& module)
     volume.def("cell_at", &cell_at, py::arg("primitive_ids"), cell_at_doc)
         .def("primitive_id", &primitive_id, py::arg("cells"), primitive_id_doc)
         .def_property_readonly("cell_count", &Volume::cell_count,
-                               "Number of cells: their primitive ids are below it, those of caps are not.");
+                               "Number of cells. Primitive ids of cells are below it, those of caps are not.");
 }
 
 } // namespace isospline

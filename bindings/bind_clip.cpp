@@ -25,7 +25,7 @@ Parameters
 point : (3,) array_like, world units
     Any point of the plane.
 normal : (3,) array_like
-    Points to the side that is kept; of any length but zero.
+    Points to the side that is kept; any length except zero.
 
 Examples
 --------
@@ -48,7 +48,7 @@ Examples
 Box(minimum=(0, 0, 0), maximum=(10, 20, 30))
 )";
 
-/// A half-space as Python gives it.
+/// A half-space given from Python.
 struct Plane {
     glm::dvec3 point;
     glm::dvec3 normal;
@@ -112,23 +112,15 @@ void bind_clip(py::module_& module)
 {
     py::class_<Plane>(module, "HalfSpace", half_space_doc)
         .def(py::init(&make_half_space), py::arg("point"), py::arg("normal"))
-        .def_property_readonly(
-            "point", [](const Plane& plane) { return to_array(plane.point); },
-            "(3,) float64 array, world units: a point of the plane.")
-        .def_property_readonly(
-            "normal", [](const Plane& plane) { return to_array(plane.normal); },
-            "(3,) float64 array: points to the side that is kept.")
+        .def_readonly("point", &Plane::point, "(3,) float64 array, world units: a point of the plane.")
+        .def_readonly("normal", &Plane::normal, "(3,) float64 array: points to the side that is kept.")
         .def("__repr__", [](const Plane& plane) {
             return "HalfSpace(point=" + tuple_text(plane.point) + ", normal=" + tuple_text(plane.normal) + ")";
         });
     py::class_<Box>(module, "Box", box_doc)
         .def(py::init(&make_box), py::arg("minimum"), py::arg("maximum"))
-        .def_property_readonly(
-            "minimum", [](const Box& box) { return to_array(box.lower); },
-            "(3,) float64 array, world units: the lower corner.")
-        .def_property_readonly(
-            "maximum", [](const Box& box) { return to_array(box.upper); },
-            "(3,) float64 array, world units: the upper corner.")
+        .def_readonly("minimum", &Box::lower, "(3,) float64 array, world units: the lower corner.")
+        .def_readonly("maximum", &Box::upper, "(3,) float64 array, world units: the upper corner.")
         .def("__repr__", [](const Box& box) {
             return "Box(minimum=" + tuple_text(box.lower) + ", maximum=" + tuple_text(box.upper) + ")";
         });

@@ -26,7 +26,7 @@ const EnumWords<CurvatureKind> kind_words{{"mean", CurvatureKind::mean},
                                           {"maximum", CurvatureKind::maximum},
                                           {"minimum", CurvatureKind::minimum}};
 
-/// Names of colour maps are Python's matter.
+/// Python code looks up the names of colour maps.
 ColorMap as_color_map(const py::object& cmap, Limits limits)
 {
     const py::object table = py::module_::import("isospline.colors").attr("color_map")(cmap);
@@ -52,7 +52,7 @@ std::string limits_text(const ColorMap& map)
     return "limits=(" + to_text(map.limits.x) + ", " + to_text(map.limits.y) + ")";
 }
 
-/// What all colours by a number have.
+/// The common members of all colours by a number.
 template <typename GivenColor>
 void bind_map(py::class_<GivenColor>& color_class)
 {
@@ -94,14 +94,14 @@ void bind_by_volume(py::module_& module)
 Parameters
 ----------
 volume : Volume
-    Any volume, of any degree; it need not be the one that the surface is of. Outside of its domain, it continues by its
+    Any volume of any degree; it need not be the volume of the surface. Outside of its domain, it continues by its
     boundary rule.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or linear colours at equal steps.
 limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest sample.
 transform : (4, 4) array_like, optional
-    The volume's world space to the scene's, as of `Scene.add`; by default they are the same.
+    Maps the volume's world space to the scene's, as in `Scene.add`; by default they are the same.
 
 Raises
 ------
@@ -121,9 +121,7 @@ Examples
     color_class
         .def_property_readonly("volume",
                                [](const ColorByVolume& color) { return std::const_pointer_cast<Volume>(color.volume); })
-        .def_property_readonly(
-            "transform", [](const ColorByVolume& color) { return to_array(color.volume_to_scene); },
-            "(4, 4) float64 array.")
+        .def_readonly("transform", &ColorByVolume::volume_to_scene, "(4, 4) float64 array.")
         .def("__repr__", [](const ColorByVolume& color) {
             const py::object volume = py::cast(std::const_pointer_cast<Volume>(color.volume));
             return "ColorByVolume(" + py::repr(volume).cast<std::string>() + ", " + limits_text(color.map) + ")";
@@ -143,17 +141,17 @@ The curvature is that of the model, from its exact gradient g and Hessian H in w
           k_{Gauss} = \frac{g^T \mathrm{adj}(H) g}{|g|^4}
 
 with the sign that makes a solid ball's mean curvature positive: ridges are positive, valleys negative. Models of degree
-3 have a continuous Hessian; in those of degree 2 it jumps from cell to cell. Second derivatives amplify the noise of
-measured samples, which `Volume(..., filter="smoothing")` takes away. Meshes have no curvature: zero.
+3 have a continuous Hessian; at degree 2 it jumps between cells. Second derivatives amplify the noise of measured
+samples; `Volume(..., filter="smoothing")` reduces it. The curvature of meshes is zero.
 
 Parameters
 ----------
 kind : {"mean", "gaussian", "maximum", "minimum"}
     Mean or Gaussian curvature, or a principal one.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or linear colours at equal steps.
 limits : (float, float)
-    Curvatures of the first and of the last colour, 1 / world unit, of Gaussian curvature 1 / world unit^2.
+    Curvatures of the first and of the last colour, in 1 / world unit; for Gaussian curvature, in 1 / world unit^2.
 
 Raises
 ------
@@ -190,9 +188,9 @@ void bind_by_depth(py::module_& module)
 Parameters
 ----------
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a map of matplotlib, a map of its, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or linear colours at equal steps.
 limits : (float, float), optional
-    Depths of the first and of the last colour, as of `Image.depth`; by default those of the corners of the scene's box.
+    Depths of the first and of the last colour, as in `Image.depth`; by default those of the corners of the scene's box.
 
 Raises
 ------

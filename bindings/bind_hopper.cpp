@@ -9,9 +9,12 @@
 #include "isospline/util/fork.h"
 #include "isospline/util/turn.h"
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <ranges>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -23,15 +26,15 @@ namespace {
 
 constexpr const char* hopper_doc = R"(Plain voxel hopping, as in the paper [1]_: the baseline for a `Scene`.
 
-A ray hops from voxel to voxel through a dense binary array, and is intersected, by the surface's own method, in those
-that belong to the shell. It finds the hits that a scene of this surface finds.
+A ray hops from voxel to voxel through a dense binary array. In voxels of the shell, the surface's own method
+intersects it. The hits are the same as in a scene of this surface.
 
 Parameters
 ----------
 surface : Isosurface
-    Another level of it takes effect at the next query.
+    A change of its level takes effect at the next query.
 strides : bool
-    Whether empty bricks of 8 x 8 x 8 voxels are crossed at once, which the paper suggests as an octree.
+    Whether empty bricks of 8 x 8 x 8 voxels are crossed in one step, as the octree that the paper suggests does.
 
 Notes
 -----
@@ -41,8 +44,7 @@ reader. Over lines that are uniform and isotropic it is the mean chord of a unit
 .. math:: \frac{4 V}{S} = \frac{4 \cdot 1}{6} = \frac{2}{3}.
 
 Parallel lines of direction d have the mean chord V / (area of the shadow) = :math:`1 / (|d_x| + |d_y| + |d_z|)`,
-between 0.577 along a diagonal and 1 along an axis; a picture looks along few directions, and so has an average of its
-own.
+between 0.577 along a diagonal and 1 along an axis. A picture looks along few directions, so its average differs.
 
 References
 ----------
@@ -68,28 +70,28 @@ Parameters
 rays : (..., 6) array_like, float32 or float64
     Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
 t_near, t_far : float
-    Only crossings with t in [t_near, t_far] count, t being in units of the direction's length.
+    Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
 outputs : sequence of str
-    Names of the arrays to return, as of `Scene.cast_rays`.
+    Names of the arrays to return, as in `Scene.cast_rays`.
 
 Returns
 -------
 Hits
-    As of `Scene.cast_rays`; the geometry id is 0.
+    As in `Scene.cast_rays`; the geometry id is 0.
 
 Raises
 ------
 ValueError
-    Where `rays` has another shape, an origin or direction is not finite, a direction is zero, or the limits are NaN.
+    If `rays` has another shape, an origin or direction is not finite, a direction is zero, or the limits are NaN.
 TypeError
-    Where `rays` does not hold real numbers.
+    If `rays` does not hold real numbers.
 )";
 
-constexpr const char* statistics_doc = R"(dict: what the rays of the last `cast_rays` went through.
+constexpr const char* statistics_doc = R"(dict: statistics of the rays of the last `cast_rays`.
 
-``hops`` from one voxel to the next, ``strides`` across empty bricks, ``evaluated_cells`` where the surface was looked
-for, and ``mean_hop_length``, of hops and strides, in voxels (0 where there was none). Hops end on the faces of voxels:
-the way from the last face to the hit counts for none.)";
+``hops``: from one voxel to the next. ``strides``: across empty bricks. ``evaluated_cells``: cells of the shell in which
+the surface was searched. ``mean_hop_length``: of hops and strides, in voxels, or 0 without any. Hops end on the faces
+of voxels, so the part from the last face to the hit does not count.)";
 
 /// A hopper that follows the level of a surface, and the statistics of its last query.
 class FollowingHopper {
@@ -100,7 +102,7 @@ public:
     {
     }
 
-    /// The hopper of the surface's present level.
+    /// The hopper of the surface's current level.
     std::shared_ptr<const VoxelHopper> hopper(const Progress& progress)
     {
         const Turn::Taken taken(turn_, progress);
@@ -121,7 +123,7 @@ public:
 private:
     std::shared_ptr<Isosurface> surface_;
     VoxelHopperOptions options_;
-    Turn turn_; ///< of what follows
+    Turn turn_; ///< guards the members below
     std::shared_ptr<const IsosurfaceSnapshot> level_;
     std::shared_ptr<const VoxelHopper> hopper_;
 };
@@ -148,8 +150,11 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             std::vector<Hit> hits(end - begin);
             const HopStatistics of_chunk = hopper->cast_rays(given.chunk(begin, end), hits);
-            for (std::size_t i = begin; i < end; ++i)
-                arrays.set(i, hits[i - begin]);
+            for (std::size_t i = begin; i < end; i += RayPacket::capacity) {
+                const std::size_t count = std::min<std::size_t>(RayPacket::capacity, end - i);
+                arrays.set(std::views::iota(i, i + count), count, ~LaneMask{0},
+                           std::span<const Hit>(hits).subspan(i - begin, count));
+            }
             const std::lock_guard lock(adding);
             statistics += of_chunk;
         });

@@ -6,17 +6,20 @@
 #include "masks.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/query/reach.h"
 #include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -27,52 +30,55 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* isosurface_doc = R"(The surface where the model of a volume has one value.
+constexpr const char* isosurface_doc = R"(The surface on which the model of a volume has a given value.
 
 .. math:: f(\mathbf{x}) = f_0
 
-Only the cells of its shell can hold a part of it [1]_: those whose coefficients, less the level, do not have one sign,
-and of these the ones that two-scale subdivision, called pruning, cannot rule out.
+Only the cells of its shell can contain a part of it [1]_. These are the cells whose coefficients, minus the level, have
+both signs, except those that pruning by two-scale subdivision rules out.
 
 Parameters
 ----------
 volume : Volume
-    Of degree 1, 2 or 3; at odd degrees with at least two samples along each axis.
+    Its degree is 1, 2 or 3. Odd degrees need at least two samples along each axis.
 level : float
     The value :math:`f_0`.
 prune_depth : int
     Levels of subdivision, 0 (no pruning) to 6.
 prune_border : bool
-    False leaves the cells on the border of the volume unpruned, as the paper does.
+    If False, cells on the border of the volume are not pruned, as in the paper.
 mask : bool array of the volume's shape, optional
-    The parts to keep. A cell is cut away where the sample in its centre is False (degree 2), or one of the samples at
+    The parts to keep. A cell is cut away if the sample in its centre is False (degree 2), or one of the samples at
     its corners (odd degrees).
+largest : int, optional
+    Keeps this number of connected components of the solid, those with the largest volumes, see `components`; by
+    default all are kept. Components are found again whenever the level is set.
 clip : HalfSpace, Box or a sequence of them, optional
-    In the volume's world space. What lies outside of any of them is cut away, with a straight cut.
+    In the volume's world space. Everything outside of any of them is cut away; cuts are straight.
 capped : bool
-    Whether scenes close the solid where `clip` cuts it: rays meet a face on the plane of the cut wherever
-    `contains` would be true there. Its hits have the plane's normal, and primitive ids from ``volume.cell_count`` on,
-    in the order of the half-spaces of `clip`, six for a Box (lower and upper x, y, z). Where the solid goes on to the
-    volume's border, it stays open unless the clip is there, as ``Box(*volume.bounds)`` is; so does what `mask` cuts.
+    Whether scenes close the solid where `clip` cuts it: the parts of the cut's plane in the solid become faces that
+    rays meet. Their hits have the plane's normal. Their primitive ids begin at ``volume.cell_count`` and are in the
+    order of the half-spaces of `clip`; a Box has six (lower and upper x, y, z). At the volume's border the solid stays
+    open, unless the clip is there, for example ``Box(*volume.bounds)``. Cuts by `mask` stay open too.
 method : {"exact", "reference", "bracket"}
-    How rays find the surface in a cell. "exact" misses no root; "reference" is the same in float64 throughout, and
-    slow; "bracket" is the paper's: opposite signs at the ends of the cell, then Brent's method.
+    How rays find the surface in a cell. "exact" misses no root. "reference" is the same in float64 throughout, and
+    slow. "bracket" is the paper's method: opposite signs at the ends of the cell, then Brent's method.
 inside : {"above", "below"}
-    The side of the surface that is the solid. Normals point to the other one.
+    The side of the surface that is the solid. Normals point to the other side.
 material : Material, optional
-    What it is made of, for a `PathTracer` that has no other one for its geometry id.
+    Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
 progress : callable, optional
-    Called with the finished fraction; cancels where it returns a false value other than None.
+    Called with the finished fraction; cancels if it returns a false value other than None.
 
 Warns
 -----
 UserWarning
-    Where the shell is empty, as for a level out of the data's range: rays miss.
+    If the shell is empty, for example because the level is out of the data's range: all rays miss.
 
 Notes
 -----
-Another `level` re-uses the coefficients and visits only the bricks of cells that straddle it. Any thread may set it:
-this waits for the queries that run.
+A change of `level` reuses the coefficients and visits only the bricks that straddle the new level. Any thread may set
+it; running queries continue with the level that they began with.
 
 References
 ----------
@@ -93,7 +99,7 @@ Examples
 True
 )";
 
-constexpr const char* shell_doc = R"(The cells that may hold a part of an isosurface, at the level that it has now.
+constexpr const char* shell_doc = R"(The cells that may contain a part of an isosurface at its current level.
 
 Cell (x, y, z) is the cube between the indices (x, y, z) - 1/2 and (x, y, z) + 1/2 for even degrees, (x, y, z) and
 (x, y, z) + 1 for odd ones.
@@ -103,7 +109,7 @@ const EnumWords<Method> method_words{
     {"exact", Method::exact}, {"reference", Method::reference}, {"bracket", Method::bracket}};
 const EnumWords<Inside> inside_words{{"above", Inside::above}, {"below", Inside::below}};
 
-/// The shell of a surface at the level that it had when it was asked for, found when it is first looked at.
+/// The shell of a surface at the level that it had when `shell` was read. It is computed when it is first used.
 struct ShellView {
     std::shared_ptr<const IsosurfaceSnapshot> surface;
 
@@ -117,12 +123,12 @@ struct ShellView {
 };
 
 /// Whether all rays miss a surface.
-bool is_nothing(const IsosurfaceSnapshot& surface)
+bool is_nothing(const IsosurfaceSnapshot& surface, const Progress& progress)
 {
-    return surface.is_empty() && cap_boxes(surface).empty();
+    return surface.is_empty(progress) && cap_boxes(surface).empty();
 }
 
-/// Says that rays will miss, and why.
+/// Warns that all rays will miss, with the reason.
 void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
 {
     const double lower = surface.volume().minimum(), upper = surface.volume().maximum();
@@ -142,16 +148,24 @@ std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double l
     bool misses = false;
     long_call("to make an isosurface", progress, [&](const Progress& report) {
         surface = std::make_shared<Isosurface>(std::move(volume), level, std::move(options), std::move(ranges), report);
-        misses = is_nothing(*surface->snapshot());
+        misses = is_nothing(*surface->snapshot(), report);
     });
     if (misses)
         warn_of_empty_shell(*surface->snapshot());
     return surface;
 }
 
+/// The number of components to keep; 0 keeps all.
+int as_largest(std::optional<int> largest)
+{
+    if (largest && *largest < 1)
+        throw_invalid("largest", "a number of at least 1, or None", *largest);
+    return largest.value_or(0);
+}
+
 std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, int prune_depth, bool prune_border,
-                                            const py::object& mask, const py::object& clip, bool capped,
-                                            const std::string& method, const std::string& inside,
+                                            const py::object& mask, std::optional<int> largest, const py::object& clip,
+                                            bool capped, const std::string& method, const std::string& inside,
                                             std::shared_ptr<Material> material, const py::object& progress)
 {
     const auto volume = as_object<Volume>(
@@ -161,6 +175,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
     options.shell.prune_border = prune_border;
     if (!mask.is_none())
         options.shell.mask = as_mask(mask, "mask", volume->shape(), volume->options().axes);
+    options.largest = as_largest(largest);
     options.clip = as_clip(clip);
     options.capped = capped;
     options.method = as_enum(method_words, method, "method");
@@ -181,7 +196,7 @@ void set_level(Isosurface& surface, double level)
     long_call("to change the level", py::none(), [&](const Progress& report) {
         surface.set_level(level, report);
         changed = surface.snapshot();
-        misses = is_nothing(*changed);
+        misses = is_nothing(*changed, report);
     });
     if (misses)
         warn_of_empty_shell(*changed);
@@ -248,30 +263,27 @@ void bind_isosurface(py::module_& module)
     bind_shell(module);
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
         .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
-             py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("clip") = py::none(),
-             py::arg("capped") = false, py::arg("method") = "exact", py::arg("inside") = "above",
-             py::arg("material") = py::none(), py::arg("progress") = py::none())
+             py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("largest") = py::none(),
+             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("method") = "exact",
+             py::arg("inside") = "above", py::arg("material") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
-             "Another surface of the same volume, with the same options. Both share what is derived of the volume.")
+             "A new surface of the same volume, with the same options. Both share the data derived from the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
         .def_property_readonly(
             "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface->snapshot()}; },
-            "The cells that may hold a part of the surface, at its present level.")
+            "The cells that may contain a part of the surface at its current level.")
         .def_property_readonly(
             "bounds",
             [](const Isosurface& surface) {
                 const auto snapshot = surface.snapshot();
                 Box box;
-                long_call("to find the bounds of a surface", py::none(), [&](const Progress&) {
-                    box = snapshot->bounds_lattice();
-                    for (const Box& cap : cap_boxes(*snapshot))
-                        box.extend(cap);
-                    box = transform_box(snapshot->volume().lattice_to_world(), box);
+                long_call("to find the bounds of a surface", py::none(), [&](const Progress& progress) {
+                    box = transform_box(snapshot->volume().lattice_to_world(), bounds_lattice(*snapshot, progress));
                 });
                 return to_array(box);
             },
-            "(2, 3) float64 array, world units: lower and upper corner of the box of the cells that may hold the "
-            "surface, and of its caps; inf, -inf where there are none.")
+            "(2, 3) float64 array, world units: lower and upper corner of the box of the cells that may contain the "
+            "surface, and of its caps; inf, -inf if there are none.")
         .def_property_readonly(
             "volume",
             [](const Isosurface& surface) { return std::const_pointer_cast<Volume>(surface.shared_volume()); },
@@ -283,11 +295,18 @@ void bind_isosurface(py::module_& module)
             "inside", [](const Isosurface& surface) { return to_word(inside_words, surface.options().inside); },
             "The side of the surface that is the solid: \"above\" or \"below\".")
         .def_property_readonly(
+            "largest",
+            [](const Isosurface& surface) {
+                const int largest = surface.options().largest;
+                return largest > 0 ? std::optional(largest) : std::nullopt;
+            },
+            "How many connected components of the solid are kept, those with the largest volume; None: all.")
+        .def_property_readonly(
             "capped", [](const Isosurface& surface) { return surface.options().capped; },
             "Whether scenes close the solid where the clip cuts it.")
         .def_property_readonly(
             "material", [](const Isosurface& surface) { return std::const_pointer_cast<Material>(surface.material()); },
-            "What it is made of, as given; None where nothing was.")
+            "Its material, as given, or None.")
         .def_property_readonly(
             "prune_depth", [](const Isosurface& surface) { return surface.options().shell.prune_depth; },
             "Levels of subdivision that the shell was pruned with.")

@@ -17,7 +17,7 @@ namespace isospline {
 namespace {
 
 constexpr const char* material_doc =
-    R"(How a surface scatters light: a diffuse base below a rough dielectric coat, or a rough metal.
+    R"(How a surface scatters light: a diffuse base under a rough dielectric coat, or a rough metal.
 
 .. math:: f = (1 - m) \frac{c}{\pi} (1 - F_d(i)) (1 - F_d(o))
               + \frac{F(h) D(h) G(i, o)}{4 \langle n, i \rangle \langle n, o \rangle}
@@ -27,19 +27,18 @@ distribution D of Trowbridge and Reitz (GGX) of width roughness^2, Smith's maski
 
 .. math:: F(h) = F_0 + (F_{90} - F_0) (1 - \langle h, o \rangle)^5.
 
-A dielectric has F0 = 0.08 `specular` and F90 = min(50 F0, 1), which is 1 from water's F0 = 0.02, ``specular=0.25``, on.
-A metal has F0 = c and F90 = 1; in between, both are mixed by m. Fd is the F of the dielectric, at the normal. With
-``specular=0`` and ``metallic=0`` it is Lambert's law.
+A dielectric has F0 = 0.08 `specular` and F90 = min(50 F0, 1); F90 is 1 for F0 >= 0.02, which is water or
+``specular=0.25``. A metal has F0 = c and F90 = 1. Between them, both are interpolated by m. Fd is the F of the
+dielectric, at the normal. With ``specular=0`` and ``metallic=0`` this is Lambert's law.
 
 Parameters
 ----------
 base_color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear, 0 to 1, or what it follows from. The colours of a mesh's vertices are multiplied by it; what then is above 1
-    is taken as 1.
+    Linear, 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it.
 metallic, roughness, specular : float
-    0 to 1. A roughness below 0.03 is taken as that.
+    0 to 1. A roughness below 0.03 counts as 0.03.
 cap_color : as base_color, optional
-    Of the faces of capped cuts (`Isosurface(..., capped=True)`); by default the base colour.
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default the base colour.
 
 Raises
 ------
@@ -48,8 +47,8 @@ ValueError
 
 Notes
 -----
-An object has the material that `PathTracer(materials=)` gives for its geometry id; else its own, of
-``Mesh(..., material=)`` or ``Isosurface(..., material=)``; else `PathTracer(material=)`.
+An object's material is, in this order: the one that `PathTracer(materials=)` has for its geometry id; its own, from
+``Mesh(..., material=)`` or ``Isosurface(..., material=)``; or `PathTracer(material=)`.
 
 References
 ----------
@@ -79,8 +78,8 @@ void bind_material(py::module_& module)
              py::arg("base_color") = std::get<glm::dvec3>(Material().base_color).x, py::kw_only(),
              py::arg("metallic") = 0.0, py::arg("roughness") = Material().roughness,
              py::arg("specular") = Material().specular, py::arg("cap_color") = py::none())
-        .def_property_readonly("base_color", [](const Material& material) { return to_object(material.base_color); })
-        .def_property_readonly("cap_color", [](const Material& material) { return to_object(material.cap_color); })
+        .def_readonly("base_color", &Material::base_color)
+        .def_readonly("cap_color", &Material::cap_color)
         .def_readonly("metallic", &Material::metallic)
         .def_readonly("roughness", &Material::roughness)
         .def_readonly("specular", &Material::specular)
@@ -93,7 +92,7 @@ void bind_material(py::module_& module)
                                   to_text(light.leading_shape()));
                 py::array_t<double> result = new_array<double>(viewer.leading_shape(), {3});
                 if (!std::holds_alternative<glm::dvec3>(material.base_color))
-                    throw_invalid("base_color", "a constant colour, as there is no point to have another",
+                    throw_invalid("base_color", "a constant colour, because no point is given",
                                   to_text(material.base_color));
                 const Scattering scattering(material);
                 for (std::size_t i = 0; i < viewer.count(); ++i) {
@@ -112,12 +111,12 @@ to_viewer, to_light : (..., 3) array_like
 Returns
 -------
 (..., 3) float64 array
-    For red, green and blue, per steradian; zero where a direction is below the surface.
+    For red, green and blue, per steradian; zero if a direction is below the surface.
 
 Raises
 ------
 ValueError
-    Where the base colour is a rule, and so another one from point to point.
+    If the base colour is a rule, because it then depends on the point.
 )")
         .def("__repr__", [](const Material& material) {
             return "Material(" + to_text(material.base_color) + ", metallic=" + to_text(material.metallic) +

@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
+#include "colors.h"
 #include "long_call.h"
 
 #include "isospline/scene/mesh.h"
@@ -30,19 +31,20 @@ vertices : (V, 3) array_like of numbers, world units
 faces : (F, 3) array_like of integers
     Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
 normals : (V, 3) array_like of numbers, optional
-    Outward normals at the vertices, of any length: the surface is shaded with what lies between them. Ray queries
-    return those of the faces.
-colors : (V, 3) array_like of numbers, optional
-    Colours at the vertices, with what lies between them in between: linear, or sRGB from 0 to 255 where the type is
-    uint8. The colour of a `Phong`, white unless told otherwise, multiplies them, and so does that of a `Material`.
+    Outward normals at the vertices, of any length. They are interpolated across each face for shading. Ray queries
+    return the normals of the faces.
+colors : (V, 3) array_like of numbers, str or sequence of str, optional
+    Colours at the vertices, interpolated across each face: linear from 0 to 1, or sRGB from 0 to 255 if the type is
+    uint8; or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by
+    default, or of a `Material`.
 material : Material, optional
-    What it is made of, for a `PathTracer` that has no other one for its geometry id.
+    Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
 
 Raises
 ------
 ValueError
-    Where a vertex is not finite, a face names a vertex that is not there, or normals and colours are not finite, not
-    one a vertex or, as colours, negative.
+    If a vertex is not finite, a face refers to a vertex that does not exist, normals or colours are not finite or not
+    one for each vertex, or a colour is outside of 0 to 1.
 
 Examples
 --------
@@ -69,29 +71,36 @@ std::vector<glm::dvec3> as_vectors(const py::object& value, const char* paramete
     return vectors;
 }
 
-/// One vector a vertex, or none for None.
+/// One vector per vertex; empty for None.
 std::vector<glm::dvec3> as_vertex_vectors(const py::object& value, const char* parameter, std::size_t vertex_count)
 {
     if (value.is_none())
         return {};
     std::vector<glm::dvec3> vectors = as_vectors(value, parameter);
     if (vectors.size() != vertex_count)
-        throw_invalid(parameter, "shape (" + std::to_string(vertex_count) + ", 3), as of vertices",
+        throw_invalid(parameter, "shape (" + std::to_string(vertex_count) + ", 3), as for vertices",
                       "(" + std::to_string(vectors.size()) + ", 3)");
     return vectors;
 }
 
+/// Linear colours, from numbers or names.
 std::vector<glm::dvec3> as_vertex_colors(const py::object& value, std::size_t vertex_count)
 {
-    const py::object colors = value.is_none() ? value : py::object(as_array(value, "colors", "iuf"));
+    if (value.is_none())
+        return {};
+    const py::object named = py::module_::import("isospline.colors").attr("vertex_colors")(value, vertex_count);
+    const py::object colors = as_array(named, "colors", "iuf");
     std::vector<glm::dvec3> linear = as_vertex_vectors(colors, "colors", vertex_count);
-    if (!colors.is_none() && py::isinstance<py::array_t<std::uint8_t>>(colors))
-        for (glm::dvec3& color : linear)
+    const bool has_eight_bits = py::isinstance<py::array_t<std::uint8_t>>(colors);
+    for (glm::dvec3& color : linear) {
+        if (has_eight_bits)
             color = glm::convertSRGBToLinear(color / 255.0);
+        check_not_above_one(color, py::cast(color), "colors");
+    }
     return linear;
 }
 
-/// Rows of a mesh's list of vectors, or None where it is empty.
+/// The rows of a mesh's list of vectors, or None if it is empty.
 py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& vectors)
 {
     if (vectors.empty())
@@ -156,13 +165,13 @@ void bind_mesh(py::module_& module)
             "(F, 3) uint32 array of rows of `vertices`; read-only.")
         .def_property_readonly(
             "normals", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().normals()); },
-            "(V, 3) float64 array, as given; read-only. None where there are none.")
+            "(V, 3) float64 array, as given; read-only. None without normals.")
         .def_property_readonly(
             "colors", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().colors()); },
-            "(V, 3) float64 array, linear; read-only. None where there are none.")
+            "(V, 3) float64 array, linear; read-only. None without colours.")
         .def_property_readonly(
             "material", [](const Mesh& mesh) { return std::const_pointer_cast<Material>(mesh.material()); },
-            "As given; None where there is none.")
+            "The given material, or None.")
         .def_property_readonly(
             "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
             "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")

@@ -9,7 +9,9 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,31 +27,31 @@ namespace isospline {
 namespace {
 
 constexpr const char* path_tracer_doc =
-    R"(Light on all paths, by chance: soft shadows, reflections, and light from surface to surface.
+    R"(A Monte Carlo path tracer: soft shadows, reflections, and light between surfaces.
 
-The picture's noise falls with the root of the number of samples; `Image.variance` tells how much is left. Random
-numbers are a function of pixel, sample and seed, so that the picture is the same, bit for bit, for any number of
-threads. The only sample of a picture goes through the centre of its pixel and of the lens, so that colour, alpha and
-ids are those of one ray. Of several samples each goes through a random place.
+The noise falls with the square root of the number of samples; `Image.variance` estimates the remaining noise. Random
+numbers are a function of pixel, sample and seed, so the picture is the same, bit for bit, for any number of threads. A
+single sample goes through the centre of its pixel and of the lens, so that colour, alpha and ids belong to one ray.
+With several samples, each goes through a random position.
 
 Parameters
 ----------
 material : Material
-    Of objects that have none of their own, as of ``Mesh(..., material=)`` and ``Isosurface(..., material=)``.
+    For objects that have no material of their own, as ``Mesh(..., material=)`` and ``Isosurface(..., material=)`` have.
 materials : dict of geometry id to Material
-    Of these objects of the scene, whether they have one of their own or not.
+    For these objects of the scene; replaces their own.
 lights : sequence of lights, optional
     `PositionalLight` (whose intensity here falls off with the square of the distance), `DirectionalLight` (irradiance),
-    `RectangleLight`, `SphereLight` and one `EnvironmentLight` at most; by default ``EnvironmentLight(1)``.
+    `RectangleLight`, `SphereLight` and at most one `EnvironmentLight`; by default ``EnvironmentLight(1)``.
 max_bounces : int
-    Hits of a path that scatter, at least 0.
+    Number of hits at which a path scatters, at least 0.
 seed : int
-    Another one gives other noise.
+    A different seed gives different noise.
 
 Raises
 ------
 ValueError
-    For negative bounces and more than one environment; when it renders, for a geometry id that the scene does not have.
+    For negative bounces and more than one environment. When rendering, for a geometry id that the scene does not have.
 
 Examples
 --------
@@ -60,15 +62,16 @@ Examples
 16
 )";
 
-/// A renderer, and one caller at a time.
+/// A renderer that serves one caller at a time.
 struct SceneRenderer {
     SceneRenderer(Scene& rendered, const Camera& camera, const glm::ivec2& size, PathTracer path_tracer,
-                  const glm::vec4& background, const Layers& layers, ColorEncoding color_encoding)
-        : renderer(rendered, camera, size, std::move(path_tracer), background, layers), encoding(color_encoding)
+                  const glm::vec4& background, const Layers& layers, ColorEncoding color_encoding, const Crop& crop)
+        : renderer(rendered, camera, size, std::move(path_tracer), background, layers, as_window(crop)),
+          encoding(color_encoding)
     {
     }
 
-    /// Throws where a call of the parent's had not finished when this process was forked.
+    /// Throws if a call in the parent process had not finished when this process was forked.
     void check(const Turn::Taken& taken)
     {
         was_abandoned = was_abandoned || taken.was_abandoned();
@@ -88,6 +91,65 @@ void step(SceneRenderer& self, int samples, const py::object& progress)
         const Turn::Taken taken(self.turn, report);
         self.check(taken);
         self.renderer.step(samples, report);
+    });
+}
+
+constexpr int parts_of_sum = sizeof(PathSums::Sum) / sizeof(double);
+static_assert(parts_of_sum == 7 && sizeof(glm::dvec3) == 3 * sizeof(double));
+
+/// A copy of the numbers, pixel by pixel.
+template <typename Number, typename Item>
+py::array_t<Number> rows_of(const std::vector<Item>& items)
+{
+    constexpr py::ssize_t columns = sizeof(Item) / sizeof(Number);
+    auto array = new_array<Number>(Shape{static_cast<py::ssize_t>(items.size()), columns});
+    std::copy_n(reinterpret_cast<const Number*>(items.data()), array.size(), array.mutable_data());
+    return array;
+}
+
+template <typename Number, typename Item>
+std::vector<Item> items_of(const py::dict& state, const char* name, const char* parameter)
+{
+    const auto rows = state.contains(name) ? state[name].cast<py::object>() : py::object(py::none());
+    constexpr py::ssize_t columns = sizeof(Item) / sizeof(Number);
+    const char* const expected = "the arrays of ProgressiveRenderer.state()";
+    if (!py::isinstance<py::array_t<Number>>(rows))
+        throw_invalid(parameter, expected, std::string("another type of ") + name);
+    const py::array_t<Number, py::array::c_style | py::array::forcecast> numbers(rows);
+    if (numbers.ndim() != 2 || numbers.shape(1) != columns)
+        throw_invalid(parameter, expected, std::string(name) + " of shape " + to_text(shape_of(numbers)));
+    std::vector<Item> items(static_cast<std::size_t>(numbers.shape(0)));
+    std::copy_n(numbers.data(), numbers.size(), reinterpret_cast<Number*>(items.data()));
+    return items;
+}
+
+/// The state of the samples so far, for checkpoints.
+py::dict state(SceneRenderer& self)
+{
+    PathSums sums;
+    long_call("to copy the samples", py::none(), [&](const Progress& progress) {
+        const Turn::Taken taken(self.turn, progress);
+        self.check(taken);
+        sums = self.renderer.path_sums();
+    });
+    py::dict arrays;
+    arrays["sums"] = rows_of<double>(sums.sums);
+    arrays["directs"] = rows_of<double>(sums.directs);
+    arrays["tile_samples"] = rows_of<std::int32_t>(sums.tile_samples);
+    arrays["through_centers"] = sums.through_centers;
+    return arrays;
+}
+
+void resume(SceneRenderer& self, const py::dict& arrays, const py::object& progress)
+{
+    constexpr const char* parameter = "checkpoint";
+    PathSums sums{items_of<double, PathSums::Sum>(arrays, "sums", parameter),
+                  items_of<double, glm::dvec3>(arrays, "directs", parameter),
+                  items_of<std::int32_t, int>(arrays, "tile_samples", parameter), py::bool_(arrays["through_centers"])};
+    long_call("to continue a picture", progress, [&](const Progress& report) {
+        const Turn::Taken taken(self.turn, report);
+        self.check(taken);
+        self.renderer.resume(std::move(sums), parameter, report);
     });
 }
 
@@ -131,22 +193,34 @@ void bind_path_tracer(py::module_& module)
                    ", seed=" + std::to_string(path_tracer.seed) + ")";
         });
 
-    py::class_<SceneRenderer>(module, "ProgressiveRenderer", "What isospline.ProgressiveRenderer is made of.")
+    py::class_<SceneRenderer>(module, "ProgressiveRenderer", "The C++ part of isospline.ProgressiveRenderer.")
         .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& integrator,
                          const py::object& background, const py::object& layers, int ambient_occlusion_samples,
-                         const std::string& encoding) {
+                         const std::string& encoding, const Crop& crop) {
                  return naming_memory("to render " + size_text(size[0], size[1]), [&] {
                      return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), integrator,
                                                             as_background(background, "background"),
                                                             as_layers(layers, ambient_occlusion_samples),
-                                                            as_enum(color_encodings, encoding, "encoding"));
+                                                            as_enum(color_encodings, encoding, "encoding"), crop);
                  });
              }),
              py::keep_alive<1, 2>(), py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
              py::arg("integrator"), py::arg("background"), py::arg("layers"), py::arg("ambient_occlusion_samples"),
-             py::arg("encoding"))
+             py::arg("encoding"), py::arg("crop") = py::none())
         .def("step", &step, py::arg("samples"), py::kw_only(), py::arg("progress"))
         .def("reset", &reset, py::arg("camera"))
+        .def("state", &state)
+        .def("resume", &resume, py::arg("state"), py::kw_only(), py::arg("progress"))
+        .def_property_readonly("noise",
+                               [](SceneRenderer& self) {
+                                   double noise = 0.0;
+                                   long_call("to measure noise", py::none(), [&](const Progress& progress) {
+                                       const Turn::Taken taken(self.turn, progress);
+                                       self.check(taken);
+                                       noise = self.renderer.noise();
+                                   });
+                                   return noise;
+                               })
         .def("image",
              [](SceneRenderer& self) {
                  auto image = std::make_unique<Image>();

@@ -39,8 +39,8 @@ points : (..., 3) array_like, world units
 Returns
 -------
 (...) bool array
-    The sign of :math:`f - f_0`, evaluated in float64. What `clip` or `mask` cut away is outside, and so is all that is
-    not in `volume.bounds`, whatever the boundary rule makes of it. A point of the surface itself is outside.
+    By the sign of :math:`f - f_0`, evaluated in float64. Parts that `clip` or `mask` cut away are outside. So is
+    everything outside of `volume.bounds`, for each boundary rule. A point of the surface itself is outside.
 
 Raises
 ------
@@ -58,26 +58,26 @@ array([ True,  True, False, False])
 
 constexpr const char* closest_points_doc = R"(The points of the surface that are nearest to given points.
 
-Branch and bound over the cells of the shell and parts of them [1]_: a part is left out only where its Bernstein
-coefficients prove that the surface is not in it, or that it is not nearer there. What is found is the global minimum,
-to the error bound that comes with it.
+Branch and bound over the cells of the shell and parts of them [1]_: a part is excluded only if its Bernstein
+coefficients prove that the surface is not in it, or that it is not nearer there. The result is the global minimum, up
+to the error bound that is returned with it.
 
 Parameters
 ----------
 points : (..., 3) array_like, world units
 max_distance : float, world units
-    Farther parts of the surface are not looked for: a small one saves most of the time.
+    Farther parts of the surface are not searched. A small distance saves most of the time.
 tolerance : float, world units, optional
     The error bound that the search aims at; by default a millionth of the shortest edge of a voxel.
 
 Returns
 -------
 ClosestPoints
-    `points`, (..., 3) float64: on the surface, to some 1e-11 of a voxel; not a number where there is none within
-    `max_distance`. `distances`, (...) float64: to these; infinite where there is none. `error_bounds`, (...) float64:
-    no part of the surface is nearer than ``minimum(distances, max_distance) - error_bounds``, up to rounding.
-    `primitive_ids`, (...) uint64: of the cells, as of `Scene.cast_rays`, or INVALID_PRIMITIVE_ID. `primitive_normals`,
-    (..., 3) float64: unit, outward; zero where there is none, or the gradient vanishes.
+    `points`, (..., 3) float64: on the surface, to about 1e-11 of a voxel; NaN if there is none within `max_distance`.
+    `distances`, (...) float64: to these points; infinite if there is none. `error_bounds`, (...) float64: no part of
+    the surface is nearer than ``minimum(distances, max_distance) - error_bounds``, up to rounding. `primitive_ids`,
+    (...) uint64: of the cells and caps, as in `Scene.cast_rays`, or INVALID_PRIMITIVE_ID. `primitive_normals`, (..., 3)
+    float64: unit, outward; zero if there is no point, or the gradient vanishes.
 
 Raises
 ------
@@ -86,12 +86,14 @@ ValueError
 
 Notes
 -----
-What `mask` and `clip` cut away is not there; the nearest point may lie on the rim of a cut, or of the volume, but not
-on the cut's plane, capped or not. The error bound is above the tolerance only where too many parts of the surface are
-almost equally near, as in the centre of a sphere: the search ends after 16384 parts.
+Parts that `mask` and `clip` cut away are ignored. Caps of a capped surface count as surface: the nearest point may be
+on a cap. If the surface is open, the nearest point may be on the rim of the cut or of the volume. The search ends after
+16384 parts. So the error bound exceeds the tolerance only if too many parts of the surface are almost equally near, as
+at the centre of a sphere.
 
-The bound is one on the distance. A point of the surface that is farther by e than the nearest, at a distance d, may be
-some sqrt(2 e d) away from it; most points are nevertheless found to rounding, as Newton's method ends at them.
+The bound is on the distance. If the nearest point is at distance d, a point of the surface whose distance is larger by
+e may be about sqrt(2 e d) away from it. Most results are nevertheless exact up to rounding, because Newton's method
+finds them.
 
 The first call at a level builds a tree of the shell.
 
@@ -121,22 +123,23 @@ Parameters
 ----------
 points : (..., 3) array_like, world units
 max_distance, tolerance : float, world units
-    As of `closest_points`.
+    As in `closest_points`.
 
 Returns
 -------
 (...) float64 array
-    The distance that `closest_points` returns, with the sign that `contains` returns; plus or minus infinity where the
-    surface is farther than `max_distance`.
+    The distance from `closest_points`, with a sign from `contains`; plus or minus infinity if the surface is farther
+    away than `max_distance`.
 
 Warns
 -----
 UserWarning
-    Where distances may be too large by more than the tolerance. `closest_points` has an error bound for each.
+    If distances may be too large by more than the tolerance. `closest_points` returns an error bound for each.
 
 Notes
 -----
-The distance is that from the surface f = level alone, also where the solid ends at a cut or at the volume's border.
+Distances are those to the surface f = level and to the caps of a capped one. Other ends of the solid, at a cut without
+caps or at the border of the volume, do not count.
 
 Examples
 --------
@@ -182,7 +185,7 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
               [&](const Progress& progress) {
                   check_points(points);
                   check_reach(points);
-                  ClosestPointFinder check(surface, options); // of the options, also where there are no points
+                  ClosestPointFinder check(surface, options); // checks the options even if there are no points
                   parallel_for(
                       points.count(), 64,
                       [&](std::size_t begin, std::size_t end) {

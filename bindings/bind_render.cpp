@@ -14,7 +14,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <iterator>
 #include <map>
@@ -23,6 +26,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace py = pybind11;
 
@@ -33,13 +37,15 @@ namespace {
 using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
 using GivenShading = std::variant<Shading, ShadingOfGeometry>;
 
-std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
-                                    const py::object& background, int samples, const py::object& layers,
-                                    int ambient_occlusion_samples, const std::string& encoding,
-                                    const py::object& progress)
+/// `fragments` may be null.
+std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Camera& camera, std::array<int, 2> size,
+                                   GivenShading shading, const py::object& background, int samples,
+                                   const py::object& layers, int ambient_occlusion_samples, const std::string& encoding,
+                                   const Crop& crop, const py::object& progress)
 {
     RenderOptions options;
     options.size = {size[0], size[1]};
+    options.crop = as_window(crop);
     options.background = as_background(background, "background");
     options.samples = samples;
     options.layers = as_layers(layers, ambient_occlusion_samples);
@@ -52,18 +58,60 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
     auto image = std::make_unique<Image>();
     long_call("to render " + size_text(options.size.x, options.size.y), progress, [&](const Progress& report) {
         const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1));
-        *image = render(*snapshot, camera, options, part_of(report, 0.1, 1.0));
+        const Progress rest = part_of(report, 0.1, 1.0);
+        *image = fragments ? render_part(*snapshot, camera, options, *fragments, rest)
+                           : render(*snapshot, camera, options, rest);
     });
     return image;
 }
 
-/// A path as Python has it: what is not UTF-8 is escaped.
+std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
+                                    const py::object& background, int samples, const py::object& layers,
+                                    int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
+                                    const py::object& progress)
+{
+    return render_into(nullptr, scene, camera, size, std::move(shading), background, samples, layers,
+                       ambient_occlusion_samples, encoding, crop, progress);
+}
+
+/// A new array with the numbers of a vector, (samples, pixels, ...).
+template <typename Number, typename Item>
+py::array_t<Number> array_of(const std::vector<Item>& items, std::size_t samples)
+{
+    Shape shape{static_cast<py::ssize_t>(samples), static_cast<py::ssize_t>(items.size() / samples)};
+    if constexpr (sizeof(Item) > sizeof(Number))
+        shape.push_back(sizeof(Item) / sizeof(Number));
+    auto array = new_array<Number>(shape);
+    std::copy_n(reinterpret_cast<const Number*>(items.data()), array.size(), array.mutable_data());
+    return array;
+}
+
+/// The image of a part of a scene, and a dictionary of its fragments.
+py::tuple render_part_of_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
+                               const py::object& background, int samples, const py::object& layers,
+                               int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
+                               const py::object& progress)
+{
+    Fragments fragments;
+    auto image = render_into(&fragments, scene, camera, size, std::move(shading), background, samples, layers,
+                             ambient_occlusion_samples, encoding, crop, progress);
+    const std::size_t count = fragments.weights.size();
+    py::dict arrays;
+    arrays["weights"] = fragments.weights;
+    arrays["t"] = array_of<double>(fragments.t, count);
+    arrays["geometry_ids"] = array_of<std::uint32_t>(fragments.geometry_ids, count);
+    arrays["primitive_ids"] = array_of<std::uint64_t>(fragments.primitive_ids, count);
+    arrays["colors"] = array_of<double>(fragments.colors, count);
+    return py::make_tuple(std::move(image), arrays);
+}
+
+/// A path as a Python string: bytes that are not UTF-8 are escaped.
 py::str fs_text(const std::filesystem::path& path)
 {
     return py::reinterpret_steal<py::str>(PyUnicode_DecodeFSDefault(path.c_str()));
 }
 
-/// An array over an image's own memory, which keeps the image alive; None where the image has none.
+/// An array over an image's own memory, which keeps the image alive; None if the image does not have it.
 template <typename Value, typename Element>
 py::object view(const py::object& image, std::vector<Element> Image::*array)
 {
@@ -76,7 +124,7 @@ py::object view(const py::object& image, std::vector<Element> Image::*array)
     return py::array_t<Value>(shape, reinterpret_cast<Value*>((pixels.*array).data()), image);
 }
 
-/// The linear colour of an image, which Python may have changed, in 8-bit sRGB.
+/// The linear colour of an image in 8-bit sRGB. Python may have changed the colour.
 py::array_t<std::uint8_t> encoded(const Image& image)
 {
     auto array = new_array<std::uint8_t>(Shape{image.size.y, image.size.x, 4});
@@ -99,11 +147,19 @@ void bind_image(py::module_& module)
     for (std::size_t i = 0; i < names.size(); ++i)
         names[i] = layer_names[i].name;
     module.attr("LAYERS") = names;
-    py::class_<Image>(module, "Image", "The arrays of an image; isospline.Image has the rest.")
+    py::class_<Image>(module, "Image", "The arrays of an image; the base class of isospline.Image.")
         .def("copy", [](const Image& image) { return std::make_unique<Image>(image); })
         .def_property_readonly("size",
                                [](const Image& image) {
                                    return std::array<int, 2>{image.size.x, image.size.y};
+                               })
+        .def_property_readonly("full_size",
+                               [](const Image& image) {
+                                   return std::array<int, 2>{image.full_size.x, image.full_size.y};
+                               })
+        .def_property_readonly("first",
+                               [](const Image& image) {
+                                   return std::array<int, 2>{image.first.x, image.first.y};
                                })
         .def_property_readonly("covered_count", [](const Image& image) { return image.covered_count; })
         .def_property_readonly("color", [](const py::object& self) { return view<float>(self, &Image::color); })
@@ -124,13 +180,8 @@ void bind_image(py::module_& module)
         .def_property_readonly("primitive_ids",
                                [](const py::object& self) { return view<std::uint64_t>(self, &Image::primitive_ids); })
         .def_property_readonly("variance", [](const py::object& self) { return view<float>(self, &Image::variance); })
-        .def_property_readonly("world_to_camera", [](const Image& image) { return to_array(image.world_to_camera); })
-        .def_property_readonly("world_to_ndc",
-                               [](const Image& image) -> std::optional<py::array_t<double>> {
-                                   if (!image.world_to_ndc)
-                                       return std::nullopt;
-                                   return to_array(*image.world_to_ndc);
-                               })
+        .def_readonly("world_to_camera", &Image::world_to_camera)
+        .def_readonly("world_to_ndc", &Image::world_to_ndc)
         .def(
             "write_exr",
             [](const Image& image, const std::filesystem::path& path, bool half) {
@@ -140,10 +191,10 @@ void bind_image(py::module_& module)
             py::arg("path"), py::kw_only(), py::arg("half") = false);
 }
 
-/// What writes to a file by its name, such as FFmpeg, has the same rules as what writes to AtomicFile's stream.
+/// For programs that write to a file by its name, such as FFmpeg: the same rules as for AtomicFile's stream.
 void bind_output_file(py::module_& module)
 {
-    py::class_<AtomicFile>(module, "OutputFile", "A file that takes its target's place whole or not at all.")
+    py::class_<AtomicFile>(module, "OutputFile", "A file that replaces its target completely or not at all.")
         .def(py::init<const std::filesystem::path&>(), py::arg("target"))
         .def_property_readonly("temporary", [](const AtomicFile& file) { return fs_text(file.temporary()); })
         .def("commit", &AtomicFile::commit)
@@ -169,10 +220,22 @@ void bind_render(py::module_& module)
     py::register_local_exception_translator(translate_file_error);
     bind_image(module);
     bind_output_file(module);
+    module.def(
+        "background_color",
+        [](const py::object& background) {
+            const glm::vec4 color = as_background(background, "background");
+            validate_background(color);
+            return std::array<float, 4>{color.r, color.g, color.b, color.a};
+        },
+        py::arg("background"), "Linear red, green and blue of a background, and its opacity.");
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
-               py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("progress"),
+               py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
                "The arrays of isospline.render().");
+    module.def("render_part", &render_part_of_scene, py::arg("scene"), py::arg("camera"), py::kw_only(),
+               py::arg("size"), py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
+               py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
+               "The same for a part of a scene, with the fragments by which the pictures of all parts are merged.");
 }
 
 } // namespace isospline

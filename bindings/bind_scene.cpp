@@ -24,28 +24,28 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* scene_doc = R"(Isosurfaces and triangle meshes that rays can be cast at, in Embree.
+constexpr const char* scene_doc = R"(Isosurfaces and triangle meshes in Embree, for ray queries and pictures.
 
-Ray queries have the names and the meaning of Open3D's RaycastingScene. A change of an object, such as another level of
-an isosurface, takes effect at the next query.
+Ray queries have the same names and meaning as in Open3D's RaycastingScene. A change of an object, such as a new level
+of an isosurface, takes effect at the next query.
 
 Parameters
 ----------
 objects : iterable of Isosurface and Mesh
-    Added in this order, untransformed; geometry ids count up from 0, and are never used again.
+    Added in this order, untransformed; geometry ids count up from 0 and are never reused.
 build_quality : {"medium", "low", "high"}
-    Of Embree's acceleration structures. "low" takes half the memory and is built a little faster, and rays take up to a
-    fifth longer (measured on CT volumes); "high" splits long triangles, and does nothing for isosurfaces.
+    Quality of Embree's acceleration structures. "low" takes half the memory and builds a little faster, but rays take
+    up to a fifth longer (measured on CT volumes). "high" splits long triangles; it has no effect on isosurfaces.
 box_edge : {16, 8, 4, 2, 1}
-    Cells along an edge of the boxes that Embree has of an isosurface. Inside a box, cells are found by halving it, and
-    made when the first ray enters it. Below 8, all cells are found whenever the level changes; 1 is a box for each
-    cell. For benchmarks: the default changes levels fastest, by far, and hits do not depend on it.
+    Cells along an edge of Embree's boxes around an isosurface. Inside a box, cells are found by subdivision, and made
+    when the first ray enters the box. Below 8, all cells are found whenever the level changes; 1 is a box for each
+    cell. This is for benchmarks: with the default, levels change by far the fastest. Hits do not depend on it.
 
 Notes
 -----
-Any number of threads may query a scene at a time while others change it and set the levels of its isosurfaces. A query
-answers for the scene as it is when the query begins. A change waits for no query, and a query for no change: where
-something has changed, one of the queries builds what is new, and others of this scene that need it wait for that.
+Any number of threads may query a scene while others change it and set the levels of its isosurfaces. A query sees the
+scene as it is when the query begins. Changes and queries do not wait for each other. After a change, the first query
+builds the changed objects, and other queries of this scene wait for them.
 
 Each isosurface and mesh is built once, however often it is added; moving, hiding and removing builds nothing.
 
@@ -70,74 +70,75 @@ Parameters
 rays : (..., 6) array_like, float32 or float64
     Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
 t_near, t_far : float
-    Only crossings with t in [t_near, t_far] count, t being in units of the direction's length.
+    Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
 coherent : bool
-    Trace rays that follow each other in SIMD packets: faster where they begin and run close together, as the primary
-    rays of a picture do. The hits are the same, bit for bit.
+    Traces consecutive rays in SIMD packets. This is faster if they are close together, as the primary rays of a
+    picture. The hits are the same, bit for bit.
 outputs : sequence of str
-    Names of the arrays to return. What is not asked for costs nothing: ``outputs=("t_hit",)`` is the fastest.
+    Names of the arrays to return. Only these are computed: ``outputs=("t_hit",)`` is the fastest.
 dtype : dtype, optional
-    Of arrays of real numbers, float64 or float32; by default that of the rays. Hits are found in float64 and rounded.
+    Type of arrays of real numbers, float64 or float32; by default that of the rays. Hits are computed in float64 and
+    then rounded.
 out : dict of arrays, optional
-    Where to write what `outputs` names, such as the result of an earlier call: C-contiguous arrays of the right shape
-    and type. What it lacks is made.
+    Arrays to write the outputs to, such as the result of an earlier call: C-contiguous, of the right shape and type.
+    Missing ones are created.
 
 Returns
 -------
 Hits
-    A mapping whose items are attributes as well: ``hits.t_hit`` is ``hits["t_hit"]``. By default it has these:
+    A mapping whose items are also attributes: ``hits.t_hit`` is ``hits["t_hit"]``. By default it has these items:
 
-    ``t_hit``: (...) dtype, inf where the ray misses.
-    ``geometry_ids``: (...) uint32, the object's; `INVALID_ID` where the ray misses.
-    ``primitive_ids``: (...) uint64; `INVALID_PRIMITIVE_ID` where the ray misses. Of an isosurface, the place of the
-    cell in the volume, the same for every level: see `Volume.cell_at`. From ``volume.cell_count`` on, caps in the order
-    of the half-spaces of `clip`. Of a mesh, the face.
-    ``primitive_normals``: (..., 3) dtype, unit and outward, in world space: along the exact gradient of an
-    isosurface, away from its `inside`, or of a capped cut's plane; zero where the ray misses.
+    ``t_hit``: (...) dtype; inf if the ray misses.
+    ``geometry_ids``: (...) uint32, of the object; `INVALID_ID` if the ray misses.
+    ``primitive_ids``: (...) uint64; `INVALID_PRIMITIVE_ID` if the ray misses. For a mesh, the face. For an isosurface,
+    the place of the cell in the volume, which is the same for every level: see `Volume.cell_at`. Caps have ids from
+    ``volume.cell_count`` on, in the order of the half-spaces of `clip`.
+    ``primitive_normals``: (..., 3) dtype, unit and outward, in world space. For an isosurface, along the exact gradient
+    and away from its `inside`; for a cap, that of its plane; zero if the ray misses.
 
-    Others where `outputs` names them:
+    Others, if `outputs` names them:
 
-    ``positions``: (..., 3) dtype, in world space, NaN where the ray misses.
-    ``primitive_uvs``: (..., 2) float32, weights of a triangle's second and third corner, 0 for isosurfaces.
-    ``gradient_magnitudes``: (...) dtype, of an isosurface's model, also on caps, in values per world unit, 0 for
+    ``positions``: (..., 3) dtype, in world space; NaN if the ray misses.
+    ``primitive_uvs``: (..., 2) float32, weights of a triangle's second and third corner; 0 for isosurfaces.
+    ``gradient_magnitudes``: (...) dtype, of an isosurface's model, also on caps, in values per world unit; 0 for
     meshes.
 
 Raises
 ------
 ValueError
-    Where `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
-    output has another name, or `dtype` is another type.
+    If `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
+    output name is unknown, or `dtype` is another type.
 TypeError
-    Where `rays` does not hold real numbers.
+    If `rays` does not hold real numbers.
 )";
 
 constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
 
-Each crossing is listed once, also where it lies on a face between cells, or on an edge or a corner of triangles. Those
-of an isosurface that is closed, as by capped cuts, enter and leave in turn.
+Each crossing is listed once, even on a face between cells, or on an edge or a corner of triangles. The crossings of a
+closed isosurface, for example one with capped cuts, alternately enter and leave.
 
 Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
-    As for `cast_rays`; ray i is the i-th in C order.
+    As in `cast_rays`; ray i is the i-th in C order.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count.
 
 Returns
 -------
 Crossings
-    Of N rays and M crossings; those of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
+    For N rays and M crossings. The crossings of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
 
     ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids``:
-    (M,) uint32. ``primitive_ids``: (M,) uint64, as of `cast_rays`. ``primitive_uvs``: (M, 2) float32, weights of a
-    triangle's second and third corner, 0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as of `cast_rays`.
+    (M,) uint32. ``primitive_ids``: (M,) uint64, as in `cast_rays`. ``primitive_uvs``: (M, 2) float32, weights of a
+    triangle's second and third corner, 0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as in `cast_rays`.
     ``positions``: (M, 3) float64, world space. ``entering``: (M,) bool, whether the ray goes to the inner side,
     <normal, direction> < 0.
 
 Raises
 ------
 ValueError, TypeError
-    As of `cast_rays`.
+    As in `cast_rays`.
 
 Examples
 --------
@@ -156,7 +157,7 @@ constexpr const char* count_intersections_doc = R"(The number of crossings of ea
 Parameters
 ----------
 rays, t_near, t_far
-    As for `list_intersections`.
+    As in `list_intersections`.
 
 Returns
 -------
@@ -165,12 +166,12 @@ Returns
 
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
-Sees the objects of which `visibility` has "shadow"; the other queries see those that have "camera".
+It only sees objects whose `visibility` has "shadow"; the other queries only see objects that have "camera".
 
 Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
-    As for `cast_rays`.
+    As in `cast_rays`.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count.
 
@@ -206,12 +207,10 @@ py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts);
             std::array<Hit, RayPacket::capacity> hits;
-            const Hit miss;
             given.for_each_packet(begin, end, caster.width(),
                                   [&](const RayPacket& packet, std::size_t first, const auto& places) {
                                       const LaneMask hit_lanes = caster.cast(packet, first, hits);
-                                      for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
-                                          arrays.set(places[i], (hit_lanes >> i & 1u) != 0 ? hits[i] : miss);
+                                      arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
                                   });
         });
     });
@@ -324,7 +323,7 @@ py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& ra
     return result;
 }
 
-/// The scene as it is now.
+/// A snapshot of the scene.
 std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
 {
     std::shared_ptr<const SceneSnapshot> snapshot;
@@ -362,27 +361,27 @@ void bind_scene(py::module_& module)
              py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
             "bounds", &bounds_of,
-            "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes and all cells of "
-            "shells and caps, visible or not; inf, -inf where there are none.")
+            "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "
+            "and caps, visible or not; inf, -inf if there are none.")
         .def_property_readonly(
             "memory", [](Scene& scene) { return snapshot_of(scene)->memory(); },
-            "Bytes of the acceleration structures: Embree's, and what is kept of cells beside them. Objects that were "
-            "added many times count once.")
+            "Bytes of Embree's acceleration structures and of the cells that are kept with them. Objects that were "
+            "added several times count once.")
         .def_property_readonly(
             "build_count", [](Scene& scene) { return snapshot_of(scene)->build_count(); },
-            "Acceleration structures of isosurfaces and meshes that have been built so far: more by one for each "
-            "object that is new and each level that is, and no more for other changes.")
+            "Number of acceleration structures of isosurfaces and meshes that have been built so far. Each new "
+            "object and each new level adds one; other changes add none.")
         .def_property_readonly(
             "build_quality", [](const Scene& scene) { return to_word(quality_words, scene.build_options().quality); },
             "How Embree's acceleration structures are built: \"low\", \"medium\" or \"high\".")
         .def_property_readonly(
             "box_edge", [](const Scene& scene) { return scene.build_options().box_edge; },
-            "Cells along an edge of the boxes that Embree has of isosurfaces.")
+            "Cells along an edge of Embree's boxes around isosurfaces.")
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 
     module.def("set_thread_count", &set_thread_count, py::arg("count"),
-               "Limits the threads of all long operations from now on; 0 stands for all that the machine has.");
-    module.def("thread_count", &thread_count, "Threads that a long operation may use.");
+               "Limits the number of threads of all long operations from now on; 0 means all cores of the machine.");
+    module.def("thread_count", &thread_count, "Number of threads that a long operation may use.");
 }
 
 } // namespace isospline

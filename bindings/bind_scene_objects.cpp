@@ -19,28 +19,28 @@ namespace {
 
 constexpr const char* add_doc = R"(Adds an object.
 
-The same isosurface or mesh may be added many times: all share what is built for rays, and each takes less than a
-kilobyte more.
+The same isosurface or mesh may be added many times. All instances share its acceleration structure; each adds less than
+a kilobyte.
 
 Parameters
 ----------
 obj : Isosurface or Mesh
 transform : (4, 4) array_like, optional
-    The object's world space to the scene's: an affine map, as [row, column]; may rotate, scale and mirror.
+    Maps the object's world space to the scene's: an affine map, as [row, column]; may rotate, scale and mirror.
 camera : bool
     Whether `cast_rays`, `list_intersections`, `count_intersections` and pictures see it.
 shadow : bool
-    Whether `test_occlusions`, and so shadows, see it.
+    Whether `test_occlusions` and shadow rays see it.
 
 Returns
 -------
 int
-    The object's geometry id; ids are never used again.
+    The object's geometry id; ids are never reused.
 
 Raises
 ------
 ValueError
-    Where the transform is not finite, not affine or singular.
+    If the transform is not finite, not affine or singular.
 
 Examples
 --------
@@ -60,7 +60,7 @@ Examples
 [0]
 )";
 
-constexpr const char* remove_doc = R"(Removes an object; its geometry id is never used again.
+constexpr const char* remove_doc = R"(Removes an object; its geometry id is never reused.
 
 Parameters
 ----------
@@ -73,13 +73,13 @@ ValueError
 )";
 
 constexpr const char* set_transform_doc =
-    R"(Moves an object. Nothing is built but the scene's small tree over its objects.
+    R"(Moves an object. Only the scene's small tree over its objects is rebuilt.
 
 Parameters
 ----------
 geometry_id : int
 transform : (4, 4) array_like or None
-    As for `add`.
+    As in `add`.
 
 Raises
 ------
@@ -87,13 +87,13 @@ ValueError
     For an id that is not in the scene, and for a transform that is not finite, not affine or singular.
 )";
 
-constexpr const char* set_visibility_doc = R"(Shows or hides an object; what is None stays as it is.
+constexpr const char* set_visibility_doc = R"(Shows or hides an object; None leaves a flag unchanged.
 
 Parameters
 ----------
 geometry_id : int
 camera, shadow : bool, optional
-    As for `add`.
+    As in `add`.
 
 Raises
 ------
@@ -101,7 +101,7 @@ ValueError
     For an id that is not in the scene.
 )";
 
-constexpr const char* object_doc = R"(The object of a geometry id.
+constexpr const char* object_doc = R"(The object with a geometry id.
 
 Parameters
 ----------
@@ -110,7 +110,7 @@ geometry_id : int
 Returns
 -------
 Isosurface or Mesh
-    The one that was added.
+    The object that was added.
 
 Raises
 ------
@@ -118,7 +118,7 @@ ValueError
     For an id that is not in the scene.
 )";
 
-/// A geometry id; one that no object can have becomes one that none has.
+/// A geometry id; an integer out of range becomes an id that no object has.
 std::uint32_t as_geometry_id(const py::object& value)
 {
     if (!PyIndex_Check(value.ptr()))
@@ -138,7 +138,7 @@ glm::dmat4 as_transform(const py::object& transform)
     return transform.is_none() ? glm::dmat4(1.0) : as_matrix4(transform, "transform");
 }
 
-/// The first addition of a surface looks at all of its cells.
+/// The first addition of a surface may take long, because it looks at all of its cells.
 template <typename Change>
 auto without_gil(const Change& change)
 {
@@ -164,7 +164,7 @@ py::dict visibility(const Scene& scene, const py::object& geometry_id)
     return result;
 }
 
-/// The Python object that was added, where it still lives, else another of the same.
+/// The Python object that was added if it still exists, otherwise a new one of the same object.
 py::object object_of(const Scene& scene, const py::object& geometry_id)
 {
     const PlacedObject placed = scene.object(as_geometry_id(geometry_id));
@@ -219,13 +219,13 @@ void bind_scene_objects(py::module_& module)
         .def(
             "transform",
             [](const Scene& self, const py::object& geometry_id) {
-                return to_array(self.object(as_geometry_id(geometry_id)).transform);
+                return self.object(as_geometry_id(geometry_id)).transform;
             },
-            py::arg("geometry_id"), "(4, 4) float64 array: an object's world space to the scene's.")
+            py::arg("geometry_id"), "(4, 4) float64 array: maps an object's world space to the scene's.")
         .def("set_visibility", &set_visibility, py::arg("geometry_id"), py::kw_only(), py::arg("camera") = py::none(),
              py::arg("shadow") = py::none(), set_visibility_doc)
         .def("visibility", &visibility, py::arg("geometry_id"),
-             "What sees an object: a dict of bool, \"camera\" and \"shadow\".")
+             "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
         .def("object", &object_of, py::arg("geometry_id"), object_doc)
         .def_property_readonly("ids", &Scene::ids, "List of int: the geometry ids of the objects, ascending.")
         .def("__len__", &Scene::count)

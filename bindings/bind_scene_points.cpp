@@ -29,26 +29,26 @@ Parameters
 ----------
 points : (..., 3) array_like, world units
 max_distance : float, world units
-    What is farther is not looked for.
+    Parts farther away are not searched.
 tolerance : float, world units, optional
-    As of `Isosurface.closest_points`.
+    As in `Isosurface.closest_points`.
 
 Returns
 -------
 dict
-    As of `Isosurface.closest_points`: `points`, `distances`, `error_bounds` (0 on meshes), `primitive_ids`,
-    `primitive_normals`; and `geometry_ids`, (...) uint32, INVALID_ID where nothing is within `max_distance`, and
+    As in `Isosurface.closest_points`: `points`, `distances`, `error_bounds` (0 on meshes), `primitive_ids`,
+    `primitive_normals`. Also `geometry_ids`, (...) uint32: INVALID_ID if nothing is within `max_distance`; and
     `primitive_uvs`, (..., 2) float64: weights of a triangle's second and third corner; 0 on isosurfaces.
 
 Raises
 ------
 ValueError
-    As of `Isosurface.closest_points`.
+    As in `Isosurface.closest_points`.
 
 Notes
 -----
-Objects are those that `cast_rays` meets, with their transforms, shearing and mirroring ones too. Caps of isosurfaces
-are not looked at. Of objects that are equally near, it is the one with the smallest id.
+Objects are those that `cast_rays` sees, with their transforms, including shear and mirroring, and with the caps of
+isosurfaces. If several objects are equally near, the one with the smallest id is returned.
 
 Examples
 --------
@@ -61,18 +61,19 @@ Examples
 (array([[0.2, 0.3, 0. ]]), array([2.]), array([0], dtype=uint64))
 )";
 
-constexpr const char* signed_distance_doc = R"(Distances of points from the scene's objects, negative inside of any.
+constexpr const char* signed_distance_doc =
+    R"(Distances of points from the scene's objects; negative inside of any object.
 
 Parameters
 ----------
 points : (..., 3) array_like, world units
 max_distance, tolerance : float, world units
-    As of `closest_points`.
+    As in `closest_points`.
 
 Returns
 -------
 (...) float64 array
-    The distance that `closest_points` returns, with the sign that `occupancy` tells.
+    The distance from `closest_points`, with a sign from `occupancy`.
 
 Examples
 --------
@@ -92,8 +93,8 @@ points : (..., 3) array_like, world units
 Returns
 -------
 (...) bool array
-    Inside of an isosurface as `Isosurface.contains` tells; inside of a mesh, which must be closed, by a ray that meets
-    its triangles an odd number of times. Objects are those that `cast_rays` meets.
+    For an isosurface, the result of `Isosurface.contains`. A point is inside of a mesh, which must be closed, if a ray
+    from it meets the mesh's triangles an odd number of times. Only objects that `cast_rays` sees count.
 
 Raises
 ------
@@ -127,7 +128,7 @@ void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, 
 {
     check_points(points);
     check_reach(points);
-    SceneClosestPointFinder check(scene, options); // of the options, also where there are no points
+    SceneClosestPointFinder check(scene, options); // checks the options even if there are no points
     parallel_for(
         points.count(), 64,
         [&](std::size_t begin, std::size_t end) {
@@ -219,7 +220,7 @@ py::array_t<bool> occupancy(Scene& scene, const py::object& points)
     return result;
 }
 
-/// Open3D's number of rays that vote; ours are exact, and one is enough.
+/// Open3D casts several rays and takes a vote. Our rays are exact, so one is enough.
 void check_sample_count(int nsamples)
 {
     if (nsamples < 1 || nsamples % 2 == 0)
@@ -256,7 +257,7 @@ void bind_scene_points(py::module_& module)
                 return signed_distance(scene, query_points, infinity, std::nullopt);
             },
             py::arg("query_points"), py::arg("nsamples") = 1,
-            "Open3D's name for `signed_distance`; `nsamples`, an odd number, changes nothing, as rays are exact.")
+            "Open3D's name for `signed_distance`. `nsamples`, an odd number, has no effect, because rays are exact.")
         .def(
             "compute_occupancy",
             [](Scene& scene, const py::object& query_points, int nsamples) {
@@ -264,7 +265,7 @@ void bind_scene_points(py::module_& module)
                 return occupancy(scene, query_points).attr("astype")("float32");
             },
             py::arg("query_points"), py::arg("nsamples") = 1,
-            "Open3D's name for `occupancy`, as float32: 1 inside, 0 outside; `nsamples` changes nothing.");
+            "Open3D's name for `occupancy`, as float32: 1 inside, 0 outside. `nsamples` has no effect.");
 }
 
 } // namespace isospline

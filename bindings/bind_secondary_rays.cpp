@@ -14,20 +14,21 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* secondary_rays_doc = R"(Rays that leave the surface where other rays have hit it.
+constexpr const char* secondary_rays_doc = R"(Rays that leave the surface at hits of other rays.
 
-A ray that began on a hit itself would often find it again, by rounding: acne in pictures. These begin off the surface,
-on the side that they go to, by a proven bound on that rounding and not by a distance that is left to the user: some
-1e-13 to 1e-11 of a voxel for isosurfaces, some 1e-13 of the scene's size for meshes.
+A ray that begins exactly at a hit would often hit the same surface again because of rounding, which is known as shadow
+acne. These rays begin a small distance off the surface, on the side that they go to. The distance is a proven bound on
+the rounding, so the user need not choose it: about 1e-13 to 1e-11 of a voxel for isosurfaces, and about 1e-13 of the
+scene's size for meshes.
 
 Parameters
 ----------
 rays : (..., 6) array_like
-    What `cast_rays` was given.
+    The rays that were given to `cast_rays`.
 hits : dict
-    What `cast_rays` returned: its default outputs, in float64. Every ray must have hit.
+    The result of `cast_rays`, with its default outputs in float64. Every ray must have hit.
 directions : (..., 3) array_like
-    Of the new rays, one for each hit; of any length but zero.
+    Directions of the new rays, one for each hit; any length except zero.
 
 Returns
 -------
@@ -37,7 +38,7 @@ Returns
 Raises
 ------
 ValueError
-    For shapes that do not fit, a ray that missed, ids that are not the scene's, a number that is not finite.
+    For shapes that do not fit, a ray that missed, ids that the scene does not have, and numbers that are not finite.
 
 Examples
 --------
@@ -52,7 +53,7 @@ Examples
 array([False, False])
 )";
 
-/// A row of numbers of a hit.
+/// One array of the hits.
 template <typename Number>
 py::array_t<Number, py::array::c_style | py::array::forcecast> hit_array(const py::dict& hits, const char* name,
                                                                          const Shape& shape)

@@ -25,6 +25,17 @@ Validated checked(Validated value)
     return value;
 }
 
+/// The parameters of a model's opacity, as in its constructor.
+template <typename Model>
+std::string opacity_text(const Model& model)
+{
+    std::string text = ", opacity=" + to_text(model.opacity);
+    if (model.silhouette_opacity)
+        text += ", silhouette_opacity=" + to_text(*model.silhouette_opacity) +
+                ", silhouette_exponent=" + to_text(model.silhouette_exponent);
+    return text;
+}
+
 void bind_lights(py::module_& module)
 {
     py::class_<PositionalLight>(module, "PositionalLight", R"(A light at a point, without attenuation by distance.
@@ -42,8 +53,8 @@ intensity : float or (3,) float
                  return light;
              }),
              py::arg("position"), py::kw_only(), py::arg("intensity") = 1.0)
-        .def_property_readonly("position", [](const PositionalLight& light) { return to_array(light.position); })
-        .def_property_readonly("intensity", [](const PositionalLight& light) { return to_array(light.intensity); })
+        .def_readonly("position", &PositionalLight::position)
+        .def_readonly("intensity", &PositionalLight::intensity)
         .def("__repr__", [](const PositionalLight& light) {
             return "PositionalLight(" + to_text(light.position) + ", intensity=" + to_text(light.intensity) + ")";
         });
@@ -53,7 +64,7 @@ intensity : float or (3,) float
 Parameters
 ----------
 direction : (3,) float
-    The direction that the light travels in, of any length but zero.
+    The direction in which the light travels; any length except zero.
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
 )")
@@ -63,8 +74,8 @@ intensity : float or (3,) float
                  return light;
              }),
              py::arg("direction"), py::kw_only(), py::arg("intensity") = 1.0)
-        .def_property_readonly("direction", [](const DirectionalLight& light) { return to_array(light.direction); })
-        .def_property_readonly("intensity", [](const DirectionalLight& light) { return to_array(light.intensity); })
+        .def_readonly("direction", &DirectionalLight::direction)
+        .def_readonly("intensity", &DirectionalLight::intensity)
         .def("__repr__", [](const DirectionalLight& light) {
             return "DirectionalLight(" + to_text(light.direction) + ", intensity=" + to_text(light.intensity) + ")";
         });
@@ -78,14 +89,14 @@ void bind_phong(py::module_& module)
 .. math:: I = k_a I_a + \sum_k I_k (k_d \langle N, L_k \rangle + k_s \langle V, R_k \rangle^{n_s}),
           \quad R_k = 2 N \langle N, L_k \rangle - L_k
 
-with the unit normal N, the unit vectors L_k to the lights and V to the viewer, and negative products taken as zero.
+with the unit normal N, the unit vectors L_k to the lights and V to the viewer. Negative products count as zero.
 Every intensity has a red, a green and a blue part. The surface's colour multiplies the ambient and the diffuse term;
 highlights have the colour of the light.
 
 Parameters
 ----------
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the surface, or what it follows from. The colours of a mesh's vertices are multiplied by it.
+    Linear colour of the surface, or a rule for it. The colours of a mesh's vertices are multiplied by it.
 ambient, diffuse, specular : float
     The coefficients k_a, k_d and k_s, at least 0.
 specular_exponent : float
@@ -93,28 +104,35 @@ specular_exponent : float
 ambient_light : float or (3,) float
     I_a.
 lights : sequence of PositionalLight and DirectionalLight, optional
-    By default two directional lights that go with the camera: over the viewer's left shoulder, and a quarter as
-    bright from the right. An empty sequence leaves the ambient term alone.
+    By default two directional lights that move with the camera: one over the viewer's left shoulder, and one from the
+    right, a quarter as bright. With an empty sequence there is only the ambient term.
 two_sided : bool
-    Turn normals to the viewer where <N, V> is negative, so that the inside of an open or cut surface is lit as its
-    outside is. With False, it is the paper's formula to the letter.
+    Flips normals with negative <N, V> to face the viewer, so that the inside of an open or cut surface is lit like its
+    outside. With False, it is exactly the paper's formula.
 shadows : bool
-    Whether what lies between a point and a light, isosurface or mesh, hides the light from it, or lets through what its
-    opacity leaves.
+    Whether isosurfaces and meshes cast shadows. Translucent ones let a part of the light through, by their opacity.
 opacity : float
-    0 to 1; below 1 what is behind shows through, see `render`.
+    0 to 1; below 1, objects behind show through, see `render`.
+silhouette_opacity : float, optional
+    0 to 1: the opacity at the silhouette, for example 1 to keep edges visible. The opacity at a point is
+    o + (silhouette_opacity - o) (1 - abs(<N, V>))^silhouette_exponent, where o is `opacity` and V the unit vector
+    against the ray. By default it is `opacity` everywhere.
+silhouette_exponent : float
+    Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
+    default
     that of the surface.
 
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite, and an opacity above 1.
+    For numbers that are negative or not finite, opacities above 1, and a silhouette exponent of 0.
 
 References
 ----------
-P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6.
+P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6;
+D. S. Kay, D. Greenberg, "Transparency for computer synthesized images", SIGGRAPH 1979 (opacity at silhouettes).
 
 Examples
 --------
@@ -125,27 +143,32 @@ Examples
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
                          std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, double opacity,
+                         std::optional<double> silhouette_opacity, double silhouette_exponent,
                          const py::object& cap_color) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
                                       as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows,
-                                      opacity, as_cap_color(cap_color, "cap_color")});
+                                      opacity, silhouette_opacity, silhouette_exponent,
+                                      as_cap_color(cap_color, "cap_color")});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
              py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false,
-             py::arg("opacity") = defaults.opacity, py::arg("cap_color") = py::none())
-        .def_property_readonly("cap_color", [](const Phong& phong) { return to_object(phong.cap_color); })
-        .def_property_readonly("color", [](const Phong& phong) { return to_object(phong.color); })
+             py::arg("opacity") = defaults.opacity, py::arg("silhouette_opacity") = py::none(),
+             py::arg("silhouette_exponent") = defaults.silhouette_exponent, py::arg("cap_color") = py::none())
+        .def_readonly("cap_color", &Phong::cap_color)
+        .def_readonly("color", &Phong::color)
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
         .def_readonly("specular", &Phong::specular)
         .def_readonly("specular_exponent", &Phong::specular_exponent)
-        .def_property_readonly("ambient_light", [](const Phong& phong) { return to_array(phong.ambient_light); })
+        .def_readonly("ambient_light", &Phong::ambient_light)
         .def_readonly("lights", &Phong::lights)
         .def_readonly("two_sided", &Phong::two_sided)
         .def_readonly("shadows", &Phong::shadows)
         .def_readonly("opacity", &Phong::opacity)
+        .def_readonly("silhouette_opacity", &Phong::silhouette_opacity)
+        .def_readonly("silhouette_exponent", &Phong::silhouette_exponent)
         .def("__repr__", [](const Phong& phong) {
             std::ostringstream representation;
             representation << "Phong(color=" << to_text(phong.color) << ", ambient=" << phong.ambient
@@ -154,7 +177,7 @@ Examples
                            << ", ambient_light=" << to_text(phong.ambient_light)
                            << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
                            << ", two_sided=" << (phong.two_sided ? "True" : "False")
-                           << ", shadows=" << (phong.shadows ? "True" : "False") << ", opacity=" << phong.opacity
+                           << ", shadows=" << (phong.shadows ? "True" : "False") << opacity_text(phong)
                            << ", cap_color=" << to_text(phong.cap_color) << ")";
             return representation.str();
         });
@@ -174,23 +197,31 @@ Parameters
 exponent : float
     n_o, at least 0; the larger, the thinner the lines.
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the lines, or what it follows from.
+    Linear colour of the lines, or a rule for it.
 surface_color : the same
-    Of what lies between them. The colours of a mesh's vertices are multiplied by it.
+    Colour of the surface between the lines. The colours of a mesh's vertices are multiplied by it.
 opacity : float
-    0 to 1; below 1 what is behind shows through, see `render`.
+    0 to 1; below 1, objects behind show through, see `render`.
+silhouette_opacity : float, optional
+    0 to 1: the opacity at the silhouette, for example 1 to keep edges visible. The opacity at a point is
+    o + (silhouette_opacity - o) (1 - abs(<N, V>))^silhouette_exponent, where o is `opacity` and V the unit vector
+    against the ray. By default it is `opacity` everywhere.
+silhouette_exponent : float
+    Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
+    default
     `surface_color`.
 
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite, and an opacity above 1.
+    For numbers that are negative or not finite, opacities above 1, and a silhouette exponent of 0.
 
 References
 ----------
-P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6.
+P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6;
+D. S. Kay, D. Greenberg, "Transparency for computer synthesized images", SIGGRAPH 1979 (opacity at silhouettes).
 
 Examples
 --------
@@ -198,22 +229,27 @@ Examples
 >>> ink_on_paper = isospline.Outline(exponent=3, color=0, surface_color=1)
 )")
         .def(py::init([](double exponent, const py::object& color, const py::object& surface_color, double opacity,
+                         std::optional<double> silhouette_opacity, double silhouette_exponent,
                          const py::object& cap_color) {
                  return checked(Outline{exponent, as_surface_color(color, "color"),
-                                        as_surface_color(surface_color, "surface_color"), opacity,
-                                        as_cap_color(cap_color, "cap_color")});
+                                        as_surface_color(surface_color, "surface_color"), opacity, silhouette_opacity,
+                                        silhouette_exponent, as_cap_color(cap_color, "cap_color")});
              }),
              py::arg("exponent") = Outline().exponent, py::kw_only(), py::arg("color") = 1.0,
-             py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity, py::arg("cap_color") = py::none())
-        .def_property_readonly("cap_color", [](const Outline& outline) { return to_object(outline.cap_color); })
+             py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity,
+             py::arg("silhouette_opacity") = py::none(), py::arg("silhouette_exponent") = Outline().silhouette_exponent,
+             py::arg("cap_color") = py::none())
+        .def_readonly("cap_color", &Outline::cap_color)
         .def_readonly("exponent", &Outline::exponent)
-        .def_property_readonly("color", [](const Outline& outline) { return to_object(outline.color); })
-        .def_property_readonly("surface_color", [](const Outline& outline) { return to_object(outline.surface_color); })
+        .def_readonly("color", &Outline::color)
+        .def_readonly("surface_color", &Outline::surface_color)
         .def_readonly("opacity", &Outline::opacity)
+        .def_readonly("silhouette_opacity", &Outline::silhouette_opacity)
+        .def_readonly("silhouette_exponent", &Outline::silhouette_exponent)
         .def("__repr__", [](const Outline& outline) {
             std::ostringstream representation;
             representation << "Outline(exponent=" << outline.exponent << ", color=" << to_text(outline.color)
-                           << ", surface_color=" << to_text(outline.surface_color) << ", opacity=" << outline.opacity
+                           << ", surface_color=" << to_text(outline.surface_color) << opacity_text(outline)
                            << ", cap_color=" << to_text(outline.cap_color) << ")";
             return representation.str();
         });
@@ -222,31 +258,42 @@ Examples
 void bind_ambient_occlusion(py::module_& module)
 {
     const AmbientOcclusion defaults;
-    py::class_<AmbientOcclusion>(module, "AmbientOcclusion", R"(Ambient occlusion: the light of a sky of one brightness.
+    py::class_<AmbientOcclusion>(module, "AmbientOcclusion", R"(Ambient occlusion: the light of a uniform sky.
 
 .. math:: I = \frac{1}{\pi} \int_\Omega V(\omega) \langle N, \omega \rangle d\omega
 
-over the hemisphere about the normal N, which is turned to the viewer; V is 0 where a ray meets anything opaque within
-`distance`, the part that gets through where what it meets is translucent, else 1.
+over the hemisphere about the normal N, which is flipped to face the viewer. V is the visibility of the sky: 0 if a ray
+meets an opaque surface within `distance`, the transmitted part if it meets translucent surfaces only, otherwise 1.
 
 Parameters
 ----------
 samples : int
-    Rays a hit, 1 to 65536.
+    Rays per hit, 1 to 65536.
 distance : float
-    World units; what is farther away hides nothing.
+    World units; surfaces farther away hide nothing.
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the surface, or what it follows from. The colours of a mesh's vertices are multiplied by it.
+    Linear colour of the surface, or a rule for it. The colours of a mesh's vertices are multiplied by it.
 opacity : float
-    0 to 1; below 1 what is behind shows through, see `render`.
+    0 to 1; below 1, objects behind show through, see `render`.
+silhouette_opacity : float, optional
+    0 to 1: the opacity at the silhouette, for example 1 to keep edges visible. The opacity at a point is
+    o + (silhouette_opacity - o) (1 - abs(<N, V>))^silhouette_exponent, where o is `opacity` and V the unit vector
+    against the ray. By default it is `opacity` everywhere.
+silhouette_exponent : float
+    Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by default
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
+    default
     that of the surface.
 
 Raises
 ------
 ValueError
     For numbers outside of these ranges.
+
+References
+----------
+D. S. Kay, D. Greenberg, "Transparency for computer synthesized images", SIGGRAPH 1979 (opacity at silhouettes).
 
 Examples
 --------
@@ -255,21 +302,26 @@ Examples
 AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1, cap_color=None)
 )")
         .def(py::init([](int samples, double distance, const py::object& color, double opacity,
+                         std::optional<double> silhouette_opacity, double silhouette_exponent,
                          const py::object& cap_color) {
                  return checked(AmbientOcclusion{samples, distance, as_surface_color(color, "color"), opacity,
+                                                 silhouette_opacity, silhouette_exponent,
                                                  as_cap_color(cap_color, "cap_color")});
              }),
              py::arg("samples") = defaults.samples, py::kw_only(), py::arg("distance") = defaults.distance,
-             py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity, py::arg("cap_color") = py::none())
-        .def_property_readonly("cap_color", [](const AmbientOcclusion& model) { return to_object(model.cap_color); })
+             py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity, py::arg("silhouette_opacity") = py::none(),
+             py::arg("silhouette_exponent") = defaults.silhouette_exponent, py::arg("cap_color") = py::none())
+        .def_readonly("cap_color", &AmbientOcclusion::cap_color)
         .def_readonly("samples", &AmbientOcclusion::samples)
         .def_readonly("distance", &AmbientOcclusion::distance)
-        .def_property_readonly("color", [](const AmbientOcclusion& model) { return to_object(model.color); })
+        .def_readonly("color", &AmbientOcclusion::color)
         .def_readonly("opacity", &AmbientOcclusion::opacity)
+        .def_readonly("silhouette_opacity", &AmbientOcclusion::silhouette_opacity)
+        .def_readonly("silhouette_exponent", &AmbientOcclusion::silhouette_exponent)
         .def("__repr__", [](const AmbientOcclusion& model) {
             std::ostringstream representation;
             representation << "AmbientOcclusion(" << model.samples << ", distance=" << model.distance
-                           << ", color=" << to_text(model.color) << ", opacity=" << model.opacity
+                           << ", color=" << to_text(model.color) << opacity_text(model)
                            << ", cap_color=" << to_text(model.cap_color) << ")";
             return representation.str();
         });

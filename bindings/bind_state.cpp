@@ -1,17 +1,21 @@
-// The state of volumes, isosurfaces and images for pickle. Large arrays are views of the objects' own memory, which
-// protocol 5 sends out of band, without a copy. isospline/values.py has all other types.
+// The state of volumes, isosurfaces and images for pickle. Large arrays are views of the objects' own memory; protocol
+// 5 sends them out of band, without a copy. isospline/values.py handles all other types.
 #include "arrays.h"
 #include "bind.h"
 #include "long_call.h"
+#include "volume_state.h"
 
 #include "isospline/render/image.h"
 #include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/spline/volume.h"
+#include "isospline/store/sharded_array.h"
 
 #include <glm/gtc/type_ptr.hpp>
+#include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -26,7 +30,7 @@ namespace isospline {
 
 namespace {
 
-/// Numbers in a row over memory that `owner` keeps alive.
+/// A one-dimensional array over memory that `owner` keeps alive.
 template <typename Number>
 py::array_t<Number> view_of(const Number* first, std::size_t count, const py::object& owner)
 {
@@ -41,47 +45,37 @@ py::array_t<Number, py::array::c_style | py::array::forcecast> array_of(const py
 
 // Volumes.
 
+/// The store of a volume whose coefficients are in one: unpickling opens it again.
+py::object store_of(const Volume& volume)
+{
+    const auto* const array = dynamic_cast<const ShardedArray*>(volume.source());
+    if (array == nullptr)
+        return py::none();
+    return py::make_tuple(array->layout().folder.parent_path().string(), array->layout().folder.filename().string(),
+                          array->memory_limit());
+}
+
 py::dict volume_state(const py::object& self)
 {
     const auto& volume = self.cast<const Volume&>();
-    const VolumeOptions& options = volume.options();
-    const VolumeSummary summary = volume.summary();
+    py::dict state = dict_of(volume.options(), volume.summary());
+    if (volume.source() != nullptr) {
+        state["store"] = store_of(volume);
+        return state;
+    }
     const std::span<const float> coefficients = volume.stored_coefficients();
-    py::dict state;
-    state["spacing"] = to_array(options.spacing);
-    state["origin"] = to_array(options.origin);
-    state["direction"] = to_array(options.direction);
-    state["degree"] = options.degree;
-    state["boundary"] = static_cast<int>(options.boundary);
-    state["filter"] = static_cast<int>(options.filter);
-    state["smoothing"] = options.smoothing;
-    state["axes"] = static_cast<int>(options.axes);
-    state["shape"] = py::make_tuple(summary.shape.x, summary.shape.y, summary.shape.z);
-    state["minimum"] = summary.minimum;
-    state["maximum"] = summary.maximum;
-    state["offset"] = summary.offset;
     state["coefficients"] = view_of(coefficients.data(), coefficients.size(), self);
     return state;
 }
 
 std::shared_ptr<Volume> volume_of(const py::dict& state)
 {
-    VolumeOptions options;
-    options.spacing = as_vector(state["spacing"], "spacing");
-    options.origin = as_vector(state["origin"], "origin");
-    options.direction = as_matrix3(state["direction"], "direction");
-    options.degree = state["degree"].cast<int>();
-    options.boundary = static_cast<Boundary>(state["boundary"].cast<int>());
-    options.filter = static_cast<Filter>(state["filter"].cast<int>());
-    options.smoothing = state["smoothing"].cast<double>();
-    options.axes = static_cast<Axes>(state["axes"].cast<int>());
-    const auto shape = state["shape"].cast<py::tuple>();
-    VolumeSummary summary;
-    for (int axis = 0; axis < 3; ++axis)
-        summary.shape[axis] = shape[static_cast<std::size_t>(axis)].cast<int>();
-    summary.minimum = state["minimum"].cast<double>();
-    summary.maximum = state["maximum"].cast<double>();
-    summary.offset = state["offset"].cast<double>();
+    if (state.contains("store"))
+        return py::module_::import("isospline.store.volume")
+            .attr("reopen")(*py::tuple(state["store"]))
+            .cast<std::shared_ptr<Volume>>();
+    const VolumeOptions options = options_in(state);
+    const VolumeSummary summary = summary_in(state);
     const auto coefficients = array_of<float>(state, "coefficients");
     const std::span<const float> stored(coefficients.data(), static_cast<std::size_t>(coefficients.size()));
     std::shared_ptr<Volume> volume;
@@ -90,7 +84,7 @@ std::shared_ptr<Volume> volume_of(const py::dict& state)
     return volume;
 }
 
-// Isosurfaces: their index is built again.
+// Isosurfaces: unpickling builds their index again.
 
 py::dict isosurface_state(const py::object& self)
 {
@@ -111,6 +105,7 @@ py::dict isosurface_state(const py::object& self)
     state["mask"] = options.shell.mask.empty()
                         ? py::object(py::none())
                         : py::object(view_of(options.shell.mask.data(), options.shell.mask.size(), self));
+    state["largest"] = options.largest;
     state["clip"] = clip;
     state["capped"] = options.capped;
     state["method"] = static_cast<int>(options.method);
@@ -131,6 +126,7 @@ std::shared_ptr<Isosurface> isosurface_of(const py::dict& state)
     const auto clip = array_of<double>(state, "clip");
     for (py::ssize_t row = 0; row < clip.shape(0); ++row)
         options.clip.push_back({{clip.at(row, 0), clip.at(row, 1), clip.at(row, 2)}, clip.at(row, 3)});
+    options.largest = state["largest"].cast<int>();
     options.capped = state["capped"].cast<bool>();
     options.method = static_cast<Method>(state["method"].cast<int>());
     options.inside = static_cast<Inside>(state["inside"].cast<int>());
@@ -175,10 +171,12 @@ py::dict image_state(const py::object& self)
                                    layer.size() * sizeof(layer.front()), self);
     });
     state["size"] = py::make_tuple(image.size.x, image.size.y);
+    state["full_size"] = py::make_tuple(image.full_size.x, image.full_size.y);
+    state["first"] = py::make_tuple(image.first.x, image.first.y);
     state["layers"] = layers;
     state["covered_count"] = image.covered_count;
-    state["world_to_camera"] = to_array(image.world_to_camera);
-    state["world_to_ndc"] = image.world_to_ndc ? py::object(to_array(*image.world_to_ndc)) : py::object(py::none());
+    state["world_to_camera"] = image.world_to_camera;
+    state["world_to_ndc"] = image.world_to_ndc;
     state["pixel_aspect_ratio"] = image.pixel_aspect_ratio;
     return state;
 }
@@ -186,8 +184,13 @@ py::dict image_state(const py::object& self)
 std::unique_ptr<Image> image_of(const py::dict& state)
 {
     auto image = std::make_unique<Image>();
-    const auto size = state["size"].cast<py::tuple>();
-    image->size = {size[0].cast<int>(), size[1].cast<int>()};
+    const auto pair = [&](const char* name) {
+        const auto numbers = state[name].cast<std::array<int, 2>>();
+        return glm::ivec2(numbers[0], numbers[1]);
+    };
+    image->size = pair("size");
+    image->full_size = pair("full_size");
+    image->first = pair("first");
     const auto layers = state["layers"].cast<py::dict>();
     for_each_layer(*image, [&](const char* name, auto& layer) {
         if (!layers.contains(name))
@@ -208,6 +211,50 @@ std::unique_ptr<Image> image_of(const py::dict& state)
 }
 
 } // namespace
+
+py::dict dict_of(const VolumeOptions& options, const VolumeSummary& summary)
+{
+    py::dict state;
+    state["spacing"] = options.spacing;
+    state["origin"] = options.origin;
+    state["direction"] = options.direction;
+    state["degree"] = options.degree;
+    state["boundary"] = static_cast<int>(options.boundary);
+    state["filter"] = static_cast<int>(options.filter);
+    state["smoothing"] = options.smoothing;
+    state["axes"] = static_cast<int>(options.axes);
+    state["shape"] = py::make_tuple(summary.shape.x, summary.shape.y, summary.shape.z);
+    state["minimum"] = summary.minimum;
+    state["maximum"] = summary.maximum;
+    state["offset"] = summary.offset;
+    return state;
+}
+
+VolumeOptions options_in(const py::dict& state)
+{
+    VolumeOptions options;
+    options.spacing = as_vector(state["spacing"], "spacing");
+    options.origin = as_vector(state["origin"], "origin");
+    options.direction = as_matrix3(state["direction"], "direction");
+    options.degree = state["degree"].cast<int>();
+    options.boundary = static_cast<Boundary>(state["boundary"].cast<int>());
+    options.filter = static_cast<Filter>(state["filter"].cast<int>());
+    options.smoothing = state["smoothing"].cast<double>();
+    options.axes = static_cast<Axes>(state["axes"].cast<int>());
+    return options;
+}
+
+VolumeSummary summary_in(const py::dict& state)
+{
+    const auto shape = state["shape"].cast<py::tuple>();
+    VolumeSummary summary;
+    for (int axis = 0; axis < 3; ++axis)
+        summary.shape[axis] = shape[static_cast<std::size_t>(axis)].cast<int>();
+    summary.minimum = state["minimum"].cast<double>();
+    summary.maximum = state["maximum"].cast<double>();
+    summary.offset = state["offset"].cast<double>();
+    return summary;
+}
 
 void bind_state(py::module_& module)
 {

@@ -18,32 +18,32 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* to_mesh_doc = R"(A triangle mesh of the surface, clipped and capped as it is.
+constexpr const char* to_mesh_doc = R"(A triangle mesh of the surface, with its clip and caps.
 
 .. math:: |f(\mathbf{v}) - f_0| \approx 0 \text{ for every vertex } \mathbf{v} \text{ that is not on a cap}
 
-The mesh is a manifold: an edge has two faces, or one where the surface ends, at the border of the volume, at what
-`mask` cuts away and at a `clip` that is not capped. It is watertight where the surface is closed, whatever the samples
-are. Faces are counter-clockwise as seen from outside; normals are the exact ones, of caps those of their planes, of
-vertices that a cap shares with the surface those of the surface.
+The mesh is a manifold: an edge has two faces, or one where the surface ends, which is at the border of the volume, at
+cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is watertight for all samples.
+Faces are counter-clockwise as seen from outside. Normals are exact. On caps they are those of the planes; at vertices
+that a cap shares with the surface, those of the surface.
 
 Parameters
 ----------
 tolerance : float, optional
-    The largest distance between the surface and the mesh, either way, world units: there are as few triangles as that
-    takes, up to what collapsing edges finds. Without it, the vertices are where the surface crosses the edges of cells.
+    The largest distance between the surface and the mesh, in both directions, in world units. Edges are collapsed as
+    long as it holds. Without a tolerance, the vertices are where the surface crosses the edges of cells.
 return_distance : bool
-    Whether to return the distance that was measured, too. Takes a tolerance.
+    Whether to return the measured distance as well. Needs a tolerance.
 progress : callable, optional
-    Called with the finished fraction; cancels where it returns a false value other than None.
+    Called with the finished fraction; cancels if it returns a false value other than None.
 
 Returns
 -------
 Mesh
-    In the volume's world space; without faces where there is no surface.
+    In the volume's world space; without faces if there is no surface.
 float
-    With `return_distance`: the largest distance found, world units, of points of the mesh at most a quarter of a cell
-    apart from the surface, and of the vertices of the mesh before its edges were collapsed from the mesh.
+    With `return_distance`: the largest measured distance, in world units. It is measured from points of the mesh, at
+    most a quarter of a cell apart, to the surface; and from the vertices before simplification to the mesh.
 
 Raises
 ------
@@ -53,14 +53,14 @@ ValueError
 Warns
 -----
 UserWarning
-    Where the distance is above the tolerance, as where sheets of the surface meet in a point.
+    If the distance exceeds the tolerance, for example where sheets of the surface meet in a point.
 
 Notes
 -----
-Without a tolerance the lattice of the cells' corners is what the topology follows: parts of the surface that no edge
-of it crosses an odd number of times are not seen. With one, cells are cut smaller, down to a 32nd, until in each part
-the surface is proven, by the Bernstein coefficients of the model, to be absent or within 0.7 times the tolerance of a
-plane.
+Without a tolerance, the topology follows from the signs at the corners of cells: parts of the surface that cross no
+edge of the lattice an odd number of times are missed. With a tolerance, cells are subdivided, down to 1/32, until the
+Bernstein coefficients of the model prove for each part that the surface is absent or within 0.7 times the tolerance of
+a plane.
 
 References
 ----------
@@ -83,7 +83,7 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
                    const py::object& progress)
 {
     if (return_distance && !tolerance)
-        throw_invalid("return_distance", "a tolerance beside it", "none");
+        throw_invalid("return_distance", "a tolerance as well", "none");
     const auto snapshot = surface.snapshot();
     std::shared_ptr<Mesh> mesh;
     double distance = 0.0;
@@ -95,7 +95,7 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
     if (tolerance && distance > *tolerance) {
         std::ostringstream text;
         text << "tolerance: the mesh is up to " << distance << " from the surface, more than the " << *tolerance
-             << " that were asked for";
+             << " that was requested";
         if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
             throw py::error_already_set();
     }

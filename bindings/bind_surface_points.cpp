@@ -25,27 +25,27 @@ constexpr const char* sample_points_doc = R"(Random points of the surface, unifo
 Parameters
 ----------
 count : int
-    How many.
+    Number of points.
 seed : int
-    Of the random numbers, 0 to 2^32 - 1: the same points again for the same seed, whatever the number of threads. The
-    first points of a larger count are those of a smaller one.
+    Seed of the random numbers, 0 to 2^32 - 1. The same seed gives the same points for any number of threads. A smaller
+    count gives the first points of a larger one.
 
 Returns
 -------
 dict
-    `points`, (count, 3) float64: on the surface, to some 1e-12 of a voxel. `primitive_ids`, (count,) uint64: of the
-    cells. `primitive_normals`, (count, 3) float64: unit, outward.
+    `points`, (count, 3) float64: on the surface, to about 1e-12 of a voxel. `primitive_ids`, (count,) uint64: of the
+    cells and caps. `primitive_normals`, (count, 3) float64: unit, outward.
 
 Raises
 ------
 ValueError
-    For a count below 0, a seed out of its range, and a surface without points.
+    For a count below 0, a seed out of range, and a surface without points.
 
 Notes
 -----
-The surface is f = level, less what `mask` and `clip` cut away; there are no points on caps.
+The surface is f = level, without the parts that `mask` and `clip` cut away, and with the caps of a capped one.
 
-The mean of a function over these points, times `area` of a surface without caps, is an estimate of its integral.
+The mean of a function over these points, times `area`, is an estimate of its integral.
 
 Examples
 --------
@@ -58,21 +58,21 @@ Examples
 (True, True)
 )";
 
-constexpr const char* thickness_doc = R"(How thick the solid is, at points of its surface.
+constexpr const char* thickness_doc = R"(The thickness of the solid at points of its surface.
 
 Parameters
 ----------
 points : (..., 3) array_like, world units
-    On the surface, as of `sample_points`; others stand for the nearest points of the surface.
+    On the surface, such as those of `sample_points`. For other points, the nearest points of the surface are used.
 method : {"max_sphere", "ray"}
     "ray" is the length of the inward normal within the solid. "max_sphere" is the diameter of the largest ball in the
-    solid that touches the surface in the point; it is never longer.
+    solid that touches the surface at the point; it is never larger than "ray".
 
 Returns
 -------
 (...) float64 array, world units
-    Infinite where there is no other side: where the solid is open, at the border of the volume or at a cut that is not
-    capped. Not a number where the gradient vanishes, or there is no surface.
+    Infinite if there is no opposite side because the solid is open, at the border of the volume or at a cut that is
+    not capped. NaN if the gradient vanishes or there is no surface.
 
 Raises
 ------
@@ -81,8 +81,8 @@ ValueError
 
 Notes
 -----
-The names are those of trimesh.proximity.thickness. Balls shrink [1]_ until nothing of the surface is in them; they do
-not see caps.
+The names are those of trimesh.proximity.thickness. The ball shrinks [1]_ until no part of the surface, or
+of a cap, is inside it.
 
 References
 ----------

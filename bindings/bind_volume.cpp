@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "long_call.h"
+#include "samples.h"
 
 #include "isospline/spline/sample.h"
 #include "isospline/spline/volume.h"
@@ -28,15 +29,15 @@ constexpr const char* volume_doc = R"(A continuous model of a regular volume of 
 
 .. math:: f(\mathbf{x}) = \sum_{\mathbf{k}} c_{\mathbf{k}} \, \beta^n(\mathbf{x} - \mathbf{k})
 
-The coefficients c follow from the samples by a recursive filter along each axis [1]_ [2]_, once, and are kept as
+A recursive filter along each axis computes the coefficients c from the samples [1]_ [2]_. They are stored as
 float32. Samples sit at the voxels' centres; a position in the world is origin + direction @ (spacing * index), with
 index = (x, y, z).
 
 Parameters
 ----------
 data : (nz, ny, nx) array, or (nx, ny, nz) for axes="xyz"
-    Samples of any boolean, integer or floating type, memory order and byte order; read in place (long double is
-    converted to float64 first). Must be finite.
+    Finite samples of any boolean, integer or floating type, memory order and byte order. They are read in place; long
+    double is converted to float64 first.
 spacing : float or (3,) array_like, world units
     Distance between samples along x, y and z; one number for all three.
 origin : (3,) array_like, world units
@@ -49,8 +50,8 @@ boundary : {"mirror", "periodic"}
     How the samples continue outside of the volume, for the filter and for the model: symmetrically about the first and
     the last sample, or periodically (scipy.ndimage's "mirror" and "grid-wrap").
 filter : {"interpolate", "none", "smoothing"}
-    "interpolate": the model passes through the samples. "none": the samples are taken as coefficients, a model that
-    smooths. "smoothing": along each axis, the spline of degree n that minimises
+    "interpolate": the model passes through the samples. "none": the samples are used as coefficients, which smooths
+    the model. "smoothing": along each axis, the spline of degree n that minimises
 
     .. math:: \sum_k (f(k) - s(k))^2 + \lambda \int \left(\frac{d^m s}{dx^m}\right)^2 dx,
               \quad m = \lfloor n/2 \rfloor + 1
@@ -60,20 +61,20 @@ filter : {"interpolate", "none", "smoothing"}
 smoothing : float
     Weight of the roughness, 0 to 1e9; only for filter="smoothing".
 axes : {"zyx", "xyz"}
-    Order of the axes of `data`: "zyx" as NumPy arrays made by ITK, VTK, tifffile and zarr, "xyz" as those of nibabel.
-    Points, directions and spacing are always (x, y, z).
+    Order of the axes of `data`: "zyx" as in NumPy arrays from ITK, VTK, tifffile and zarr, "xyz" as in arrays from
+    nibabel. Points, directions and spacing are always (x, y, z).
 progress : callable, optional
-    Called with the finished fraction; cancels where it returns a false value other than None.
+    Called with the finished fraction; cancels if it returns a false value other than None.
 
 Raises
 ------
 TypeError
     For samples that are complex, objects or text.
 ValueError
-    For samples that are not three-dimensional, are none, or are not finite (the first such index is named), and for
-    any other parameter out of its range.
+    For samples that are not three-dimensional, empty, or not finite (the message names the first such index), and for
+    any other parameter out of range.
 MemoryError
-    Before the work begins, where the coefficients would not fit into memory.
+    Raised at the beginning if the coefficients would not fit into memory.
 
 References
 ----------
@@ -95,7 +96,7 @@ array([34.])
 (1, 3)
 )";
 
-constexpr const char* sample_doc = R"(The model or its derivatives at points.
+constexpr const char* sample_doc = R"(The model, or its derivatives, at points.
 
 Outside of the volume the model continues by its boundary rule. Points that are not finite give NaN.
 
@@ -104,8 +105,8 @@ Parameters
 points : (..., 3) float array, world units
     Positions x, y, z.
 derivative : {0, 1, 2}
-    0 for the values, 1 for the gradients, 2 for the Hessians, by world coordinates. Derivatives that the degree does
-    not have are zero.
+    0 for values, 1 for gradients, 2 for Hessians, by world coordinates. Derivatives that do not exist for the degree
+    are zero.
 
 Returns
 -------
@@ -120,64 +121,7 @@ Examples
 1.0
 )";
 
-const EnumWords<Boundary> boundary_words{{"mirror", Boundary::mirror}, {"periodic", Boundary::periodic}};
-const EnumWords<Filter> filter_words{
-    {"interpolate", Filter::interpolate}, {"none", Filter::none}, {"smoothing", Filter::smoothing}};
-const EnumWords<Axes> axes_words{{"zyx", Axes::zyx}, {"xyz", Axes::xyz}};
-
-SampleType sample_type(const py::dtype& dtype)
-{
-    switch (dtype.kind()) {
-    case 'b':
-        return SampleType::uint8;
-    case 'u':
-        switch (dtype.itemsize()) {
-        case 1:
-            return SampleType::uint8;
-        case 2:
-            return SampleType::uint16;
-        case 4:
-            return SampleType::uint32;
-        default:
-            return SampleType::uint64;
-        }
-    case 'i':
-        switch (dtype.itemsize()) {
-        case 1:
-            return SampleType::int8;
-        case 2:
-            return SampleType::int16;
-        case 4:
-            return SampleType::int32;
-        default:
-            return SampleType::int64;
-        }
-    default:
-        switch (dtype.itemsize()) {
-        case 2:
-            return SampleType::float16;
-        case 4:
-            return SampleType::float32;
-        default:
-            return SampleType::float64;
-        }
-    }
-}
-
-SampleView sample_view(const py::array& array, Axes axes)
-{
-    const auto size = [&](int axis) {
-        const py::ssize_t samples = array.shape(axes == Axes::xyz ? axis : 2 - axis);
-        if (samples > largest_sample_count)
-            throw_invalid("data", "at most " + std::to_string(largest_sample_count) + " samples along an axis",
-                          samples);
-        return static_cast<int>(samples);
-    };
-    const bool native = array.dtype().attr("isnative").cast<bool>();
-    return {array.data(), sample_type(array.dtype()), {size(0), size(1), size(2)}, grid_strides(array, axes), !native};
-}
-
-/// `data[3, 2, 1]`, the index in the order of the user's array.
+/// `data[3, 2, 1]`, with the index in the axis order of the user's array.
 std::string item_text(const glm::ivec3& index, Axes axes)
 {
     std::string text = to_text(array_shape(index, axes));
@@ -259,17 +203,17 @@ py::array sample(const Volume& volume, const py::object& points, int derivative)
 py::array coefficients(const Volume& volume)
 {
     const glm::ivec3 shape = volume.shape();
-    const int padding = volume.padding();
     const double offset = volume.offset();
     auto result = new_grid<double>(shape, volume.options().axes);
     double* const to = result.mutable_data();
     const auto copy = [&](std::size_t begin, std::size_t end) {
+        std::vector<float> row(static_cast<std::size_t>(shape.x));
         for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
             for (int y = 0; y < shape.y; ++y) {
-                const float* const row = volume.cell_coefficients(padding, y + padding, z + padding);
+                volume.copy({0, y, z}, {shape.x, 1, 1}, row.data(), 0, 0);
                 double* const to_row = to + shape.x * (y + static_cast<std::ptrdiff_t>(shape.y) * z);
                 for (int x = 0; x < shape.x; ++x)
-                    to_row[x] = static_cast<double>(row[x]) + offset;
+                    to_row[x] = static_cast<double>(row[static_cast<std::size_t>(x)]) + offset;
             }
     };
     long_call("to copy the coefficients", py::none(),
@@ -311,28 +255,26 @@ void bind_volume(py::module_& module)
         .def_property_readonly(
             "coefficients", &coefficients,
             "float64 array of the data's shape: exactly the coefficients of the model, in a new array. The volume "
-            "keeps them in float32, less the middle of the data's range.")
+            "stores them in float32, minus the middle of the data's range.")
         .def_property_readonly(
             "shape",
             [](const Volume& volume) {
                 return py::tuple(py::cast(array_shape(volume.shape(), volume.options().axes)));
             },
             "Shape of the data, in the order of its axes.")
-        .def_property_readonly(
-            "affine", [](const Volume& volume) { return to_array(volume.index_to_world()); },
-            "(4, 4) float64 array: index (x, y, z, 1) to world.")
+        .def_property_readonly("affine", &Volume::index_to_world, "(4, 4) float64 array: index (x, y, z, 1) to world.")
         .def_property_readonly(
             "bounds", [](const Volume& volume) { return to_array(volume.bounds()); },
-            "(2, 3) float64 array: lower and upper corner of the model's box in the world. It ends with the outer\n"
-            "voxels' faces for even degrees, with their centres for odd ones.")
+            "(2, 3) float64 array: lower and upper corner of the model's box in the world. It ends at the faces of\n"
+            "the outer voxels for even degrees, at their centres for odd ones.")
         .def_property_readonly(
-            "spacing", [](const Volume& volume) { return to_array(volume.options().spacing); },
+            "spacing", [](const Volume& volume) { return volume.options().spacing; },
             "(3,) float64 array: world units between samples along x, y and z.")
         .def_property_readonly(
-            "origin", [](const Volume& volume) { return to_array(volume.options().origin); },
+            "origin", [](const Volume& volume) { return volume.options().origin; },
             "(3,) float64 array: world position of sample (0, 0, 0).")
         .def_property_readonly(
-            "direction", [](const Volume& volume) { return to_array(volume.options().direction); },
+            "direction", [](const Volume& volume) { return volume.options().direction; },
             "(3, 3) float64 array: its columns are the directions of the axes x, y and z.")
         .def_property_readonly("degree", &Volume::degree, "Degree of the B-spline.")
         .def_property_readonly(
@@ -340,7 +282,7 @@ void bind_volume(py::module_& module)
             "How the samples continue outside of the volume: \"mirror\" or \"periodic\".")
         .def_property_readonly(
             "filter", [](const Volume& volume) { return to_word(filter_words, volume.filter()); },
-            "How the coefficients followed from the samples: \"interpolate\", \"none\" or \"smoothing\".")
+            "How the coefficients were computed from the samples: \"interpolate\", \"none\" or \"smoothing\".")
         .def_property_readonly(
             "smoothing", [](const Volume& volume) { return volume.options().smoothing; }, "Weight of the roughness.")
         .def_property_readonly(

@@ -20,7 +20,7 @@ std::atomic<int> running = 0; ///< operations
 
 class CallThread;
 
-/// Threads that wait for an operation. Never destroyed: they wait until the process ends.
+/// Threads that wait for an operation. Never destroyed: threads wait until the process ends.
 struct IdleThreads {
     IdleThreads()
     {
@@ -82,7 +82,7 @@ private:
             }
             operation = nullptr;
             --running;
-            // Idle before the caller knows: its next call finds this thread.
+            // Become idle before the caller is notified, so that its next call finds this thread.
             {
                 IdleThreads& idle = IdleThreads::instance();
                 const std::lock_guard idle_lock(idle.mutex);

@@ -6,15 +6,15 @@
 
 namespace isospline {
 
-/// Runs an operation on a thread that is not the caller's and that has no other operation meanwhile. Threads are kept
-/// for later calls, as TBB and Embree keep memory for each that they have ever seen.
+/// Runs an operation on another thread, which runs nothing else meanwhile. Threads are reused for later calls, because
+/// TBB and Embree keep memory for every thread that they have ever seen.
 std::future<void> run_on_call_thread(std::function<void()> operation);
 
-/// Whether end_operations() has been called. An operation that asks then cancels itself.
+/// Whether end_operations() has been called. Operations that check this then cancel themselves.
 bool process_is_ending();
 
-/// To be called when the interpreter has ended: waits, for two seconds at most, until no operation runs any more, as
-/// what they use is about to go.
+/// Call this when the interpreter has ended. Waits until no operation runs any more, for at most two seconds, because
+/// the data that operations use is about to be destroyed.
 void end_operations();
 
 } // namespace isospline

@@ -1,4 +1,4 @@
-// What the classes of all cameras have in Python.
+// The common members of all camera classes in Python.
 #pragma once
 
 #include "arrays.h"
@@ -6,6 +6,7 @@
 
 #include "isospline/render/camera.h"
 #include "isospline/render/projection.h"
+#include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
 #include <pybind11/numpy.h>
@@ -15,7 +16,7 @@
 
 namespace isospline {
 
-/// The camera itself, once it is known to make an image.
+/// Returns the camera after checking that it gives an image.
 template <typename GivenCamera>
 GivenCamera checked(const GivenCamera& camera)
 {
@@ -66,20 +67,23 @@ Returns
 )")
         .def_property_readonly(
             "world_to_camera",
-            [](const GivenCamera& camera) { return to_array(Projection(camera, glm::ivec2(1)).world_to_camera()); },
+            [](const GivenCamera& camera) { return Projection(camera, glm::ivec2(1)).world_to_camera(); },
             R"((4, 4) float64 array: maps column vectors of world space to camera space.
 
 Camera space is that of OpenEXR and RenderMan: x to the right, y up, z forward from the eye; it is left-handed.)");
 }
 
-/// For the cameras that a matrix describes.
+/// For cameras that a matrix describes.
 template <typename GivenCamera>
 void bind_world_to_ndc(pybind11::class_<GivenCamera>& camera_class)
 {
     camera_class.def(
         "world_to_ndc",
         [](const GivenCamera& camera, std::array<int, 2> size) {
-            return to_array(Projection(camera, {size[0], size[1]}).world_to_ndc().value());
+            const auto matrix = Projection(camera, {size[0], size[1]}).world_to_ndc();
+            if (!matrix)
+                throw_invalid("camera", "one whose lens has no distortion, which no matrix describes", "one that has");
+            return *matrix;
         },
         pybind11::arg("size"), R"(Maps column vectors of world space to the image; divide by the fourth part.
 
@@ -93,6 +97,11 @@ size : (int, int)
 Returns
 -------
 (4, 4) float64 array
+
+Raises
+------
+ValueError
+    For a lens with distortion, which no matrix describes.
 )");
 }
 

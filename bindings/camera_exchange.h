@@ -1,4 +1,4 @@
-// Cameras from and to the forms of other libraries: PyVista's camera position, OpenCV's matrices.
+// Conversion of cameras from and to other libraries: PyVista's camera position, OpenCV's matrices.
 #pragma once
 
 #include "isospline/render/camera.h"
@@ -6,6 +6,9 @@
 #include <pybind11/pybind11.h>
 
 namespace isospline {
+
+/// Coefficients in OpenCV's order, or None for none.
+LensDistortion as_distortion(const pybind11::object& value);
 
 void bind_exchange(pybind11::class_<PerspectiveCamera>& camera_class);
 void bind_exchange(pybind11::class_<ProjectionPlaneCamera>& camera_class);

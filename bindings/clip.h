@@ -1,4 +1,4 @@
-// Straight cuts given from Python.
+// Clip half-spaces and boxes given from Python.
 #pragma once
 
 #include "isospline/brick/cutout.h"

@@ -19,15 +19,17 @@
 
 namespace isospline {
 
-/// One number, or as many of a sequence as `counts` allows; three for the name of a colour.
+/// The parts of a colour: one number, or a sequence of one of the lengths in `counts`. The name of a colour gives three
+/// numbers, or four if it has an opacity and that is allowed.
 inline std::vector<double> as_color_parts(const pybind11::handle& value, const char* parameter,
                                           std::initializer_list<pybind11::ssize_t> counts, const char* expected)
 {
     namespace py = pybind11;
-    const bool is_name = py::isinstance<py::str>(value);
+    const bool takes_opacity = std::find(counts.begin(), counts.end(), 4) != counts.end();
     const py::array array =
-        as_array(is_name ? py::module_::import("isospline.colors").attr("named_color")(value, parameter)
-                         : py::reinterpret_borrow<py::object>(value),
+        as_array(py::isinstance<py::str>(value)
+                     ? py::module_::import("isospline.colors").attr("named_color")(value, parameter, takes_opacity)
+                     : py::reinterpret_borrow<py::object>(value),
                  parameter, "iuf", expected);
     if (array.ndim() > 1 || std::find(counts.begin(), counts.end(), array.size()) == counts.end())
         throw_invalid(parameter, expected, "shape " + to_text(shape_of(array)));
@@ -35,7 +37,15 @@ inline std::vector<double> as_color_parts(const pybind11::handle& value, const c
     return {numbers.data(), numbers.data() + numbers.size()};
 }
 
-/// A colour or an intensity, from three numbers or from one that stands for all three.
+/// Refuses parts above 1, which are most likely 8-bit colours; `value` is the original argument.
+inline void check_not_above_one(const glm::dvec3& color, const pybind11::handle& value, const char* parameter)
+{
+    if (std::max({color.x, color.y, color.z}) > 1.0)
+        throw pybind11::value_error(
+            pybind11::module_::import("isospline.colors").attr("above_one")(parameter, value).cast<std::string>());
+}
+
+/// A colour or an intensity, from three numbers or from one number for all three.
 inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
 {
     const auto parts = as_color_parts(value, parameter, {1, 3}, "one number, three (red, green, blue) or a name");
@@ -54,10 +64,7 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
     if (pybind11::isinstance<ColorByDepth>(value))
         return value.cast<ColorByDepth>();
     const glm::dvec3 color = as_color(value, parameter);
-    constexpr double largest = 10.0; // what is above was meant to be of 8 bits
-    if (std::max({color.x, color.y, color.z}) > largest)
-        throw pybind11::value_error(
-            pybind11::module_::import("isospline.colors").attr("above_one")(parameter, value).cast<std::string>());
+    check_not_above_one(color, value, parameter);
     return color;
 }
 
@@ -67,19 +74,7 @@ inline CapColor as_cap_color(const pybind11::object& value, const char* paramete
     return value.is_none() ? CapColor() : as_surface_color(value, parameter);
 }
 
-inline pybind11::object to_object(const Color& color)
-{
-    if (const auto* constant = std::get_if<glm::dvec3>(&color))
-        return to_array(*constant);
-    return pybind11::cast(color);
-}
-
-inline pybind11::object to_object(const CapColor& color)
-{
-    return color ? to_object(*color) : pybind11::none();
-}
-
-/// As in the constructor of a shading.
+/// The text of a colour, as in the constructor of a shading.
 inline std::string to_text(const Color& color)
 {
     if (const auto* constant = std::get_if<glm::dvec3>(&color))
@@ -92,7 +87,7 @@ inline std::string to_text(const CapColor& color)
     return color ? to_text(*color) : "None";
 }
 
-/// A colour and an opacity, which is 1 where it is not given; None is transparent.
+/// A colour and an opacity, which is 1 by default; None is transparent.
 inline glm::vec4 as_background(const pybind11::handle& value, const char* parameter)
 {
     if (value.is_none())
@@ -100,6 +95,7 @@ inline glm::vec4 as_background(const pybind11::handle& value, const char* parame
     const auto parts = as_color_parts(value, parameter, {1, 3, 4},
                                       "None, a name, or one, three (red, green, blue) or four (and opacity) numbers");
     const glm::dvec3 color = parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
+    check_not_above_one(color, value, parameter);
     return glm::vec4(glm::dvec4(color, parts.size() == 4 ? parts[3] : 1.0));
 }
 

@@ -1,4 +1,4 @@
-// The global interpreter lock, given up and taken back in a way that outlives the interpreter.
+// Releases and takes the global interpreter lock, safely even when the interpreter ends.
 #pragma once
 
 #include "call_threads.h"
@@ -10,17 +10,17 @@
 
 namespace isospline {
 
-/// Takes the GIL back for a thread that has given it up.
+/// Takes the GIL back for a thread that has released it.
 ///
-/// Until Python 3.14 a thread that asks for the GIL while the interpreter ends is made to exit by pthread_exit, which
-/// unwinds its stack as an exception would: through destructors that must not throw, where the process aborts. Such a
-/// thread stays here for as long as the process lasts, as Python 3.14 has it.
+/// Before Python 3.14, a thread that requests the GIL while the interpreter ends exits by pthread_exit. This unwinds
+/// its stack like an exception, and the process aborts in destructors that must not throw. Instead, such a thread stays
+/// here until the process ends, as in Python 3.14.
 inline void take_gil(PyThreadState* state) noexcept
 {
     if (!process_is_ending()) {
         try {
             return PyEval_RestoreThread(state);
-        } catch (abi::__forced_unwind&) { // left by no way
+        } catch (abi::__forced_unwind&) { // never returns
             for (;;)
                 pause();
         }
@@ -29,7 +29,7 @@ inline void take_gil(PyThreadState* state) noexcept
         pause();
 }
 
-/// No GIL for as long as this lives.
+/// The thread does not hold the GIL while this object lives.
 class GilReleased {
 public:
     GilReleased() : state_(PyEval_SaveThread()) {}
@@ -37,7 +37,7 @@ public:
     GilReleased(const GilReleased&) = delete;
     GilReleased& operator=(const GilReleased&) = delete;
 
-    /// The GIL again, for as long as that lives.
+    /// The thread holds the GIL again while this object lives.
     class Taken {
     public:
         explicit Taken(GilReleased& released) : released_(released) { take_gil(released_.state_); }

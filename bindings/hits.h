@@ -1,21 +1,25 @@
-// Hits to NumPy arrays: the same for scenes and hoppers.
+// Converts hits to NumPy arrays, for scenes and hoppers.
 #pragma once
 
 #include "arrays.h"
 #include "results.h"
 
 #include "isospline/trace/hit.h"
+#include "isospline/trace/ray_packet.h"
+
+#include <glm/vec2.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace isospline {
 
-/// Arrays that a caller has for results, by their names.
+/// The arrays that a caller provides for results, by name.
 class GivenArrays {
 public:
     explicit GivenArrays(const pybind11::handle& out)
@@ -28,7 +32,7 @@ public:
         arrays_ = py::reinterpret_borrow<py::dict>(out);
     }
 
-    /// The one of this name, which must do; a new array where there is none.
+    /// The array of this name, which must have the right type and shape; a new array if there is none.
     template <typename Number>
     pybind11::array_t<Number> take(const char* name, Shape shape, const Shape& trailing = {}) const
     {
@@ -56,7 +60,7 @@ public:
         namespace py = pybind11;
         for (const auto& [name, array] : arrays_)
             if (!outputs.contains(name))
-                throw_invalid("out", "arrays for what outputs= names", std::string(py::repr(name)));
+                throw_invalid("out", "arrays of names in outputs=", std::string(py::repr(name)));
     }
 
 private:
@@ -88,10 +92,11 @@ public:
         else
             doubles_[at] = value;
     }
-    void set(std::size_t row, const glm::dvec3& vector)
+    template <glm::length_t Length>
+    void set(std::size_t row, const glm::vec<Length, double>& vector)
     {
-        for (int axis = 0; axis < 3; ++axis)
-            set(3 * row + static_cast<std::size_t>(axis), vector[axis]);
+        for (glm::length_t axis = 0; axis < Length; ++axis)
+            set(static_cast<std::size_t>(Length) * row + static_cast<std::size_t>(axis), vector[axis]);
     }
 
     const pybind11::array& array() const { return array_; }
@@ -102,12 +107,12 @@ private:
     double* doubles_ = nullptr;
 };
 
-/// The arrays that cast_rays can return, by the names that `outputs` has.
+/// The arrays that cast_rays can return, by their names in `outputs`.
 struct HitOutputs {
     bool t_hit = false, geometry_ids = false, primitive_ids = false, primitive_normals = false;
     bool positions = false, primitive_uvs = false, gradient_magnitudes = false;
 
-    /// Whether nothing is asked for that an object has to complete.
+    /// Whether only arrays are requested that need no data from objects.
     bool only_t_and_ids() const { return !primitive_normals && !positions && !gradient_magnitudes; }
 };
 
@@ -121,7 +126,7 @@ inline constexpr Named<bool HitOutputs::*> hit_output_names[] = {
     {"gradient_magnitudes", &HitOutputs::gradient_magnitudes},
 };
 
-/// What cast_rays returns unless it is told what: as Open3D does.
+/// The arrays that cast_rays returns by default: those of Open3D.
 inline pybind11::tuple default_hit_outputs()
 {
     return pybind11::make_tuple("t_hit", "geometry_ids", "primitive_ids", "primitive_normals");
@@ -130,7 +135,7 @@ inline pybind11::tuple default_hit_outputs()
 /// The arrays that cast_rays returns.
 class HitArrays {
 public:
-    /// `dtype` None stands for that of the rays; `out` is None or holds arrays to write to.
+    /// `dtype` None means the type of the rays. `out` is None or has arrays to write to.
     HitArrays(const RowArray& rays, const pybind11::handle& names, const pybind11::handle& dtype,
               const pybind11::handle& out)
         : outputs(as_flags<HitOutputs>(hit_output_names, names, "outputs"))
@@ -156,25 +161,32 @@ public:
             gradient_magnitudes_.emplace(given, "gradient_magnitudes", single_precision, shape);
     }
 
-    /// Sets the items of a ray; may be called without the GIL.
-    void set(std::size_t at, const Hit& hit)
+    /// Sets the items of `count` rays at these places. Rays in `hit_lanes` have hits, the others miss. May be called
+    /// without the GIL.
+    template <typename Places>
+    void set(const Places& places, std::size_t count, LaneMask hit_lanes, std::span<const Hit> hits)
     {
+        static const Hit miss;
+        const auto for_each = [&](const auto& set_item) {
+            for (std::size_t lane = 0; lane < count; ++lane)
+                set_item(places[lane], (hit_lanes >> lane & 1u) != 0 ? hits[lane] : miss);
+        };
         if (t_hit_)
-            t_hit_->set(at, hit.t);
+            for_each([&](std::size_t at, const Hit& hit) { t_hit_->set(at, hit.t); });
         if (geometry_ids_)
-            geometry_ids_->data[at] = hit.geometry_id;
+            for_each([&](std::size_t at, const Hit& hit) { geometry_ids_->data[at] = hit.geometry_id; });
         if (primitive_ids_)
-            primitive_ids_->data[at] = hit.primitive_id;
+            for_each([&](std::size_t at, const Hit& hit) { primitive_ids_->data[at] = hit.primitive_id; });
         if (normals_)
-            normals_->set(at, hit.normal);
+            for_each([&](std::size_t at, const Hit& hit) { normals_->set(at, hit.normal); });
         if (positions_)
-            positions_->set(at, hit ? hit.position : glm::dvec3(std::numeric_limits<double>::quiet_NaN()));
-        if (uvs_) {
-            uvs_->set(2 * at, static_cast<double>(hit.uv.x));
-            uvs_->set(2 * at + 1, static_cast<double>(hit.uv.y));
-        }
+            for_each([&](std::size_t at, const Hit& hit) {
+                positions_->set(at, hit ? hit.position : glm::dvec3(std::numeric_limits<double>::quiet_NaN()));
+            });
+        if (uvs_)
+            for_each([&](std::size_t at, const Hit& hit) { uvs_->set(at, glm::dvec2(hit.uv)); });
         if (gradient_magnitudes_)
-            gradient_magnitudes_->set(at, hit.gradient_magnitude);
+            for_each([&](std::size_t at, const Hit& hit) { gradient_magnitudes_->set(at, hit.gradient_magnitude); });
     }
 
     pybind11::object to_result() const

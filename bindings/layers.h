@@ -1,9 +1,12 @@
-// The layers of images, by the names that Python has for them.
+// The layers of images, by their Python names.
 #pragma once
 
 #include "arrays.h"
 
 #include "isospline/render/image.h"
+
+#include <array>
+#include <optional>
 
 namespace isospline {
 
@@ -23,6 +26,14 @@ inline constexpr Named<bool Layers::*> layer_names[] = {
 
 inline const EnumWords<ColorEncoding> color_encodings{{"linear", ColorEncoding::linear},
                                                       {"srgb8", ColorEncoding::srgb8}};
+
+/// First column and row, width and height; nothing means the whole picture.
+using Crop = std::optional<std::array<int, 4>>;
+
+inline std::optional<Window> as_window(const Crop& crop)
+{
+    return crop ? std::optional(Window{{(*crop)[0], (*crop)[1]}, {(*crop)[2], (*crop)[3]}}) : std::nullopt;
+}
 
 inline Layers as_layers(const pybind11::handle& names, int ambient_occlusion_samples)
 {

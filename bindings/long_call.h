@@ -1,4 +1,4 @@
-// Long operations called from Python: the GIL released, progress reported, Ctrl-C obeyed.
+// Long operations called from Python: they release the GIL, report progress, and obey Ctrl-C.
 #pragma once
 
 #include "call_threads.h"
@@ -17,7 +17,7 @@
 
 namespace isospline {
 
-/// Out of memory, and what for; becomes a MemoryError.
+/// Out of memory, with the purpose of the memory; becomes a MemoryError.
 class OutOfMemory : public std::bad_alloc {
 public:
     explicit OutOfMemory(const std::string& what_for) : message_("out of memory: " + what_for) {}
@@ -27,7 +27,7 @@ private:
     std::string message_;
 };
 
-/// `operation()`, whose failing allocations tell what they were for, such as "to render 64 x 48 pixels".
+/// Runs `operation()`; a failing allocation is reported with its purpose, such as "to render 64 x 48 pixels".
 template <typename Operation>
 auto naming_memory(const std::string& what_for, const Operation& operation)
 {
@@ -40,11 +40,11 @@ auto naming_memory(const std::string& what_for, const Operation& operation)
     }
 }
 
-/// Runs `operation(progress)` on another thread, without the GIL, while the calling thread wakes up a hundred times
-/// a second to deliver signals and to call the Python callable `progress(fraction)`, or none where it is None; True
-/// stands for a bar on standard error. The callable is called before the operation starts, too. A signal handler or a
-/// callable that raises, and a callable that returns a false value other than None, cancel the operation; what was
-/// raised is raised again once the operation has ended. Where memory runs out, the error tells `what_for`.
+/// Runs `operation(progress)` on another thread, without the GIL. Meanwhile the calling thread wakes up a hundred times
+/// a second to deliver signals and to call the Python callable `progress(fraction)`, unless it is None; True means a
+/// progress bar on standard error. The callable is also called before the operation starts. The operation is cancelled
+/// if the callable returns a false value other than None, or if it or a signal handler raises; the exception is raised
+/// again when the operation has ended. If memory runs out, the error has `what_for`.
 template <typename Operation>
 void long_call(const std::string& what_for, const pybind11::object& progress, Operation operation)
 {

@@ -12,7 +12,7 @@
 
 namespace isospline {
 
-/// A boolean array over the samples of a volume, in the order of the user's array.
+/// A boolean array over the samples of a volume, in the axis order of the user's array.
 inline Mask as_mask(const pybind11::handle& value, const char* parameter, const glm::ivec3& shape, Axes axes)
 {
     const auto array = as_array(value, parameter, "b", "an array of bool");

@@ -1,4 +1,4 @@
-// Errors for arguments of a wrong type; isospline/mistakes.py puts the values into words.
+// Errors for arguments of a wrong type; isospline/mistakes.py describes the values.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -8,7 +8,7 @@
 
 namespace isospline {
 
-/// `parameter: expected ..., got ...`, and what was likely meant.
+/// `parameter: expected ..., got ...`, with a suggestion of what was probably meant.
 [[noreturn]] inline void throw_wrong_type(const char* parameter, const std::string& expected,
                                           const pybind11::handle& value)
 {
@@ -17,7 +17,8 @@ namespace isospline {
     throw py::type_error(sentence.cast<std::string>());
 }
 
-/// What a parameter holds, an object of a class of ours. None is none, whatever pybind11 makes of it for pointers.
+/// A parameter that must be an object of one of our classes. None is an error, although pybind11 accepts it for
+/// pointers.
 template <typename Object>
 std::shared_ptr<Object> as_object(const pybind11::handle& value, const char* parameter)
 {

@@ -11,6 +11,7 @@ PYBIND11_MODULE(_core, module)
         "Raised by an operation whose progress callable returned a false value other than None.";
     Py_AtExit(isospline::end_operations);
     isospline::bind_volume(module);
+    isospline::bind_prefilter(module);
     isospline::bind_cells(module);
     isospline::bind_color(module);
     isospline::bind_material(module);
@@ -22,6 +23,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
     isospline::bind_scene_objects(module);
+    isospline::bind_extent(module);
     isospline::bind_scene_points(module);
     isospline::bind_surface_points(module);
     isospline::bind_secondary_rays(module);
@@ -31,5 +33,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_area_lights(module);
     isospline::bind_render(module);
     isospline::bind_path_tracer(module);
+    isospline::bind_store(module);
     isospline::bind_state(module);
 }

@@ -11,7 +11,7 @@
 
 namespace isospline {
 
-/// Throws where a point is not finite.
+/// Throws if a point is not finite.
 inline void check_points(const RowArray& points)
 {
     for (std::size_t row = 0; row < points.count(); ++row)
@@ -19,7 +19,7 @@ inline void check_points(const RowArray& points)
             throw_invalid("points", "finite numbers", to_text(point) + " in point " + std::to_string(row));
 }
 
-/// Throws where squares of distances could be infinite.
+/// Throws if squares of distances could be infinite.
 inline void check_reach(const RowArray& points)
 {
     constexpr double largest = 1e100;

@@ -1,4 +1,4 @@
-// Rays from NumPy arrays: the same for scenes and hoppers.
+// Reads rays from NumPy arrays, for scenes and hoppers.
 #pragma once
 
 #include "arrays.h"
@@ -26,8 +26,8 @@ inline void check_limits(double t_near, double t_far)
         throw_invalid("t_far", "a number", t_far);
 }
 
-/// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of 4 x
-/// 4, as those of a picture are close together so; others one after the other.
+/// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of
+/// 4 x 4, because such rays are often those of a picture and then close together. Others are traced in memory order.
 class RayOrder {
 public:
     static constexpr std::size_t tile = 4;
@@ -41,7 +41,7 @@ public:
         tiled_ = width_ % tile == 0 && height_ % tile == 0 && width_ > 0 && height_ > 0;
     }
 
-    /// The places in the array of `count` rays from the `first` of the order on, which begins a row of a tile.
+    /// The places in the array of `count` rays, beginning with the `first` of the order, which begins a row of a tile.
     void set_places(std::size_t first, int count, std::array<std::size_t, RayPacket::capacity>& places) const
     {
         for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += tile) {
@@ -51,7 +51,7 @@ public:
         }
     }
 
-    /// The place in the array of the ray that is i-th in the order.
+    /// The place in the array of the i-th ray of the order.
     std::size_t operator()(std::size_t i) const
     {
         if (!tiled_)
@@ -66,10 +66,10 @@ private:
     std::size_t width_ = 0, height_ = 0;
 };
 
-/// Rays of a chunk; only the last may have fewer.
+/// Rays of a chunk; only the last chunk may have fewer.
 inline constexpr std::size_t ray_chunk_size = 1024;
 
-/// The rays in an array of shape (..., 6), with limits that all have.
+/// The rays in an array of shape (..., 6), with common limits.
 struct GivenRays {
     GivenRays(const pybind11::handle& rays, double given_t_near, double given_t_far, bool tiled)
         : rows(rays, "rays", 6), order(rows.leading_shape(), tiled), t_near(given_t_near), t_far(given_t_far)
@@ -79,7 +79,7 @@ struct GivenRays {
 
     std::size_t count() const { return rows.count(); }
 
-    /// Those from `begin` to `end` of the order.
+    /// The rays from `begin` to `end` of the order.
     std::vector<Ray> chunk(std::size_t begin, std::size_t end) const
     {
         std::vector<Ray> rays;
@@ -101,13 +101,13 @@ struct GivenRays {
                          },
                          progress);
         } catch (const std::invalid_argument&) {
-            check(); // names the first of the bad rays, whichever thread came upon one
+            check(); // names the first bad ray, not the one that a thread found first
             throw;
         }
     }
 
-    /// Calls `body(packet, begin, places)` for the rays of a chunk in packets of up to `width`; `places` are those in
-    /// the array, and `begin` counts in the order.
+    /// Calls `body(packet, begin, places)` for the rays of a chunk in packets of up to `width`. `places` are places in
+    /// the array, `begin` is a position in the order.
     template <typename Body>
     void for_each_packet(std::size_t begin, std::size_t end, int width, const Body& body) const
     {
@@ -140,7 +140,7 @@ private:
         }
     }
 
-    /// Throws where a ray is not one that can be cast.
+    /// Throws if a ray cannot be cast.
     void check() const
     {
         for (std::size_t i = 0; i < count(); ++i) {

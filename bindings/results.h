@@ -1,11 +1,11 @@
-// Results of queries: mappings from names to arrays whose items are attributes as well.
+// Results of queries: mappings from names to arrays whose items are also attributes.
 #pragma once
 
 #include <pybind11/pybind11.h>
 
 namespace isospline {
 
-/// A result of the class of this name in isospline/results.py.
+/// A result, of the class with this name in isospline/results.py.
 inline pybind11::object as_result(const char* type, const pybind11::dict& arrays)
 {
     return pybind11::module_::import("isospline.results").attr(type)(arrays);

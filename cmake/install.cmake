@@ -3,8 +3,8 @@ include(CMakePackageConfigHelpers)
 
 set(ISOSPLINE_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/isospline)
 
-# Public is what isospline.h includes, directly or not: no other header is installed, and none of Embree, TBB, Highway
-# or OpenEXR is needed to compile them.
+# The public headers are those that isospline.h includes, directly or indirectly. No other header is installed.
+# They compile without Embree, TBB, Highway and OpenEXR.
 function(isospline_add_public_header header)
   get_property(known GLOBAL PROPERTY isospline_public_headers)
   if(header IN_LIST known)
@@ -29,9 +29,14 @@ endforeach()
 install(TARGETS isospline EXPORT isospline-targets COMPONENT development)
 install(EXPORT isospline-targets NAMESPACE isospline:: DESTINATION ${ISOSPLINE_PACKAGE_DIR} COMPONENT development)
 
-configure_package_config_file(cmake/isospline-config.cmake.in ${PROJECT_BINARY_DIR}/isospline-config.cmake
-  INSTALL_DESTINATION ${ISOSPLINE_PACKAGE_DIR})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/isospline-config-version.cmake
-  COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/isospline-config.cmake ${PROJECT_BINARY_DIR}/isospline-config-version.cmake
-  DESTINATION ${ISOSPLINE_PACKAGE_DIR} COMPONENT development)
+configure_package_config_file(
+  cmake/isospline-config.cmake.in
+  ${PROJECT_BINARY_DIR}/isospline-config.cmake
+  INSTALL_DESTINATION ${ISOSPLINE_PACKAGE_DIR}
+)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/isospline-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(
+  FILES ${PROJECT_BINARY_DIR}/isospline-config.cmake ${PROJECT_BINARY_DIR}/isospline-config-version.cmake
+  DESTINATION ${ISOSPLINE_PACKAGE_DIR}
+  COMPONENT development
+)

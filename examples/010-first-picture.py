@@ -13,8 +13,9 @@ def main(samples: int = 128, size: tuple[int, int] = (640, 480), folder: str = "
     volume = isospline.Volume(data, **field.grid(samples))
     surface = isospline.Isosurface(volume, level=field.level)
     scene = isospline.Scene([surface])
-    camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0), field_of_view=30)
-    image = isospline.render(scene, camera, size=size, shading=isospline.Phong(color=(0.9, 0.6, 0.3)))
+    camera = isospline.camera_for(scene, view=(3, -4, 2.5), size=size)
+    shading = isospline.Phong(color=(0.9, 0.6, 0.3))
+    image = isospline.render(scene, camera, size=size, shading=shading, background="white", samples=16)
 
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "010-first-picture.png")

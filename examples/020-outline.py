@@ -1,4 +1,4 @@
-"""The paper's outline illumination model: ink on paper, from the exact gradient and no light."""
+"""The paper's outline illumination model: lines on paper, from the exact gradient and without light."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Ray queries: where rays hit, which object, and the exact normal there."""
+"""Ray queries: the position of hits, the object, and the exact normal."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ def main(
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
 
-    # One ray a row: origin and direction; t counts in lengths of the direction.
+    # One ray per row: origin and direction. t is in units of the direction's length.
     x, z = np.meshgrid(np.linspace(-0.9, 0.9, size[0]), np.linspace(-0.9, 0.9, size[1]))
     rays = np.zeros((x.size, 6))
     rays[:, 0], rays[:, 1], rays[:, 2], rays[:, 4] = x.ravel(), -2, z.ravel(), 1

@@ -1,4 +1,4 @@
-"""The model between the samples: values, gradients and Hessians, against the formula that the samples came from."""
+"""The model between the samples: values, gradients and Hessians, compared with the formula of the samples."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from isospline import volumes
 def main(samples: int = 64, size: object = None, folder: str = "out") -> dict[tuple[int, int], float]:
     field = volumes.waves(frequency=10)
     data = field.samples(samples)
-    # Away from the border, where the samples do not continue as the boundary rule says.
+    # Away from the border, where the formula differs from the boundary rule.
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (1000, 3))
 
     exact = {0: field.value(points), 1: field.gradient(points), 2: field.hessian(points)}

@@ -1,4 +1,4 @@
-"""A triangle mesh and an isosurface in one scene, each placed by a transform and shaded by its own material."""
+"""A triangle mesh and an isosurface in one scene, each with its own transform and shading."""
 
 from pathlib import Path
 

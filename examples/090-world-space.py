@@ -11,7 +11,7 @@ def main(samples: int = 48, size: tuple[int, int] = (8, 8), folder: str = "out")
     shape = (samples // 2, samples, samples)  # half as many slices, twice as far apart
     grid = field.grid(shape)
 
-    # Turned by 30 degrees about z and moved: the sphere's centre, index space's middle, comes to (10, 20, 30).
+    # Rotated by 30 degrees about z and moved: the sphere's centre, the middle of index space, is at (10, 20, 30).
     angle = np.radians(30)
     direction = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     origin = np.array([10, 20, 30]) + direction @ grid["origin"]

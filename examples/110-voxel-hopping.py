@@ -1,4 +1,4 @@
-"""The paper's voxel hopping beside the scene: the same hits, another way to find the cells."""
+"""The paper's voxel hopping compared with a scene: the same hits, with another method to find the cells."""
 
 import numpy as np
 

@@ -13,9 +13,9 @@ def main(samples: int = 128, size: tuple[int, int] = (640, 360), folder: str = "
     shading = isospline.Phong(color=(0.8, 0.45, 0.2))
     Path(folder).mkdir(exist_ok=True)
 
-    # What is 3.6 away along the viewing direction is in focus. Every sample of a pixel has its own point of the lens.
-    camera = isospline.PerspectiveCamera(eye=(2.6, -3.6, 2.0), target=(0, 0, 0), field_of_view=32)
-    lens = camera.with_lens(aperture_radius=0.2, focus_distance=3.6)
+    # Points 4.6 away along the viewing direction are in focus. Every sample of a pixel has its own point of the lens.
+    camera = isospline.PerspectiveCamera(eye=(3.2, -4.4, 2.2), target=(0, 0, -0.1), field_of_view=34)
+    lens = camera.with_lens(aperture_radius=0.2, focus_distance=4.6)
     image = isospline.render(scene, lens, size=size, shading=shading, background=1, samples=64)
     image.write(Path(folder) / "120-lens.png")
 

@@ -1,4 +1,4 @@
-"""Hard shadows of Phong's lights, and ambient occlusion: what lies between a point and its light hides it."""
+"""Hard shadows of Phong's lights, and ambient occlusion: objects between a point and its light hide the light."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Colours that follow from the point: a second volume, curvature, ridges and valleys, normals, depth, vertices."""
+"""Colours that depend on the point: a second volume, curvature, ridges and valleys, normals, depth, vertices."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from isospline import volumes
 
 
 def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> None:
-    # Curvature is a matter of second derivatives: those of degree 3 are continuous.
+    # Curvature depends on second derivatives, which are continuous for degree 3.
     field = volumes.heart(periods=3.5, sharpness=8)
     data = field.samples(samples)
     volume = isospline.Volume(data, degree=3, **field.grid(samples))
@@ -33,7 +33,7 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "o
         image = isospline.render(scene, camera, size=size, shading=shading, background=1, samples=4)
         image.write(Path(folder) / f"130-{name}.png")
 
-    # An octahedron with the normals of a ball, and with the colour of its place at each vertex.
+    # An octahedron with the normals of a ball, and a colour by position at each vertex.
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     faces = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)]
     ball = isospline.Mesh(corners, faces, normals=corners, colors=(corners + 1) / 2)

@@ -1,4 +1,4 @@
-"""Materials, lamps with an area and an environment: light on all paths, until its noise is small."""
+"""Materials, area lights and an environment: Monte Carlo path tracing until the noise is small."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import isospline
 from isospline import volumes
 
 
-def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
+def main(samples: int = 96, size: tuple[int, int] = (480, 360), folder: str = "out") -> None:
     field = volumes.heart()
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
@@ -27,12 +27,12 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
         ],
     )
     images = isospline.render_progressive(
-        scene, camera, size=size, integrator=integrator, samples=256, layers=("variance",)
+        scene, camera, size=size, integrator=integrator, samples=64, layers=("variance",)
     )
     Path(folder).mkdir(exist_ok=True)
     for image in images:
         image.write(Path(folder) / "135-path-tracing.png")
-        if np.sqrt(image.variance.mean()) < 0.015:
+        if np.sqrt(image.variance.mean()) < 0.02:
             break
 
 

@@ -1,4 +1,4 @@
-"""What an image holds beside colour: an EXR file with layers, and a few of them to look at."""
+"""The layers of an image: an EXR file with layers, and pictures of a few of them."""
 
 from pathlib import Path
 
@@ -16,9 +16,13 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "o
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=size)
     shading = isospline.Phong(color=isospline.ridges_and_valleys(8, color=(0.5, 0.1, 0.1), valley=(0.1, 0, 0)))
     image = isospline.render(
-        scene, camera, size=size, shading=shading, samples=4,
+        scene,
+        camera,
+        size=size,
+        shading=shading,
+        samples=4,
         layers=("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "geometry_ids"),
-    )  # fmt: skip
+    )
 
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "140-layers.exr")  # R G B A, Z, P, N, albedo, gradient_magnitude, curvature, id.geometry

@@ -1,4 +1,4 @@
-"""Translucent surfaces: what is behind them shows through, in the exact order of all crossings."""
+"""Translucent surfaces: objects behind them show through, in the exact order of all crossings."""
 
 from pathlib import Path
 

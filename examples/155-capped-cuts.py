@@ -13,7 +13,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     field = volumes.gyroid(periods=1.5)
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
 
-    # A clip on the volume's border closes the solid there, too.
+    # A clip at the volume's border closes the solid there as well.
     clip = [isospline.Box(*volume.bounds), isospline.HalfSpace((0, 0, 0), normal=(-1, 1, -1))]
     surface = isospline.Isosurface(volume, field.level, clip=clip, capped=True)
 
@@ -22,10 +22,11 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0), field_of_view=32)
     Path(folder).mkdir(exist_ok=True)
     scene = isospline.Scene([surface])
-    image = isospline.render(scene, camera, size=size, shading=shading, samples=4, layers=("primitive_ids",))
+    look = {"shading": shading, "background": "white", "samples": 16}
+    image = isospline.render(scene, camera, size=size, **look, layers=("primitive_ids",))
     image.write(Path(folder) / "155-capped-cuts.png")
 
-    # Primitive ids from the number of cells on tell the faces: 0 to 5 of the box, 6 of the half-space.
+    # Primitive ids minus the number of cells identify the faces: 0 to 5 of the box, 6 of the half-space.
     return image.primitive_ids.astype(int) - volume.cell_count
 
 

@@ -1,4 +1,4 @@
-"""An image of PyVista and a mesh of trimesh in one scene, each where its library puts it."""
+"""An image of PyVista and a mesh of trimesh in one scene, each at its place in the world."""
 
 from pathlib import Path
 
@@ -11,19 +11,21 @@ from isospline import volumes
 
 
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
-    # A gyroid, turned and placed by PyVista's own means.
+    # A gyroid, rotated and placed with PyVista.
     field = volumes.gyroid()
     cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
     place = np.array([[cosine, -sine, 0, 0], [sine, cosine, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     turn = place[:3, :3]
     grid = pyvista.ImageData(
-        dimensions=(samples,) * 3, direction_matrix=turn, spacing=(2 / samples,) * 3,
+        dimensions=(samples,) * 3,
+        direction_matrix=turn,
+        spacing=(2 / samples,) * 3,
         origin=turn @ np.full(3, -1 + 1 / samples),
     )
     grid["gyroid"] = field.samples(samples).ravel()
     sheet = isospline.Isosurface(isospline.Volume.from_pyvista(grid, degree=3), field.level)
 
-    # A frame around it, of twelve rods that trimesh places.
+    # A frame around it, of twelve rods placed with trimesh.
     box = trimesh.creation.box(extents=(2, 2, 2), transform=place)
     edges = box.vertices[box.edges_unique]
     edges = edges[np.isclose(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1), 2)]

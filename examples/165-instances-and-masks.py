@@ -1,4 +1,4 @@
-"""One object many times, each in its place; and objects that the camera or the shadows do not see."""
+"""Many instances of one object; and objects that are invisible for the camera or cast no shadow."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from isospline import volumes
 
 
 def place(x: float, y: float, size: float, turn: float) -> NDArray[np.float64]:
-    """A transform: turned about z, scaled and moved."""
+    """A transform: rotation about z, scaling and translation."""
     cosine, sine = size * np.cos(turn), size * np.sin(turn)
     return np.array([[cosine, -sine, 0, x], [sine, cosine, 0, y], [0, 0, size, size], [0, 0, 0, 1.0]])
 
@@ -23,8 +23,8 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 400), folder: str = "o
     lights = [isospline.DirectionalLight((0.7, 0.5, -1)), isospline.DirectionalLight((-1, 1, -1), intensity=0.25)]
     shading = {0: isospline.Phong(color=(0.85, 0.84, 0.8), specular=0, ambient=0.15, lights=lights, shadows=True)}
 
-    # An instance is a transform: 169 of them are built, and stored, as one. Every fourth has a shadow alone, and every
-    # fourth has none.
+    # An instance is only a transform: the object of the 169 instances is built and stored once. Every fourth instance
+    # is only a shadow, and every fourth casts no shadow.
     random = np.random.default_rng(3)
     for i, (x, y) in enumerate(np.stack(np.meshgrid(range(-6, 7), range(-6, 7)), axis=-1).reshape(-1, 2)):
         where = 3.2 * np.array((x, y)) + random.uniform(-0.5, 0.5, 2)

@@ -1,10 +1,10 @@
-"""Rays that leave a surface: a mirror, by hand, of what cast_rays finds. No distance is left to be tuned."""
+"""Rays that leave a surface: a mirror made with cast_rays. There is no distance to tune."""
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 import PIL.Image
+from numpy.typing import NDArray
 
 import isospline
 from isospline import volumes

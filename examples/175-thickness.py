@@ -1,10 +1,10 @@
-"""All crossings along rays: how thick a solid is, seen through from one side."""
+"""All crossings along rays: the thickness of a solid, seen from one side."""
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 import PIL.Image
+from numpy.typing import NDArray
 
 import isospline
 from isospline import volumes
@@ -16,7 +16,7 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "o
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view="front", projection="orthographic", size=size)
 
-    # What leaves less what enters, along each ray: `ray_ids` tells the ray of each crossing.
+    # The sum of t at exits minus the sum at entries, for each ray; `ray_ids` is the ray of each crossing.
     rays = camera.rays(size).reshape(-1, 6)
     crossings = scene.list_intersections(rays)
     length = np.linalg.norm(rays[crossings.ray_ids, 3:], axis=1) * crossings.t_hit

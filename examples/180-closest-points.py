@@ -1,11 +1,11 @@
-"""Closest points and signed distance: contours on a plane through a surface, and the ways to the nearest points."""
+"""Closest points and signed distance: contours on a plane through a surface, and lines to the nearest points."""
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 import PIL.Image
 import PIL.ImageDraw
+from numpy.typing import NDArray
 
 import isospline
 from isospline import volumes
@@ -18,14 +18,14 @@ def main(
     volume = isospline.Volume(field.samples(samples), **field.grid(samples))
     surface = isospline.Isosurface(volume, field.level)
 
-    # The plane y = 0.1, seen from the front; a distance is smooth, and every sixth pixel is enough to draw it.
+    # The plane y = 0.1, seen from the front. Distances are smooth, so every sixth pixel is enough to draw them.
     columns, rows = (max(2, pixels // 6) for pixels in size)
     x, z = np.meshgrid((np.arange(columns) + 0.5) * 2 / columns - 1, 1 - (np.arange(rows) + 0.5) * 2 / rows)
     points = np.stack([x, np.full_like(x, 0.1), z], axis=-1).reshape(-1, 3)
     coarse = surface.signed_distance(points, tolerance=1e-4).reshape(rows, columns).astype(np.float32)
     distance = np.asarray(PIL.Image.fromarray(coarse).resize(size, PIL.Image.Resampling.BICUBIC), float)
 
-    # A line each 0.05, the surface in white; blue inside and orange outside.
+    # A contour line every 0.05, the surface in white; blue inside and orange outside.
     pixel = 2 / size[0]
     line = 1 - np.clip(np.abs((distance / 0.05 + 0.5) % 1 - 0.5) * 0.05 / pixel, 0, 1)
     edge = 1 - np.clip(np.abs(distance) / pixel - 0.7, 0, 1)

@@ -9,7 +9,7 @@ from isospline import volumes
 
 
 def bone(samples: int) -> isospline.Volume:
-    """A block with a dense wall around a sponge, above 0 inside: a rounded box, and a gyroid in its inside."""
+    """A block with a dense wall around a sponge, above 0 inside: a rounded box with a gyroid in it."""
     z, y, x = np.mgrid[-1 : 1 : samples * 1j, -1 : 1 : samples * 1j, -1 : 1 : samples * 1j]
     depth = 0.6 - 0.6 * ((x / 0.95) ** 6 + (y / 0.6) ** 6 + (z / 0.6) ** 6) ** (1 / 6)
     sponge = 0.55 - np.abs(volumes.gyroid(periods=6).value(np.stack([x, y, z], axis=-1)))

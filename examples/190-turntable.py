@@ -1,4 +1,4 @@
-"""A turn around a surface, as a sheet of its frames; isospline.write_video makes a film of the same images."""
+"""A turn around a surface, as a sheet of frames; isospline.write_video makes a video of the same images."""
 
 from pathlib import Path
 

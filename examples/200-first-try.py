@@ -1,4 +1,4 @@
-"""From a file to a picture in five lines: what a new user would write first."""
+"""From a file to a picture in five lines, as a first program."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The picture that belongs to a photograph: intrinsics and a (4, 4) pose, as OpenCV, COLMAP and Open3D have them."""
+"""The picture for a photograph: intrinsics and a (4, 4) pose in the form of OpenCV, COLMAP and Open3D."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A scan beside the part that it should be: a mesh of trimesh, moved, with colours by objects."""
+"""A scan next to the part that was scanned: a mesh of trimesh, moved, with colours by objects."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How far rays go through a solid, and where they come in and go out."""
+"""All crossings of rays with a solid: where they enter and leave."""
 
 import numpy as np
 

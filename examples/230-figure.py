@@ -1,4 +1,4 @@
-"""A picture and its depth in a figure of matplotlib."""
+"""A picture and its depth in a matplotlib figure."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How far two surfaces are apart: on average, at most, and where."""
+"""The distance between two surfaces: mean, maximum, and where it is largest."""
 
 import isospline
 from isospline import volumes

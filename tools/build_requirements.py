@@ -1,4 +1,4 @@
-"""Prints what pyproject.toml requires to build the package."""
+"""Prints the packages that pyproject.toml requires for the build."""
 
 from pathlib import Path
 
@@ -7,4 +7,4 @@ try:
 except ImportError:  # before Python 3.11
     from pip._vendor import tomli as tomllib
 
-print(*tomllib.loads(Path("pyproject.toml").read_text())["build-system"]["requires"], sep="\n")
+print(*tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["build-system"]["requires"], sep="\n")

@@ -18,7 +18,7 @@ BuildOptions options_of(const benchmark::State& state)
     return options;
 }
 
-/// A scene of the subject's surface alone, built when first asked for.
+/// A scene with only the subject's surface, built when it is first needed.
 const SceneSnapshot& scene_of(const benchmark::State& state)
 {
     static std::map<int, std::shared_ptr<const SceneSnapshot>> scenes;

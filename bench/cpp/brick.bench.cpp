@@ -1,5 +1,5 @@
-// What a level needs before and while rays are cast, on one thread: its bricks selected, and all of them made with
-// their blocks, as many as rays would make that enter everywhere.
+// The work for a level before and while rays are cast, on one thread: selecting its bricks, and making all of them with
+// their blocks, as if rays entered everywhere.
 #include "measure.h"
 #include "subjects.h"
 
@@ -14,7 +14,7 @@ namespace isospline::bench {
 
 namespace {
 
-/// Makes what is made on demand; the number of blocks.
+/// Makes all bricks and blocks; returns the number of blocks.
 std::int64_t make_all(const Bricks& bricks)
 {
     std::int64_t blocks = 0;

@@ -9,12 +9,12 @@
 
 namespace isospline::bench {
 
-/// A scene whose surface goes to and fro between two levels.
+/// A scene whose surface alternates between two levels.
 class ChangingScene {
 public:
     explicit ChangingScene(const BuildOptions& options = {}) : scene_(options) { scene_.add(surface_); }
 
-    /// The scene at the other level, with nothing made yet that rays would make.
+    /// The scene at the other level; no bricks are made yet.
     std::shared_ptr<const SceneSnapshot> change()
     {
         const Volume& volume = *subject().volume;
@@ -30,7 +30,7 @@ private:
     bool is_raised_ = false;
 };
 
-/// A primary ray that hits, from the middle of those that do.
+/// A primary ray that hits, from the middle of all rays that hit.
 inline Ray middle_ray()
 {
     const auto& hits = hits_of(Rays::whole);

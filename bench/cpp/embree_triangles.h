@@ -1,4 +1,4 @@
-// A mesh as Embree's own triangles, in a scene of nothing else: what rays at isosurfaces are compared with.
+// A mesh as Embree's own triangles, alone in a scene: rays at isosurfaces are compared with it.
 #pragma once
 
 #include "isospline/math/ray.h"
@@ -13,7 +13,7 @@
 
 namespace isospline::bench {
 
-/// What a ray hits: as much as a Hit tells that Embree knows.
+/// The hit of a ray: the fields of Hit that Embree computes.
 struct TriangleHit {
     float t = std::numeric_limits<float>::infinity();
     glm::vec3 normal{0.0f}; ///< unit
@@ -26,8 +26,8 @@ class EmbreeTriangles {
 public:
     EmbreeTriangles(std::span<const glm::vec3> vertices, std::span<const glm::uvec3> faces);
 
-    /// As of SceneSnapshot: the first hit of each ray in packets of the device's width, or one ray after the other,
-    /// with unit normals, and whether each ray hits anything.
+    /// Like those of SceneSnapshot: the first hit of each ray, in packets of the device's width or one ray after the
+    /// other, with unit normals; and whether each ray hits anything.
     void cast_packets(std::span<const Ray> rays, std::span<TriangleHit> hits) const;
     void cast_singles(std::span<const Ray> rays, std::span<TriangleHit> hits) const;
     void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
@@ -41,7 +41,7 @@ private:
     int packet_size_;
 };
 
-/// The subject's mesh, built when first asked for.
+/// The subject's mesh, built when it is first needed.
 const EmbreeTriangles& triangle_scene();
 
 } // namespace isospline::bench

@@ -1,4 +1,4 @@
-// Another level: up to its first ray, and up to its picture, on all threads.
+// A change of the level: up to the first ray, and up to the picture, on all threads.
 #include "changing_scene.h"
 #include "measure.h"
 #include "subjects.h"

@@ -1,4 +1,4 @@
-// How rays are timed: in chunks whose hits stay in the cache, as a picture's tiles are, on one thread.
+// Timing of rays: in chunks whose hits stay in the cache, like the tiles of a picture, on one thread.
 #pragma once
 
 #include "views.h"
@@ -12,7 +12,7 @@
 
 namespace isospline::bench {
 
-/// What all benchmarks are registered with.
+/// The settings of all benchmarks.
 inline void settings(benchmark::internal::Benchmark* benchmark)
 {
     benchmark->UseRealTime()->Unit(benchmark::kMillisecond);
@@ -32,7 +32,7 @@ void cast_in_chunks(std::span<const Ray> rays, std::vector<Answer>& answers, con
     }
 }
 
-/// Times `cast(rays, answers)`; `is_hit(answer)` counts those that hit, for the reader to compare.
+/// Times `cast(rays, answers)`. `is_hit(answer)` is used to count hits, for comparison.
 template <typename Answer, typename Cast, typename IsHit>
 void time_rays(benchmark::State& state, Rays kind, const Cast& cast, const IsHit& is_hit)
 {
@@ -50,14 +50,14 @@ void time_rays(benchmark::State& state, Rays kind, const Cast& cast, const IsHit
     state.SetItemsProcessed(static_cast<std::int64_t>(rays.size()) * state.iterations());
 }
 
-/// As time_rays(), of first hits.
+/// Like time_rays(), for first hits.
 template <typename Answer, typename Cast>
 void time_first_hits(benchmark::State& state, Rays kind, const Cast& cast)
 {
     time_rays<Answer>(state, kind, cast, [](const Answer& hit) { return std::isfinite(hit.t); });
 }
 
-/// As time_rays(), of occlusions.
+/// Like time_rays(), for occlusions.
 template <typename Cast>
 void time_occlusions(benchmark::State& state, Rays kind, const Cast& cast)
 {

@@ -24,7 +24,7 @@ std::ifstream open(const std::filesystem::path& path)
     return file;
 }
 
-/// All items of a file that holds nothing else.
+/// All items of a file that contains only such items.
 template <typename Item>
 std::vector<Item> read_items(const std::filesystem::path& path)
 {
@@ -54,7 +54,7 @@ public:
         return found->second;
     }
 
-    /// As many numbers as `count`.
+    /// Exactly `count` numbers.
     std::vector<double> numbers(const std::string& name, std::size_t count) const
     {
         std::istringstream line(text(name));
@@ -104,7 +104,7 @@ PerspectiveCamera camera_of(const Fields& fields, const std::string& name)
     return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}, v[9]};
 }
 
-/// A mesh of rings of latitude, two triangles about a voxel wide each between neighbours.
+/// A mesh of rings of latitude; the triangles between neighbouring rings are about a voxel wide.
 void add_sphere_mesh(Subject& subject, const glm::dvec3& center, double radius)
 {
     const auto rings = static_cast<unsigned int>(radius * std::numbers::pi), sectors = 2 * rings;

@@ -1,4 +1,4 @@
-// What the programs of the benchmark trace: a volume at a level, its mesh, and two views of it.
+// The subject of the benchmarks: a volume with a level, its mesh, and two views of it.
 #pragma once
 
 #include "isospline/render/camera.h"
@@ -23,16 +23,16 @@ struct Subject {
     double level = 0.0;
     glm::ivec2 size{64, 64};          ///< of the picture whose primary rays are cast, multiples of 4
     std::size_t ambient_count = 4096; ///< incoherent rays
-    PerspectiveCamera whole, close;   ///< all of the object, and from so near that every ray hits
+    PerspectiveCamera whole, close;   ///< a view of the whole object, and a close view in which every ray hits
     std::vector<glm::vec3> vertices;  ///< of the marching-cubes mesh of the level, in world space
     std::vector<glm::uvec3> faces;
 };
 
-/// The subject in the folder that the environment variable ISOSPLINE_BENCH_SUBJECT names, written by
-/// bench/suite/native.py; without it a small sphere. Loaded when first asked for.
+/// The subject in the folder given by the environment variable ISOSPLINE_BENCH_SUBJECT, written by
+/// bench/suite/native.py; without it, a small sphere. Loaded when it is first needed.
 const Subject& subject();
 
-/// What subject() reads. Throws std::runtime_error where a file is missing or is too short.
+/// Reads a subject. Throws std::runtime_error if a file is missing or too short.
 Subject read_subject(const std::filesystem::path& folder);
 
 /// A sphere of radius 3/8 of a cube of size^3 samples, with a mesh of its own.
@@ -41,7 +41,7 @@ Subject sphere(int size);
 /// A new surface of the subject.
 std::shared_ptr<Isosurface> make_surface(Method method = Method::exact);
 
-/// A scene of the subject's surface alone, built when first asked for.
+/// A scene with only the subject's surface, built when it is first needed.
 const SceneSnapshot& spline_scene();
 
 } // namespace isospline::bench

@@ -1,1 +1,1 @@
-"""From the results to pictures, docs/benchmarks.md and the README."""
+"""Plots, docs/benchmarks.md and the README, made from the results."""

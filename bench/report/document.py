@@ -1,4 +1,4 @@
-"""docs/benchmarks.md from the JSON of a run: goals, tables, plots, machine."""
+"""Makes docs/benchmarks.md from the JSON of a run: goals, tables, plots, machine."""
 
 import importlib.util
 import json
@@ -10,10 +10,10 @@ from suite.tables import markdown_table
 
 from . import plots
 
-
-TIMES = f"""Times are medians, ± half of the range of all runs. All methods of a row are repeated equally often; they
-take turns, forth and back in Python, in a random order in C++. A time above {OUTLIER:g} times the median of its method
-is an outlier: it is measured again, as often as there are repetitions at most, and the new time counts."""
+TIMES = f"""Times are medians, ± half of the range of all runs. All methods of a row are repeated equally often and
+take turns: forwards and backwards in Python, in a random order in C++. A time above {OUTLIER:g} times the median of its
+method is an outlier: it is replaced by a new measurement. Each method is measured again at most as often as it has
+repetitions."""
 
 
 def row_goals(name, entry):
@@ -33,7 +33,7 @@ def goal_table(summary):
 
 
 def machines(summary):
-    """One line for each machine, commit and size of run, with the rows that were measured so."""
+    """One line for each machine, commit and size of run, with the rows that were measured there."""
     lines = {}
     for name, entry in summary.items():
         machine = entry["machine"]
@@ -50,7 +50,7 @@ def machines(summary):
 
 
 def settings_line(row, entry):
-    """The settings that shape a row."""
+    """The settings that matter for a row."""
     found = {name: entry["settings"][name] for name in row.SETTINGS}
     return f"Settings: {', '.join(f'{name} {text_of(value)}' for name, value in found.items())}."
 
@@ -90,8 +90,12 @@ def page(summary, images, notes=None):
             text += [f"Not measured: {entry['skipped']}.", ""]
         if "error" in entry:
             text += [f"Ended with an error: {entry['error']}.", ""]
-        text += [line for plot in plots.OF_ROW.get(name, ()) if plot in images
-                 for line in (f"![{plots.TITLES[plot]}]({images[plot]})", "")]  # fmt: skip
+        text += [
+            line
+            for plot in plots.OF_ROW.get(name, ())
+            if plot in images
+            for line in (f"![{plots.TITLES[plot]}]({images[plot]})", "")
+        ]
         if name in notes:
             text += [notes[name].strip(), ""]
         if entry["results"]:
@@ -99,19 +103,31 @@ def page(summary, images, notes=None):
     return "\n".join(text)
 
 
+#: Rows whose goals are a comparison with another program or method, or count wrong answers: the README shows them.
+HEADLINE = ("level", "frame", "mesh", "mitsuba", "packets", "incoherent", "agreement", "accuracy", "escape")
+
+
 def headline(summary, image, link):
-    """What the README shows: the goals, and the plot of the growth."""
-    rows = [(goal.what, goal.goal, f"{goal.measured}: {goal.verdict}") for goal in all_goals(summary)]
-    lines = [machines(summary), ""]
-    if image:
-        lines += [f"![{plots.TITLES['growth']}]({image})", ""]
-    return "\n".join([*lines, markdown_table(("", "goal", "measured: the worst, and where"), rows), "",
-                      f"How, and everything else that was measured: [{link}]({link})."])  # fmt: skip
+    """The README's part: comparisons with others, met or missed, and the plot of the growth."""
+    shown = [name for name in HEADLINE if name in summary]
+    goals = {goal.what: goal.measured for name in shown for goal in row_goals(name, summary[name])}
+    lines = [f"![{plots.TITLES['growth']}]({image})", ""] if image else []
+    lines += [markdown_table(("", "measured: the worst, and where"), list(goals.items())), ""]
+    machines = {f"{entry['machine']['cpu']}, {entry['machine']['cores']} cores" for entry in summary.values()}
+    dates = sorted(entry["machine"]["date"][:10] for entry in summary.values())
+    span = " to ".join(sorted({dates[0], dates[-1]})) if dates else ""
+    lines += [f"{'; '.join(sorted(machines))}; {span}. How, and everything else: [{link}]({link})."]
+    return "\n".join(lines)
+
+
+def figures(name, entry):
+    """The part of another page about one row: its table, and the machine."""
+    return "\n".join([ROWS[name].table(entry["results"]), "", machines({name: entry})])
 
 
 def write(summary, folder):
-    """The page and its plots into a folder."""
+    """Write the page and its plots to a folder."""
     images = {}
     if importlib.util.find_spec("matplotlib"):
         images = {name: path.name for name, path in plots.write(summary, folder).items()}
-    (folder / "benchmarks.md").write_text(page(summary, images))
+    (folder / "benchmarks.md").write_text(page(summary, images), encoding="utf-8")

@@ -12,7 +12,7 @@ OF_ROW = {"primary": ("rates", "wrong"), "growth": ("growth",), "frame": ("frame
 
 
 def write(summary, folder):
-    """Draws what there are results for, and removes the plots of what there are none for; plots' names to files."""
+    """Draws the plots that have results and removes the others. Returns the files by the names of their plots."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -34,7 +34,7 @@ def write(summary, folder):
 
 
 def bars_of_methods(results, pyplot, names, value, unit):
-    """A panel a view, a group a volume, a bar a method."""
+    """One panel for each view, one group for each volume, one bar for each method."""
     views = list(dict.fromkeys(result["view"] for result in results))
     subjects = list(dict.fromkeys(result["subject"] for result in results))
     figure, panels = pyplot.subplots(
@@ -44,8 +44,13 @@ def bars_of_methods(results, pyplot, names, value, unit):
     for view, axes in zip(views, panels[:, 0]):
         for i, name in enumerate(names):
             bars = {subjects.index(r["subject"]): value(r, name) for r in results if r["view"] == view}
-            axes.bar([at + (i - (len(names) - 1) / 2) * width for at in bars], list(bars.values()), width,
-                     label=primary.METHODS[name], color=f"C{list(primary.METHODS).index(name)}")  # fmt: skip
+            axes.bar(
+                [at + (i - (len(names) - 1) / 2) * width for at in bars],
+                list(bars.values()),
+                width,
+                label=primary.METHODS[name],
+                color=f"C{list(primary.METHODS).index(name)}",
+            )
         axes.set(ylabel=unit, title=f"{view} view")
         axes.set_xticks(range(len(subjects)), subjects)
         axes.grid(axis="y", alpha=0.4)
@@ -64,19 +69,28 @@ def draw_rates(results, pyplot):
 
 
 def draw_wrong(results, pyplot):
-    """Of the methods that trace the spline's surface; the mesh is another one. Methods and views that lose nothing are
-    left out: there is nothing to see."""
+    """Wrong pixels of the methods that trace the spline's surface; the mesh is another surface. Methods and views
+    without wrong pixels are left out."""
+
     def per_million(result, name):
         oracle = result["methods"][name]["oracle"]
         return 1e6 * (oracle["lost"] + oracle["wrong"]) / result["rays"]
 
-    names = [name for name in primary.METHODS
-             if not name.startswith("triangle") and any(per_million(result, name) for result in results)]  # fmt: skip
+    names = [
+        name
+        for name in primary.METHODS
+        if not name.startswith("triangle") and any(per_million(result, name) for result in results)
+    ]
     views = {result["view"] for result in results if any(per_million(result, name) for name in names)}
     if not names:
         return None
-    figure, panels = bars_of_methods([result for result in results if result["view"] in views], pyplot, names,
-                                     per_million, "lost or wrong of a million pixels")  # fmt: skip
+    figure, panels = bars_of_methods(
+        [result for result in results if result["view"] in views],
+        pyplot,
+        names,
+        per_million,
+        "lost or wrong of a million pixels",
+    )
     for axes in panels:
         axes.set_ylim(bottom=0, top=max(axes.get_ylim()[1], 1))
     return figure
@@ -96,7 +110,8 @@ def draw_growth(results, pyplot):
 
 
 def draw_frame(results, pyplot):
-    """A panel a volume, a bar a way, its stages side by side; VTK's volume mappers would dwarf the rest."""
+    """One panel for each volume, one bar for each method, with its stages side by side. VTK's volume mappers are left
+    out: their bars would be many times as long."""
     figure, panels = pyplot.subplots(
         len(results), 1, figsize=(7, 0.6 + 0.9 * len(results)), squeeze=False, layout="constrained"
     )
@@ -114,8 +129,13 @@ def draw_frame(results, pyplot):
         axes.grid(axis="x", alpha=0.4)
         axes.set_axisbelow(True)
     panels[-1, 0].set_xlabel("ms")
-    figure.legend([pyplot.Rectangle((0, 0), 1, 1, color=color) for color in colors.values()], list(colors),
-                  loc="outside lower center", ncols=len(colors), fontsize="small")  # fmt: skip
+    figure.legend(
+        [pyplot.Rectangle((0, 0), 1, 1, color=color) for color in colors.values()],
+        list(colors),
+        loc="outside lower center",
+        ncols=len(colors),
+        fontsize="small",
+    )
     return figure
 
 

@@ -1,21 +1,21 @@
-"""Accuracy: the position of hits against the float64 oracle, with the eye ever farther away."""
+"""Accuracy: the position of hits against the float64 oracle, from near and distant eyes."""
 
 import numpy as np
-
-import isospline
 from suite import judge
 from suite.goal import at_most
 from suite.oracle import Oracle
 from suite.tables import markdown_table
 from suite.views import isotropic_lines
 
+import isospline
+
 TITLE = "Position of the hit"
-ABOUT = """Isotropic lines through the volume, their origins moved back so that the eye is 1 to 10^4 voxels from the
-box, traced as packets and as single rays; the oracle (NumPy and SciPy alone) cuts each polynomial along the ray where
-its derivative vanishes, in float64 along a ray in extended precision. *Error* is the largest distance along the ray,
-in voxels, over all hits, grazing ones included, with the oracle on the coefficients that isospline stores, in float32
-less the middle of the data's range; *model* is the same with coefficients that are float64, which shows what rounding
-them does. Lost and wrong are as for primary rays."""
+ABOUT = """Isotropic lines through the volume, traced as packets and as single rays. Their origins are moved back, so
+that the eye is 1 to 10^4 voxels from the box. The oracle (NumPy and SciPy alone) cuts the polynomial along each ray
+where its derivative vanishes; it computes in float64, and the ray is in extended precision. *Error* is the largest
+distance along the ray, in voxels, over all hits, including grazing ones; the oracle uses the coefficients that
+isospline stores (float32, less the middle of the data's range). *Model* is the same with float64 coefficients, which
+shows what rounding the coefficients costs. Lost and wrong are defined as for primary rays."""
 SETTINGS = ("accuracy_rays",)
 GOALS = [("position of the hit against the float64 oracle", "at most 1e-06 voxel")]
 DISTANCES = (1, 100, 10_000)
@@ -59,11 +59,23 @@ def goals(results):
 
 def table(results):
     rows = [
-        (result["subject"], result["eye"], result["hits"],
-         *(result[name][key] for name in ("packets", "single") for key in ("distance_max", "model_distance_max")),
-         sum(result[name][kind] for name in ("packets", "single") for kind in ("lost", "wrong")))
+        (
+            result["subject"],
+            result["eye"],
+            result["hits"],
+            *(result[name][key] for name in ("packets", "single") for key in ("distance_max", "model_distance_max")),
+            sum(result[name][kind] for name in ("packets", "single") for kind in ("lost", "wrong")),
+        )
         for result in results
-    ]  # fmt: skip
-    header = ("volume", "eye, voxels away", "hits", "error, packets", "model", "error, single", "model",
-              "lost or wrong")  # fmt: skip
+    ]
+    header = (
+        "volume",
+        "eye, voxels away",
+        "hits",
+        "error, packets",
+        "model",
+        "error, single",
+        "model",
+        "lost or wrong",
+    )
     return markdown_table(header, rows)

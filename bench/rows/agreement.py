@@ -1,18 +1,19 @@
 """Agreement: packets, single rays, the float64 path and the hopper report the same hits."""
 
 import numpy as np
-
-import isospline
 from suite import subjects
 from suite.goal import none_of
 from suite.tables import markdown_table
 from suite.views import in_tiles, isotropic_lines, unit
 
+import isospline
+
 TITLE = "Agreement of the paths"
-ABOUT = """The same rays through packets, single rays, `method="reference"` (float64, no SIMD) and the hopper, over
-all real volumes and two procedural ones: in turns isotropic lines, images from random eyes in tiles, rays from
-within, and rays aimed at corners of cells; a tenth of the rays are in faces, along edges, through corners of cells and
-parallel to axes. A ray differs where t, the geometry id, the primitive id or the normal are not exactly the same."""
+ABOUT = """The same rays through packets, single rays, `method="reference"` (float64, no SIMD) and the hopper, over all
+real volumes and two procedural ones. There are four kinds of rays in equal numbers: isotropic lines, images from random
+eyes in tiles, rays from within, and rays aimed at corners of cells. A tenth of the rays are degenerate: in faces, along
+edges, through corners of cells, and parallel to axes. A ray differs where t, the geometry id, the primitive id or the
+normal are not exactly the same."""
 SETTINGS = ("agreement_rays",)
 GOALS = [("hits that differ between packet, single ray, float64 path and hopper", "0")]
 CHUNK = 1 << 18
@@ -58,7 +59,7 @@ def compare(subject, count, generator):
 
 
 def mixed_rays(surface, bounds, count, generator):
-    """Rays of four kinds, as many of each, and a tenth of degenerate ones."""
+    """Rays of four kinds in equal numbers, a tenth of them degenerate."""
     degenerate, quarter = count // 10, -(-(count - count // 10) // 4)
     size = np.diff(bounds, axis=0)[0]
     inside = bounds[0] + generator.uniform(size=(quarter, 3)) * size
@@ -105,8 +106,9 @@ def random_image(bounds, count, generator):
 def aimed_rays(surface, origins, generator):
     """From each origin towards a corner of a random cell of the shell."""
     affine = surface.volume.affine
-    return np.concatenate([origins, corners(surface, len(origins), generator) @ affine[:3, :3].T + affine[:3, 3]
-                           - origins], axis=1)  # fmt: skip
+    return np.concatenate(
+        [origins, corners(surface, len(origins), generator) @ affine[:3, :3].T + affine[:3, 3] - origins], axis=1
+    )
 
 
 def corners(surface, count, generator):

@@ -5,11 +5,12 @@ from suite.clock import rates, spread
 from suite.tables import markdown_table, with_spread
 
 TITLE = "Edge of Embree's boxes"
-ABOUT = """The same scene with boxes of 1, 2, 4, 8 and 16 cells along each axis (`Scene(box_edge=)`), from C++: a
-change of the level to the first ray with all cores, packets of primary rays of the whole view and the single rays of
-*Incoherent rays* on one thread, and what the scene holds beside the surface after these packets. With an edge of 1
-Embree's tree reaches down to the cells that straddle the level, and only the slab is tested inside a box: the literal
-design. The hits are the same. 16 is the default: a level change costs what its boxes cost, and rays lose nothing."""
+ABOUT = """The same scene with boxes of 1, 2, 4, 8 and 16 cells along each axis (`Scene(box_edge=)`), from C++. Measured
+are a change of the level up to the first ray with all cores, packets of primary rays of the whole view and the single
+rays of *Incoherent rays* on one thread, and the memory of the scene without the surface after these packets. With an
+edge of 1, Embree's tree reaches down to the cells that straddle the level, and only the slab is tested inside a box:
+the literal design. All edges give the same hits. The default is 16: a level change costs as much as building its boxes,
+and rays lose nothing."""
 SETTINGS = ("size", "incoherent_rays", "repetitions")
 GOALS = []
 EDGES = (1, 2, 4, 8, 16)
@@ -23,13 +24,15 @@ def measure(settings):
         for edge in EDGES:
             first_ray, packets, ambient = (found[f"box_edge/{what}/{edge}"] for what in WHAT)
             yield {
-                "subject": subject.name, "edge": edge, "seconds": spread(first_ray["seconds"]),
+                "subject": subject.name,
+                "edge": edge,
+                "seconds": spread(first_ray["seconds"]),
                 "memory": packets["memory"],
                 "mray_per_second": {
                     name: rates(int(result["rays"]), result["seconds"])
                     for name, result in (("packets", packets), ("ambient", ambient))
                 },
-            }  # fmt: skip
+            }
 
 
 def goals(_):
@@ -38,9 +41,14 @@ def goals(_):
 
 def table(results):
     rows = [
-        (result["subject"], result["edge"], with_spread(result["seconds"], 1e3),
-         *(with_spread(result["mray_per_second"][what]) for what in ("packets", "ambient")), result["memory"] / 1e6)
+        (
+            result["subject"],
+            result["edge"],
+            with_spread(result["seconds"], 1e3),
+            *(with_spread(result["mray_per_second"][what]) for what in ("packets", "ambient")),
+            result["memory"] / 1e6,
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     header = ("volume", "edge, cells", "first ray, ms", "packets, Mray/s", "incoherent, Mray/s", "scene, MB")
     return markdown_table(header, rows)

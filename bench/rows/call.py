@@ -1,17 +1,17 @@
 """What a call from Python costs a ray, and what its outputs cost."""
 
 import numpy as np
-
-import isospline
 from suite.clock import spread, take_turns
 from suite.goal import at_most
 from suite.tables import markdown_table, with_spread
 from suite.views import in_tiles, whole_camera
 
+import isospline
+
 TITLE = "The call from Python"
-ABOUT = """Rays of the whole view turned around, so that they miss the scene's box: what `Scene.cast_rays` costs
-before any work, in packets on one thread. *float32, t alone* has float32 rays and `outputs=("t_hit",)`, *float64,
-all* has float64 rays and all outputs that there are without asking."""
+ABOUT = """Rays of the whole view, reversed, so that they miss the scene's box: this is what `Scene.cast_rays` costs
+before any work, in packets on one thread. *float32, t alone* has float32 rays and `outputs=("t_hit",)`. *float64, all*
+has float64 rays and all default outputs."""
 SETTINGS = ("size", "repetitions")
 GOALS = [("the call from Python, rays that miss, float32 in, t out", "at most 8 ns a ray")]
 
@@ -23,15 +23,19 @@ def measure(settings):
         scene = isospline.Scene([isospline.Isosurface(volume, subject.level)])
         away = in_tiles(whole_camera(scene, settings.size).rays(settings.size)) * [1, 1, 1, -1, -1, -1]
         single = away.astype(np.float32)
-        seconds, answers = take_turns({
-            "float32, t alone": lambda s=scene, r=single: s.cast_rays(r, coherent=True, outputs=("t_hit",)),
-            "float64, all": lambda s=scene, r=away: s.cast_rays(r, coherent=True),
-        }, settings.repetitions)  # fmt: skip
+        seconds, answers = take_turns(
+            {
+                "float32, t alone": lambda s=scene, r=single: s.cast_rays(r, coherent=True, outputs=("t_hit",)),
+                "float64, all": lambda s=scene, r=away: s.cast_rays(r, coherent=True),
+            },
+            settings.repetitions,
+        )
         assert all(np.isinf(hits["t_hit"]).all() for hits in answers.values()), "expected rays that miss"
         yield {
-            "subject": subject.name, "rays": len(away),
+            "subject": subject.name,
+            "rays": len(away),
             "ns": {name: spread(1e9 / len(away) * np.array(times)) for name, times in seconds.items()},
-        }  # fmt: skip
+        }
 
 
 def goals(results):

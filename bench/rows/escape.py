@@ -1,20 +1,20 @@
-"""Escape: from inside a closed surface every ray hits it, and from within."""
+"""Escape: every ray from inside a closed surface hits it, from its inner side."""
 
 import numpy as np
-
-import isospline
 from suite import subjects
 from suite.goal import none_of
 from suite.tables import markdown_table
 from suite.views import unit
 
+import isospline
+
 from .agreement import CHUNK, corners
 
 TITLE = "Rays from inside a closed surface"
-ABOUT = """Volumes framed with samples below the level, so that the surface is closed; rays from random places inside:
-a third in random directions, a third aimed at corners of cells of the shell and a third at places on their edges.
-*Escaped* are rays that hit nothing, *entered* those whose first crossing leads into the solid: they left it through a
-crack."""
+ABOUT = """Volumes framed with samples below the level, so that the surface is closed. Rays start at random places
+inside: a third in random directions, a third aimed at corners of cells of the shell and a third at places on their
+edges. *Escaped* rays hit nothing. *Entered* rays have a first crossing that leads into the solid: they left it through
+a crack."""
 SETTINGS = ("escape_rays",)
 GOALS = [("rays that escape a closed surface from inside", "0")]
 PATHS = {"packets": True, "single": False}
@@ -74,16 +74,21 @@ def directions(surface, origins, generator):
 def goals(results):
     lost = {
         f"{result['subject']}, {path}": found["escaped"] + found["entered"]
-        for result in results for path, found in result["paths"].items()
-    }  # fmt: skip
+        for result in results
+        for path, found in result["paths"].items()
+    }
     return [none_of(GOALS[0][0], lost, sum(result["rays"] for result in results) * len(PATHS))]
 
 
 def table(results):
     rows = [
-        (result["subject"], result["cells"], result["rays"],
-         *(result["paths"][path][kind] for path in PATHS for kind in ("escaped", "entered")))
+        (
+            result["subject"],
+            result["cells"],
+            result["rays"],
+            *(result["paths"][path][kind] for path in PATHS for kind in ("escaped", "entered")),
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     header = ("volume", "cells", "rays", *(f"{kind}, {path}" for path in PATHS for kind in ("escaped", "entered")))
     return markdown_table(header, rows)

@@ -1,10 +1,9 @@
-"""A new level and its picture, against VTK's ways to one, and the stages of isospline's own."""
+"""A new level and its picture, against three methods of VTK, with the stages of isospline."""
 
 import itertools
 import os
 import statistics
 
-import isospline
 from suite import judge, peers, polygons, vtk_frames
 from suite.clock import spread, take_turns, timed
 from suite.goal import at_least
@@ -12,19 +11,23 @@ from suite.levels import shared_ray, two_levels
 from suite.tables import markdown_table, with_spread
 from suite.views import whole_camera
 
+import isospline
+
 TITLE = "A new level and its picture"
-ABOUT = """From a level to a shaded picture of the whole object, with all cores, to and fro between two levels; what
-does not depend on the level (coefficients, ranges of bricks, VTK's window, pipeline and texture) is there before.
-isospline: the level with the hit of one ray, then `render` with Phong. VTK, mesh: FlyingEdges3D with normals, then an
-offscreen window, drawn once and read back. VTK, volume: the isosurface mode of vtkGPUVolumeRayCastMapper, and for
-comparison vtkFixedPointVolumeRayCastMapper with an opacity that steps at the level, both with two samples a voxel and
-one ray a pixel. OpenGL runs in software here (Mesa's llvmpipe). All take turns, as often as each other. All pictures
-must cover about the same part of the image, but for the fixed-point mapper's, which shows the solid and so covers
-more where the volume's border cuts it. Up to commit fde92542cb VTK's pipeline was made anew and its window drawn
-twice for each picture."""
+ABOUT = """From a level to a shaded picture of the whole object, with all cores, alternating between two levels. What
+does not depend on the level (coefficients, ranges of bricks, VTK's window, pipeline and texture) exists before the
+clock starts. isospline: the level with the hit of one ray, then `render` with Phong. VTK, mesh: FlyingEdges3D with
+normals, then an offscreen window, drawn once and read back. VTK, volume: the isosurface mode of
+vtkGPUVolumeRayCastMapper, and for comparison vtkFixedPointVolumeRayCastMapper with an opacity that steps at the level,
+both with two samples a voxel and one ray a pixel. OpenGL runs in software here (Mesa's llvmpipe). All methods take
+turns and are repeated equally often. All pictures must cover about the same part of the image, except those of the
+fixed-point mapper: it shows the solid, and so covers more where the volume's border cuts it. Up to commit fde92542cb,
+VTK's pipeline was rebuilt and its window drawn twice for each picture."""
 SETTINGS = ("size", "repetitions")
-GOALS = [("a new level and its picture against VTK's FlyingEdges3D + software rendering", "at least 3 times"),
-         ("the same against VTK's volume mapper, isosurface mode", "at least 100 times")]  # fmt: skip
+GOALS = [
+    ("a new level and its picture against VTK's FlyingEdges3D + software rendering", "at least 3 times"),
+    ("the same against VTK's volume mapper, isosurface mode", "at least 100 times"),
+]
 
 
 def measure(settings):
@@ -39,12 +42,16 @@ def measure(settings):
         levels = two_levels(subject)
         ray = shared_ray(surface, scene, levels, camera)
         ways = {"isospline": own_frame(surface, scene, camera, settings.size, ray)}
-        ways |= {f"VTK, {name}": way for name, way in vtk_frames.make(subject, volume.affine, camera,
-                                                                      settings.size).items()}  # fmt: skip
+        ways |= {
+            f"VTK, {name}": way for name, way in vtk_frames.make(subject, volume.affine, camera, settings.size).items()
+        }
         yield {
-            "subject": subject.name, "pixels": list(settings.size), "threads": isospline.thread_count(),
-            "prefilter_seconds": prefilter, "ways": compare(ways, levels, subject.data, settings.repetitions),
-        }  # fmt: skip
+            "subject": subject.name,
+            "pixels": list(settings.size),
+            "threads": isospline.thread_count(),
+            "prefilter_seconds": prefilter,
+            "ways": compare(ways, levels, subject.data, settings.repetitions),
+        }
 
 
 def own_frame(surface, scene, camera, size, ray):
@@ -61,7 +68,7 @@ def own_frame(surface, scene, camera, size, ray):
 
 
 def compare(ways, levels, data, repetitions):
-    """For each way the seconds of a frame, the medians of its stages, and the part of the image that it covers."""
+    """For each method: the seconds of a frame, the medians of its stages, and the part of the image that it covers."""
     stages = {name: [] for name in ways}
     next_level = {name: itertools.cycle(levels) for name in ways}
 
@@ -109,6 +116,13 @@ def table(results):
     for result in results:
         for name, way in result["ways"].items():
             parts = ", ".join(f"{stage} {1e3 * value:.0f}" for stage, value in way["stages"].items())
-            rows.append((result["subject"], name, with_spread(way["seconds"], 1e3), parts,
-                         seconds(result, name) / seconds(result, "isospline")))  # fmt: skip
+            rows.append(
+                (
+                    result["subject"],
+                    name,
+                    with_spread(way["seconds"], 1e3),
+                    parts,
+                    seconds(result, name) / seconds(result, "isospline"),
+                )
+            )
     return markdown_table(("volume", "way", "ms", "of which, ms", "times as long"), rows)

@@ -1,20 +1,21 @@
-"""Growth: the cost of a ray as one and the same object is sampled ever more finely."""
+"""Growth: the cost of a ray when the same object is sampled more and more finely."""
 
-import isospline
 from suite import native, peers, subjects
 from suite.clock import spread
 from suite.goal import at_most
 from suite.tables import markdown_table, with_spread
 from suite.views import whole_camera
 
+import isospline
+
 TITLE = "Growth"
-ABOUT = """The same primary rays at the heart of `isospline.volumes`, sampled on grids of ever more voxels, whole
-view, from C++ on one thread: the object stays the same, the cells become smaller and more. Before bench/cpp there
-was, a call from Python, the same 15 to 20 ns a ray at all sizes, was in the times, and made the growth less."""
+ABOUT = """The same primary rays of the whole view at the heart of `isospline.volumes`, sampled on finer and finer
+grids, from C++ on one thread: the object stays the same, and its cells become smaller and more numerous. Earlier
+results were measured from Python. They included the call, 15 to 20 ns a ray at all sizes, and so showed less growth."""
 SETTINGS = ("size", "growth_sizes", "repetitions")
 GOALS = [("growth of the cost of a packet's ray, smallest to largest volume, C++", "at most 2 times")]
 
-#: What bench/cpp calls it, and what it is.
+#: Names in bench/cpp, and their descriptions.
 WAYS = {
     "packets/spline_whole": "packets",
     "single_rays/spline_whole": "single rays",
@@ -32,10 +33,13 @@ def measure(settings):
         found = native.measure(subject, settings, WAYS, whole_camera(volume.bounds, settings.size))
         count = int(found["packets/spline_whole"]["rays"])
         yield {
-            "subject": subject.name, "size": size, "rays": count, "cells": cells,
+            "subject": subject.name,
+            "size": size,
+            "rays": count,
+            "cells": cells,
             "hit": found["packets/spline_whole"]["hit"],
             "ns": {name: spread([1e9 * time / count for time in found[name]["seconds"]]) for name in WAYS},
-        }  # fmt: skip
+        }
 
 
 def growth(results, name):
@@ -52,9 +56,13 @@ def goals(results):
 
 def table(results):
     rows = [
-        (f"{result['size']}^3", result["cells"], f"{result['hit']:.1%}",
-         *(with_spread(result["ns"][name]) for name in WAYS))
+        (
+            f"{result['size']}^3",
+            result["cells"],
+            f"{result['hit']:.1%}",
+            *(with_spread(result["ns"][name]) for name in WAYS),
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     rows.append(("growth", "-", "-", *(growth(results, name) for name in WAYS)))
     return markdown_table(("grid", "cells", "hit", *(f"{what}, ns a ray" for what in WAYS.values())), rows)

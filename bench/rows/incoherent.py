@@ -4,12 +4,12 @@ from suite import native, peers
 from suite.goal import at_least
 from suite.tables import markdown_table, with_spread
 
-from .packets import ratio, rates_and_hits
+from .packets import rates_and_hits, ratio
 
 TITLE = "Incoherent rays"
-ABOUT = """From where the primary rays of the whole view hit, a hundredth of a voxel in front of the surface, in
-directions of density cos / pi about the normal: one ray after the other, from C++ on one thread, against Embree's own
-triangles as under the heading before. The mesh has rays of its own, from its own hits, with the same random
+ABOUT = """Rays start where the primary rays of the whole view hit, a hundredth of a voxel in front of the surface, in
+directions of density cos / pi about the normal. They are traced one after the other, from C++ on one thread, against
+Embree's own triangles as under the heading before. The rays of the mesh start at its own hits, with the same random
 numbers."""
 SETTINGS = ("size", "incoherent_rays", "repetitions")
 GOALS = [("incoherent single rays against Embree's own triangles, C++", "at least 0.6 times")]
@@ -28,15 +28,24 @@ def measure(settings):
 
 
 def goals(results):
-    return [at_least(GOALS[0][0], 0.6, {
-        f"{result['subject']}, {result['query']}": ratio(result, "triangles") for result in results
-    })]  # fmt: skip
+    return [
+        at_least(
+            GOALS[0][0],
+            0.6,
+            {f"{result['subject']}, {result['query']}": ratio(result, "triangles") for result in results},
+        )
+    ]
 
 
 def table(results):
     rows = [
-        (result["subject"], result["query"], f"{result['hit']:.1%}",
-         *(with_spread(result["mray_per_second"][way]) for way in WAYS), ratio(result, "triangles"))
+        (
+            result["subject"],
+            result["query"],
+            f"{result['hit']:.1%}",
+            *(with_spread(result["mray_per_second"][way]) for way in WAYS),
+            ratio(result, "triangles"),
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     return markdown_table(("volume", "query", "occluded", *(f"{way}, Mray/s" for way in WAYS), "ratio"), rows)

@@ -1,8 +1,6 @@
 """Another level, up to its first ray, against the extraction of the mesh by VTK's FlyingEdges3D."""
 
 import numpy as np
-
-import isospline
 from suite import native, peers, polygons, subjects
 from suite.clock import spread, take_turns
 from suite.goal import at_least
@@ -10,19 +8,25 @@ from suite.levels import shared_ray, two_levels
 from suite.tables import markdown_table, with_spread
 from suite.views import whole_camera
 
+import isospline
+
 TITLE = "Change of the level, to the first ray"
-ABOUT = """`surface.level = ...` and the hit of one ray near the middle of the whole view, so that whatever a scene
-makes when it is first asked is in the time, with all cores, against VTK's FlyingEdges3D (no normals, no scalars) for
-the same level with as many threads; both go to and fro between two levels. The ray's hit after a change is compared
-with that of a new surface. *In C++* is the same from C++ (bench/cpp/level.bench.cpp). *Select* are the bricks of a
-level selected, *make* all of them made with their blocks, as if rays entered everywhere, both on one thread; *ranges*
-of bricks are made once a volume, and are not in the times (bench/cpp/brick.bench.cpp)."""
+ABOUT = """`surface.level = ...` and the hit of one ray near the middle of the whole view, with all cores. The ray is
+part of the time because a scene builds itself when it is first used. VTK's FlyingEdges3D (no normals, no scalars)
+extracts the mesh of the same level with as many threads. Both alternate between two levels. The ray's hit after a
+change is compared with that of a new surface. *In C++* is the same from C++ (bench/cpp/level.bench.cpp). *Select* is
+the time to select the bricks of a level, and *make* the time to make all of them with their blocks, as if rays entered
+everywhere; both are on one thread. *Ranges* of bricks are computed once a volume, and are not part of the times
+(bench/cpp/brick.bench.cpp)."""
 SETTINGS = ("level_sizes", "repetitions")
 GOALS = [("change of the level, to the first ray, against VTK's FlyingEdges3D", "at least 5 times")]
 WAYS = {"isospline": "isospline", "flying edges": "FlyingEdges3D"}
 NATIVE = {
-    "level/spline_first_ray": "in C++", "bricks/select": "select", "bricks/make": "make", "bricks/ranges": "ranges",
-}  # fmt: skip
+    "level/spline_first_ray": "in C++",
+    "bricks/select": "select",
+    "bricks/make": "make",
+    "bricks/ranges": "ranges",
+}
 
 
 def measure(settings):
@@ -62,10 +66,11 @@ def compare(subject, settings):
     seconds, _ = take_turns({"isospline": to_and_fro, "flying edges": extract}, settings.repetitions)
     found = native.measure(subject, settings, NATIVE)
     return {
-        "cells": surface.shell.count, "triangles": edges.GetOutput().GetNumberOfPolys(),
+        "cells": surface.shell.count,
+        "triangles": edges.GetOutput().GetNumberOfPolys(),
         "seconds": {name: spread(np.array(times) / len(levels)) for name, times in seconds.items()}
         | {name: spread(found[name]["seconds"]) for name in NATIVE},
-    }  # fmt: skip
+    }
 
 
 def first_hit(scene, ray):
@@ -83,8 +88,13 @@ def goals(results):
 def table(results):
     names = WAYS | NATIVE
     rows = [
-        (result["subject"], result["cells"], result["triangles"],
-         *(with_spread(result["seconds"][name], 1e3) for name in names), ratio(result))
+        (
+            result["subject"],
+            result["cells"],
+            result["triangles"],
+            *(with_spread(result["seconds"][name], 1e3) for name in names),
+            ratio(result),
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     return markdown_table(("volume", "cells", "triangles", *(f"{what}, ms" for what in names.values()), "ratio"), rows)

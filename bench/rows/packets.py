@@ -6,17 +6,19 @@ from suite.goal import at_least
 from suite.tables import markdown_table, with_spread
 
 TITLE = "Packets against Embree's triangles and hopping"
-ABOUT = """The primary rays of *Primary rays*, from C++ (bench/cpp, Google Benchmark), on one thread, in chunks of
-4096 that one array of hits serves. *Triangles* are the marching-cubes mesh of the same level (VTK's FlyingEdges3D) in
-an Embree scene of its own: `RTC_GEOMETRY_TYPE_TRIANGLE`, robust, coherent packets of the machine's width; Embree
-decides them in single precision. Both take double precision rays one after the other and give t, a unit normal and
-ids: that of a triangle is made of Embree's Ng for all lanes side by side, the isosurface's is exact, and its hits
-have more in them, all of it in double precision. *Hopping* is the paper's, with bracket + Brent. All must hit about
-as many rays."""
+ABOUT = """The primary rays of *Primary rays*, from C++ (bench/cpp, Google Benchmark), on one thread, in chunks of 4096
+that share one array of hits. *Triangles* are the marching-cubes mesh of the same level (VTK's FlyingEdges3D) in an
+Embree scene of its own: `RTC_GEOMETRY_TYPE_TRIANGLE`, robust, coherent packets of the machine's width; Embree
+intersects them in single precision. Both take double precision rays one after the other, and return t, a unit normal
+and ids. The triangle's normal is computed from Embree's Ng for all lanes at once; the isosurface's is exact. The
+isosurface's hits have more fields, all in double precision. *Hopping* is the paper's method, with bracket + Brent. The
+numbers of rays that hit must be about the same."""
 SETTINGS = ("size", "repetitions")
-GOALS = [("packets against Embree's own triangle packets, C++", "at least 0.7 times"),
-         ("the same, median", "at least 0.9 times"),
-         ("packets against the paper's hopping, C++, median", "at least 10 times")]  # fmt: skip
+GOALS = [
+    ("packets against Embree's own triangle packets, C++", "at least 0.7 times"),
+    ("the same, median", "at least 0.9 times"),
+    ("packets against the paper's hopping, C++, median", "at least 10 times"),
+]
 VIEWS = ("whole", "close")
 WAYS = {"spline": "packets/spline", "triangles": "packets/triangles", "hopping": "hopping/spline"}
 
@@ -32,14 +34,15 @@ def measure(settings):
 
 
 def rates_and_hits(found, subject):
-    """Of what C++ measured by ways that must hit about as many rays as the isosurface."""
+    """Check that all methods measured in C++ hit about as many rays as the isosurface."""
     count = int(found["spline"]["rays"])
     hit = {way: result["hit"] for way, result in found.items()}
     judge.check_covered(hit, "spline", subject.data)
     return {
-        "rays": count, "hit": hit["spline"],
+        "rays": count,
+        "hit": hit["spline"],
         "mray_per_second": {way: rates(count, result["seconds"]) for way, result in found.items()},
-    }  # fmt: skip
+    }
 
 
 def ratio(result, other):
@@ -62,10 +65,15 @@ def goals(results):
 
 def table(results):
     rows = [
-        (result["subject"], result["view"], f"{result['hit']:.1%}",
-         *(with_spread(result["mray_per_second"][way]) for way in WAYS),
-         ratio(result, "triangles"), ratio(result, "hopping"))
+        (
+            result["subject"],
+            result["view"],
+            f"{result['hit']:.1%}",
+            *(with_spread(result["mray_per_second"][way]) for way in WAYS),
+            ratio(result, "triangles"),
+            ratio(result, "hopping"),
+        )
         for result in results
-    ]  # fmt: skip
+    ]
     header = ("volume", "view", "hit", *(f"{way}, Mray/s" for way in WAYS), "of triangles", "of hopping")
     return markdown_table(header, rows)

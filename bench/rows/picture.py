@@ -6,8 +6,8 @@ from suite.goal import at_most
 from suite.tables import markdown_table, with_spread
 
 TITLE = "render() against its rays"
-ABOUT = """`render` of the whole view with Phong against `cast_rays` of the same rays as coherent ones in chunks, both
-from C++ on one thread (bench/cpp/render.bench.cpp)."""
+ABOUT = """`render` of the whole view with Phong against `cast_rays` of the same rays in coherent chunks, both from
+C++ on one thread (bench/cpp/render.bench.cpp)."""
 SETTINGS = ("size", "repetitions")
 GOALS = [("render() with Phong against cast_rays of the same rays, C++", "at most 1.25 times")]
 WAYS = {"render": "render/phong_whole", "rays": "packets/spline_whole"}
@@ -18,9 +18,10 @@ def measure(settings):
     for subject in settings.subjects():
         found = native.measure(subject, settings, WAYS.values())
         yield {
-            "subject": subject.name, "pixels": list(settings.size),
+            "subject": subject.name,
+            "pixels": list(settings.size),
             "seconds": {way: spread(found[name]["seconds"]) for way, name in WAYS.items()},
-        }  # fmt: skip
+        }
 
 
 def ratio(result):

@@ -6,22 +6,24 @@ import statistics
 import time
 
 import numpy as np
-
-import isospline
 from suite.goal import at_least, at_most
 from suite.peers import Skipped
 from suite.tables import markdown_table
 
-TITLE = "The viewer: from the hand to the picture"
-ABOUT = """`isospline.view` in Chromium without a window, both on this machine and all its cores, a page of 1280 x 800
-pixels. The mouse moves 60 times a second, for three seconds each: it drags the level in the histogram, orbits, and
-moves a cut. *Latency* is the time from the page's message to the first picture that has its change, decoded and drawn,
-by the page's own clock; of changes that a newer one overtook there is none. *Scale* is the part of the full resolution,
-along each side, that was drawn meanwhile. The browser draws in software here, and so takes a part of the cores."""
+import isospline
+
+TITLE = "The viewer: from the mouse to the picture"
+ABOUT = """`isospline.view` in Chromium without a window, both on this machine with all its cores; the page has 1280 x
+800 pixels. The mouse moves 60 times a second for three seconds: it drags the level in the histogram, orbits, and moves
+a cut. *Latency* is the time from the page's message to the first picture that shows its change, decoded and drawn, by
+the page's own clock; changes that a newer one replaced have none. *Scale* is the fraction of the full resolution, along
+each side, that was drawn meanwhile. The browser draws in software here, and so uses a part of the cores."""
 SETTINGS = ("size",)
 SECONDS, WINDOW = 3.0, {"width": 1280, "height": 800}
-GOALS = [("from a move of the hand to its picture, median", "at most 50 ms"),
-         ("pictures a second while the hand moves", "at least 20 pictures/s")]  # fmt: skip
+GOALS = [
+    ("from a move of the hand to its picture, median", "at most 50 ms"),
+    ("pictures a second while the hand moves", "at least 20 pictures/s"),
+]
 
 
 def measure(settings):
@@ -56,7 +58,7 @@ def chromium():
 
 
 def settle(page, seconds=120):
-    """Wait until the newest state has been drawn to the end."""
+    """Wait until the newest state has been drawn at full quality."""
     end = time.monotonic() + seconds
     while not page.evaluate("!!isospline.frame?.final && isospline.frame.input === isospline.inputs"):
         if time.monotonic() > end:
@@ -80,7 +82,7 @@ def drag_cut(page):
 
 
 def drag(page, begin, end):
-    """Move to and fro between two points, and tell what the page has seen meanwhile."""
+    """Move back and forth between two points, and return what the page has shown meanwhile."""
     page.evaluate("""() => {
         isospline.latencies = [];
         window.shown = [];
@@ -99,10 +101,11 @@ def drag(page, begin, end):
     full = page.evaluate("isospline.frame.size[0]")
     moving = [each for each in shown if each[1] == 0]
     return {
-        "milliseconds": statistics.median(latencies), "slow_milliseconds": float(np.percentile(latencies, 95)),
+        "milliseconds": statistics.median(latencies),
+        "slow_milliseconds": float(np.percentile(latencies, 95)),
         "rate": (len(moving) - 1) / (moving[-1][0] - moving[0][0]) * 1e3,
         "scale": statistics.median(each[2] for each in moving) / full,
-    }  # fmt: skip
+    }
 
 
 def values(results, key):

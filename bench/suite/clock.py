@@ -1,4 +1,4 @@
-"""Measuring time: methods that take turns, outliers that are measured again, medians with their spread."""
+"""Measuring time: methods take turns, outliers are measured again, results are medians with their spread."""
 
 import statistics
 import time
@@ -8,16 +8,16 @@ OUTLIER = 1.25
 
 
 def timed(call):
-    """Seconds that a call takes, and what it returns."""
+    """The seconds that a call takes, and its result."""
     start = time.perf_counter()
     result = call()
     return time.perf_counter() - start, result
 
 
 def take_turns(calls, repetitions):
-    """Seconds of each of the named calls, as lists, and what each returned.
+    """The seconds of each of the named calls, as lists, and their results.
 
-    The calls take turns, forth and back, so that whatever else the machine does falls on all of them. A first round,
+    The calls take turns, forwards and backwards, so that other load of the machine affects all of them. A first round,
     which is not timed, warms up. Outliers are measured again.
     """
     results = {name: call() for name, call in calls.items()}
@@ -47,5 +47,5 @@ def spread(values):
 
 
 def rates(count, seconds):
-    """Millions a second: median, smallest and largest of the runs."""
+    """Millions per second: median, smallest and largest of the runs."""
     return spread([count / time / 1e6 for time in seconds])

@@ -1,4 +1,4 @@
-"""What was aimed at, what was measured, and by how much it was missed."""
+"""A goal, what was measured, and by how much the goal was missed."""
 
 import statistics
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How far hits are from the truth."""
+"""How far hits are from the exact ones."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ TOLERANCE = 1e-3
 
 
 def distances(t_hit, t_true, voxels_per_t):
-    """Between hits, in voxels; inf where only one of the two exists, 0 where neither does."""
+    """The distance between hits, in voxels; inf where only one of the two exists, 0 where neither does."""
     hit, exists = np.isfinite(t_hit), np.isfinite(t_true)
     distance = np.where(hit != exists, np.inf, 0.0)
     both = hit & exists
@@ -16,8 +16,7 @@ def distances(t_hit, t_true, voxels_per_t):
 
 
 def differences(t_hit, t_true, voxels_per_t):
-    """Rays that lose their crossing, that have a wrong one or none to have, and quantiles of the distance, in voxels,
-    of those hits that both have."""
+    """The numbers of lost and of wrong rays, and quantiles of the distance, in voxels, of hits that both have."""
     hit, exists = np.isfinite(t_hit), np.isfinite(t_true)
     distance = distances(t_hit, t_true, voxels_per_t)
     both = distance[hit & exists]
@@ -30,8 +29,8 @@ def differences(t_hit, t_true, voxels_per_t):
 
 
 def check_covered(parts, of, data):
-    """That surfaces cover about the same part of the rays as that named `of`: the mesh ends at the outermost samples,
-    the spline half a voxel beyond."""
+    """Check that all surfaces cover about the same part of the rays as the one named `of`. The mesh ends at the
+    outermost samples, the spline half a voxel beyond."""
     bound = 0.01 + 1 / min(data.shape)
     for name, part in parts.items():
         assert abs(part - parts[of]) < bound, f"{name} covers {part:.1%} of the rays, not {parts[of]:.1%}"

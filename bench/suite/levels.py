@@ -1,4 +1,4 @@
-"""Levels that a surface is changed between, and its first ray."""
+"""The two levels that a surface changes between, and its first ray."""
 
 import numpy as np
 

@@ -15,11 +15,11 @@ from .peers import Skipped
 from .views import close_camera, whole_camera
 
 PROGRAM = Path(__file__).resolve().parents[2] / "build" / "release" / "bench" / "isospline_bench"
-SECONDS = {False: 0.2, True: 0.01}  # of a repetition, at least; by whether a run is quick
+SECONDS = {False: 0.2, True: 0.01}  # the least time of a repetition, by whether the run is quick
 
 
 def measure(subject, settings, names, whole=None):
-    """What the benchmarks of the names given, of bench/cpp, measure at a subject: a dict of name to a dict with
+    """What the named benchmarks of bench/cpp measure with a subject: a dict of name to a dict with
     `seconds` of all repetitions and the counters. `whole` is the camera of the whole view, by default that of the
     scene."""
     with tempfile.TemporaryDirectory() as folder:
@@ -40,14 +40,19 @@ def write(subject, folder, settings, whole=None):
     scene = isospline.Scene([isospline.Isosurface(volume, subject.level)])
     vertices, faces = polygons.marching_cubes(subject, volume.affine)
     lines = {
-        "name": [subject.name], "type": [subject.data.dtype.name], "shape": subject.data.shape[::-1],
-        "spacing": volume.spacing, "origin": volume.origin, "level": [subject.level],
-        "size": settings.size, "ambient_count": [settings.incoherent_rays],
+        "name": [subject.name],
+        "type": [subject.data.dtype.name],
+        "shape": subject.data.shape[::-1],
+        "spacing": volume.spacing,
+        "origin": volume.origin,
+        "level": [subject.level],
+        "size": settings.size,
+        "ambient_count": [settings.incoherent_rays],
         "whole": numbers(whole or whole_camera(scene, settings.size)),
         "close": numbers(close_camera(scene, settings.size)),
-    } | {f"axis{axis}": volume.direction[:, axis] for axis in range(3)}  # fmt: skip
+    } | {f"axis{axis}": volume.direction[:, axis] for axis in range(3)}
     text = "".join(f"{name} {' '.join(map(str, values))}\n" for name, values in lines.items())
-    (folder / "subject.txt").write_text(text)
+    (folder / "subject.txt").write_text(text, encoding="utf-8")
     subject.data.astype(subject.data.dtype.newbyteorder("="), copy=False).tofile(folder / "samples")
     vertices.astype("float32").tofile(folder / "vertices.float32")
     faces.astype("uint32").tofile(folder / "faces.uint32")
@@ -58,19 +63,24 @@ def numbers(camera):
 
 
 def run(folder, names, repetitions, seconds):
-    """As `measure`, with a subject that has been written. The repetitions of all benchmarks come in a random order."""
+    """Like `measure`, with a subject that has been written. The repetitions of all benchmarks run in a random order."""
     if not PROGRAM.exists():
         raise Skipped(f"there is no {PROGRAM.name}: cmake --build --preset release makes it")
     path = Path(folder) / "times.json"
-    command = [PROGRAM, f"--benchmark_filter=^({'|'.join(map(re.escape, names))})/", f"--benchmark_out={path}",
-               f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
-               f"--benchmark_min_time={seconds}"]  # fmt: skip
+    command = [
+        PROGRAM,
+        f"--benchmark_filter=^({'|'.join(map(re.escape, names))})/",
+        f"--benchmark_out={path}",
+        f"--benchmark_repetitions={repetitions}",
+        "--benchmark_enable_random_interleaving=true",
+        f"--benchmark_min_time={seconds}",
+    ]
     environment = os.environ | {"ISOSPLINE_BENCH_SUBJECT": str(folder)}
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, env=environment)
     if done.returncode != 0:
         raise RuntimeError(f"{PROGRAM.name} ended with status {done.returncode}: {done.stderr.strip()[-300:]}")
     found = {}
-    for result in json.loads(path.read_text())["benchmarks"]:
+    for result in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
         if result["run_type"] != "iteration":
             continue
         name = result["name"].removesuffix("/real_time")

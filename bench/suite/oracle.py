@@ -1,10 +1,11 @@
-"""First crossings of rays in float64, by NumPy and SciPy alone: shares no code with isospline.
+"""First crossings of rays in float64, with NumPy and SciPy only: shares no code with isospline.
 
-Between two planes of the grid of cells, f along a ray is one polynomial of degree 3n. Where all coefficients that reach
-the cell are on one side of the level it has no root there, as f is a mean of them. Elsewhere it is sampled at 3n+1
-Chebyshev points by scipy.ndimage.map_coordinates, which makes it known. Where the constant term of its Chebyshev series
-is larger than all others together it has no root. Otherwise it is cut at the roots of its derivative, and where the
-signs at the ends of a monotone piece differ, there is the root: none is missed, not even a pair of them close together.
+Between two planes of the grid of cells, f along a ray is one polynomial of degree 3n. If all coefficients that
+influence the cell are on one side of the level, it has no root there, because f is a mean of them. Otherwise it is
+sampled at 3n+1 Chebyshev points by scipy.ndimage.map_coordinates, which determines it. If the constant term of its
+Chebyshev series is larger than all other terms together, it has no root. Otherwise it is cut at the roots of its
+derivative. If the signs at the ends of a monotone piece differ, the piece has a root. So no root is missed, not even
+in a close pair.
 """
 
 import os
@@ -20,13 +21,13 @@ CHUNK = 4096  # rays that are traced side by side
 
 
 class Oracle:
-    """The B-spline model of samples [z, y, x], with coefficients in float64, or of coefficients that are given."""
+    """The B-spline model of samples [z, y, x], with coefficients in float64 unless coefficients are given."""
 
     def __init__(self, data, level, affine, degree=2, boundary="mirror", coefficients=None):
         self.level = float(level)
         self.degree = degree
         self.mode = MODES[boundary]
-        if coefficients is None:  # degree 1 interpolates as it is
+        if coefficients is None:  # with degree 1, samples are coefficients
             coefficients = ndimage.spline_filter(data, degree, np.float64, self.mode) if degree > 1 else data
         self.coefficients = coefficients
         self.world_to_index = np.linalg.inv(affine)
@@ -40,7 +41,7 @@ class Oracle:
         self.to_series = np.linalg.inv(chebyshev.chebvander(self.nodes, count - 1)).T
 
     def cells_that_straddle(self):
-        """Whether the coefficients that reach each cell [z, y, x] have the level between them, to rounding."""
+        """Whether the coefficients of each cell [z, y, x] lie on both sides of the level, to rounding."""
         window = {"size": self.degree + 1, "mode": self.mode, "origin": -(self.degree % 2)}
         margin = 1e-9 * max(abs(float(self.coefficients.max())), abs(float(self.coefficients.min())))
         straddles = ndimage.minimum_filter(self.coefficients, **window) <= self.level + margin
@@ -56,8 +57,8 @@ class Oracle:
         return values - self.level
 
     def to_index(self, rays):
-        """Origins and directions of world rays (N, 6) in index space, in extended precision where the machine has it:
-        for grazing rays from far away the rounding of float64, at the eye, would be the largest error of all."""
+        """Origins and directions of world rays (N, 6) in index space, in extended precision if the machine has it:
+        for distant grazing rays, the rounding of float64 at the eye would be the largest error."""
         rays = np.asarray(rays, dtype=np.longdouble)
         linear = self.world_to_index[:3, :3].T.astype(np.longdouble)
         return rays[:, :3] @ linear + self.world_to_index[:3, 3], rays[:, 3:] @ linear
@@ -77,7 +78,7 @@ class Oracle:
         enter, leave = self.inside(origins, directions)
         t_hit = np.full(len(rays), np.inf, np.longdouble)
         (rows,) = np.nonzero(enter < leave)
-        # From where they enter on, float64 is enough.
+        # Float64 is sufficient from the point where they enter.
         begins = (origins[rows] + enter[rows, None] * directions[rows]).astype(np.float64)
         directions = directions[rows].astype(np.float64)
         found = self.first_crossings_inside(begins, directions, (leave - enter)[rows].astype(np.float64))
@@ -143,7 +144,7 @@ class Oracle:
 
 def first_sign_changes(series):
     """The first s in [-1, 1] where each Chebyshev series (N, count) changes its sign, 0 being positive, or NaN."""
-    # The real parts of complex roots cut a monotone piece in two, which does no harm.
+    # The real parts of complex roots cut a monotone piece in two, which is harmless.
     cuts = np.sort(np.concatenate([np.tile([-1.0, 1.0], (len(series), 1)), critical_points(series)], axis=1), axis=1)
     negative = chebyshev.chebval(cuts, series.T[..., None], tensor=False) < 0
     changes = negative[:, 1:] != negative[:, :-1]

@@ -1,4 +1,4 @@
-"""Other tools to compare with, each tried in a process of its own first: some end the process where they cannot run."""
+"""Other tools to compare with. Each is first tried in a process of its own, because some end the process on failure."""
 
 import os
 import re
@@ -39,14 +39,19 @@ hit = scene.ray_intersect_preliminary(mi.Ray3f(mi.Point3f(0.5, 0.5, -1), mi.Vect
 dr.eval(hit.t)
 """
 
+TRY_OPEN3D = """
+import open3d
+open3d.t.geometry.RaycastingScene()
+"""
+
 
 class Skipped(Exception):
     """A peer cannot run here; the text says why."""
 
 
 def require(name, code):
-    """Runs the code in a process of its own; `Skipped` with the reason where that fails."""
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    """Run the code in a process of its own; raises `Skipped` with the reason if that fails."""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=False)
     if result.returncode != 0:
         lines = [line.strip() for line in result.stderr.splitlines() if line.strip()]
         errors = [line for line in lines if re.match(r"LLVM ERROR|\w*Error:", line)]
@@ -63,10 +68,20 @@ def require_vtk_rendering():
 
 
 def require_mitsuba():
-    """Mitsuba compiles its kernels by the libLLVM it is shown; old ones lack what it needs, the newest is best."""
+    """Show Mitsuba the newest libLLVM, with which it compiles its kernels; old ones lack what it needs."""
     if "DRJIT_LIBLLVM_PATH" not in os.environ and (library := newest_llvm()):
         os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
     require("Mitsuba 3 (llvm_ad_rgb)", TRY_MITSUBA)
+
+
+def has_open3d():
+    """Whether Open3D runs here; prints the reason if it does not."""
+    try:
+        require("Open3D", TRY_OPEN3D)
+    except Skipped as reason:
+        print(f"  {reason}")
+        return False
+    return True
 
 
 def newest_llvm():

@@ -1,4 +1,4 @@
-"""Subjects as VTK has them, and their marching-cubes mesh."""
+"""Subjects as data of VTK, and their marching-cubes meshes."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def image_data(subject):
 
 
 def user_matrix(affine):
-    """A vtkMatrix4x4 that carries a prop from index space to the world."""
+    """A vtkMatrix4x4 that maps a prop from index space to the world."""
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
     matrix = vtkMatrix4x4()
@@ -26,7 +26,7 @@ def user_matrix(affine):
 
 
 def use_threads(count):
-    """VTK's filters are sequential until told otherwise."""
+    """Let VTK's filters use several threads; they are sequential by default."""
     from vtkmodules.vtkCommonCore import vtkSMPTools
 
     tools = vtkSMPTools()
@@ -36,7 +36,7 @@ def use_threads(count):
 
 
 def flying_edges(image, level, normals=False):
-    """A vtkFlyingEdges3D, to be updated."""
+    """A vtkFlyingEdges3D that has not run yet."""
     from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 
     edges = vtkFlyingEdges3D()
@@ -56,7 +56,7 @@ def triangles_of(polygons):
 
 
 def marching_cubes(subject, affine):
-    """The triangles of the subject's surface in world space, those without area left out: vertices and faces."""
+    """The triangles of the subject's surface in world space, without those that have no area: vertices and faces."""
     edges = flying_edges(image_data(subject), subject.level)
     edges.Update()
     vertices, faces = triangles_of(edges.GetOutput())

@@ -1,4 +1,4 @@
-"""How large a run is: the full one, and the quick one of about a minute."""
+"""The size of a run: a full one, or a quick one of about a minute."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import subjects
 
 @dataclass
 class Settings:
-    """Counts are for each volume unless said otherwise."""
+    """Counts are per volume unless stated otherwise."""
 
     quick: bool = False
     size: tuple[int, int] = (1024, 1024)  # of the image whose primary rays are cast, multiples of 4
@@ -21,18 +21,32 @@ class Settings:
     agreement_rays: int = 1_000_000
     accuracy_rays: int = 100_000  # at each distance of the eye
     escape_rays: int = 1_000_000
+    points: int = 100_000  # at each distance from the surface
     growth_sizes: tuple[int, ...] = (64, 128, 256, 512, 768)
     level_sizes: tuple[int, ...] = (256, 512)
     large_size: int = 1024  # samples along each axis of the volume of `large`
     prefilter_sizes: tuple[int, ...] = (256, 512)
+    store_tiles: tuple[int, ...] = (1, 2, 4, 8)  # of 256^3 samples, along each axis
 
     @classmethod
     def for_a_minute(cls):
         return cls(
-            quick=True, size=(256, 256), repetitions=3, volumes="none", procedural_size=64, incoherent_rays=50_000,
-            agreement_rays=20_000, accuracy_rays=500, escape_rays=20_000, growth_sizes=(32, 64, 128),
-            level_sizes=(64,), large_size=96, prefilter_sizes=(96,),
-        )  # fmt: skip
+            quick=True,
+            size=(256, 256),
+            repetitions=3,
+            volumes="none",
+            procedural_size=64,
+            incoherent_rays=50_000,
+            agreement_rays=20_000,
+            accuracy_rays=500,
+            escape_rays=20_000,
+            points=5_000,
+            growth_sizes=(32, 64, 128),
+            level_sizes=(64,),
+            large_size=96,
+            prefilter_sizes=(96,),
+            store_tiles=(1,),
+        )
 
     def subjects(self):
         """Real volumes of 128^3 cells or more, one at a time; procedural ones where there are none."""

@@ -1,4 +1,4 @@
-"""What is traced: procedural volumes of several sizes and, where ISOSPLINE_VOLUMES names their folder, real ones."""
+"""Subjects: procedural volumes of several sizes and, if ISOSPLINE_VOLUMES names their folder, real ones."""
 
 import os
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 import isospline
 from isospline import volumes
 
-#: Files of the folder of real volumes: levels worth seeing and, for raw files, what their name does not say.
+#: Files of the folder of real volumes: interesting levels and, for raw files, what the name does not tell.
 REAL = {
     "fuel.nii.gz": (40, {}),
     "headsq.mha": (500, {}),
@@ -19,7 +19,8 @@ REAL = {
     "engine.nii.gz": (80, {}),
     "mouse_skull.nrrd": (40, {}),
     "vismale_128x256x256_uint8.raw": (
-        60, {"shape": (256, 256, 128), "dtype": "u1", "spacing": (1.57774, 0.995861, 1.00797)}
+        60,
+        {"shape": (256, 256, 128), "dtype": "u1", "spacing": (1.57774, 0.995861, 1.00797)},
     ),
     "bonsai.nii.gz": (40, {}),
     "abdomen_512x512x275_int16.nii.gz": (-300, {}),
@@ -28,7 +29,7 @@ REAL = {
 
 @dataclass
 class Subject:
-    """Samples [z, y, x], where they are in the world, and a level."""
+    """Samples [z, y, x], their place in the world, and a level."""
 
     name: str
     data: np.ndarray
@@ -37,7 +38,7 @@ class Subject:
 
 
 def procedural(names, sizes):
-    """Subjects of the fields named, of these sizes along each axis; made one at a time."""
+    """Subjects made of the named fields, with these sizes along each axis, one at a time."""
     for size in sizes:
         for name in names:
             field = getattr(volumes, name)()
@@ -45,7 +46,7 @@ def procedural(names, sizes):
 
 
 def real(pattern=""):
-    """Subjects of the files in the folder that ISOSPLINE_VOLUMES names whose name holds the pattern."""
+    """Subjects made of the files in the folder ISOSPLINE_VOLUMES whose names contain the pattern."""
     folder = os.environ.get("ISOSPLINE_VOLUMES")
     if not folder:
         print("ISOSPLINE_VOLUMES is not set: no real volumes")
@@ -63,10 +64,9 @@ def real(pattern=""):
 
 
 def cubic(subject):
-    """The subject with samples of its smallest value added at the ends of its shorter axes."""
+    """The subject, padded to a cube with samples of its smallest value at the ends of its shorter axes."""
     size = max(subject.data.shape)
-    data = np.pad(subject.data, [(0, size - count) for count in subject.data.shape],
-                  constant_values=subject.data.min())  # fmt: skip
+    data = np.pad(subject.data, [(0, size - count) for count in subject.data.shape], constant_values=subject.data.min())
     return Subject(subject.name, data, subject.grid, subject.level)
 
 

@@ -1,24 +1,24 @@
-"""Tables of Markdown."""
+"""Markdown tables."""
 
 
 class Number(str):
-    """The text of a number, which stands to the right in a table."""
+    """The text of a number, which is aligned to the right in a table."""
 
 
 def power(count):
-    """A count as 10^n where it is one: 1e8 reads 10^8."""
+    """The text of a count, as 10^n if it is a power of ten: 1e8 becomes 10^8."""
     digits = str(count)
     return f"10^{len(digits) - 1}" if set(digits[1:]) == {"0"} and digits[0] == "1" else f"{count:,}"
 
 
 def with_spread(values, factor=1):
-    """The median, and half of the range of all runs in percent of it."""
+    """The median, and half of the range of all runs as a percentage of it."""
     median = values["median"]
     return Number(f"{cell(factor * median)} ±{50 * (values['maximum'] - values['minimum']) / median:.0f}%")
 
 
 def markdown_table(header, rows):
-    """A table of Markdown; text to the left, and what is not to the right."""
+    """A Markdown table; text is aligned to the left, numbers to the right."""
     rows = [list(row) for row in rows]
     right = [all(is_number(row[i]) for row in rows) for i in range(len(header))]
     lines = ["| " + " | ".join(header) + " |", "|" + "|".join("---:" if flag else "---" for flag in right) + "|"]

@@ -4,12 +4,13 @@ import numpy as np
 
 import isospline
 
+FIELD_OF_VIEW = 30.0  # degrees, vertical
 TILE = 4  # pixels; a tile of 4 x 4 is a packet of 16
 
 
 def in_tiles(rays):
-    """Rays [row, column, 6] of an image as (N, 6), tile after tile, rows of pixels within each: rays that are
-    neighbours in the list are neighbours in the picture in both directions, as packets want them."""
+    """Rays [row, column, 6] of an image as (N, 6), tile after tile, and row by row within a tile. Rays that are
+    neighbours in the list are then neighbours in the picture in both directions, which packets need."""
     height, width, _ = rays.shape
     if height % TILE or width % TILE:
         raise ValueError(f"size: expected multiples of {TILE}, got {width} x {height}")
@@ -18,13 +19,25 @@ def in_tiles(rays):
 
 
 def whole_camera(scene, size):
-    """A perspective view of all of a scene."""
-    return isospline.camera_for(scene, view="iso", size=size)
+    """A perspective view of a scene's box, or of a given box, whose corners are inside a margin of a twentieth.
+
+    Not that of `camera_for`, which looks at what is drawn: rows keep their rays, whatever is thought to look best.
+    """
+    lower, upper = np.asarray(getattr(scene, "bounds", scene), dtype=float)
+    center, direction = (lower + upper) / 2, np.array([1, -1, 1]) / np.sqrt(3)
+    trial = isospline.PerspectiveCamera(direction, (0, 0, 0), (0, 0, 1), FIELD_OF_VIEW)
+    right, upwards, forward = trial.world_to_camera[:3, :3]
+    corners = np.stack(np.meshgrid(*zip(lower - center, upper - center), indexing="ij"), axis=-1).reshape(-1, 3)
+    x, y, z = np.abs(corners @ right), np.abs(corners @ upwards), corners @ forward
+    half_height = np.tan(np.radians(FIELD_OF_VIEW) / 2) * 0.95
+    distance = max((y / half_height - z).max(), (x / half_height * size[1] / size[0] - z).max())
+    return isospline.PerspectiveCamera(center + direction * distance, center, (0, 0, 1), FIELD_OF_VIEW)
 
 
 def close_camera(scene, size):
-    """A view straight at a place of the surface, from so near that every ray hits: of places that the whole view sees,
-    and of distances from a twentieth of the box's diagonal downwards, the first that does, or that comes closest."""
+    """A view straight at a place of the surface, from so near that every ray hits. Tries places that the whole view
+    sees, and distances from a twentieth of the box's diagonal downwards; returns the first view where all rays hit, or
+    else the one with the most hits."""
     rays = in_tiles(whole_camera(scene, (128, 128)).rays((128, 128)))
     hits = scene.cast_rays(rays, coherent=True)
     found = np.flatnonzero(np.isfinite(hits["t_hit"]))
@@ -52,7 +65,7 @@ CAMERAS = {"whole": whole_camera, "close": close_camera}
 
 
 def towards_the_eye(normals, directions):
-    """Normals turned against the rays that hit there."""
+    """Normals, flipped to face the rays that hit there."""
     return normals * -np.sign((normals * directions).sum(axis=-1, keepdims=True))
 
 

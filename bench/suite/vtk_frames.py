@@ -1,4 +1,4 @@
-"""Pictures of VTK at one level after the other: of the mesh, and of its volume mappers, in an offscreen window.
+"""VTK's pictures of a series of levels: of the mesh, and by its volume mappers, in an offscreen window.
 
 All that does not depend on the level stays: the window, the camera, the pipeline, the volume's texture.
 """
@@ -10,7 +10,7 @@ from .clock import timed
 
 
 def make(subject, affine, camera, size):
-    """The ways to draw the subject, each a function of the level that returns the seconds of its stages and the pixels
+    """The methods that draw the subject: functions of the level that return the seconds of their stages and the pixels
     (N, 3)."""
     image, matrix = polygons.image_data(subject), polygons.user_matrix(affine)
     window = Window(camera, size)
@@ -22,15 +22,15 @@ def make(subject, affine, camera, size):
 
 
 def covered(pixels):
-    """The part of a picture that shows something before the black background."""
+    """The fraction of a picture's pixels that are not black background."""
     return float((np.asarray(pixels) > 0).any(axis=1).mean())
 
 
 class Window:
-    """An offscreen window with a camera of isospline's; its background is black."""
+    """An offscreen window with one of isospline's cameras and a black background."""
 
     def __init__(self, camera, size):
-        import vtkmodules.vtkRenderingOpenGL2
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
         import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401
         from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
 
@@ -54,7 +54,7 @@ class Window:
         self.renderer.AddViewProp(prop)
 
     def draw(self, prop):
-        """The pixels of a picture of this prop alone, drawn and read back."""
+        """Draw this prop alone, and read the pixels back."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
 
         prop.SetVisibility(True)

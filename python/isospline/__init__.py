@@ -4,7 +4,7 @@ from importlib.metadata import version as _version
 
 from . import _core, signatures
 
-signatures.attach(_core)  # before the others take functions from it
+signatures.attach(_core)  # before other modules import from it
 
 from . import notebook, values, volumes
 from ._core import (
@@ -43,15 +43,21 @@ from ._core import (
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
 from .distances import SurfaceDistance, hausdorff_distance, surface_distance
+from .environments import read_environment
+from .ground import ground_for
 from .image import Image
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
 from .progressive import ProgressiveRenderer, render_progressive
 from .rendering import render
-from .results import ClosestPoints, Crossings, Hits
+from .results import ClosestPoints, Components, Crossings, Hits
+from .store import level_of_detail_for, open_volume, prefilter_to
+from .studio import Studio
 from .video import write_video
 from .viewer import view
+
+from . import distributed  # last, because it imports from the other modules
 
 __version__ = _version("isospline")
 
@@ -66,6 +72,7 @@ __all__ = [
     "ColorByDepth",
     "ColorByNormal",
     "ColorByVolume",
+    "Components",
     "Crossings",
     "DirectionalLight",
     "EnvironmentLight",
@@ -89,12 +96,19 @@ __all__ = [
     "RectangleLight",
     "Scene",
     "SphereLight",
+    "Studio",
     "SurfaceDistance",
     "Volume",
     "VolumeData",
     "VoxelHopper",
     "camera_for",
+    "distributed",
+    "ground_for",
     "hausdorff_distance",
+    "level_of_detail_for",
+    "open_volume",
+    "prefilter_to",
+    "read_environment",
     "read_mesh",
     "read_volume",
     "render",

@@ -1,38 +1,52 @@
-"""The command line: ``isospline info``, ``view``, ``measure``, ``mesh`` and ``render FILE``."""
+"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``mesh``, ``convert``, ``render FILE``."""
 
 from __future__ import annotations
 
 import contextlib
+import io
 import json
+import math
 import os
-import re
 import shutil
 import sys
 import time
 import warnings
+from typing import Any
 
 import isospline
 
-from .cli_parser import BAD_INPUT, join_negative, make_parser
+from .cli_cluster import cluster_images, wants_cluster
+from .cli_convert import run as run_convert
+from .cli_demo import make_demo
+from .cli_frames import render_frames
+from .cli_interrupts import heard_interrupts
+from .cli_limits import banded_image, check_limits, frames_to_make, traced_images
+from .cli_output import check_folder, check_output
+from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
+from .cli_picture import ALL, Patience, annotations_of, background_of, kept_pieces, largest_of, lighting_of
+from .cli_placement import read_placed
+from .cli_store import Store, least_sample
 from .cli_view import serve, session_image
+from .cli_write import error_text, write_images
 from .interop.mesh_output import MESHES
-from .looks import looks
-
-#: Suffixes of the pictures and the videos that can be written.
-PICTURES, VIDEOS = (".exr", ".png"), (".mp4",)
-
-# Exit codes, besides 0 and that for bad input.
-FAILED, INTERRUPTED = 1, 130
+from .looks import LIMITS, TONE, flag, given, ground_look, looks
+from .pictures import body_mask, border, default_levels
+from .progress import Bar, Lines
+from .store.detail import is_store
+from .views import DEFAULT_VIEW
 
 
 def main(argv=None):
     """Run the command line; returns the exit code. Errors are one line on the standard error stream."""
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), heard_interrupts():
         warnings.simplefilter("always", UserWarning)
+        warnings.simplefilter("ignore", DeprecationWarning)  # of other packages; some are UserWarnings as well
         warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+        if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+            sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
         try:
-            given = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(info, measure, render, mesh, view).parse_args(given)
+            typed = join_negative(sys.argv[1:] if argv is None else argv)
+            arguments = make_parser(demo, info, measure, render, mesh, view, convert).parse_args(typed)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -40,19 +54,24 @@ def main(argv=None):
             _say("interrupted")
             return INTERRUPTED
         except BrokenPipeError:
-            # Whoever reads the output has had enough; Python would complain about it at exit.
+            # The reader of the output has closed it; without this, Python would report an error at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except (ValueError, TypeError, OSError) as error:
-            _say(f"error: {_text(error)}")
+            _say(f"error: {error_text(error)}")
             return BAD_INPUT
         except (MemoryError, ImportError, RuntimeError) as error:
-            _say(f"error: {_text(error) or type(error).__name__}")
+            _say(f"error: {error_text(error) or type(error).__name__}")
             return FAILED
 
 
+def demo(arguments):
+    """Make a volume and a picture of it, and print what to try next."""
+    print(make_demo(arguments.output, lambda title: _progress(title, arguments)))
+
+
 def info(arguments):
-    """Tell what is in a file."""
+    """Print a summary of a file."""
     from .summary import describe, summarize
 
     summary = summarize(_read(arguments), arguments.file)
@@ -65,67 +84,127 @@ def info(arguments):
 
 
 def measure(arguments):
-    """Tell volume, area and curvature of an isosurface."""
+    """Print the volume, area and curvature of an isosurface."""
     from .summary import describe_measures
 
     clip = _clip(arguments)
     data = _read(arguments)
     level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
     volume = _volume(data, arguments)
-    surface = isospline.Isosurface(volume, level, clip=clip, capped=arguments.capped, inside=arguments.inside)
+    surface = _surface(volume, level, clip, arguments)
     names = ["enclosed_volume", "area"]
     names += ["mean_curvature", "gaussian_curvature"] if volume.degree > 1 else []
     found = {}
     for name in names:
         with _progress(name.replace("_", " "), arguments) as progress:
             found[name] = getattr(surface, name)(order=arguments.order, progress=progress)
+    with _progress("components", arguments) as progress:
+        components = surface.components(order=arguments.order, progress=progress)
     if arguments.json:
         numbers = {name: {"value": each.value, "error": each.error} for name, each in found.items()}
+        numbers["components"] = {name: array.tolist() for name, array in components.items()}
         print(json.dumps({"path": str(arguments.file), "level": level, **numbers}, indent=2))
     else:
-        print(describe_measures(arguments.file, level, found))
+        print(describe_measures(arguments.file, level, found, components))
 
 
 def render(arguments):
-    """Read a volume, and write a picture, or pictures from all around, of isosurfaces of it and of meshes."""
+    """Read a volume, and write a picture or a turntable of its isosurfaces and of meshes; or many, of many volumes."""
+    if arguments.frames:
+        render_frames(arguments, _render, _say)
+    else:
+        _render(arguments)
+
+
+def _render(arguments, write=True):
+    """Render one volume; returns the cameras and the levels, which is all that there is to do unless `write`."""
     begin = time.perf_counter()
-    _check_output(arguments)
+    arguments.shading = arguments.shading or ("phong" if arguments.light or arguments.shadows else "studio")
+    check_output(arguments)
     if (arguments.file is None) == (arguments.session is None):
         raise ValueError(f"FILE: expected either a file or --session, got {'both' if arguments.file else 'none'}")
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
+    check_limits(arguments)
+    is_distributed = wants_cluster(arguments)
     if arguments.session:
+        if given(arguments, LIMITS):
+            raise ValueError(f"{flag(given(arguments, LIMITS)[0])}: expected it without --session, got both")
         with _progress("rendering", arguments) as progress:
             image = session_image(arguments, progress)
-        written = _write(arguments, [image])
+        written = write_images(arguments, [0], [image])
         print(f"{arguments.output}: {written}, {time.perf_counter() - begin:.1f} s")
-        return
-    look, lights = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
+        return None
+    look, path_tracer = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
+    lighting = lighting_of(arguments)
     clip = _clip(arguments)
     if arguments.denoise:
-        isospline.image.denoiser()  # is missed now and not after the work
-    meshes = [isospline.read_mesh(path) for path in arguments.mesh]
-    data = _read(arguments)
-    levels = arguments.level or [_suggested_level(data, arguments.file)]
+        isospline.image.denoiser()  # fails now if it is missing, and not after the work
+    meshes = [read_placed(text) for text in arguments.mesh]
+    data = Store(arguments) if is_store(arguments.file) else _read(arguments)
+    levels, body_level = arguments.level, None
+    if levels is None:
+        level, body_level = _picture_level(data, arguments.file)
+        levels = [level]
 
-    volume = _volume(data, arguments)
-    with _progress("finding cells", arguments) as progress:
-        first = isospline.Isosurface(
-            volume, levels[0], prune_depth=arguments.prune_depth, clip=clip, capped=arguments.capped,
-            method=arguments.method, inside=arguments.inside, progress=progress,
-        )  # fmt: skip
-        surfaces = [first, *(first.with_level(level) for level in levels[1:])]
-    scene = isospline.Scene([*surfaces, *meshes])
-    cells = sum(surface.shell.count for surface in surfaces)
-    look = dict(zip(scene.ids, look))
-    if lights:
-        look = {"integrator": isospline.PathTracer(materials=look, lights=lights)}
+    # Finding components would read all of a store.
+    is_plain = arguments.level is None and arguments.largest is None and not isinstance(data, Store)
+    if arguments.largest == ALL or isinstance(data, Store):
+        body_level = None
+
+    def make_scene(volume):
+        with _progress("finding cells", arguments) as progress:
+            options = dict(
+                prune_depth=arguments.prune_depth,
+                clip=[*clip, *border(volume)] if arguments.capped else clip,
+                capped=arguments.capped,
+                method=arguments.method,
+                inside=arguments.inside,
+                progress=progress,
+            )
+            if body_level is not None:
+                options["mask"] = body_mask(volume, body_level)
+                _say(f"only what is in the largest piece at level {body_level:g}, the body, is shown")
+            first = isospline.Isosurface(volume, levels[0], largest=largest_of(arguments), **options)
+            if is_plain and (kept := kept_pieces(first, _say)):
+                first = isospline.Isosurface(volume, levels[0], largest=kept, **options)
+            surfaces = [first, *(first.with_level(level) for level in levels[1:])]
+        return isospline.Scene([*surfaces, *meshes]), surfaces, volume
+
+    def make_cameras(made):
+        if arguments.cameras:
+            return arguments.cameras
+        scene, surfaces, volume = made
+        is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
+        return _cameras(arguments, volume if is_empty else scene)
+
+    if isinstance(data, Store):
+        made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
     else:
-        look = {"shading": look}
-    cameras = _cameras(arguments, scene if cells or meshes else volume)
+        made = make_scene(_volume(data, arguments))
+        cameras = make_cameras(made)
+        extent = f"{sum(surface.shell.count for surface in made[1])} cells"
+    if not write:
+        return cameras, levels
+    scene = made[0]
+    if arguments.ground:
+        look = [*look, ground_look(arguments, look)]
+        scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
+    look = dict(zip(scene.ids, look))
+    if path_tracer:
+        look = {"integrator": path_tracer.replace(materials=look)}
+    else:
+        look = {"shading": look, **lighting}
+    marks = annotations_of(arguments, data, look)
+    frames, missing = frames_to_make(cameras, arguments, _say)
     with _progress("rendering", arguments) as progress:
-        written = _write(arguments, _images(scene, cameras, look, arguments, progress))
-    print(f"{arguments.output}: {written}, {cells} cells, {time.perf_counter() - begin:.1f} s")
+        written = write_images(
+            arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress)
+        )
+    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
+        _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")
+    print(f"{arguments.output}: {written}, {extent}, {time.perf_counter() - begin:.1f} s")
+    return cameras, levels
 
 
 def mesh(arguments):
@@ -133,14 +212,14 @@ def mesh(arguments):
     begin = time.perf_counter()
     if not arguments.output.lower().endswith(MESHES):
         raise ValueError(f"{arguments.output}: expected a name that ends in {', '.join(MESHES)}")
-    _check_folder(arguments.output)
+    check_folder(arguments.output)
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     clip = _clip(arguments)
     data = _read(arguments)
     level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
     volume = _volume(data, arguments)
-    surface = isospline.Isosurface(volume, level, clip=clip, capped=arguments.capped, inside=arguments.inside)
+    surface = _surface(volume, level, clip, arguments)
     with _progress("meshing", arguments) as progress:
         if arguments.tolerance is None:
             made, distance = surface.to_mesh(progress=progress), ""
@@ -150,17 +229,34 @@ def mesh(arguments):
     try:
         made.write(arguments.output)
     except OSError as error:
-        raise RuntimeError(_text(error)) from error
+        raise RuntimeError(error_text(error)) from error
     print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
 
 
+def _surface(volume, level, clip, arguments):
+    """The isosurface that the options specify."""
+    with _progress("finding cells", arguments) as progress:
+        return isospline.Isosurface(
+            volume,
+            level,
+            largest=largest_of(arguments),
+            clip=clip,
+            capped=arguments.capped,
+            inside=arguments.inside,
+            progress=progress,
+        )
+
+
 def _volume(data, arguments):
-    """The model that the options tell of."""
+    """The model that the options specify."""
     with _progress("filtering", arguments) as progress:
         return data.to_volume(
-            degree=arguments.degree, boundary=arguments.boundary, filter=arguments.filter,
-            smoothing=arguments.smoothing, progress=progress,
-        )  # fmt: skip
+            degree=arguments.degree,
+            boundary=arguments.boundary,
+            filter=arguments.filter,
+            smoothing=arguments.smoothing,
+            progress=progress,
+        )
 
 
 def view(arguments):
@@ -168,29 +264,59 @@ def view(arguments):
     serve(arguments, _reading(arguments), _say)
 
 
+def convert(arguments):
+    """Write a store of a volume of any size."""
+    with _progress("converting", arguments) as progress:
+        run_convert(arguments, _reading(arguments), progress, _say)
+
+
 def _clip(arguments):
     """The half-spaces and boxes that cut the surfaces."""
+    clip: list[isospline.HalfSpace | isospline.Box]
     clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
     clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
-    if arguments.capped and not clip:
-        raise ValueError("--capped: expected --clip or --clip-box beside it, got none")
+    if arguments.capped and not clip and arguments.run is not render:
+        raise ValueError("--capped: expected --clip or --clip-box with it, got none")
     return clip
 
 
 def _suggested_level(data, path):
+    """The first suggested level."""
+    suggested = _suggested_levels(data, path)
+    _say_level(suggested[0], "the first one", suggested)
+    return suggested[0]
+
+
+def _picture_level(data, path):
+    """The level of a picture, and the level of the patient's body, or None."""
+    suggested = _suggested_levels(data, path)
+    level, body_level = default_levels(suggested, least_sample(data), data.patient)
+    which = "the first one" if level == suggested[0] else "the first one above water, for bones,"
+    _say_level(level, which, suggested)
+    return level, body_level
+
+
+def _suggested_levels(data, path):
     suggested = isospline.suggest_levels(data.data)
     if not suggested:
         raise ValueError(f"{path}: expected samples that differ, all of them are {data.data.flat[0]}")
-    _say(f"level {suggested[0]:g}, the first one of those suggested: {', '.join(f'{each:g}' for each in suggested)}")
-    return suggested[0]
+    return suggested
+
+
+def _say_level(level, which, suggested):
+    _say(f"level {level:g}, {which} of the suggested levels: {', '.join(f'{each:g}' for each in suggested)}")
 
 
 def _cameras(arguments, seen):
     """The camera of the picture, or those of all pictures."""
     framing = dict(
-        view=arguments.view, up=arguments.up, projection=arguments.projection, field_of_view=arguments.field_of_view,
+        view=arguments.view,
+        up=arguments.up,
+        projection=arguments.projection,
+        field_of_view=arguments.field_of_view,
         size=arguments.size,
-    )  # fmt: skip
+    )
+    cameras: Any  # with an aperture, all are perspective ones
     if arguments.turntable:
         cameras = isospline.turntable(seen, arguments.turntable, **framing)
     else:
@@ -202,113 +328,72 @@ def _cameras(arguments, seen):
     return cameras
 
 
-def _images(scene, cameras, look, arguments, progress):
+def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
     """Render from one camera after the other."""
+    is_mapped = given(arguments, TONE)
+    options = dict(
+        size=arguments.size,
+        background=None if is_mapped else background_of(arguments),
+        layers=arguments.layers,
+        ambient_occlusion_samples=arguments.ambient_occlusion_samples,
+        **look,
+    )
     samples = arguments.samples
     if samples is None:
-        samples = 64 if arguments.shading == "path-trace" else 4
+        samples = 8 if arguments.shading == "studio" and not arguments.fast else 4
+    progress = Patience(arguments, progress, _say)
+    if is_distributed:
+        from_cluster = cluster_images(scene, cameras, {"samples": samples, **options}, arguments, progress)
     for number, camera in enumerate(cameras):
 
         def report(fraction, done=number):
             return progress((done + fraction) / len(cameras))
 
-        image = isospline.render(
-            scene, camera, size=arguments.size, background=arguments.background, samples=samples,
-            layers=arguments.layers, ambient_occlusion_samples=arguments.ambient_occlusion_samples,
-            progress=progress and report, **look,
-        )  # fmt: skip
-        yield image.denoise() if arguments.denoise else image
-
-
-def _write(arguments, images):
-    """Write the picture, the pictures or the video that the output's name asks for; tells what it was."""
-    output = arguments.output
-    try:
-        if not arguments.turntable:
-            (image,) = images
-            image.write(output)
-            return repr(image)
-        if output.lower().endswith(VIDEOS):
-            isospline.write_video(output, images, fps=arguments.fps)
+        if is_distributed:
+            images = [next(from_cluster)]
+        elif "integrator" in look:
+            renderer = isospline.ProgressiveRenderer(scene, camera, **options)
+            images = traced_images(renderer, arguments, report, _say)
+        elif arguments.checkpoint:
+            images = [banded_image(scene, camera, {"samples": samples, **options}, arguments, report, _say)]
         else:
-            for number, image in enumerate(images):
-                image.write(re.sub("#+", lambda hashes: f"{number:0{len(hashes[0])}d}", output))
-    except OSError as error:
-        raise RuntimeError(_text(error)) from error
-    return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
+            images = [isospline.render(scene, camera, samples=samples, progress=report, **options)]
+        for image in images:
+            image = image.denoise() if arguments.denoise else image
+            if is_mapped:
+                image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
+                image = image.over(background_of(arguments))
+            yield marks(image, camera, scene)
 
 
 def _read(arguments):
-    """The volume that the options tell of."""
+    """The volume that the options specify."""
     return isospline.read_volume(arguments.file, **_reading(arguments))
 
 
 def _reading(arguments):
-    """Options of `read_volume`. On the command line all is in the order x, y, z."""
+    """Options of `read_volume`. On the command line, everything is in the order x, y, z."""
     shape = arguments.shape and arguments.shape[::-1]
     dtype = arguments.dtype
     if arguments.big_endian:
         if dtype is None:
-            raise ValueError("--big-endian: expected the type of raw samples, --dtype, beside it")
+            raise ValueError("--big-endian: expected the type of raw samples, --dtype, with it")
         dtype = dtype.newbyteorder(">")
     return dict(shape=shape, dtype=dtype, offset=arguments.offset, spacing=arguments.spacing, name=arguments.name)
 
 
-def _check_output(arguments):
-    """Find out before the work begins whether the output can be written."""
-    path = arguments.output
-    if arguments.turntable is not None:
-        if arguments.turntable < 1:
-            raise ValueError(f"--turntable: expected at least 1 picture, got {arguments.turntable}")
-        numbered = len(re.findall("#+", os.path.basename(path))) == 1 and "#" not in os.path.dirname(path)
-        if path.lower().endswith(VIDEOS):
-            isospline.video.check(arguments.size, arguments.fps)
-        elif not (numbered and path.lower().endswith(PICTURES)):
-            expected = "that of a video, which ends in .mp4, or of pictures, with #### in place of their number"
-            raise ValueError(f"{path}: expected {expected}, such as turn-####.png")
-    elif not path.lower().endswith(PICTURES):
-        videos = " (for a video, say --turntable)" if path.lower().endswith(VIDEOS) else ""
-        raise ValueError(f"{path}: expected the name of a picture, which ends in {' or '.join(PICTURES)}{videos}")
-    if arguments.layers and not path.lower().endswith(".exr"):
-        raise ValueError(f"--layers: expected the name of a picture that has layers, which ends in .exr, got {path}")
-    traced = {"direct", "variance"} & set(arguments.layers)
-    if traced and arguments.shading != "path-trace":
-        raise ValueError(f"--layers: expected {min(traced)} with --shading path-trace only, got {arguments.shading}")
-    _check_folder(path)
-
-
-def _check_folder(path):
-    """Find out whether a file can be written where the path leads."""
-    folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(f"{path}: expected a folder that exists, got {folder}")
-    if os.path.isdir(path):
-        raise IsADirectoryError(f"{path}: expected the name of a file, got that of a folder")
-    if not os.access(folder, os.W_OK):
-        raise PermissionError(f"{path}: expected a folder that can be written to, got {folder}")
-
-
 @contextlib.contextmanager
 def _progress(title, arguments):
-    """A function that shows the finished fraction, on a terminal only; None where there is nothing to show."""
-    if arguments.quiet or not sys.stderr.isatty():
+    """A function that shows the finished fraction; None if there is nothing to show."""
+    if arguments.quiet:
         yield None
         return
-    import tqdm
-
-    layout = "{desc:<14}{percentage:3.0f}% |{bar}| {elapsed}"
-    with tqdm.tqdm(total=1.0, desc=title, leave=False, file=sys.stderr, bar_format=layout) as bar:
-        yield lambda fraction: bar.update(fraction - bar.n) and None
+    shown = Bar(title, leave=False) if sys.stderr.isatty() else Lines(title)
+    try:
+        yield shown
+    finally:
+        shown.close()
 
 
 def _say(text):
     print(f"isospline: {text}", file=sys.stderr)
-
-
-def _text(error):
-    """One line that says what an error is about."""
-    if isinstance(error, OSError) and error.strerror:
-        text = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    else:
-        text = str(error)
-    return " ".join(text.split())

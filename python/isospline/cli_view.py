@@ -1,4 +1,4 @@
-"""The commands that have to do with the viewer: ``isospline view``, and ``isospline render --session``."""
+"""The commands that use the viewer: ``isospline view``, and ``isospline render --session``."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import os
 
 import isospline
 
+from .cli_picture import largest_of
+
 
 def serve(arguments, reading, say):
     """Show files in the browser until Ctrl-C.
 
-    `reading` are options of `read_volume`; ``say(text)`` tells the user something.
+    `reading` are options of `read_volume`; ``say(text)`` prints a message.
     """
     from .viewer.session import read_session
     from .viewer.viewer import Viewer, open_in_browser
@@ -32,10 +34,16 @@ def serve(arguments, reading, say):
             viewer.open_session(session)
         model_options = {} if arguments.degree == 2 else {"degree": arguments.degree}
         for path in arguments.files:
-            viewer.open(path, levels=arguments.level, read_options=read_options, model_options=model_options)
+            viewer.open(
+                path,
+                levels=arguments.level,
+                largest=largest_of(arguments),
+                read_options=read_options,
+                model_options=model_options,
+            )
         viewer.wait()
     except KeyboardInterrupt:
-        pass  # how a viewer ends
+        pass  # the usual end of a viewer
     finally:
         viewer.close()
 
@@ -58,5 +66,5 @@ def session_image(arguments, progress):
 
 
 def _plain(value):
-    """Values of options in types that JSON has."""
+    """Values of options in types that JSON can hold."""
     return getattr(value, "str", value)

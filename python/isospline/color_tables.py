@@ -1,4 +1,4 @@
-"""The colour maps that are defaults, so that they need no package: viridis and coolwarm as matplotlib has them.
+"""The default colour maps, which need no further package: viridis and coolwarm, as in matplotlib.
 
 Viridis is by N. Smith and S. van der Walt (CC0), coolwarm by K. Moreland.
 """
@@ -82,7 +82,7 @@ _TABLES = {
 
 
 def table(name: str) -> NDArray[np.float64] | None:
-    """(256, 3) sRGB colours from 0 to 1 of a map, or None where it is not here."""
+    """(256, 3) sRGB colours from 0 to 1 of a map, or None for other names."""
     if name not in _TABLES:
         return None
     return np.frombuffer(bytes.fromhex(_TABLES[name]), ">u2").reshape(-1, 3) / 65535

@@ -25,31 +25,110 @@ def srgb_to_linear(srgb: ArrayLike) -> NDArray[np.float64]:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def named_color(name: str, parameter: str = "color") -> NDArray[np.float64]:
-    """Linear red, green and blue of a colour of CSS, such as ``"white"`` or ``"#ff8000"``.
+# Names of matplotlib that differ from those of CSS, which Pillow knows.
+_MATPLOTLIB = {
+    "b": "#0000ff",
+    "g": "#008000",
+    "r": "#ff0000",
+    "c": "#00bfbf",
+    "m": "#bf00bf",
+    "y": "#bfbf00",
+    "k": "#000000",
+    "w": "#ffffff",
+    "tab:blue": "#1f77b4",
+    "tab:orange": "#ff7f0e",
+    "tab:green": "#2ca02c",
+    "tab:red": "#d62728",
+    "tab:purple": "#9467bd",
+    "tab:brown": "#8c564b",
+    "tab:pink": "#e377c2",
+    "tab:gray": "#7f7f7f",
+    "tab:grey": "#7f7f7f",
+    "tab:olive": "#bcbd22",
+    "tab:cyan": "#17becf",
+}
+
+
+def named_color(name: str, parameter: str = "color", takes_opacity: bool = False) -> NDArray[np.float64]:
+    """Linear red, green and blue of a name, and its opacity if it has one and `takes_opacity` allows it.
+
+    Names are those of CSS, such as "white" and "rebeccapurple", "#rgb" and "#rrggbb", the letters "rgbcmykw" and
+    "tab:blue" of matplotlib and, if that is installed, all its other names: "xkcd:sky blue", "C3", "0.5".
 
     Examples
     --------
     >>> from isospline.colors import named_color
     >>> named_color("white")
     array([1., 1., 1.])
+    >>> named_color("tab:orange").round(2)
+    array([1.  , 0.21, 0.  ])
     """
+    srgb = _srgb_of(_MATPLOTLIB.get(name.lower(), name))
+    if srgb is None:
+        expected = 'linear numbers from 0 to 1 or the name of a colour, such as "white" or "#ff8000"'
+        raise ValueError(sentence(parameter, expected, name))
+    color, opacity = srgb_to_linear(srgb[:3]), srgb[3:]
+    if takes_opacity:
+        return np.append(color, opacity)
+    if len(opacity) and opacity[0] != 1:
+        raise ValueError(sentence(parameter, "the name of a colour without an opacity", name))
+    return color
+
+
+def _srgb_of(name: str) -> NDArray[np.float64] | None:
+    """Red, green, blue and, if given, the opacity, from 0 to 1."""
     from PIL import ImageColor
 
     try:
-        srgb = ImageColor.getrgb(name)
+        return np.array(ImageColor.getrgb(name)) / 255
     except ValueError:
-        expected = 'linear numbers or the name of a colour, such as "white" or "#ff8000"'
-        raise ValueError(f"{parameter}: expected {expected}, got {name!r}") from None
-    return srgb_to_linear(np.array(srgb[:3]) / 255)
+        pass
+    try:
+        from matplotlib.colors import to_rgba
+    except ImportError:
+        return None
+    try:
+        return np.array(to_rgba(name))
+    except ValueError:
+        return None
+
+
+def hex_of(linear: ArrayLike) -> str:
+    """``"#rrggbb"`` of a linear colour, in sRGB."""
+    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in linear_to_srgb(linear))
+
+
+def vertex_colors(colors: Any, count: int) -> Any:
+    """The colours of `count` vertices, from one name for all, one name each, or numbers."""
+    if isinstance(colors, str):
+        return np.broadcast_to(named_color(colors, "colors"), (count, 3))
+    return _without_names(colors, "colors")
+
+
+def _without_names(colors: Any, parameter: str) -> Any:
+    """A sequence of colours, with numbers in place of names."""
+    if isinstance(colors, (list, tuple)) and any(isinstance(color, str) for color in colors):
+        return [named_color(color, parameter) if isinstance(color, str) else color for color in colors]
+    return colors
+
+
+def one_color(color: Any, parameter: str) -> NDArray[np.float64]:
+    """Linear red, green and blue of a number, three numbers or a name."""
+    parts = named_color(color, parameter) if isinstance(color, str) else np.asarray(color, dtype=float)
+    if parts.shape not in ((), (1,), (3,)):
+        raise ValueError(f"{parameter}: expected one number, three (red, green, blue) or a name, got {color!r}")
+    if not (np.isfinite(parts).all() and (parts >= 0).all() and (parts <= 1).all()):
+        raise ValueError(above_one(parameter, color))
+    return np.array(np.broadcast_to(parts, 3))
 
 
 def above_one(parameter: str, color: ArrayLike) -> str:
-    """What to say of the colour of a surface that is far above 1: perhaps it is of 8 bits."""
-    parts = np.broadcast_to(np.asarray(color, dtype=float), 3)
-    of_eight_bits = (parts >= 0).all() and (parts <= 255).all() and (parts % 1 == 0).all()
+    """A hint for a colour outside of 0 to 1: perhaps it has 8 bits."""
+    parts = np.broadcast_to(np.asarray(color, dtype=float).ravel()[:3], 3)
+    of_eight_bits = (parts >= 0).all() and (parts <= 255).all() and (parts % 1 == 0).all() and parts.max() > 1
     meaning = f'"#{"".join(f"{int(part):02x}" for part in parts)}"' if of_eight_bits else None
-    return sentence(parameter, "linear numbers from 0 to 1", color, meaning)
+    shown = color if isinstance(color, (int, float)) else tuple(np.asarray(color, dtype=float).ravel().tolist())
+    return sentence(parameter, "linear numbers from 0 to 1 for red, green and blue", shown, meaning)
 
 
 def color_map(cmap: Any) -> NDArray[np.float64]:
@@ -58,19 +137,20 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
     Parameters
     ----------
     cmap : str, matplotlib Colormap or (N, 3) array_like
-        The name of a map of matplotlib, such as ``"viridis"``, a map of its, or two or more linear colours.
+        The name of a colour map of matplotlib, such as ``"viridis"``, its object, or two or more colours, linear or
+        named.
 
     Returns
     -------
     (N, 3) float64 array
-        For a map of matplotlib, 256 colours that look as it does once they are encoded in sRGB.
+        For a map of matplotlib, 256 colours that look like it after encoding in sRGB.
 
     Raises
     ------
     ValueError
         For an unknown name and for an array of another shape.
     ImportError
-        For a name other than "viridis" and "coolwarm" where there is no matplotlib.
+        For a name other than "viridis" and "coolwarm" if matplotlib is not installed.
 
     Examples
     --------
@@ -96,12 +176,15 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
         if colors.ndim != 2 or colors.shape[1] not in (3, 4) or colors.dtype.kind not in "iuf":
             raise TypeError(f"cmap: expected a map that makes colours of numbers, got {type(cmap).__name__}")
         return srgb_to_linear(colors[:, :3])
+    numbers = _without_names(cmap, "cmap")
     try:
-        colors = np.asarray(cmap, dtype=float)
+        colors = np.asarray(numbers, dtype=float)
     except (TypeError, ValueError):
         raise TypeError(f"cmap: expected a name or an (N, 3) array of colours, got {type(cmap).__name__}") from None
     if colors.ndim != 2 or colors.shape[1] != 3:
         raise ValueError(f"cmap: expected a name or an (N, 3) array of colours, got shape {colors.shape}")
+    if (colors > 1).any():
+        raise ValueError(above_one("cmap", colors[(colors > 1).any(axis=1)][0]))
     return colors
 
 
@@ -109,17 +192,17 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
 def ridges_and_valleys(
     curvature: float, *, color: ArrayLike = 0.5, ridge: ArrayLike = 1.0, valley: ArrayLike = 0.0
 ) -> _core.ColorByCurvature:
-    """Colour a surface so that its ridges and its valleys stand out.
+    """Colour the ridges and the valleys of a surface.
 
-    The colour goes from that of valleys, where the mean curvature is ``-curvature`` and beyond, through that of the
-    surface, where it is zero, to that of ridges.
+    Points with a mean curvature of ``-curvature`` or less have the colour of valleys, those with zero curvature the
+    colour of the surface, and those with ``curvature`` or more the colour of ridges. Colours are interpolated between.
 
     Parameters
     ----------
     curvature : float
         Mean curvature at which the full colour is reached, 1 / world unit: half the inverse of the radius of an edge.
-    color, ridge, valley : float or (3,) float
-        Linear colours.
+    color, ridge, valley : float, (3,) float or str
+        Linear colours from 0 to 1, or names.
 
     Returns
     -------
@@ -130,5 +213,6 @@ def ridges_and_valleys(
     >>> import isospline
     >>> engraved = isospline.Phong(color=isospline.ridges_and_valleys(0.4, valley=(0.2, 0.05, 0)))
     """
-    colors = np.stack([np.broadcast_to(np.asarray(each, dtype=float), 3) for each in (valley, color, ridge)])
+    given = {"valley": valley, "color": color, "ridge": ridge}
+    colors = np.stack([one_color(each, name) for name, each in given.items()])
     return _core.ColorByCurvature("mean", limits=(-curvature, curvature), cmap=colors)

@@ -1,4 +1,4 @@
-"""Distances between surfaces: on average, at most, and at points."""
+"""Distances between surfaces: mean, maximum, and at points."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ import numpy as np
 from ._core import Isosurface, Measurement, Mesh, Scene
 from .signatures import explained, explained_methods
 
-#: Boxes that are looked at, at most, for one bound.
+#: Largest number of boxes for one bound.
 MOST_BOXES = 1 << 18
+#: Approximate number of boxes at the beginning.
+FIRST_BOXES = 1 << 12
 
 
 @explained_methods
 @dataclass(frozen=True)
 class SurfaceDistance:
-    """Distances of one surface from another, one-sided; of `surface_distance`.
+    """One-sided distances of one surface from another: the result of `surface_distance`.
 
     Attributes
     ----------
@@ -28,7 +30,7 @@ class SurfaceDistance:
     points : (N, 3) float64 array, world units
         Points of the surface, uniform by area.
     distances : (N,) float64 array, world units
-        Of these points: the map.
+        Distances of these points.
     """
 
     mean: Measurement
@@ -51,20 +53,20 @@ def surface_distance(
     seed: int = 0,
     tolerance: float | None = None,
 ) -> SurfaceDistance:
-    """Distances of the points of an isosurface from another surface, which are not those the other way round.
+    """Measure the distances of the points of an isosurface from another surface. The measure is not symmetric.
 
     Parameters
     ----------
     surface : Isosurface
-        With points to sample.
+        A surface with points to sample.
     other : Isosurface, Mesh or Scene
-        What the distances are from.
+        The distances are measured from it.
     samples : int
         Points of the surface for the mean, the root mean square and the map.
     seed : int
-        Of `Isosurface.sample_points`.
+        Seed for `Isosurface.sample_points`.
     tolerance : float, world units, optional
-        Of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel.
+        Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel.
 
     Returns
     -------
@@ -73,14 +75,14 @@ def surface_distance(
     Raises
     ------
     ValueError
-        For fewer than two samples, a tolerance that is not positive, and a surface or another without points.
+        For fewer than two samples, a tolerance that is not positive, and a surface without points.
 
     Notes
     -----
-    The distance from a surface changes by no more than one moves. So the distance at the centre of a box that holds a
-    part of the surface, and half the box's diagonal, bound it there; boxes with the largest bounds are cut in eight
-    until bounds and points that are known are close to each other, or there are 2^18 boxes: where surfaces are
-    parallel, a small tolerance is not reached, and the bounds say so.
+    Caps of capped surfaces count. The distance from a surface is Lipschitz continuous with constant 1. So the distance
+    of a box's centre, plus half the box's diagonal, is an upper bound for the surface in the box. Boxes with the
+    largest bounds are divided into eight, until the bounds are within the tolerance of a known distance or there are
+    2^18 boxes. If surfaces are parallel, a small tolerance is not reached; the bounds show this.
 
     Examples
     --------
@@ -126,9 +128,9 @@ def hausdorff_distance(
     Parameters
     ----------
     surface, other : Isosurface
-        With points.
+        Surfaces with points.
     tolerance : float, world units, optional
-        As of `surface_distance`.
+        As in `surface_distance`.
 
     Returns
     -------
@@ -163,8 +165,11 @@ def _largest_distance(surface, target, lower, tolerance):
     volume = surface.volume
     to_world = volume.affine
     shift = 0.5 if volume.degree % 2 == 0 else 0.0
-    centers = surface.shell.cells + (0.5 - shift)  # index space
-    half, looked_at, left_out = 0.5, 0, 0.0
+    shape = volume.cell_at(volume.cell_count - 1) + 1
+    edge = math.ceil((volume.cell_count / FIRST_BOXES) ** (1 / 3))
+    places = np.meshgrid(*(np.arange(0, cells, edge) for cells in shape), indexing="ij")
+    centers = np.stack(places, axis=-1).reshape(-1, 3) + (edge / 2 - shift)  # index space
+    half, looked_at, left_out = edge / 2, 0, 0.0
     signs = np.array([(1, y, z) for y in (-1, 1) for z in (-1, 1)])
     while True:
         radius = half * np.linalg.norm(signs @ to_world[:3, :3].T, axis=1).max()
@@ -174,7 +179,7 @@ def _largest_distance(surface, target, lower, tolerance):
         wanted = upper > lower + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         centers, world, upper = centers[wanted], world[wanted], upper[wanted]
-        # Boxes that hold a part of the surface, and a point of it.
+        # Boxes that contain a part of the surface, and a point of it.
         on_surface = surface.closest_points(world, max_distance=radius)
         has_surface = np.isfinite(on_surface["distances"])
         centers, upper, points = centers[has_surface], upper[has_surface], on_surface["points"][has_surface]

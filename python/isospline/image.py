@@ -1,21 +1,24 @@
-"""Rendered images: their arrays, and the files that they are written to."""
+"""Rendered images: their arrays, and writing them to files."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import io
+import numbers
 import os
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from . import _core
 from .colors import linear_to_srgb, srgb_to_linear
-from .parameters import check_count, check_path
+from .mistakes import sentence
+from .parameters import check_count, check_path, check_type
 from .signatures import explained_methods
+from .tone import CURVES, tone_mapped
 from .values import same
 
 
@@ -34,10 +37,10 @@ def _layer(name: str, doc: str) -> Any:
 
 @explained_methods
 class Image:
-    """A rendered image: colour and, where `render` was asked for them, layers.
+    """A rendered image: colour and the layers that `render` was asked for.
 
-    Layers are what the rays through the centres of the pixels found, of the first surface whose opacity is not 0; a
-    layer that the image does not hold is an AttributeError. Rows run from the top, pixels of a row from the left.
+    Layers come from the rays through the centres of the pixels, and show the first surface whose opacity is not 0. A
+    layer that the image does not have raises an AttributeError. Rows run from the top, pixels of a row from the left.
     The arrays share the image's memory.
     """
 
@@ -50,71 +53,116 @@ class Image:
     def color(self) -> NDArray[np.float32]:
         """(height, width, 4) float32 array: linear red, green and blue, premultiplied by the fourth, alpha.
 
-        Alpha is the part of the pixel that surfaces, or an opaque background, cover, translucent ones as far as they
-        are opaque. An AttributeError where the image holds 8-bit sRGB instead.
+        Alpha is the part of the pixel that surfaces or an opaque background cover; translucent surfaces count by their
+        opacity. Raises an AttributeError if the image has 8-bit sRGB instead.
         """
         color = self._arrays.color
         if color is None:
             raise AttributeError('color: expected render(..., encoding="linear") for it, got an image of 8-bit sRGB')
         return color
 
-    depth: NDArray[np.float32] = _layer("depth", """(height, width) float32 array, world units: distance along the view.
+    depth: NDArray[np.float32] = _layer(
+        "depth",
+        """(height, width) float32 array, world units: distance along the view.
 
-        It is z of camera space, not along the ray, as in the Z channel of OpenEXR files. In a panorama it is the
-        distance. Infinite where the ray met nothing.
-        """)
-    position: NDArray[np.float32] = _layer("position", """(height, width, 3) float32 array: the point that was hit.
+        This is z of camera space, as in the Z channel of OpenEXR files, and not the distance along the ray. In a
+        panorama it is the distance. Infinite if the ray hit nothing.
+        """,
+    )
+    position: NDArray[np.float32] = _layer(
+        "position",
+        """(height, width, 3) float32 array: the point that was hit.
 
-        In world space; zero where the ray met nothing.
-        """)
-    normal: NDArray[np.float32] = _layer("normal", """(height, width, 3) float32 array: the unit outward normal.
+        In world space; zero if the ray hit nothing.
+        """,
+    )
+    normal: NDArray[np.float32] = _layer(
+        "normal",
+        """(height, width, 3) float32 array: the unit outward normal.
 
-        In world space, of a mesh with normals the one that lies between them; zero where the ray met nothing.
-        """)
-    albedo: NDArray[np.float32] = _layer("albedo", """(height, width, 3) float32 array: linear colour without light.
+        In world space; interpolated for a mesh with vertex normals; zero if the ray hit nothing.
+        """,
+    )
+    albedo: NDArray[np.float32] = _layer(
+        "albedo",
+        """(height, width, 3) float32 array: linear colour without light.
 
-        What `Phong(color=...)`, `Outline(surface_color=...)` or `Material(base_color)` gives, times the colour of a
-        mesh's vertices. Zero where the ray met nothing.
-        """)
-    gradient_magnitude: NDArray[np.float32] = _layer("gradient_magnitude", """(height, width) float32 array, value /
-        world unit: length of the gradient of an isosurface's model; zero for meshes and where the ray met nothing.
-        """)
-    curvature: NDArray[np.float32] = _layer("curvature", """(height, width, 2) float32 array: mean and Gaussian.
+        The colour from `Phong(color=...)`, `Outline(surface_color=...)` or `Material(base_color)`, times the colour of
+        a mesh's vertices. Zero if the ray hit nothing.
+        """,
+    )
+    gradient_magnitude: NDArray[np.float32] = _layer(
+        "gradient_magnitude",
+        """(height, width) float32 array, value /
+        world unit: length of the gradient of an isosurface's model; zero for meshes and if the ray hit nothing.
+        """,
+    )
+    curvature: NDArray[np.float32] = _layer(
+        "curvature",
+        """(height, width, 2) float32 array: mean and Gaussian.
 
-        1 / world unit and 1 / world unit^2, of isosurfaces, as `ColorByCurvature` has them; zero for meshes and where
-        the ray met nothing.
-        """)
-    ambient_occlusion: NDArray[np.float32] = _layer("ambient_occlusion", """(height, width) float32 array: how open the
-        surroundings are, from 0 to 1: the integral of `AmbientOcclusion` for a white surface; zero where the ray met
+        In 1 / world unit and 1 / world unit^2, of isosurfaces, as in `ColorByCurvature`; zero for meshes and if the ray
+        hit nothing.
+        """,
+    )
+    ambient_occlusion: NDArray[np.float32] = _layer(
+        "ambient_occlusion",
+        """(height, width) float32 array: how open the
+        surroundings are, from 0 to 1: the integral of `AmbientOcclusion` for a white surface; zero if the ray hit
         nothing.
-        """)
-    direct: NDArray[np.float32] = _layer("direct", """(height, width, 3) float32 array: the part of `color` of one hit.
+        """,
+    )
+    direct: NDArray[np.float32] = _layer(
+        "direct",
+        """(height, width, 3) float32 array: the part of `color` of one hit.
 
-        Of a path traced image, the light that came after one hit at most, and not from surface to surface: that of the
-        lights and of what the camera sees of them. The rest is indirect.
-        """)
-    variance: NDArray[np.float32] = _layer("variance", """(height, width, 3) float32 array: squared standard error.
+        For a path traced image: the light that was scattered at most once, including visible lights. The rest is
+        indirect light, scattered between surfaces.
+        """,
+    )
+    variance: NDArray[np.float32] = _layer(
+        "variance",
+        """(height, width, 3) float32 array: squared standard error.
 
-        Of red, green and blue of a path traced `color`, which are estimates.
-        """)
-    geometry_ids: NDArray[np.uint32] = _layer("geometry_ids", """(height, width) uint32 array: the objects' ids.
+        For red, green and blue of a path traced `color`, which are estimates.
+        """,
+    )
+    geometry_ids: NDArray[np.uint32] = _layer(
+        "geometry_ids",
+        """(height, width) uint32 array: the objects' ids.
 
-        As given by Scene.cast_rays; `INVALID_ID` where the ray met nothing.
-        """)
-    primitive_ids: NDArray[np.uint64] = _layer("primitive_ids", """(height, width) uint64 array: cells and faces.
+        As in `Scene.cast_rays`; `INVALID_ID` if the ray hit nothing.
+        """,
+    )
+    primitive_ids: NDArray[np.uint64] = _layer(
+        "primitive_ids",
+        """(height, width) uint64 array: cells and faces.
 
-        As given by Scene.cast_rays; `INVALID_PRIMITIVE_ID` where the ray met nothing.
-        """)
+        As in `Scene.cast_rays`; `INVALID_PRIMITIVE_ID` if the ray hit nothing.
+        """,
+    )
 
     @property
     def layers(self) -> tuple[str, ...]:
-        """The names of the layers that the image holds."""
+        """The names of the image's layers."""
         return tuple(name for name in _core.LAYERS if getattr(self._arrays, name) is not None)
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height in pixels."""
         width, height = self._arrays.size
+        return width, height
+
+    @property
+    def crop(self) -> tuple[int, int, int, int]:
+        """The part of the whole picture that the image shows: first column and row, width and height."""
+        (column, row), (width, height) = self._arrays.first, self._arrays.size
+        return column, row, width, height
+
+    @property
+    def full_size(self) -> tuple[int, int]:
+        """Width and height of the whole picture in pixels; `size` unless the image is a crop."""
+        width, height = self._arrays.full_size
         return width, height
 
     @property
@@ -126,14 +174,14 @@ class Image:
     def world_to_ndc(self) -> NDArray[np.float64] | None:
         """(4, 4) float64 array of the camera, for column vectors; see `PerspectiveCamera.world_to_ndc`.
 
-        None of a panorama.
+        None for a panorama.
         """
         return self._arrays.world_to_ndc
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """The picture as it is shown: (height, width, 4) uint8 sRGB, for `numpy.asarray` and matplotlib's `imshow`."""
+        """The displayed picture: (height, width, 4) uint8 sRGB, for `numpy.asarray` and matplotlib's `imshow`."""
         if copy is False and self._arrays.srgb8 is None:
-            raise ValueError("copy: expected None or True, as linear colour has to be encoded, got False")
+            raise ValueError("copy: expected None or True, because linear colour has to be encoded, got False")
         pixels: NDArray[Any] = self.to_srgb()
         if dtype is not None:
             pixels = pixels.astype(dtype, copy=False)
@@ -159,49 +207,105 @@ class Image:
         encoded = self._arrays.srgb8
         return self._arrays.to_srgb8() if encoded is None else encoded
 
-    def denoise(self) -> Image:
-        """Take the noise out of the colour of a path traced image, by Intel's Open Image Denoise.
+    def tone_map(self, curve: Literal["neutral", "aces", "linear"] = "neutral", *, exposure: float = 0.0) -> Image:
+        """Map light of any brightness to the range of displays and PNG files.
+
+        Parameters
+        ----------
+        curve : {"neutral", "aces", "linear"}
+            "neutral" is Khronos' curve for physically based materials: it keeps the colours of surfaces, and maps
+            highlights smoothly below 1. "aces" is the film-like fit of ACES, which adds contrast. "linear" clips at 1.
+        exposure : float
+            Stops: the light is first multiplied by ``2**exposure``.
 
         Returns
         -------
         Image
-            Another one with the same alpha; its variance is still that of the noise that it had.
+            A new image with linear colour from 0 to 1, the same alpha and the same layers.
+
+        References
+        ----------
+        Khronos Group, "PBR Neutral tone mapper specification", 2024; K. Narkowicz, "ACES filmic tone mapping curve",
+        2016.
+        """
+        if curve not in CURVES:
+            raise ValueError(sentence("curve", f"one of {', '.join(CURVES)}", curve))
+        check_type(exposure, "exposure", numbers.Real, "a number")
+        if not -64 <= exposure <= 64:
+            raise ValueError(f"exposure: expected stops from -64 to 64, got {exposure!r}")
+        result = Image(self._arrays.copy())
+        color = result.color
+        for rows in row_bands(color):
+            alpha = color[rows][..., 3:]
+            straight = color[rows][..., :3] / np.where(alpha > 0, alpha, 1)
+            color[rows][..., :3] = tone_mapped(2.0**exposure * straight, curve) * alpha
+        return result
+
+    def over(self, background: Any) -> Image:
+        """Composite the image over a background.
+
+        Parameters
+        ----------
+        background : str, float, (3,) float, (4,) float
+            As in `render`. Applied after `tone_map`, the background keeps its colour.
+
+        Returns
+        -------
+        Image
+            A new image, with the same layers.
+        """
+        red, green, blue, opacity = _core.background_color(background)
+        result = Image(self._arrays.copy())
+        color = result.color
+        behind = (1 - color[..., 3:]) * opacity
+        color[..., :3] += behind * np.array((red, green, blue), np.float32)
+        color[..., 3:] += behind
+        return result
+
+    def denoise(self) -> Image:
+        """Remove noise from the colour of a path traced image, with Intel's Open Image Denoise.
+
+        Returns
+        -------
+        Image
+            A new image with the same alpha. Its layer "variance" is still that of the original noise.
 
         Raises
         ------
         ImportError
-            Where the package pyoidn is not installed.
+            If the package pyoidn is not installed.
         """
         denoise = denoiser()
         result = Image(self._arrays.copy())
-        # Colour alone: albedo and normal, which are those of the pixel's centre, bring their jagged edges along.
+        # Use colour only: albedo and normal are those of the pixel's centre and would add jagged edges.
         result.color[..., :3] = denoise(np.ascontiguousarray(self.color[..., :3]), hdr=True)
         return result
 
     def write(self, path: str | os.PathLike[str], *, half: bool = False, quality: int = 95) -> None:
-        """Write the image to a file, which appears whole or not at all.
+        """Write the image to a file, completely or not at all.
 
         Parameters
         ----------
         path : str or path-like
-            Ends in ``.exr`` for OpenEXR, with the channels R G B A, those of the layers that the image holds, and the
-            camera's matrices in the header; in ``.png`` for sRGB colour of 8 bits; or in ``.jpg`` or ``.jpeg`` for the
-            same over black, without alpha. Channels of layers are Z (depth),
+            Ends in ``.exr`` for OpenEXR, with the channels R G B A, channels of the image's layers, and the camera's
+            matrices in the header; in ``.png`` for 8-bit sRGB colour; or in ``.jpg`` or ``.jpeg`` for the same over
+            black, without alpha. An OpenEXR file of a crop has the picture as its display window and the crop as its
+            data window. Channels of layers are Z (depth),
             P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R albedo.G albedo.B, gradient_magnitude,
             curvature.mean curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G
-            variance.B, id.geometry, and id.primitive and id.primitive_high, of which a primitive id is
+            variance.B, id.geometry, and id.primitive and id.primitive_high; a primitive id is
             ``id.primitive + 2**32 * id.primitive_high``.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
         quality : int
-            Of a JPEG file, from 1 to 100, the best.
+            Quality of a JPEG file, from 1 to 100 (best).
 
         Raises
         ------
         ValueError
-            For another suffix, and an OpenEXR file of an image that holds 8-bit sRGB.
+            For another suffix, and for an OpenEXR file of an image with 8-bit sRGB.
         OSError
-            Where the file cannot be written.
+            If the file cannot be written.
         """
         check_path(path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
@@ -219,7 +323,7 @@ class Image:
     save = write
 
     def show(self) -> None:
-        """Show the image in the viewer of the system, as Pillow does; notebooks show it without."""
+        """Show the image in the system's image viewer, by Pillow. Notebooks show images without this call."""
         import PIL.Image
 
         PIL.Image.fromarray(self.to_srgb()).show()
@@ -255,12 +359,12 @@ def over_black(image: Image) -> NDArray[np.uint8]:
 
 
 def row_bands(array: NDArray[Any]) -> Iterator[slice]:
-    """Slices of some rows each that cover an image: Ctrl-C is heard between them."""
+    """Slices of several rows that cover an image, so that Ctrl-C can stop the work between them."""
     return (slice(first, first + 64) for first in range(0, len(array), 64))
 
 
 def denoiser() -> Callable[..., NDArray[np.float32]]:
-    """The function that takes the noise out of colours."""
+    """The function that removes noise from colours."""
     try:
         from pyoidn import denoise  # type: ignore[import-not-found, unused-ignore]
     except ImportError as error:
@@ -270,7 +374,7 @@ def denoiser() -> Callable[..., NDArray[np.float32]]:
 
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[str]:
-    """The name of a file beside `path` to write to, which takes its place at the end, or goes away on an error."""
+    """The name of a temporary file next to `path`. It replaces `path` at the end, and is removed on an error."""
     file = _core.OutputFile(path)
     temporary = file.temporary
     try:

@@ -1,9 +1,9 @@
-"""Levels worth a look, and the histogram that tells them."""
+"""Suggested levels, and the histogram from which they are computed."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .parameters import check_count, refuse_masked
 from .signatures import explained
@@ -20,27 +20,28 @@ COUNTED_RANGE = 1 << 17
 def suggest_levels(data: ArrayLike, count: int = 3) -> list[float]:
     r"""Suggest levels that separate the materials of a volume, the best first.
 
-    A level parts the samples into two classes, below and above. The first one minimises the variance within them, which
-    is two-class K-means, as the paper chooses its level [1]_, and Otsu's threshold [2]_: in one dimension the optimum
-    is found by trying all. Each further one does the same to one of the classes there are [3]_, to that which
+    A level divides the samples into two classes, below and above. The first level minimises the variance within these
+    classes. That is two-class K-means, by which the paper chooses its level [1]_, and Otsu's threshold [2]_; in one
+    dimension the optimum is found by trying all splits. Each further level splits one of the present classes in the
+    same way [3]_: the one for which the reduction of the sum of squares,
 
     .. math:: \frac{n_0 n_1}{n_0 + n_1} (\mu_1 - \mu_0)^2,
 
-    the sum of squares that the split takes away, is the largest for. So more levels never change the first ones. A
-    narrow peak of air, however high, has next to no variance and is left whole.
+    is largest. So asking for more levels never changes the first ones. A narrow peak of air, however high, has almost
+    no variance and is not split.
 
     Parameters
     ----------
     data : array_like
         Samples of any shape, integers, real numbers or booleans, all finite.
     count : int
-        How many levels to suggest at most.
+        Largest number of levels to suggest.
 
     Returns
     -------
     list of float
-        Each is halfway between two values that occur in the data (for real numbers, of a histogram of 4096 bins). They
-        are fewer than `count` where the data has not more than `count` values, and none where it is constant.
+        Each is halfway between two values that occur in the data (for real numbers, in a histogram of 4096 bins). There
+        are fewer than `count` if the data has at most `count` different values, and none if it is constant.
 
     Raises
     ------
@@ -62,13 +63,14 @@ def suggest_levels(data: ArrayLike, count: int = 3) -> list[float]:
     [45.5, 150.0]
     """
     check_count(count)
-    return levels_of_histogram(*histogram(data), count)
+    values, counts = histogram(data)
+    return levels_of_histogram(values, counts, count)
 
 
-def levels_of_histogram(values, counts, count=3):
-    """What `suggest_levels` does, for the values that occur, ascending, and how often they do."""
+def levels_of_histogram(values: NDArray[np.float64], counts: NDArray[np.int64], count: int = 3) -> list[float]:
+    """Like `suggest_levels`, for the values that occur, in ascending order, and their counts."""
     weights = np.asarray(counts, dtype=float)
-    levels = []
+    levels: list[float] = []
     splits = [_best_split(values, weights, 0, len(values))]
     while len(levels) < count:
         best = max(splits)
@@ -82,9 +84,9 @@ def levels_of_histogram(values, counts, count=3):
 
 
 def histogram(data):
-    """Values that occur in an array, ascending, and how often.
+    """The values that occur in an array, ascending, and their counts.
 
-    Integers of a range up to 2^17 are counted exactly; other numbers in 4096 bins, of which the means are given.
+    Integers of a range up to 2^17 are counted exactly; other numbers in 4096 bins, for which the means are returned.
 
     Returns
     -------
@@ -122,7 +124,7 @@ def histogram(data):
 
 
 def _best_split(values, weights, begin, end):
-    """The split [begin, middle), [middle, end) of a class that takes the most away from its sum of squares.
+    """The split [begin, middle), [middle, end) of a class that reduces its sum of squares most.
 
     Returns that gain, begin, middle and end; a gain of 0 for a class of one value.
     """
@@ -131,7 +133,7 @@ def _best_split(values, weights, begin, end):
     weights, values = weights[begin:end], values[begin:end]
     below = np.cumsum(weights)
     total = below[-1]
-    # About the mean, the first moments of both sides are the same but for their sign.
+    # Relative to the mean, the first moments of both sides only differ in sign.
     moment = np.cumsum(weights * (values - np.average(values, weights=weights)))[:-1]
     gains = moment**2 * total / (below[:-1] * (total - below[:-1]))
     best = int(np.argmax(gains))

@@ -1,34 +1,52 @@
-"""What the options of the command line make of things: their colours, materials, and the light on them."""
+"""The look of objects from the options of the command line: colours, materials, and light."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import isospline
 
-#: What --color-by takes beside a file, and the kinds of curvature.
-CURVATURES = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+from .cli_picture import studio_looks
 
-#: What --shading takes, and the options that not all of them understand.
+#: The values of --color-by besides a file, and the kinds of curvature.
+CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+
+OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
+ENVIRONMENT = ("environment", "environment_intensity", "environment_rotation", "environment_visible")
+MATERIAL = ("metallic", "roughness", "specular")
+PATH_TRACER = ("max_bounces", "seed")
+GROUND = ("ground", "ground_color")
+TONE = ("tone_map", "exposure")
+#: What ends a path traced picture, and with what keeps pictures of all kinds over a pause.
+ENDS = ("noise", "time_limit")
+LIMITS = (*ENDS, "checkpoint", "resume")
+
+#: The values of --shading, and the options that not all of them support.
 SHADINGS = {
-    "phong": ("light", "shadows", "opacity"),
-    "outline": ("opacity",),
-    "ambient-occlusion": ("opacity",),
-    "path-trace": ("light", "environment", "denoise"),
+    "studio": OPACITY,
+    "phong": ("light", "shadows", *GROUND, *TONE, *OPACITY),
+    "outline": (*TONE, *OPACITY),
+    "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
+    "path-trace": ("light", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *ENDS),
 }
 
 
 def looks(arguments, count):
-    """How each of `count` objects looks: a shading each, or materials; and the lights of the latter, or None."""
-    for option in ("light", "shadows", "opacity", "environment", "denoise"):
+    """The look of each of `count` objects: shadings and None, or materials and a `PathTracer`."""
+    for option in given(arguments, sorted({option for options in SHADINGS.values() for option in options})):
         shadings = [shading for shading, options in SHADINGS.items() if option in options]
-        if getattr(arguments, option) and arguments.shading not in shadings:
+        if arguments.shading not in shadings:
             expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]
-            raise ValueError(f"--{option}: expected --shading {expected} beside it, got {arguments.shading}")
+            raise ValueError(f"{flag(option)}: expected --shading {expected} with it, got {arguments.shading}")
 
+    if arguments.ground_color and not arguments.ground:
+        raise ValueError("--ground-color: expected --ground with it, got none")
     colors = _colors(arguments, count)
-    opacities = _each("opacity", arguments.opacity or [1.0], count)
+    opacities = _opacities(arguments, count)
     lights = arguments.light and [_directional(light) for light in arguments.light]
+    if arguments.shading == "studio":
+        return studio_looks(colors, opacities), None
     if arguments.shading == "phong":
         options = dict(lights=lights, shadows=arguments.shadows)
         return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], None
@@ -37,38 +55,77 @@ def looks(arguments, count):
         return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], None
     if arguments.shading == "ambient-occlusion":
         return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], None
-    materials = [isospline.Material(*color.values()) for color in colors]
-    # Irradiance that lets white that faces it send back 1, as it is with Phong.
+    materials = [
+        isospline.Material(*color.values(), **keywords)
+        for color, keywords in zip(colors, _keywords(arguments, MATERIAL, count))
+    ]
+    # The irradiance at which a white surface that faces the light reflects 1, as with Phong.
     lights = [_directional(light, math.pi) for light in arguments.light or ()]
-    if arguments.environment is not None:
-        lights.append(_environment(arguments.environment))
-    return materials, lights or [isospline.EnvironmentLight()]
+    environment = _environment(arguments)
+    if environment is not None or not lights:
+        lights.append(environment or isospline.EnvironmentLight())
+    options = {name: getattr(arguments, name) for name in PATH_TRACER if getattr(arguments, name) is not None}
+    return materials, isospline.PathTracer(lights=lights, **options)
+
+
+def ground_look(arguments, looks):
+    """The shading or the material of the ground, in the light of the others."""
+    color = arguments.ground_color or (0.6, 0.6, 0.6)
+    if arguments.shading == "path-trace":
+        return isospline.Material(color, specular=0)
+    matt = {"specular": 0} if arguments.shading == "phong" else {}
+    return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
+
+
+def given(arguments, options):
+    """The options that were given, by their names in the parsed arguments."""
+    values = {option: getattr(arguments, option) for option in options}
+    return [option for option, value in values.items() if value is not None and value is not False and value != []]
+
+
+def flag(option):
+    """An option as it is typed."""
+    return f"--{option.replace('_', '-')}"
 
 
 def _colors(arguments, count):
-    """The keyword color, of each object, and of none where there is no such option."""
+    """The keyword color for each object; empty if the option was not given."""
     by = _color_by(arguments)
-    given = arguments.color
-    if not given:
+    if not arguments.color:
         return [{} if by is None else {"color": by}] * count
     if by is not None:
         raise ValueError(f"--color: expected it without --color-by, got --color-by {arguments.color_by}")
-    return [{"color": color} for color in _each("color", given, count)]
+    return [{"color": color} for color in _each("color", arguments.color, count)]
 
 
-def _each(option, given, count):
-    """What an option gives for each object: one for all, or as many as there are."""
-    if len(given) not in (1, count):
-        raise ValueError(f"--{option}: expected 1, or {count} for all levels and meshes, got {len(given)}")
-    return given if len(given) == count else given * count
+def _opacities(arguments, count):
+    """The keywords for each object's opacity."""
+    exponent = arguments.silhouette_exponent
+    if exponent is not None and not arguments.silhouette_opacity:
+        raise ValueError(f"--silhouette-exponent: expected --silhouette-opacity with it, got {exponent:g} alone")
+    looks = _keywords(arguments, ("opacity", "silhouette_opacity"), count)
+    return [look if exponent is None else {**look, "silhouette_exponent": exponent} for look in looks]
 
 
-def _together(colors, opacities):
-    return [{**color, "opacity": opacity} for color, opacity in zip(colors, opacities)]
+def _keywords(arguments, options, count):
+    """The keywords that repeated options give for each object."""
+    each = {option: _each(option, getattr(arguments, option), count) for option in given(arguments, options)}
+    return [{option: values[number] for option, values in each.items()} for number in range(count)]
+
+
+def _each(option, values, count):
+    """The value of an option for each object: one for all, or one each."""
+    if len(values) not in (1, count):
+        raise ValueError(f"{flag(option)}: expected 1, or {count} for all levels and meshes, got {len(values)}")
+    return values if len(values) == count else values * count
+
+
+def _together(colors, others):
+    return [{**color, **other} for color, other in zip(colors, others)]
 
 
 def _color_by(arguments):
-    """The rule that a surface's colour follows from, or None."""
+    """The rule for a surface's colour, or None."""
     what = arguments.color_by
     options = {name: getattr(arguments, name) for name in ("cmap", "limits") if getattr(arguments, name) is not None}
     if what in (None, "normal"):
@@ -85,34 +142,47 @@ def _color_by(arguments):
 
 
 def _directional(light, unit=1.0):
-    """The light from a side: x, y, z and, where there are four numbers, its intensity."""
+    """The light from a side: x, y, z and, if there are four numbers, its intensity."""
     x, y, z, *intensity = light
     if not any((x, y, z)):
         raise ValueError("--light: expected a side, which is not 0,0,0, got 0,0,0")
     return isospline.DirectionalLight((-x, -y, -z), intensity=unit * (intensity[0] if intensity else 1.0))
 
 
-def _environment(sky):
+def _environment(arguments):
+    """The environment that the options ask for, or None."""
+    sky, rotation = arguments.environment, arguments.environment_rotation
+    others = given(arguments, ENVIRONMENT[1:])
+    if sky is None and others:
+        raise ValueError(f"{flag(others[0])}: expected --environment with it, got none")
+    if sky is None:
+        return None
+    intensity = 1.0 if arguments.environment_intensity is None else arguments.environment_intensity
+    if not 0 <= intensity < math.inf:
+        raise ValueError(f"--environment-intensity: expected a finite number of at least 0, got {intensity:g}")
+    visible = arguments.environment_visible
     if not isinstance(sky, str):
-        return isospline.EnvironmentLight(sky if len(sky) == 3 else sky[0])
-    return isospline.EnvironmentLight(image=_read_exr(sky))
+        if rotation is not None:
+            raise ValueError(f"--environment-rotation: expected an image in --environment, got {rotation:g} without")
+        return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
+    upright = _upright(arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation)
+    return isospline.EnvironmentLight(
+        intensity, image=isospline.read_environment(sky), rotation=upright, visible=visible
+    )
 
 
-def _read_exr(path):
-    """Red, green and blue of an OpenEXR file."""
+def _upright(up, degrees):
+    """The shortest rotation from z to a direction, after a turn about z."""
     import numpy as np
 
-    with open(path, "rb"):
-        pass
-    try:
-        import OpenEXR
-    except ImportError as error:
-        raise ImportError("--environment: reading .exr needs the package OpenEXR: pip install OpenEXR") from error
-    try:
-        with OpenEXR.File(path, separate_channels=True) as file:
-            channels = file.channels()
-            return np.stack([np.asarray(channels[name].pixels, np.float32) for name in "RGB"], axis=-1)
-    except KeyError as missing:
-        raise ValueError(f"{path}: expected channels R, G and B, got none named {missing.args[0]}") from None
-    except Exception as error:
-        raise ValueError(f"{path}: cannot be read as OpenEXR: {error}") from error
+    if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):
+        raise ValueError(f"--environment-rotation: expected finite degrees and a direction --up, got {degrees}, {up}")
+    z = np.asarray(up, float) / np.linalg.norm(up)
+    if z[2] <= -1 + 1e-12:
+        tilt = np.diag([1.0, -1.0, -1.0])
+    else:
+        x, y = z[:2]
+        cross = np.array([[0, 0, x], [0, 0, y], [-x, -y, 0]])  # of the axis (-y, x, 0)
+        tilt = np.eye(3) + cross + cross @ cross / (1 + z[2])
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return tilt @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])

@@ -1,25 +1,65 @@
-"""Wrong arguments in one sentence: the parameter, what was expected, what came, and what was likely meant."""
+"""Messages for wrong arguments: the parameter, the expected and the given value, and what was probably meant."""
 
 from __future__ import annotations
 
 import difflib
 import inspect
 
-# What other libraries call our parameters.
+# Names of our parameters in other libraries.
 _SYNONYMS = {
-    "colour": "color", "fov": "field_of_view", "yfov": "field_of_view", "view_angle": "field_of_view",
-    "position": "eye", "origin": "eye", "look_at": "target", "lookat": "target", "focal_point": "target",
-    "view_up": "up", "viewup": "up", "vup": "up", "isovalue": "level", "iso": "level", "value": "level",
-    "threshold": "level", "contour_level": "level", "resolution": "size", "window_size": "size", "shape": "size",
-    "imsize": "size", "spp": "samples", "bg": "background", "background_color": "background", "alpha": "opacity",
-    "triangles": "faces", "indices": "faces", "points": "vertices", "affine": "direction", "order": "degree",
-    "colormap": "cmap", "clim": "limits", "vmin": "limits", "vmax": "limits", "material": "shading",
-    "camera_position": "view", "light": "lights", "callback": "progress", "framerate": "fps", "path": "filename",
-    "filename": "path", "file": "path", "voxel_size": "spacing", "voxelsize": "spacing", "tmin": "t_near",
-    "tmax": "t_far", "tnear": "t_near", "tfar": "t_far", "geometries": "objects", "meshes": "objects",
-}  # fmt: skip
+    "colour": "color",
+    "fov": "field_of_view",
+    "yfov": "field_of_view",
+    "view_angle": "field_of_view",
+    "position": "eye",
+    "origin": "eye",
+    "look_at": "target",
+    "lookat": "target",
+    "focal_point": "target",
+    "view_up": "up",
+    "viewup": "up",
+    "vup": "up",
+    "isovalue": "level",
+    "iso": "level",
+    "value": "level",
+    "threshold": "level",
+    "contour_level": "level",
+    "resolution": "size",
+    "window_size": "size",
+    "shape": "size",
+    "imsize": "size",
+    "spp": "samples",
+    "bg": "background",
+    "background_color": "background",
+    "alpha": "opacity",
+    "triangles": "faces",
+    "indices": "faces",
+    "points": "vertices",
+    "affine": "direction",
+    "order": "degree",
+    "colormap": "cmap",
+    "clim": "limits",
+    "vmin": "limits",
+    "vmax": "limits",
+    "material": "shading",
+    "camera_position": "view",
+    "light": "lights",
+    "callback": "progress",
+    "framerate": "fps",
+    "path": "filename",
+    "filename": "path",
+    "file": "path",
+    "voxel_size": "spacing",
+    "voxelsize": "spacing",
+    "tmin": "t_near",
+    "tmax": "t_far",
+    "tnear": "t_near",
+    "tfar": "t_far",
+    "geometries": "objects",
+    "meshes": "objects",
+}
 
-# What is likely meant by a value of this type for this parameter.
+# What was probably meant by a value of this type for this parameter.
 _MEANINGS = {
     ("scene", "Isosurface"): "Scene([surface])",
     ("scene", "Mesh"): "Scene([mesh])",
@@ -67,8 +107,8 @@ def described(value):
         of = " and ".join(names) if len(names) <= 2 else "several types"
         return f"{kind.__name__} of {len(value)} {of}"
     if isinstance(value, dict):
-        names = sorted({type(key).__name__ for key in value}), sorted({type(item).__name__ for item in value.values()})
-        return f"dict of {' and '.join(names[0])} to {' and '.join(names[1])}" if value else "an empty dict"
+        keys, items = ({type(each).__name__ for each in side} for side in (value.keys(), value.values()))
+        return f"dict of {' and '.join(sorted(keys))} to {' and '.join(sorted(items))}" if value else "an empty dict"
     if inspect.isclass(value):
         return f"the class {value.__name__}"
     return kind.__qualname__ if kind.__module__ in ("builtins", "isospline._core") else _full_name(kind)
@@ -80,7 +120,7 @@ def _full_name(kind):
 
 
 def sentence(parameter, expected, value, meaning=None):
-    """`parameter: expected ..., got ...`, and what was likely meant."""
+    """`parameter: expected ..., got ...`, and what was probably meant."""
     meaning = meaning or _meaning(parameter, value)
     hint = f"; did you mean {meaning}?" if meaning else ""
     return f"{parameter}: expected {expected}, got {described(value)}{hint}"
@@ -100,14 +140,14 @@ def _meaning(parameter, value):
 
 
 def refuse_images(data):
-    """Refuse images of other libraries, which NumPy would take for arrays, without their place in the world."""
+    """Refuse images of other libraries: NumPy would treat them as arrays and lose their place in the world."""
     meaning = _meaning("data", data)
     if meaning is not None and meaning.startswith("Volume.from_"):
         raise TypeError(sentence("data", "a three-dimensional array of real numbers", data))
 
 
 def wrong_call(name, signature, positional, keywords):
-    """What is wrong with the number or the names of the arguments of a call, or None."""
+    """The error in the number or the names of a call's arguments, or None."""
     parameters = signature.parameters
     positions = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
     by_position = [each for each in parameters.values() if each.kind in positions]

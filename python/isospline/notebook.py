@@ -1,4 +1,4 @@
-"""What notebooks show of objects: `_repr_png_`, and `show()`, which opens the viewer."""
+"""Display of objects in notebooks: `_repr_png_`, and `show()`, which opens the viewer."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ._core import Isosurface, Scene, Volume
 
 
 def _repr_png_(self):
-    """The picture of a cell whose last expression this is."""
+    """The picture of the object if it is the last expression of a cell."""
     from .viewer.cell import picture
 
     return picture(self)._repr_png_()
@@ -20,7 +20,7 @@ def show(self, **options):
     Parameters
     ----------
     **options
-        Of `isospline.view`.
+        Options of `isospline.view`.
 
     Returns
     -------
@@ -32,5 +32,5 @@ def show(self, **options):
 
 
 for _class in (Scene, Isosurface, Volume):
-    _class._repr_png_ = _repr_png_
-    _class.show = show
+    for _method in (_repr_png_, show):
+        setattr(_class, _method.__name__, _method)

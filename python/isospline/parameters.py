@@ -7,31 +7,41 @@ import os
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .mistakes import sentence
 
-
-# What the core counts with.
+# The largest count in the core.
 COUNT_LIMIT = 2**31 - 1
 
 
 def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT) -> None:
-    """Check that a parameter is a whole number from 1 on; 3.0 is one, too."""
+    """Check that a parameter is a whole number of at least 1; 3.0 is allowed."""
     if not isinstance(count, numbers.Real):
         raise TypeError(sentence(parameter, "a whole number", count))
-    if not (1 <= count <= largest and count % 1 == 0):
-        most = f", and {largest} at most" if count > largest else ""
+    number: Any = count
+    if not (1 <= number <= largest and number % 1 == 0):
+        most = f", and {largest} at most" if number > largest else ""
         raise ValueError(f"{parameter}: expected a whole number of at least 1{most}, got {count!r}")
 
 
 def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expected: str) -> None:
-    """Check that a parameter is an instance of the types, which `expected` puts into words."""
+    """Check that a parameter is an instance of the types; `expected` describes them."""
     if not isinstance(value, types):
         raise TypeError(sentence(parameter, expected, value))
 
 
+def unit_vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
+    """A direction of length one, from three numbers of any length."""
+    vector = np.asarray(value, dtype=float)
+    if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
+        raise ValueError(f"{parameter}: expected three finite numbers, not all of them zero, got {vector.tolist()}")
+    unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
+    return unit
+
+
 def refuse_masked(value: Any, parameter: str) -> None:
-    """Refuse masked values: NumPy takes what is under the mask for data."""
+    """Refuse masked values: NumPy would use the values under the mask as data."""
     count = np.ma.count_masked(value) if isinstance(value, np.ma.MaskedArray) else 0
     if count:
         raise ValueError(
@@ -48,5 +58,5 @@ def check_path(path: Any) -> None:
 
 
 def printable(path: str | os.PathLike[str]) -> str:
-    """The path as text for messages, with escapes in place of what is not UTF-8."""
+    """The path as text for messages; bytes that are not UTF-8 are escaped."""
     return os.fspath(path).encode(errors="backslashreplace").decode()

@@ -1,34 +1,86 @@
-"""Progress of long operations as a bar."""
+"""Progress of long operations: a bar on a terminal, otherwise plain lines, with the remaining time."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
 from .mistakes import sentence
 
+#: Seconds between two plain lines.
+LINE_INTERVAL = 10.0
+
+#: From this fraction on, the rate gives the remaining time.
+LEAST_MADE = 1e-3
+
 
 class Bar:
     """A callable that shows the finished fraction on standard error, for ``progress=True``."""
 
-    def __init__(self) -> None:
+    def __init__(self, title: str = "", leave: bool = True) -> None:
         from tqdm import tqdm
 
-        self._bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}")
+        layout = (title and f"{title:<14}") + "{percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
+        self._bar = tqdm(total=1.0, leave=leave, bar_format=layout, file=sys.stderr)
+        self._begun = False
 
     def __call__(self, fraction: float) -> None:
-        self._bar.update(round(100 * fraction) - self._bar.n)
+        if not self._begun:  # earlier work does not count for the rate
+            self._begun = True
+            self._bar.initial = fraction
+        self._bar.update(fraction - self._bar.n)
+
+    def close(self) -> None:
+        """End the line."""
+        self._bar.close()
 
     def __del__(self) -> None:
-        self._bar.close()
+        self.close()
+
+
+class Lines:
+    """A callable that prints the finished fraction to standard error, one line every ten seconds."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._begin = self._told = time.monotonic()
+        self._first: float | None = None
+
+    def __call__(self, fraction: float) -> None:
+        now = time.monotonic()
+        if self._first is None:
+            self._first = fraction
+        if now - self._told < LINE_INTERVAL:
+            return
+        self._told = now
+        elapsed, made = now - self._begin, fraction - self._first
+        left = f", {_clock(elapsed * (1 - fraction) / made)} left" if made > LEAST_MADE else ""
+        print(f"isospline: {self._title}: {fraction:.0%}, {_clock(elapsed)}{left}", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """There is nothing to clean up."""
+
+
+def _clock(seconds: float) -> str:
+    from tqdm import tqdm
+
+    return tqdm.format_interval(round(seconds))
+
+
+def part_of(progress: Callable[[float], object] | None, number: int, count: int) -> Callable[[float], object] | None:
+    """A callback for one of `count` equal parts of an operation."""
+    return None if progress is None else lambda fraction: progress((number + fraction) / count)
 
 
 def as_callable(progress: Any) -> Callable[[float], object] | None:
-    """What a parameter `progress` stands for."""
+    """The callback for a parameter `progress`."""
     if progress is None or progress is False:
         return None
     if progress is True:
         return Bar()
     if not callable(progress):
         raise TypeError(sentence("progress", "a callable, True for a bar, or None", progress))
-    return progress
+    given: Callable[[float], object] = progress
+    return given

@@ -1,4 +1,4 @@
-"""Results of queries: mappings from names to arrays whose items are attributes as well."""
+"""Results of queries: mappings from names to arrays whose items are also attributes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .signatures import explained_methods
 
-__all__ = ["ClosestPoints", "Crossings", "Hits"]
+__all__ = ["ClosestPoints", "Components", "Crossings", "Hits"]
 
 
 def _item(name: str, doc: str) -> Any:
@@ -29,24 +29,24 @@ def _item(name: str, doc: str) -> Any:
 class Hits(dict[str, NDArray[Any]]):
     """The first crossings of rays, as `Scene.cast_rays` returns them: ``hits.t_hit`` is ``hits["t_hit"]``.
 
-    It holds the arrays that `outputs` names; the leading axes are those of the rays. The type of real numbers is that
-    of the rays, float32 or float64, unless `dtype` tells another.
+    It has the arrays named by `outputs`; the leading axes are those of the rays. The type of real numbers is that of
+    the rays, float32 or float64, unless `dtype` is given.
     """
 
-    t_hit: NDArray[Any] = _item("t_hit", "(...) t of the crossing, inf where the ray misses.")
-    geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(...) uint32, `INVALID_ID` where the ray misses.")
+    t_hit: NDArray[Any] = _item("t_hit", "(...) t of the crossing, inf if the ray misses.")
+    geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(...) uint32, `INVALID_ID` if the ray misses.")
     primitive_ids: NDArray[np.uint64] = _item(
         "primitive_ids", "(...) uint64: the place of the cell in its volume or the face of a mesh."
     )
     primitive_normals: NDArray[Any] = _item(
-        "primitive_normals", "(..., 3) unit outward normals in world space, zero where the ray misses."
+        "primitive_normals", "(..., 3) unit outward normals in world space, zero if the ray misses."
     )
-    positions: NDArray[Any] = _item("positions", "(..., 3) points in world space, NaN where the ray misses.")
+    positions: NDArray[Any] = _item("positions", "(..., 3) points in world space, NaN if the ray misses.")
     primitive_uvs: NDArray[np.float32] = _item(
         "primitive_uvs", "(..., 2) float32, weights of a triangle's second and third corner."
     )
     gradient_magnitudes: NDArray[Any] = _item(
-        "gradient_magnitudes", "(...) of an isosurface's model, in values per world unit; 0 for meshes."
+        "gradient_magnitudes", "(...) for an isosurface's model, in values per world unit; 0 for meshes."
     )
 
     def select(self, rays: NDArray[Any]) -> Hits:
@@ -55,7 +55,7 @@ class Hits(dict[str, NDArray[Any]]):
         Parameters
         ----------
         rays : bool or int array
-            Which of them: any index of the leading axes, such as ``np.isfinite(hits.t_hit)``.
+            The rays: any index of the leading axes, such as ``np.isfinite(hits.t_hit)``.
 
         Returns
         -------
@@ -76,8 +76,8 @@ class Crossings(dict[str, NDArray[Any]]):
     ray_ids: NDArray[np.int64] = _item("ray_ids", "(M,) int64: the ray of each crossing.")
     t_hit: NDArray[np.float64] = _item("t_hit", "(M,) float64, ascending along each ray.")
     geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(M,) uint32.")
-    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(M,) uint64, as of `Hits`.")
-    primitive_uvs: NDArray[np.float32] = _item("primitive_uvs", "(M, 2) float32, as of `Hits`.")
+    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(M,) uint64, as in `Hits`.")
+    primitive_uvs: NDArray[np.float32] = _item("primitive_uvs", "(M, 2) float32, as in `Hits`.")
     primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(M, 3) float64: unit, outward, world space.")
     positions: NDArray[np.float64] = _item("positions", "(M, 3) float64, world space.")
     entering: NDArray[np.bool_] = _item("entering", "(M,) bool: whether the ray enters the solid there.")
@@ -89,19 +89,45 @@ class Crossings(dict[str, NDArray[Any]]):
 class ClosestPoints(dict[str, NDArray[Any]]):
     """The nearest points of a surface, as `Isosurface.closest_points` returns them."""
 
-    points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN where there is none.")
+    points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN if there is none.")
     distances: NDArray[np.float64] = _item("distances", "(...) float64, world units.")
     error_bounds: NDArray[np.float64] = _item(
-        "error_bounds", "(...) float64: the true distance is at most so much less, world units."
+        "error_bounds", "(...) float64: the true distance is smaller by at most this, world units."
     )
-    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(...) uint64, as of `Hits`.")
+    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(...) uint64, as in `Hits`.")
     primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world space.")
 
     def __repr__(self) -> str:
         return _text(self)
 
 
+class Components(dict[str, NDArray[Any]]):
+    """The connected components of a solid, as `Isosurface.components` returns them: the largest volume first.
+
+    Volumes, areas and their errors exist only if they were measured.
+    """
+
+    enclosed_volumes: NDArray[np.float64] = _item("enclosed_volumes", "(N,) float64, world units cubed.")
+    volume_errors: NDArray[np.float64] = _item("volume_errors", "(N,) float64: estimated errors of `enclosed_volumes`.")
+    areas: NDArray[np.float64] = _item(
+        "areas", "(N,) float64, world units squared: including the surfaces of cavities."
+    )
+    area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of `areas`.")
+    bounds: NDArray[np.float64] = _item(
+        "bounds", "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells."
+    )
+    cell_counts: NDArray[np.int64] = _item(
+        "cell_counts", "(N,) int64: number of cells that contain a part of each component."
+    )
+    inside_counts: NDArray[np.int64] = _item(
+        "inside_counts", "(N,) int64: number of cells that are completely in each component, by their coefficients."
+    )
+
+    def __repr__(self) -> str:
+        return _text(self)
+
+
 def _text(result: dict[str, NDArray[Any]]) -> str:
-    """Names, shapes and types, and no numbers."""
+    """Names, shapes and types, without numbers."""
     arrays = ", ".join(f"{name}: {array.dtype}{list(array.shape)}" for name, array in result.items())
     return f"{type(result).__name__}({arrays})"

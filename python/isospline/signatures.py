@@ -1,8 +1,8 @@
-"""The signatures of compiled functions, and what their callers get wrong in one sentence.
+"""Signatures of compiled functions, and one-sentence errors for wrong arguments.
 
-pybind11 puts a signature into the first line of a docstring, and answers arguments that do not fit with all signatures
-and the representation of all arguments, arrays included. Here every compiled function gets a Python function around it
-that has the signature for `inspect`, and that says which argument is wrong (see `mistakes`).
+pybind11 puts a signature into the first line of a docstring. Its error for wrong arguments has all signatures and the
+representation of all arguments, including arrays. Here a Python function is wrapped around every compiled function. It
+has the signature for `inspect`, and its error names the wrong argument (see `mistakes`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     R = TypeVar("R")
     T = TypeVar("T", bound=type)
 
-# How pybind11's answer begins, after the name of the function.
+# The beginning of pybind11's error, after the name of the function.
 _MISFIT = "(): incompatible "
 
 
@@ -45,7 +45,7 @@ def _attach_to_class(owner, module):
     for name, value in list(vars(owner).items()):
         if isinstance(value, property):
             setter = value.fset and _checked_setter(value.fset, name)
-            documented = _documented(owner.__doc__ or "").get(name)  # what the constructor says of it
+            documented = _documented(owner.__doc__ or "").get(name)  # its description in the constructor
             doc = value.__doc__ or (documented and ": ".join(filter(None, documented)))
             setattr(owner, name, property(value.fget, setter, doc=doc))
         elif isinstance(value, staticmethod):
@@ -105,11 +105,11 @@ def _wrapped(function, name, module, owner=None):
         except TypeError as error:
             if _MISFIT in str(error):
                 explain = functools.partial(_misfit, definition=definition)
-                error = _without_self(call, explain, call.__signature__, positional, keywords)
+                error = _without_self(call, explain, signature, positional, keywords)
             positional = ()
             raise error from None
         except BaseException:
-            positional = ()  # debuggers show what a traceback holds: no object that has not been made
+            positional = ()  # debuggers show the objects of a traceback, which must be complete
             raise
 
     del call.__wrapped__  # stubs and help() shall see this function's own signature
@@ -118,7 +118,8 @@ def _wrapped(function, name, module, owner=None):
     call.__module__ = module.__name__
     call.__doc__ = rest.lstrip("\n") or None
     doc = owner.__doc__ if name == "__init__" else call.__doc__
-    call.__signature__ = _signature(definition, vars(module), _documented(doc or ""))
+    signature = _signature(definition, vars(module), _documented(doc or ""))
+    call.__signature__ = signature  # type: ignore[attr-defined]
     return call
 
 
@@ -137,7 +138,7 @@ def _checked_setter(setter, name):
 
 
 def _documented(doc):
-    """What a docstring says of parameters: their types, with the shapes of arrays, and what they are."""
+    """The parameters in a docstring: their types, with the shapes of arrays, and their descriptions."""
     section = re.search(r"^Parameters\n-+\n(.*?)(?:\n\n\w[^\n]*\n--|\Z)", doc, re.DOTALL | re.MULTILINE)
     text = f"{section.group(1)}\n" if section else ""
     items = re.findall(r"^(\w+(?:, \w+)*) : (.+)\n((?:    .*\n|\n)*)", text, re.MULTILINE)
@@ -145,7 +146,7 @@ def _documented(doc):
 
 
 def _signature(definition, names, documented):
-    """What `inspect` wants, of the definition that pybind11's line is."""
+    """The signature for `inspect`, from pybind11's line as a definition."""
     given, parameters = definition.args, []
     known = {**names, "inf": math.inf, "nan": math.nan, "dtype": np.dtype}
 
@@ -169,18 +170,23 @@ def _signature(definition, names, documented):
 
 
 def _readable(annotation):
-    """An annotation's text as a person would write it."""
+    """The text of an annotation in readable form."""
     text = ast.unparse(annotation)
-    for long, short in (("typing.SupportsFloat | typing.SupportsIndex", "float"),
-                        ("typing.SupportsInt | typing.SupportsIndex", "int"),
-                        ("isospline._core.", ""), ("collections.abc.", ""), ("numpy.typing.", ""),
-                        ("typing.", ""), ("numpy.", "np.")):  # fmt: skip
+    for long, short in (
+        ("typing.SupportsFloat | typing.SupportsIndex", "float"),
+        ("typing.SupportsInt | typing.SupportsIndex", "int"),
+        ("isospline._core.", ""),
+        ("collections.abc.", ""),
+        ("numpy.typing.", ""),
+        ("typing.", ""),
+        ("numpy.", "np."),
+    ):
         text = text.replace(long, short)
     return text
 
 
 def _misfit(name, signature, positional, keywords, definition):
-    """The error for arguments that pybind11 did not take."""
+    """The error for arguments that pybind11 did not accept."""
     message = wrong_call(name, signature, positional, keywords)
     if message:
         return TypeError(message)
@@ -189,16 +195,17 @@ def _misfit(name, signature, positional, keywords, definition):
     for parameter, value in given.items():
         none_fits = value is None and signature.parameters[parameter].default is None
         if not none_fits and not _fits(annotations[parameter], value):
-            return TypeError(sentence(parameter, _phrase(annotations[parameter]), value,
-                                      _lone_item(annotations[parameter], value)))  # fmt: skip
-    for parameter, value in given.items():  # what is left does not fit into the machine's integers
+            return TypeError(
+                sentence(parameter, _phrase(annotations[parameter]), value, _lone_item(annotations[parameter], value))
+            )
+    for parameter, value in given.items():  # the remaining ones do not fit into the machine's integers
         if _phrase(annotations[parameter]) == _WHOLE_NUMBER and not 0 <= int(value) < 2**31:
             return ValueError(f"{parameter}: expected {_WHOLE_NUMBER} of 32 bits, got {value!r}")
     return TypeError(f"{name}: expected arguments {signature}, got others")
 
 
 def _lone_item(annotation, value):
-    """The list that is meant where one item came."""
+    """The list that was probably meant if a single item was given."""
     for option in _options(annotation):
         if _head(option) == "collections.abc.Sequence" and _fits(option.slice, value):
             return f"[{type(value).__name__}(...)]" if type(value).__module__ not in ("builtins",) else f"[{value!r}]"
@@ -206,7 +213,7 @@ def _lone_item(annotation, value):
 
 
 _WHOLE_NUMBER = "a whole number"
-# Pairs of types that stand for one.
+# Pairs of types with one meaning.
 _NUMBERS = {"typing.SupportsFloat": "a number", "typing.SupportsInt": _WHOLE_NUMBER}
 _COUNTS = {2: "two", 3: "three", 4: "four"}
 
@@ -219,7 +226,7 @@ def _options(annotation):
 
 
 def _head(annotation):
-    """The dotted name of a type, without what is in brackets."""
+    """The dotted name of a type, without brackets."""
     return ast.unparse(annotation.value if isinstance(annotation, ast.Subscript) else annotation)
 
 
@@ -228,7 +235,7 @@ def _items(annotation):
 
 
 def _size(annotation):
-    """Of ``Annotated[Sequence[X], "FixedSize(2)"]``, X and 2."""
+    """For ``Annotated[Sequence[X], "FixedSize(2)"]``: X and 2."""
     sequence, size = _items(annotation)
     return _items(sequence)[0], int("".join(filter(str.isdigit, size.value)))
 
@@ -243,7 +250,7 @@ def _fits_one(annotation, value):
         return value is None
     if head in _NUMBERS:
         return _is_number(value, whole=head == "typing.SupportsInt")
-    if head == "typing.SupportsIndex":  # beside one of these, which heeds it
+    if head == "typing.SupportsIndex":  # part of a union with one of these, which checks it
         return False
     if head == "bool":
         return value is None or hasattr(type(value), "__bool__")
@@ -264,8 +271,8 @@ def _fits_one(annotation, value):
         return hasattr(type(value), "__fspath__")
     if head.startswith("isospline._core."):
         return any(kind.__name__ == head.rpartition(".")[2] for kind in type(value).__mro__)
-    kind = {"str": (str, bytes), "bytes": bytes, "dict": dict}.get(head, object)
-    return isinstance(value, kind)
+    kinds: dict[str, Any] = {"str": (str, bytes), "bytes": bytes, "dict": dict}
+    return isinstance(value, kinds.get(head, object))
 
 
 def _is_number(value, whole):
@@ -284,7 +291,7 @@ def _is_sequence(value):
 
 def _phrase(annotation, plural=False):
     """A type in words."""
-    phrases = []
+    phrases: list[str] = []
     for option in _options(annotation):
         phrase = _phrase_one(option)
         if phrase not in (None, *phrases):
@@ -313,6 +320,12 @@ def _phrase_one(annotation):
         name = head.rpartition(".")[2]
         return f"{'an' if name[0] in 'AEIO' else 'a'} {name}"
     return {
-        "None": "None", "typing.SupportsIndex": None, "bool": "True or False", "str": "a str", "bytes": None,
-        "dict": "a dict", "os.PathLike": "a path", "collections.abc.Iterable": "an iterable",
-    }.get(head, f"a value of type {head}")  # fmt: skip
+        "None": "None",
+        "typing.SupportsIndex": None,
+        "bool": "True or False",
+        "str": "a str",
+        "bytes": None,
+        "dict": "a dict",
+        "os.PathLike": "a path",
+        "collections.abc.Iterable": "an iterable",
+    }.get(head, f"a value of type {head}")

@@ -1,4 +1,4 @@
-"""What a volume file holds, in numbers and as text for a terminal."""
+"""A summary of a volume file, as numbers and as text for a terminal."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ from .levels import histogram, levels_of_histogram
 
 #: Rows of the histogram.
 ROWS = 24
+#: Components of a surface that are listed.
+MOST_COMPONENTS = 10
+
+_COMPONENT_COLUMNS = ("enclosed_volumes", "areas", "cell_counts", "bounds")
+#: The description of a patient's frame.
+PATIENT = "x runs to the left, y to the back, z to the head, in mm"
 
 
 def summarize(volume, path, levels=3):
-    """Numbers about a VolumeData, in types that JSON knows; vectors are (x, y, z), a matrix is a list of rows."""
+    """Numbers about a VolumeData, of types that JSON supports; vectors are (x, y, z), a matrix is a list of rows."""
     data = volume.data
     values, counts = histogram(data)
     mean = np.average(values, weights=counts)
@@ -29,6 +35,7 @@ def summarize(volume, path, levels=3):
         "spacing": list(volume.spacing),
         "origin": list(volume.origin),
         "direction": np.asarray(volume.direction).tolist(),
+        "patient": volume.patient,
         "bounds": [corners.min(axis=(0, 1, 2)).tolist(), corners.max(axis=(0, 1, 2)).tolist()],
         "minimum": float(data.min()),
         "maximum": float(data.max()),
@@ -49,6 +56,7 @@ def describe(summary, width=80, unicode=True):
         f"  spacing    {_numbers(summary['spacing'])}",
         f"  origin     {_numbers(summary['origin'])}",
         f"  direction  {_direction(np.array(summary['direction']))}",
+        f"  patient    {PATIENT if summary['patient'] else 'not told'}",
         f"  from       {_numbers(lower)}",
         f"  to         {_numbers(upper)}",
         f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "
@@ -65,7 +73,7 @@ def _numbers(values):
 
 
 def _histogram_lines(summary, width, unicode):
-    """A bar a row, as long as the logarithm of its count, and the suggested levels beside the rows that they are in."""
+    """One bar per row, as long as the logarithm of its count; suggested levels are next to their rows."""
     edges, counts = summary["histogram"]["edges"], summary["histogram"]["counts"]
     labels = [f"{edge:.5g}" for edge in edges[:-1]]
     label_width, count_width = max(map(len, labels)), len(str(max(counts)))
@@ -74,8 +82,11 @@ def _histogram_lines(summary, width, unicode):
     lines = [f"  {'value':>{label_width}}  {'count (bars: logarithm)':<{bar_width}}"]
     for index, (label, count) in enumerate(zip(labels, counts)):
         last = index == len(counts) - 1
-        levels = [level for level in summary["suggested_levels"]
-                  if edges[index] <= level and (level < edges[index + 1] or last)]
+        levels = [
+            level
+            for level in summary["suggested_levels"]
+            if edges[index] <= level and (level < edges[index + 1] or last)
+        ]
         mark = f" {arrow} {', '.join(f'{level:.5g}' for level in levels)}" if levels else ""
         length = bar_width * math.log1p(count) / math.log1p(max(counts))
         lines.append(f"  {label:>{label_width}}  {_bar(length, unicode):<{bar_width}} {count:>{count_width}}{mark}")
@@ -83,7 +94,7 @@ def _histogram_lines(summary, width, unicode):
 
 
 def _bar(length, unicode):
-    """A bar of so many characters; in Unicode to an eighth of one."""
+    """A bar of a length in characters; in Unicode, to an eighth of a character."""
     if not unicode:
         return "#" * round(length)
     eighths = round(length * 8)
@@ -91,7 +102,7 @@ def _bar(length, unicode):
 
 
 def _direction(matrix):
-    """`+x +y +z` where the axes are those of the world or opposite ones, else the columns."""
+    """`+x +y +z` if the axes are parallel to the world's axes, otherwise the columns."""
     if np.allclose(np.abs(matrix), np.eye(3)[np.abs(matrix).argmax(axis=0)].T, atol=1e-6):
         axes = [int(np.abs(column).argmax()) for column in matrix.T]
         names = [f"{'+' if matrix[axis, index] > 0 else '-'}{'xyz'[axis]}" for index, axis in enumerate(axes)]
@@ -108,10 +119,20 @@ def _bytes(count):
         count /= 1024
 
 
-def describe_measures(path, level, found):
-    """What was measured of the isosurface of a file, as text: a line a number, with its error."""
+def describe_measures(path, level, found, components):
+    """The measures of a file's isosurface as text: a line for each number with its error, and a line for each of the
+    largest components."""
     units = {"enclosed_volume": "unit^3", "area": "unit^2", "mean_curvature": "unit", "gaussian_curvature": ""}
     lines = [str(path), f"  {'level':<20} {level:.6g}"]
     for name, each in found.items():
         lines.append(f"  {name.replace('_', ' '):<20} {each.value:<14.8g} +- {each.error:<8.2g} {units[name]}".rstrip())
+    lines.append(f"  {'components':<20} {len(components.areas)}")
+    shown = min(len(components.areas), MOST_COMPONENTS)
+    if shown:
+        lines.append(f"    {'volume':>12} {'area':>12} {'cells':>9}  box")
+    for volume, area, cells, box in zip(*(components[name][:shown] for name in _COMPONENT_COLUMNS)):
+        corners = " to ".join("(" + ", ".join(f"{value:.6g}" for value in corner) + ")" for corner in box)
+        lines.append(f"    {volume:>12.6g} {area:>12.6g} {cells:>9}  {corners}")
+    if shown < len(components.areas):
+        lines.append(f"    and {len(components.areas) - shown} smaller ones")
     return "\n".join(lines)

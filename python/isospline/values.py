@@ -1,7 +1,7 @@
-"""Values: cameras, shadings, lights, materials and cuts, which are equal where what they are made of is.
+"""Values: cameras, shadings, lights, materials and cuts, which are equal if their parameters are.
 
-They never change. `replace` makes another one of changed parts, and pickle takes them apart and makes them again.
-Volumes, meshes, surfaces and scenes are told apart by identity, and travel whole.
+They never change. `replace` makes a new one with changed parameters, and pickle stores the parameters.
+Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole.
 """
 
 from __future__ import annotations
@@ -11,30 +11,46 @@ import numpy as np
 from . import _core
 from .signatures import parameters_of
 
-# What a constructor takes in place of other parameters.
+# Parameters of constructors that replace others.
 _ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
 
 VALUE_TYPES = (
-    _core.AmbientOcclusion, _core.Box, _core.ColorByCurvature, _core.ColorByDepth, _core.ColorByNormal,
-    _core.ColorByVolume, _core.DirectionalLight, _core.EnvironmentLight, _core.HalfSpace, _core.Material,
-    _core.OrthographicCamera, _core.Outline, _core.PanoramicCamera, _core.PathTracer, _core.PerspectiveCamera,
-    _core.Phong, _core.PositionalLight, _core.ProjectionPlaneCamera, _core.RectangleLight, _core.SphereLight,
-)  # fmt: skip
+    _core.AmbientOcclusion,
+    _core.Box,
+    _core.ColorByCurvature,
+    _core.ColorByDepth,
+    _core.ColorByNormal,
+    _core.ColorByVolume,
+    _core.DirectionalLight,
+    _core.EnvironmentLight,
+    _core.HalfSpace,
+    _core.Material,
+    _core.OrthographicCamera,
+    _core.Outline,
+    _core.PanoramicCamera,
+    _core.PathTracer,
+    _core.PerspectiveCamera,
+    _core.Phong,
+    _core.PositionalLight,
+    _core.ProjectionPlaneCamera,
+    _core.RectangleLight,
+    _core.SphereLight,
+)
 
 
 def parts(value):
-    """The parameters of a value's constructor, and what it has for them."""
+    """The parameters of a value's constructor, with their values."""
     left_out = _ALTERNATIVES.get(type(value).__name__, ())
     return {name: _part(value, name) for name in parameters_of(type(value)) if name not in left_out}
 
 
 def _part(value, name):
-    given = getattr(value, f"_{name}", None)  # as given, where the attribute tells what that comes to
+    given = getattr(value, f"_{name}", None)  # the original argument, if the attribute has a derived value
     return getattr(value, name) if given is None else given()
 
 
 def _replace(self, **changes):
-    """The same value with other parts: ``camera.replace(eye=(0, -20, 0))``.
+    """The same value with changed parameters: ``camera.replace(eye=(0, -20, 0))``.
 
     Parameters
     ----------
@@ -72,7 +88,7 @@ def _hash(self):
 
 
 def _hashable(part):
-    """Something small that equal parts have the same of."""
+    """Something small and hashable that is equal for equal parts."""
     if isinstance(part, np.ndarray):
         return part.shape if part.size > 16 else tuple(part.ravel().tolist())
     if isinstance(part, dict):
@@ -93,11 +109,11 @@ def _reduce(self):
 
 
 def _itself(self, memo=None):
-    """Copies of what never changes."""
+    """The copy of a value that never changes."""
     return self
 
 
-# Scenes, meshes and hoppers, by what makes them again.
+# Scenes, meshes and hoppers are pickled as arguments of their constructors.
 
 
 def _reduce_mesh(self):
@@ -146,12 +162,16 @@ def _deep_copy_scene(self, memo):
     return copied
 
 
+def _add_methods(kind, **methods):
+    for name, method in methods.items():
+        setattr(kind, name, method)
+
+
 for _kind in VALUE_TYPES:
-    _kind.replace = _replace
-    _kind.__eq__, _kind.__hash__, _kind.__reduce__ = _equal, _hash, _reduce
-    _kind.__copy__ = _kind.__deepcopy__ = _itself
-_core.Volume.__copy__ = _core.Volume.__deepcopy__ = _core.Mesh.__copy__ = _core.Mesh.__deepcopy__ = _itself
-_core.Mesh.__reduce__ = _reduce_mesh
-_core.VoxelHopper.__reduce__ = _reduce_hopper
-_core.Isosurface.__copy__, _core.Isosurface.__deepcopy__ = _copy_surface, _deep_copy
-_core.Scene.__reduce__, _core.Scene.__copy__, _core.Scene.__deepcopy__ = _reduce_scene, _copy_scene, _deep_copy_scene
+    _add_methods(_kind, replace=_replace, __eq__=_equal, __hash__=_hash, __reduce__=_reduce)
+    _add_methods(_kind, __copy__=_itself, __deepcopy__=_itself)
+_add_methods(_core.Volume, __copy__=_itself, __deepcopy__=_itself)
+_add_methods(_core.Mesh, __copy__=_itself, __deepcopy__=_itself, __reduce__=_reduce_mesh)
+_add_methods(_core.VoxelHopper, __reduce__=_reduce_hopper)
+_add_methods(_core.Isosurface, __copy__=_copy_surface, __deepcopy__=_deep_copy)
+_add_methods(_core.Scene, __copy__=_copy_scene, __deepcopy__=_deep_copy_scene, __reduce__=_reduce_scene)

@@ -16,15 +16,12 @@ from .image import Image, over_black, row_bands, whole_file
 from .parameters import check_path, check_type
 from .signatures import explained
 
-# What comes after the last image; None is a wrong one.
-_NONE = object()
-
 
 @explained
 def write_video(
     path: str | os.PathLike[str], images: Iterable[Image], *, fps: float = 30.0, quality: float = 7.0
 ) -> None:
-    """Write images to a video as they come; the file appears whole or not at all.
+    """Write images to a video as they are rendered. The file is written completely or not at all.
 
     The encoder is FFmpeg's H.264, from the package imageio-ffmpeg (``pip install isospline[video]``). Transparent parts
     of the images become black.
@@ -36,9 +33,9 @@ def write_video(
     images : iterable of Image
         All of one size, of even width and height. A generator that renders them keeps one at a time in memory.
     fps : float
-        Images a second.
+        Images per second.
     quality : float
-        From 0 to 10, the best.
+        From 0 to 10 (best).
 
     Raises
     ------
@@ -47,7 +44,7 @@ def write_video(
     ImportError
         Without imageio-ffmpeg.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
 
     Examples
     --------
@@ -64,25 +61,55 @@ def write_video(
     if not 0 <= quality <= 10:
         raise ValueError(f"quality: expected a number from 0 to 10, got {quality!r}")
     images = iter(images)
-    first = next(images, _NONE)
-    if first is _NONE:
-        raise ValueError("images: expected at least one, got none")
+    try:
+        first = next(images)
+    except StopIteration:
+        raise ValueError("images: expected at least one, got none") from None
     check_type(first, "images", Image, "an isospline.Image each")
     width, height = first.size
     encoder = check((width, height), fps)
 
     command = [
-        encoder, "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps),
-        "-i", "-", "-c:v", "libx264", "-crf", str(round(51 * (1 - quality / 10))), "-pix_fmt", "yuv420p",
-        # Colours of BT.709, said so in the file: players guess otherwise.
-        "-vf", "scale=out_color_matrix=bt709", "-colorspace", "bt709", "-color_primaries", "bt709",
-        "-color_trc", "bt709", "-movflags", "+faststart", "-f", "mp4",
-    ]  # fmt: skip
+        encoder,
+        "-y",
+        "-v",
+        "error",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        f"{width}x{height}",
+        "-r",
+        str(fps),
+        "-i",
+        "-",
+        "-c:v",
+        "libx264",
+        "-crf",
+        str(round(51 * (1 - quality / 10))),
+        "-pix_fmt",
+        "yuv420p",
+        # Colours of BT.709, declared in the file: otherwise players guess.
+        "-vf",
+        "scale=out_color_matrix=bt709",
+        "-colorspace",
+        "bt709",
+        "-color_primaries",
+        "bt709",
+        "-color_trc",
+        "bt709",
+        "-movflags",
+        "+faststart",
+        "-f",
+        "mp4",
+    ]
     with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
-        # In a session of its own, so that Ctrl-C is ours alone to deal with.
+        # In a session of its own, so that only this process receives Ctrl-C.
         process = subprocess.Popen(
             [*command, temporary], stdin=subprocess.PIPE, stderr=complaints, start_new_session=True
         )
+        assert process.stdin is not None  # it is a pipe
         try:
             with contextlib.suppress(BrokenPipeError), process.stdin:
                 for image in itertools.chain([first], images):
@@ -102,7 +129,7 @@ def write_video(
 
 
 def _system_error(reason: str, code: int) -> OSError:
-    """The system's own error, where FFmpeg names one."""
+    """The system's own error, if FFmpeg reports one."""
     named = (number for number in errno.errorcode if number > 0 and os.strerror(number) in reason)
     number = errno.EFBIG if code == -signal.SIGXFSZ else next(named, None)
     if number is not None:
@@ -111,7 +138,7 @@ def _system_error(reason: str, code: int) -> OSError:
 
 
 def check(size: tuple[int, int], fps: float) -> str:
-    """Find FFmpeg, and out whether it takes images of this (width, height) and rate."""
+    """Fail early if FFmpeg is missing, or does not accept images of this (width, height) and rate."""
     try:
         import imageio_ffmpeg
     except ImportError:

@@ -1,8 +1,8 @@
-"""Volumes made from formulas, to try, test and measure with.
+"""Volumes made from formulas, for examples, tests and benchmarks.
 
 Each function here returns a `Field`: a scalar field on the cube [-1, 1]^3 with its gradient in closed form and a level
-at which its isosurface is worth seeing. Sampled on a grid of any size, it becomes the data of an `isospline.Volume`
-whose world coordinates are the field's.
+with an interesting isosurface. Sampled on a grid of any size, it becomes the data of an `isospline.Volume` whose world
+coordinates are those of the field.
 
 Examples
 --------
@@ -34,7 +34,7 @@ Shape = Union[int, "tuple[int, int, int]"]
 
 
 class Grid(TypedDict):
-    """Where the samples of a field are."""
+    """The place of a field's samples."""
 
     spacing: tuple[float, float, float]
     origin: tuple[float, float, float]
@@ -50,9 +50,9 @@ class Field:
     value : callable
         Maps (..., 3) points to (...) values.
     gradient : callable
-        Maps (..., 3) points to (..., 3) gradients, in closed form; complex points too, for `hessian`.
+        Maps (..., 3) points to (..., 3) gradients, in closed form; also for complex points, which `hessian` uses.
     level : float
-        A level worth seeing.
+        A level with an interesting isosurface.
     """
 
     value: Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -73,7 +73,7 @@ class Field:
         shape : int or (int, int, int)
             Samples along z, y and x.
         dtype : dtype
-            Of the result; the field is evaluated in float64.
+            Type of the result; the field is evaluated in float64.
 
         Returns
         -------
@@ -91,18 +91,20 @@ class Field:
         return data
 
     def grid(self, shape: Shape) -> Grid:
-        """Spacing and origin, (x, y, z), that go with `samples(shape)`: keyword arguments for `isospline.Volume`."""
+        """Spacing and origin, (x, y, z), of `samples(shape)`: keyword arguments for `isospline.Volume`."""
         z, y, x = (2 / count for count in _shape(shape))
         return {"spacing": (x, y, z), "origin": (-1 + x / 2, -1 + y / 2, -1 + z / 2)}
 
 
 def _shape(shape: Shape) -> tuple[int, int, int]:
-    shape = (shape,) * 3 if np.ndim(shape) == 0 else tuple(shape)
-    if len(shape) != 3:
-        raise ValueError(f"shape: expected one number of samples or three, got {len(shape)}")
-    for count in shape:
+    given: Any = shape
+    counts = (given,) * 3 if np.ndim(given) == 0 else tuple(given)
+    if len(counts) != 3:
+        raise ValueError(f"shape: expected one number of samples or three, got {len(counts)}")
+    for count in counts:
         check_count(count, "shape")
-    return tuple(int(count) for count in shape)
+    z, y, x = map(int, counts)
+    return z, y, x
 
 
 @explained
@@ -156,7 +158,7 @@ def gyroid(periods: float = 2.0) -> Field:
 
 @explained
 def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
-    r"""The test signal of Marschner and Lobb (Visualization '94), hard on reconstruction filters.
+    r"""The test signal of Marschner and Lobb (Visualization '94), which is difficult for reconstruction filters.
 
     .. math:: f = \frac{1 - \sin(\pi z / 2) + \alpha (1 + \rho(\sqrt{x^2 + y^2}))}{2 (1 + \alpha)}, \quad
               \rho(r) = \cos(2 \pi f_M \cos(\pi r / 2))

@@ -1,56 +1,68 @@
-// A source of coefficients that keeps copies of its own and the bricks that it was asked for, for tests.
+// A source of coefficients that counts the requested bricks, for tests.
 #pragma once
 
-#include "isospline/brick/source.h"
+#include "isospline/brick/ranges.h"
+#include "isospline/spline/coefficient_source.h"
+#include "isospline/spline/volume.h"
+#include "isospline/util/memory_budget.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
 namespace isospline {
 
-/// Copies a brick where it is first asked for, each row no longer than what must be readable of it; the volume may
-/// change after that. Throws `Refusal` instead while `refuse` is set.
+/// Provides the coefficients of a volume in memory. While `refuse` is set, it throws `Refusal` instead.
 class CountingSource final : public CoefficientSource {
 public:
     struct Refusal {};
 
-    explicit CountingSource(std::shared_ptr<const Volume> volume) : volume_(std::move(volume)) {}
+    /// With a budget in bytes, or without one.
+    explicit CountingSource(std::shared_ptr<const Volume> volume, std::size_t limit = 0)
+        : volume_(std::move(volume)), ranges_(*volume_), budget_(limit), has_budget_(limit > 0)
+    {
+    }
 
-    CoefficientView coefficients(const Brick& brick) const override
+    void copy(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
+              std::ptrdiff_t slice_stride) const override
     {
         const std::lock_guard lock(mutex_);
         if (refuse)
             throw Refusal();
-        ++asked_;
-        auto [place, is_new] = copies_.try_emplace({brick.first.x, brick.first.y, brick.first.z});
-        // Four floats are readable from the beginning of every row of a cell.
-        const glm::ivec3 size = brick.size + glm::ivec3(3, volume_->degree(), volume_->degree());
-        if (is_new) {
-            const float* first = volume_->cell_coefficients(brick.first.x, brick.first.y, brick.first.z);
-            for (int z = 0; z < size.z; ++z)
-                for (int y = 0; y < size.y; ++y) {
-                    const float* row = first + y * volume_->row_stride() + z * volume_->slice_stride();
-                    place->second.insert(place->second.end(), row, row + size.x);
-                }
+        // The part of a brick's box that is in the volume has more than the coefficients of a cell.
+        constexpr int most_of_cell = 4;
+        if (std::min({size.x, size.y, size.z}) > most_of_cell) {
+            ++asked_;
+            const glm::ivec3 brick = (first + volume_->padding()) / brick_size;
+            bricks_.insert({brick.x, brick.y, brick.z});
         }
-        return {place->second.data(), size.x, std::ptrdiff_t{size.x} * size.y};
+        volume_->copy(first, size, to, row_stride, slice_stride);
     }
 
-    /// The first cells of bricks that were asked for.
+    std::span<const float> brick_ranges() const override
+    {
+        const auto octets = ranges_.octets();
+        return {octets.front().lower.data(), octets.size_bytes() / sizeof(float)};
+    }
+
+    MemoryBudget* budget() const override { return has_budget_ ? &budget_ : nullptr; }
+
+    /// The first cells of requested bricks.
     std::vector<glm::ivec3> bricks() const
     {
         const std::lock_guard lock(mutex_);
         std::vector<glm::ivec3> bricks;
-        for (const auto& [first, copy] : copies_)
-            bricks.emplace_back(first[0], first[1], first[2]);
+        for (const auto& at : bricks_)
+            bricks.push_back(brick_size * glm::ivec3(at[0], at[1], at[2]));
         return bricks;
     }
-    /// How often it was asked.
+    /// The number of requests for a brick.
     std::size_t asked() const
     {
         const std::lock_guard lock(mutex_);
@@ -61,9 +73,19 @@ public:
 
 private:
     const std::shared_ptr<const Volume> volume_;
+    const BrickRanges ranges_;
+    mutable MemoryBudget budget_;
+    const bool has_budget_;
     mutable std::mutex mutex_;
     mutable std::size_t asked_ = 0;
-    mutable std::map<std::array<int, 3>, std::vector<float>> copies_; ///< by the brick's first cell
+    mutable std::set<std::array<int, 3>> bricks_;
 };
+
+/// The volume of a source.
+inline std::shared_ptr<const Volume> volume_of(const std::shared_ptr<const CountingSource>& source,
+                                               const Volume& volume)
+{
+    return std::make_shared<const Volume>(volume.options(), volume.summary(), source);
+}
 
 } // namespace isospline

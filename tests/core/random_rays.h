@@ -1,4 +1,4 @@
-// Random rays, many of which lie on what cells have in common, for tests.
+// Random rays, many of them on shared faces, edges and corners of cells, for tests.
 #pragma once
 
 #include "isospline/math/ray.h"

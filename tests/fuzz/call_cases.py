@@ -1,4 +1,4 @@
-"""One case: a public callable with one or two arguments that make no sense."""
+"""One case: a public callable with one or two invalid arguments."""
 
 import contextlib
 import random
@@ -13,17 +13,18 @@ MEMORY_LIMIT = 1 << 30
 
 
 class CallCases:
-    """The callables, their arguments, and the objects that these need."""
+    """The callables, their arguments, and the objects in the arguments."""
 
     def __init__(self):
         self._objects = call_table.objects()
 
     def run(self, number):
-        """Make the call of a case: "returned" or "refused"; raises `Failed` where it is neither."""
+        """Make the call of a case: "returned" or "refused"; raises `Failed` if it is neither."""
         rng = random.Random(number)
-        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder) if hasattr(
-            contextlib, "chdir"
-        ) else contextlib.nullcontext():
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            contextlib.chdir(folder) if hasattr(contextlib, "chdir") else contextlib.nullcontext(),
+        ):
             name, function, arguments = self._changed(rng, Path(folder))
             with peak_memory() as peak:
                 try:

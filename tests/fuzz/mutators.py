@@ -1,10 +1,30 @@
-"""Changes of a file's bytes, by a random generator: of bits, of lengths, of the numbers in its text."""
+"""Random changes of a file's bytes: bits, lengths, numbers in its text."""
 
 import re
 
-NUMBERS = [b"0", b"-1", b"1", b"2", b"255", b"65536", b"2147483647", b"2147483648", b"-2147483648", b"4294967295",
-           b"9223372036854775807", b"99999999999999999999999", b"1e999", b"-1e999", b"nan", b"inf", b"1e-320", b"0.5",
-           b"", b"x", b"1" * 400]  # fmt: skip
+NUMBERS = [
+    b"0",
+    b"-1",
+    b"1",
+    b"2",
+    b"255",
+    b"65536",
+    b"2147483647",
+    b"2147483648",
+    b"-2147483648",
+    b"4294967295",
+    b"9223372036854775807",
+    b"99999999999999999999999",
+    b"1e999",
+    b"-1e999",
+    b"nan",
+    b"inf",
+    b"1e-320",
+    b"0.5",
+    b"",
+    b"x",
+    b"1" * 400,
+]
 WORDS = [b"raw", b"gzip", b"ascii", b"LIST", b"LOCAL", b"%d", b"double", b"short", b"big", b"3", b"a" * 5000, b"\0"]
 INTEGERS = [0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF]
 
@@ -80,13 +100,13 @@ def _replace(rng, content, pattern, values):
     return content[: match.start()] + rng.choice(values) + content[match.end() :]
 
 
-#: Those that change bytes anywhere, and those for text.
+#: Changes of any bytes, and changes of text.
 BYTES = [flip_bits, flip_bits, set_bytes, set_integer, truncate, extend, remove, repeat, splice]
 TEXT = [replace_number, replace_number, replace_number, replace_word, swap_lines]
 
 
 def mutate(rng, content, other, begin=0):
-    """A changed copy; only bytes from `begin` on are changed, where it is not 0."""
+    """A changed copy; bytes before `begin` are not changed."""
     kept, changed = content[:begin], bytearray(content[begin:])
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         mutator = rng.choice(BYTES if begin else BYTES + TEXT)

@@ -1,4 +1,4 @@
-"""Runs cases in processes that may crash or hang, and tells of those that did."""
+"""Runs cases in processes that may crash or hang, and reports the cases that did."""
 
 import argparse
 import collections
@@ -14,23 +14,23 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-# Seconds of a case; a machine that is busy takes several times as long as it needs.
+# Seconds for a case; a busy machine takes several times as long as needed.
 TIME_LIMIT = 60
-# Seconds to import all libraries and to write the sound files.
+# Seconds to import all libraries and to write the valid files.
 START_LIMIT = 300
-# A process takes up what cases leave behind, and libraries leak.
+# Processes accumulate leftovers of cases, and libraries leak.
 CASES_OF_A_PROCESS = 2000
 
 
 class Worker:
-    """A process of tests/fuzz/worker.py, started again where it ends."""
+    """A process of tests/fuzz/worker.py, which is restarted when it ends."""
 
     def __init__(self, kind, log):
         self._kind, self._log = kind, log
         self._process, self._ran = None, 0
 
     def run(self, number):
-        """The outcome of a case, or what the process died of."""
+        """The outcome of a case, or the reason why the process died."""
         if self._process is None:
             self._start()
         try:
@@ -63,9 +63,14 @@ class Worker:
 
     def _start(self):
         self._process = subprocess.Popen(
-            [sys.executable, "-X", "faulthandler", "-m", "fuzz.worker", self._kind], cwd=ROOT, stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, stderr=self._log, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )  # fmt: skip
+            [sys.executable, "-X", "faulthandler", "-m", "fuzz.worker", self._kind],
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            encoding="utf-8",
+            env={**os.environ, "OMP_NUM_THREADS": "1"},
+        )
         self._ran, self._lines = 0, queue.Queue()
         threading.Thread(target=self._forward, args=(self._process.stdout, self._lines), daemon=True).start()
         if self._read_line(START_LIMIT) != "ready":
@@ -88,12 +93,12 @@ class Worker:
 
 
 def run(kind, numbers, *, workers=2, seconds=None, log=None):
-    """Run the cases of these numbers; returns how often each outcome was, and the failures by number."""
+    """Run the cases with these numbers; returns the count of each outcome, and the failures by number."""
     counts, failures, numbers = collections.Counter(), {}, iter(numbers)
     end, lock = None if seconds is None else time.monotonic() + seconds, threading.Lock()
 
     def work():
-        with open(log, "a") if log else tempfile.TemporaryFile("w") as file:
+        with open(log, "a", encoding="utf-8") if log else tempfile.TemporaryFile("w", encoding="utf-8") as file:
             worker = Worker(kind, file)
             try:
                 while end is None or time.monotonic() < end:
@@ -119,7 +124,7 @@ def run(kind, numbers, *, workers=2, seconds=None, log=None):
 
 
 def main():
-    """Run cases for some minutes, half of the time files and half of it calls."""
+    """Run cases for some minutes, half of the time with files and half of the time with calls."""
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--minutes", type=float, default=10)
     parser.add_argument("--seed", type=int, default=None, help="number of the first case; another one each time")
@@ -133,8 +138,13 @@ def main():
     failed = False
     for kind in kinds:
         numbers = [arguments.case] if arguments.case is not None else range(first, 1 << 62)
-        counts, failures = run(kind, numbers, workers=1 if arguments.case is not None else arguments.workers,
-                               seconds=60 * arguments.minutes / len(kinds), log=arguments.log)  # fmt: skip
+        counts, failures = run(
+            kind,
+            numbers,
+            workers=1 if arguments.case is not None else arguments.workers,
+            seconds=60 * arguments.minutes / len(kinds),
+            log=arguments.log,
+        )
         total = sum(counts.values())
         print(f"{kind} from {first}: {total} cases, {dict(counts)}, {len(failures)} failures", flush=True)
         failed |= bool(failures)

@@ -1,4 +1,4 @@
-"""Small sound files of every format that is read, which the mutators change."""
+"""Small valid files of every format, which the mutators change."""
 
 import gzip
 import struct
@@ -23,13 +23,13 @@ SHAPE = (6, 7, 8)  # z, y, x
 
 @dataclass
 class Seed:
-    """A sound file, or folder, and which file of it to change."""
+    """A valid file or folder, and the file to change."""
 
     name: str
     changed: str
     read: object
     options: dict = field(default_factory=dict)
-    #: First byte of the samples, where these have a checksum and all that follows belongs to them.
+    #: First byte of the samples, if they have a checksum and extend to the end of the file.
     checked_from: int | None = None
 
 
@@ -63,8 +63,16 @@ def _volumes(folder, data):
     # NRRD and MetaImage.
     image = SimpleITK.GetImageFromArray(data)
     image.SetSpacing((0.5, 0.6, 0.7))
-    for name, packed in (("a.nrrd", False), ("b.nrrd", True), ("a.nhdr", False), ("b.nhdr", True), ("a.mha", False),
-                         ("b.mha", True), ("a.mhd", False), ("b.mhd", True)):  # fmt: skip
+    for name, packed in (
+        ("a.nrrd", False),
+        ("b.nrrd", True),
+        ("a.nhdr", False),
+        ("b.nhdr", True),
+        ("a.mha", False),
+        ("b.mha", True),
+        ("a.mhd", False),
+        ("b.mhd", True),
+    ):
         SimpleITK.WriteImage(image, folder / name, packed)
     nrrd.write(str(folder / "ascii.nrrd"), data.T, {"encoding": "ascii"})
     nrrd.write(str(folder / "bz.nrrd"), data.T, {"encoding": "bzip2"})
@@ -85,10 +93,15 @@ def _volumes(folder, data):
     yield volume(middle)
 
     # TIFF.
-    kinds = {"a": {}, "big": {"bigtiff": True}, "zlib": {"compression": "zlib"}, "lzw": {"compression": "lzw"},
-             "imagej": {"imagej": True, "metadata": {"axes": "ZYX"}},
-             "ome": {"ome": True, "metadata": {"axes": "ZYX"}},
-             "tiled": {"tile": (16, 16)}}  # fmt: skip
+    kinds = {
+        "a": {},
+        "big": {"bigtiff": True},
+        "zlib": {"compression": "zlib"},
+        "lzw": {"compression": "lzw"},
+        "imagej": {"imagej": True, "metadata": {"axes": "ZYX"}},
+        "ome": {"ome": True, "metadata": {"axes": "ZYX"}},
+        "tiled": {"tile": (16, 16)},
+    }
     for kind, options in kinds.items():
         tifffile.imwrite(folder / f"{kind}.tif", data, photometric="minisblack", **options)
         yield volume(f"{kind}.tif")
@@ -119,8 +132,14 @@ def _meshes(folder):
         return Seed(name, changed or name, isospline.read_mesh)
 
     ball = trimesh.creation.icosphere(1)
-    for name, options in (("binary.ply", {}), ("ascii.ply", {"encoding": "ascii"}), ("binary.stl", {}), ("a.obj", {}),
-                          ("a.off", {}), ("a.glb", {})):  # fmt: skip
+    for name, options in (
+        ("binary.ply", {}),
+        ("ascii.ply", {"encoding": "ascii"}),
+        ("binary.stl", {}),
+        ("a.obj", {}),
+        ("a.off", {}),
+        ("a.glb", {}),
+    ):
         ball.export(str(folder / name), **options)
         yield mesh(name)
     ball.export(str(folder / "ascii.stl"), file_type="stl_ascii")
@@ -128,9 +147,16 @@ def _meshes(folder):
 
     surface = pyvista.Sphere(theta_resolution=7, phi_resolution=7)
     grid = pyvista.ImageData(dimensions=(3, 3, 3)).cast_to_unstructured_grid()
-    for name, data, binary in (("mesh.vtk", surface, True), ("meshascii.vtk", surface, False), ("a.vtp", surface, True),
-                               ("ascii.vtp", surface, False), ("grid.vtk", grid, True), ("gridascii.vtk", grid, False),
-                               ("a.vtu", grid, True), ("ascii.vtu", grid, False)):  # fmt: skip
+    for name, data, binary in (
+        ("mesh.vtk", surface, True),
+        ("meshascii.vtk", surface, False),
+        ("a.vtp", surface, True),
+        ("ascii.vtp", surface, False),
+        ("grid.vtk", grid, True),
+        ("gridascii.vtk", grid, False),
+        ("a.vtu", grid, True),
+        ("ascii.vtu", grid, False),
+    ):
         data.save(folder / name, binary=binary)
         yield mesh(name)
     _write_old_vtk(folder / "old.vtk", ball, b"ASCII")
@@ -140,8 +166,13 @@ def _meshes(folder):
 
     points = np.random.default_rng(1).random((8, 3))
     cells = meshio.Mesh(points, [("tetra", [[0, 1, 2, 3], [4, 5, 6, 7]]), ("triangle", [[0, 1, 2], [1, 2, 3]])])
-    for name, kind in (("gmsh.msh", "gmsh"), ("gmsh22.msh", "gmsh22"), ("a.inp", "abaqus"), ("a.mesh", "medit"),
-                       ("a.bdf", "nastran")):  # fmt: skip
+    for name, kind in (
+        ("gmsh.msh", "gmsh"),
+        ("gmsh22.msh", "gmsh22"),
+        ("a.inp", "abaqus"),
+        ("a.mesh", "medit"),
+        ("a.bdf", "nastran"),
+    ):
         mesh_of_kind = meshio.Mesh(points, cells.cells[:1]) if kind == "gmsh" else cells
         mesh_of_kind.write(folder / name, file_format=kind)
         yield mesh(name)

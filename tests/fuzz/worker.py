@@ -1,4 +1,4 @@
-"""A process that runs the cases whose numbers it reads, and tells before and after each."""
+"""A process that reads numbers of cases, runs the cases, and reports before and after each."""
 
 import os
 import resource
@@ -6,14 +6,14 @@ import sys
 import traceback
 import warnings
 
-# Beyond the libraries' own address space; a case that wants more gets a MemoryError, or is a failure.
+# Limit beyond the libraries' own address space; a case that needs more gets a MemoryError, or fails.
 ADDRESS_SPACE = 6 << 30
 
 
 def main(kind):
-    """Run cases of a kind until there are no more numbers."""
-    # What libraries print goes to the log of the worker.
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    """Run cases of one kind until there are no more numbers."""
+    # Output of libraries goes to the worker's log.
+    answers = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8", errors="backslashreplace")
     os.dup2(2, 1)
     warnings.simplefilter("ignore")
     from .call_cases import CallCases
@@ -21,7 +21,7 @@ def main(kind):
     from .outcomes import Failed
 
     cases = {"files": FileCases, "calls": CallCases}[kind]()
-    with open("/proc/self/statm") as file:
+    with open("/proc/self/statm", encoding="utf-8") as file:
         used = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (used + ADDRESS_SPACE,) * 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

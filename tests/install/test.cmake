@@ -16,7 +16,9 @@ endif()
 
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/prefix --component development)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work}/build -G Ninja -D CMAKE_PREFIX_PATH=${work}/prefix
-  -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O2")
+  -D ISOSPLINE_VERSION=${VERSION}
+  -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O2"
+)
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/consumer)
 
@@ -29,8 +31,12 @@ endif()
 list(TRANSFORM headers REPLACE "(.+)" "#include <\\1>\n")
 list(JOIN headers "" includes)
 file(WRITE ${work}/headers.cpp "${includes}")
-execute_process(COMMAND ${CXX_COMPILER} -std=c++20 -Wall -Wextra -Werror -fsyntax-only -H -I ${work}/prefix/include
-  ${work}/headers.cpp RESULT_VARIABLE result ERROR_VARIABLE included)
+execute_process(
+  COMMAND
+    ${CXX_COMPILER} -std=c++20 -Wall -Wextra -Werror -fsyntax-only -H -I ${work}/prefix/include ${work}/headers.cpp
+  RESULT_VARIABLE result
+  ERROR_VARIABLE included
+)
 if(result OR included MATCHES "/(hwy|tbb|oneapi|embree[34]|OpenEXR|Imath|pybind11)/[^\n]*")
   message(FATAL_ERROR "headers: expected that they compile with glm alone, got ${CMAKE_MATCH_0}\n${included}")
 endif()

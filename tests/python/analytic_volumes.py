@@ -1,4 +1,4 @@
-"""Volumes with a closed form: value, gradient and Hessian of each, in float64, at any points of the world.
+"""Volumes with a closed form for value, gradient and Hessian, in float64, at any points of the world.
 
 The solid is where the value is positive, so that the surface of level 0 has closed forms too.
 """
@@ -53,7 +53,7 @@ class Plane(AnalyticVolume):
 
 @dataclass
 class Sphere(AnalyticVolume):
-    """f = radius^2 - |x - center|^2; splines of degree 2 and more hold it exactly, but for the volume's border."""
+    """f = radius^2 - |x - center|^2; splines of degree 2 and more hold it exactly, except near the volume's border."""
 
     center: tuple = (8.0, 8.0, 8.0)
     radius: float = 5.0

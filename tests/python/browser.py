@@ -1,4 +1,4 @@
-"""A page of the viewer in a real Chromium, and what tests do to it."""
+"""A page of the viewer in a real Chromium, and the actions of tests."""
 
 import base64
 import contextlib
@@ -19,7 +19,7 @@ def chromium():
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         raise RuntimeError("the tests of the viewer need chromium, which make test installs: see packages.txt")
-    # What is preloaded for the module under test, such as a sanitizer, is not for the browser.
+    # Libraries that are preloaded for the module under test, such as a sanitizer, must not be in the browser.
     preloaded = os.environ.pop("LD_PRELOAD", None)
     with contextlib.ExitStack() as stack:
         try:
@@ -33,14 +33,19 @@ def chromium():
 
 
 class Page:
-    """A window with the viewer's page; what goes wrong in it ends the test."""
+    """A window with the viewer's page. An error in it ends the test, unless its text contains `expected_error`."""
 
-    def __init__(self, browser, url, size=(760, 400)):
+    def __init__(self, browser, url, size=(760, 400), expected_error=None):
         self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         self.problems = []
-        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
-        self.page.on("console", lambda line: line.type == "error" and self.problems.append(line.text))
+        self.expected_error = expected_error
+        self.page.on("pageerror", lambda error: self.add_problem(str(error)))
+        self.page.on("console", lambda line: line.type == "error" and self.add_problem(line.text))
         self.page.goto(url)
+
+    def add_problem(self, text):
+        if self.expected_error is None or self.expected_error not in text:
+            self.problems.append(text)
 
     def evaluate(self, expression, argument=None):
         return self.page.evaluate(expression, argument)
@@ -78,12 +83,12 @@ class Page:
         self.drag(middle, (middle[0] + offset[0], middle[1] + offset[1]), steps)
 
     def pixels(self):
-        """The picture as the page shows it."""
+        """The displayed picture."""
         data = self.evaluate("document.getElementById('picture').toDataURL('image/png').split(',')[1]")
         return np.asarray(PIL.Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
 
     def download(self, selector):
-        """The name and the content of the file that a button saves."""
+        """The name and the contents of the file that a button saves."""
         with self.page.expect_download(timeout=120_000) as download:
             self.page.locator(selector).click()
         with open(download.value.path(), "rb") as file:

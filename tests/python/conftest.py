@@ -1,10 +1,17 @@
-"""Fixtures of the Python tests."""
+"""Fixtures of the Python tests, and a summary of their times."""
 
+import collections
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import obey_interrupts
+
+
+def pytest_configure():
+    """Tests send SIGINT to their own process, which background jobs ignore."""
+    obey_interrupts()
 
 
 @pytest.fixture
@@ -21,8 +28,23 @@ def repository():
 
 @pytest.fixture(scope="session")
 def volumes_folder():
-    """The folder of real volumes that ISOSPLINE_VOLUMES names; the test is skipped where it is not set."""
+    """The folder of real volumes given by ISOSPLINE_VOLUMES; the test is skipped if it is not set."""
     folder = os.environ.get("ISOSPLINE_VOLUMES")
     if not folder:
         pytest.skip("ISOSPLINE_VOLUMES is not set")
     return Path(folder)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """The time of each folder, and the slowest files."""
+    folders, files = collections.Counter(), collections.Counter()
+    for report in (each for reports in terminalreporter.stats.values() for each in reports):
+        if hasattr(report, "duration"):
+            path = Path(report.nodeid.partition("::")[0])
+            folders[str(path.parent)] += report.duration
+            files[str(path)] += report.duration
+    if sum(folders.values()) < 10:
+        return
+    terminalreporter.section("time by folder, and the slowest files")
+    for name, seconds in [*folders.most_common(), *files.most_common(10)]:
+        terminalreporter.write_line(f"{seconds:8.1f} s  {name}")

@@ -1,5 +1,11 @@
-"""The names of all that cast_rays can return."""
+"""The names of all outputs of cast_rays."""
 
 ALL_OUTPUTS = (
-    "t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", "primitive_uvs", "gradient_magnitudes",
-)  # fmt: skip
+    "t_hit",
+    "geometry_ids",
+    "primitive_ids",
+    "primitive_normals",
+    "positions",
+    "primitive_uvs",
+    "gradient_magnitudes",
+)

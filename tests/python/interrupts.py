@@ -1,8 +1,11 @@
-"""Processes that are to be interrupted."""
+"""Processes that tests interrupt."""
 
 import signal
 
 
 def obey_interrupts():
-    """For `preexec_fn`: jobs in the background of a shell ignore SIGINT, and what they begin does so too."""
+    """Raise KeyboardInterrupt on SIGINT. Background jobs of a shell ignore SIGINT, and so do the processes they start.
+
+    Also for `preexec_fn`.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)

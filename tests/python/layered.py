@@ -1,4 +1,4 @@
-"""Pictures with the layers that most tests look at."""
+"""Pictures with the layers that most tests check."""
 
 import isospline
 
@@ -6,6 +6,6 @@ LAYERS = ("depth", "position", "normal", "albedo", "gradient_magnitude", "geomet
 
 
 def render(scene, camera, *, layers=(), **options):
-    """As isospline.render, with these layers, the variance of what is path traced, and others where named."""
+    """Call isospline.render with these layers, the variance if the picture is path traced, and other named layers."""
     traced = ("variance",) if options.get("integrator") is not None else ()
     return isospline.render(scene, camera, layers=(*LAYERS, *traced, *layers), **options)

@@ -1,4 +1,4 @@
-"""The shell as the paper defines it, cell by cell, in float64 NumPy: slow, and sharing no code with the library."""
+"""The shell as the paper defines it, cell by cell, in float64 NumPy: slow, and independent of the library's code."""
 
 from math import comb
 
@@ -17,7 +17,7 @@ def padded_coefficients(volume):
 
 
 def two_scale(coefficients, degree, axis):
-    """The two-scale relation of §5 along one axis, where rows begin with the first coefficient of the first cell."""
+    """The two-scale relation of §5 along one axis; rows begin with the first coefficient of the first cell."""
     coarse = np.moveaxis(coefficients, axis, 0)
     fine = np.zeros((2 * (len(coarse) - degree) + degree, *coarse.shape[1:]))
     for m in range(len(fine)):
@@ -28,7 +28,7 @@ def two_scale(coefficients, degree, axis):
 
 
 def in_windows(reduce, flags, size, step):
-    """any or all of the flags in the windows of `size`^3, every `step` along each axis."""
+    """Reduce the flags in windows of `size`^3, every `step` along each axis, by `reduce`: any or all."""
     for axis in range(3):
         windows = sliding_window_view(flags, size, axis=axis)
         flags = reduce(windows[(slice(None),) * axis + (slice(None, None, step),)], axis=-1)
@@ -61,5 +61,5 @@ def shell(volume, level, *, prune_depth=2, prune_border=True):
 
 
 def cut_by_mask(cells, mask, degree):
-    """Cells that a mask over the samples leaves."""
+    """The cells that a mask over the samples keeps."""
     return cells & (mask if degree % 2 == 0 else in_windows(np.all, mask, 2, 1))

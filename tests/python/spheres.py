@@ -1,10 +1,10 @@
-"""Spheres of both kinds, as isosurfaces and as meshes, with the closed form of where rays meet them."""
+"""Spheres as isosurfaces and as meshes, with the closed form for their crossings with rays."""
 
 import numpy as np
 
 import isospline
 
-#: Where `sphere` has its centre, by default.
+#: The default centre of `sphere`.
 CENTER = np.full(3, 11.5)
 
 
@@ -21,8 +21,9 @@ def sphere(radius=8.0, size=24):
 
 def mesh_sphere(radius, meridians=256):
     """A mesh whose vertices lie on a sphere about the origin, along meridians and parallels."""
-    polar, azimuth = np.meshgrid(np.linspace(0, np.pi, meridians // 2 + 1),
-                                 np.linspace(0, 2 * np.pi, meridians, endpoint=False), indexing="ij")
+    polar, azimuth = np.meshgrid(
+        np.linspace(0, np.pi, meridians // 2 + 1), np.linspace(0, 2 * np.pi, meridians, endpoint=False), indexing="ij"
+    )
     vertices = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], axis=-1)
     index = np.arange(polar.size).reshape(polar.shape)
     a, b = index[:-1], index[1:]
@@ -32,16 +33,16 @@ def mesh_sphere(radius, meridians=256):
 
 
 def sagitta(mesh, radius):
-    """How far below a sphere about the origin the faces of a mesh lie at most, whose vertices are on it."""
+    """The largest distance of a mesh's faces from a sphere about the origin that contains all vertices."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     normals = np.cross(b - a, c - a)
     area = np.linalg.norm(normals, axis=1)
-    faces = area > 1e-9 * area.max()  # those at the poles are lines
+    faces = area > 1e-9 * area.max()  # faces at the poles are lines
     return radius - ((normals * a).sum(axis=1)[faces] / area[faces]).min()
 
 
 def sphere_t(rays, center, radius):
-    """First t at which rays from outside meet a sphere, inf where they miss or where it is behind them."""
+    """The first t at which rays from outside meet a sphere; inf for misses and for spheres behind the origin."""
     offset, direction = rays[:, :3] - center, rays[:, 3:]
     a, b = (direction**2).sum(axis=1), (offset * direction).sum(axis=1)
     discriminant = b**2 - a * ((offset**2).sum(axis=1) - radius**2)
@@ -49,7 +50,7 @@ def sphere_t(rays, center, radius):
 
 
 def moved(x, y, z):
-    """A transform that moves."""
+    """A translation."""
     matrix = np.eye(4)
     matrix[:3, 3] = x, y, z
     return matrix

@@ -23,7 +23,7 @@ def rays():
 
 
 class OnlyDlpack:
-    """A tensor that NumPy can have by DLPack alone."""
+    """A tensor that NumPy can read only by DLPack."""
 
     def __init__(self, array):
         self._array = np.array(array)
@@ -44,7 +44,7 @@ class OnTheGpu(OnlyDlpack):
 
 
 class OnlyArray:
-    """What has __array__ and nothing else, as a tensor of torch."""
+    """An object with __array__ alone, as a tensor of torch."""
 
     def __init__(self, array):
         self._array = np.array(array)
@@ -151,17 +151,28 @@ def test_results_go_where_they_are_told(scene, rays, coherent, dtype):
     assert hits.t_hit is only and set(hits) == {"t_hit", "geometry_ids", "primitive_ids", "primitive_normals"}
 
 
-@pytest.mark.parametrize("out, error, message", [
-    (3, TypeError, "out: expected a dict of arrays, such as an earlier result, got 3"),
-    ({"t_hit": np.zeros(240)}, ValueError, r'out\["t_hit"\]: expected shape \(12, 20\), got \(240,\)'),
-    ({"t_hit": np.zeros((12, 20), np.float32)}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array of float64, '
-                                                           r"got ndarray of shape \(12, 20\) and type float32"),
-    ({"t_hit": np.zeros((20, 12)).T}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array of float64'),
-    ({"t_hit": [[0.0]]}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array'),
-    ({"t_hit": np.broadcast_to(0.0, (12, 20))}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array'),
-    ({"positions": np.zeros((12, 20, 3))}, ValueError, "out: expected arrays for what outputs= names, got 'positions'"),
-])  # fmt: skip
-def test_places_that_do_not_do(scene, rays, out, error, message):
+@pytest.mark.parametrize(
+    "out, error, message",
+    [
+        (3, TypeError, "out: expected a dict of arrays, such as an earlier result, got 3"),
+        ({"t_hit": np.zeros(240)}, ValueError, r'out\["t_hit"\]: expected shape \(12, 20\), got \(240,\)'),
+        (
+            {"t_hit": np.zeros((12, 20), np.float32)},
+            TypeError,
+            r'out\["t_hit"\]: expected a C-contiguous array of float64, '
+            r"got ndarray of shape \(12, 20\) and type float32",
+        ),
+        ({"t_hit": np.zeros((20, 12)).T}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array of float64'),
+        ({"t_hit": [[0.0]]}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array'),
+        ({"t_hit": np.broadcast_to(0.0, (12, 20))}, TypeError, r'out\["t_hit"\]: expected a C-contiguous array'),
+        (
+            {"positions": np.zeros((12, 20, 3))},
+            ValueError,
+            "out: expected arrays of names in outputs=, got 'positions'",
+        ),
+    ],
+)
+def test_bad_places(scene, rays, out, error, message):
     with pytest.raises(error, match=f"^{message}"):
         scene.cast_rays(rays, out=out)
     fixed = np.zeros((12, 20))

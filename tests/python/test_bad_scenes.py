@@ -1,6 +1,6 @@
-"""Input that makes no sense in a scene, and what is gone: an error that says so, or an answer that holds.
+"""Invalid input to scenes, and removed objects: a clear error, or a valid answer.
 
-test_scene_objects.py has more of what is removed.
+test_scene_objects.py has more tests of removed objects.
 """
 
 import gc
@@ -21,29 +21,45 @@ def triangle(scale=1.0):
     return isospline.Mesh(scale * TRIANGLE, [(0, 1, 2)])
 
 
-# What a mesh is made of
+# Data of meshes
 
 
-@pytest.mark.parametrize("arguments, error, message", [
-    ({"vertices": TRIANGLE + (0, np.inf, 0)}, ValueError, "vertices: expected finite numbers, got inf in vertex 0"),
-    ({"vertices": [*TRIANGLE[:2], (0, -np.inf, 0)]}, ValueError, "vertices: expected .*, got -inf in vertex 2"),
-    ({"vertices": np.zeros((3, 2))}, ValueError, r"vertices: expected shape .*3\), got \(3, 2\)"),
-    ({"vertices": np.zeros((2, 3, 3))}, ValueError, r"vertices: expected shape \(V, 3\), got 3 dimensions"),
-    ({"vertices": np.zeros((3, 3), complex)}, TypeError, "vertices: expected an array of real numbers"),
-    ({"faces": [(0, 1, 2.0)]}, TypeError, "faces: expected an array of integers, got .* and type float64"),
-    ({"faces": np.ones((1, 3), bool)}, TypeError, "faces: expected an array of integers, got .* and type bool"),
-    ({"faces": [0, 1, 2]}, ValueError, r"faces: expected shape \(F, 3\), got \(3,\)"),
-    ({"faces": [(0, 1, 2), (0, 1, 2**32)]}, ValueError, "faces: expected vertex indices .* got 4294967296 in face 1"),
-    ({"faces": np.array([(0, 1, 2**64 - 1)], np.uint64)}, ValueError, "faces: expected vertex indices .* in face 0"),
-    ({"normals": np.ones((3, 2))}, ValueError, r"normals: expected shape .*3\), got \(3, 2\)"),
-    ({"normals": np.ones((1, 3))}, ValueError, r"normals: expected shape \(3, 3\), as of vertices, got \(1, 3\)"),
-    ({"normals": np.full((3, 3), np.nan)}, ValueError, r"normals: expected finite numbers, got \(nan.* at vertex 0"),
-    ({"normals": "up"}, TypeError, "normals: expected an array of real numbers"),
-    ({"colors": np.ones(3)}, ValueError, r"colors: expected shape \(V, 3\), got 1 dimensions"),
-    ({"colors": np.ones((4, 3))}, ValueError, r"colors: expected shape \(3, 3\), as of vertices, got \(4, 3\)"),
-    ({"colors": np.full((3, 3), np.inf)}, ValueError, r"colors: expected finite numbers, got \(inf.* at vertex 0"),
-    ({"colors": -np.ones((3, 3))}, ValueError, "colors: expected finite numbers of at least 0"),
-])
+@pytest.mark.parametrize(
+    "arguments, error, message",
+    [
+        ({"vertices": TRIANGLE + (0, np.inf, 0)}, ValueError, "vertices: expected finite numbers, got inf in vertex 0"),
+        ({"vertices": [*TRIANGLE[:2], (0, -np.inf, 0)]}, ValueError, "vertices: expected .*, got -inf in vertex 2"),
+        ({"vertices": np.zeros((3, 2))}, ValueError, r"vertices: expected shape .*3\), got \(3, 2\)"),
+        ({"vertices": np.zeros((2, 3, 3))}, ValueError, r"vertices: expected shape \(V, 3\), got 3 dimensions"),
+        ({"vertices": np.zeros((3, 3), complex)}, TypeError, "vertices: expected an array of real numbers"),
+        ({"faces": [(0, 1, 2.0)]}, TypeError, "faces: expected an array of integers, got .* and type float64"),
+        ({"faces": np.ones((1, 3), bool)}, TypeError, "faces: expected an array of integers, got .* and type bool"),
+        ({"faces": [0, 1, 2]}, ValueError, r"faces: expected shape \(F, 3\), got \(3,\)"),
+        (
+            {"faces": [(0, 1, 2), (0, 1, 2**32)]},
+            ValueError,
+            "faces: expected vertex indices .* got 4294967296 in face 1",
+        ),
+        (
+            {"faces": np.array([(0, 1, 2**64 - 1)], np.uint64)},
+            ValueError,
+            "faces: expected vertex indices .* in face 0",
+        ),
+        ({"normals": np.ones((3, 2))}, ValueError, r"normals: expected shape .*3\), got \(3, 2\)"),
+        ({"normals": np.ones((1, 3))}, ValueError, r"normals: expected shape \(3, 3\), as for vertices, got \(1, 3\)"),
+        (
+            {"normals": np.full((3, 3), np.nan)},
+            ValueError,
+            r"normals: expected finite numbers, got \(nan.* at vertex 0",
+        ),
+        ({"normals": "up"}, TypeError, "normals: expected an array of real numbers"),
+        ({"colors": np.ones(3)}, ValueError, r"colors: expected shape \(V, 3\), got 1 dimensions"),
+        ({"colors": np.ones((4, 3))}, ValueError, r"colors: expected shape \(3, 3\), as for vertices, got \(4, 3\)"),
+        ({"colors": np.full((3, 3), np.inf)}, ValueError, r"colors: expected linear numbers from 0 to 1 .*, got \(inf"),
+        ({"colors": np.full((3, 3), np.nan)}, ValueError, r"colors: expected finite numbers, got \(nan.* at vertex 0"),
+        ({"colors": -np.ones((3, 3))}, ValueError, "colors: expected finite numbers of at least 0"),
+    ],
+)
 def test_bad_meshes(arguments, error, message):
     with pytest.raises(error, match=f"^{message}"):
         isospline.Mesh(**{"vertices": TRIANGLE, "faces": [(0, 1, 2)], **arguments})
@@ -58,14 +74,14 @@ def test_a_mesh_without_faces_is_never_hit():
         assert scene.cast_rays(DOWN)["geometry_ids"][0] == 1
 
 
-# One good triangle amid what is none: lines, points, and a sliver whose area rounds to zero.
+# One good triangle among degenerate ones: lines, points, and a sliver with an area that rounds to zero.
 DEGENERATE = np.array([(0, 1, 3), (0, 0, 2), (1, 1, 1), (0, 1, 2), (2, 4, 5)])
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0), (0, 1 + 1e-300, 0), (1e-300, 1, 0)])
 GOOD = 3
 
 
 def rays_at_degenerate(rng):
-    """Rays at the good triangle, along its plane, and at corners and points of edges of all faces."""
+    """Rays at the good triangle, along its plane, and at corners and edges of all faces."""
     faces = CORNERS[DEGENERATE]
     weights = rng.dirichlet((1, 1, 1), (300, len(faces)))
     weights[:100] = np.eye(3)[rng.integers(0, 3, (100, len(faces)))]
@@ -97,8 +113,9 @@ def test_degenerate_triangles_show_nowhere(rng):
     for name in ("ray_splits", "t_hit", "positions", "entering"):
         np.testing.assert_array_equal(crossings[name], expected[name])
 
-    away = scene.secondary_rays(rays[hit], {name: values[hit] for name, values in hits.items()},
-                                rng.normal(size=(hit.sum(), 3)))
+    away = scene.secondary_rays(
+        rays[hit], {name: values[hit] for name, values in hits.items()}, rng.normal(size=(hit.sum(), 3))
+    )
     assert np.isfinite(away).all() and not scene.test_occlusions(away).any()
     triangles, index = isospline.RayMeshIntersector(mesh).intersects_id(rays[clear, :3], rays[clear, 3:])
     assert set(triangles) == {GOOD}
@@ -106,7 +123,7 @@ def test_degenerate_triangles_show_nowhere(rng):
 
 
 def test_hits_on_degenerate_triangles_have_secondary_rays():
-    """Hits that say so, of which no query makes any."""
+    """The hits name a degenerate triangle, although no query returns such hits."""
     scene = isospline.Scene([isospline.Mesh(CORNERS, DEGENERATE)])
     hits = scene.cast_rays(DOWN)
     for primitive in set(range(len(DEGENERATE))) - {GOOD}:
@@ -154,18 +171,21 @@ def with_entry(row, column, value):
     return matrix
 
 
-@pytest.mark.parametrize("matrix, message", [
-    (with_entry(3, 0, 1e-3), "an affine map"),
-    (with_entry(3, 3, 2.0), "an affine map"),
-    (with_entry(0, 3, np.nan), "finite numbers"),
-    (with_entry(1, 1, -0.0), "an invertible map"),
-    (np.array([[1, 1, 0, 0], [1, 1 + 1e-15, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), "an invertible map"),
-    (np.diag([1e-18, 1e-18, 1e-18, 1]), "sizes and distances of at most"),
-    (np.diag([1e30, 1e30, 1e30, 1]), "sizes and distances of at most"),
-    (np.diag([1e100, 1e100, 1e100, 1]), "sizes and distances of at most"),
-])
-def test_a_transform_that_does_not_do_changes_nothing(matrix, message):
-    """Sizes that single precision cannot hold among them, at which Embree would stop the process."""
+@pytest.mark.parametrize(
+    "matrix, message",
+    [
+        (with_entry(3, 0, 1e-3), "an affine map"),
+        (with_entry(3, 3, 2.0), "an affine map"),
+        (with_entry(0, 3, np.nan), "finite numbers"),
+        (with_entry(1, 1, -0.0), "an invertible map"),
+        (np.array([[1, 1, 0, 0], [1, 1 + 1e-15, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), "an invertible map"),
+        (np.diag([1e-18, 1e-18, 1e-18, 1]), "sizes and distances of at most"),
+        (np.diag([1e30, 1e30, 1e30, 1]), "sizes and distances of at most"),
+        (np.diag([1e100, 1e100, 1e100, 1]), "sizes and distances of at most"),
+    ],
+)
+def test_a_refused_transform_changes_nothing(matrix, message):
+    """Some sizes are too large for single precision: Embree would stop the process."""
     for shape in (triangle(), sphere()):
         scene = isospline.Scene([shape])
         before = scene.cast_rays(DOWN)
@@ -178,11 +198,15 @@ def test_a_transform_that_does_not_do_changes_nothing(matrix, message):
             np.testing.assert_array_equal(scene.cast_rays(DOWN, coherent=coherent)["t_hit"], before["t_hit"])
 
 
-@pytest.mark.parametrize("make", [
-    lambda: triangle(1e15),
-    lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e-30,) * 3), 1.7),
-    lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e30,) * 3), 1.7),
-], ids=["large mesh", "small volume", "large volume"])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: triangle(1e15),
+        lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e-30,) * 3), 1.7),
+        lambda: isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][2], spacing=(1e30,) * 3), 1.7),
+    ],
+    ids=["large mesh", "small volume", "large volume"],
+)
 def test_objects_that_single_precision_cannot_hold(make):
     with pytest.raises(ValueError, match=r"^transform: expected sizes and distances of at most 1e\+12"):
         isospline.Scene([make()])
@@ -190,7 +214,7 @@ def test_objects_that_single_precision_cannot_hold(make):
 
 def test_objects_too_far_from_each_other_are_named_and_can_be_removed():
     scene = isospline.Scene([triangle()])
-    scene.add(triangle(), moved(1e16, 0, 0))  # each alone would do
+    scene.add(triangle(), moved(1e16, 0, 0))  # each one alone is valid
     for query in (scene.cast_rays, scene.test_occlusions, scene.count_intersections):
         with pytest.raises(ValueError, match="^transform: expected sizes and distances .* for geometry id 0$"):
             query(DOWN)
@@ -209,7 +233,7 @@ def test_sizes_that_do_are_hit(scale):
         np.testing.assert_allclose(hits["t_hit"], scale * (10 - np.sqrt([63.92, 15.0])), rtol=1e-6)
 
 
-# What is gone
+# Removed objects
 
 
 def test_materials_of_removed_objects_are_refused():
@@ -229,8 +253,9 @@ def test_parts_outlive_the_names_of_what_they_are_of():
         mesh = triangle()
         scene = isospline.Scene([surface, mesh])
         shading = isospline.Phong(color=isospline.ColorByVolume(values, [(0, 0, 0), (1, 1, 1)]))
-        renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(scene), size=(8, 6),
-                                                 layers=("geometry_ids",))
+        renderer = isospline.ProgressiveRenderer(
+            scene, isospline.camera_for(scene), size=(8, 6), layers=("geometry_ids",)
+        )
         intersector = isospline.RayMeshIntersector(surface)
         return scene, shading, renderer, intersector, surface.shell, surface.volume, mesh.vertices, mesh.faces
 

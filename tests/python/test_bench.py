@@ -1,4 +1,4 @@
-"""The benchmark: its oracle is right, and a small run of it writes what it should."""
+"""The benchmark: its oracle is correct, and a small run writes the expected files."""
 
 import copy
 import json
@@ -53,8 +53,8 @@ def test_oracle_finds_the_first_change_of_sign(bench, rng, degree):
 
 
 def test_oracle_sees_both_roots_of_a_close_pair(bench):
-    from suite.oracle import first_sign_changes
     from numpy.polynomial import chebyshev
+    from suite.oracle import first_sign_changes
 
     gaps = (1e-2, 1e-4, 1e-6)
     pairs = [np.polynomial.polynomial.polyfromroots([0.3 - gap, 0.3 + gap, 2.0]) for gap in gaps]
@@ -102,7 +102,7 @@ def test_mean_hop_over_isotropic_lines_is_cauchys(bench):
     from suite.views import isotropic_lines
 
     volume = isospline.Volume(np.zeros((48, 48, 48), np.float32))
-    with pytest.warns(UserWarning):  # that the shell is empty
+    with pytest.warns(UserWarning):  # the shell is empty
         hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 1.0))
     hopper.cast_rays(isotropic_lines(volume.bounds, 100_000, np.random.default_rng(0)))
     assert hopper.statistics["mean_hop_length"] == pytest.approx(2 / 3, abs=2e-3)
@@ -117,7 +117,7 @@ def test_directions_of_ambient_occlusion_are_cosine_distributed(bench):
     np.testing.assert_allclose(new[:, :3], np.tile([0, 0, 3.5], (len(new), 1)), atol=1e-12)
     cosine = new[:, 5]
     assert cosine.min() >= 0
-    # density 2 cos d(cos): the mean is 2/3, that of the square 1/2
+    # density 2 cos d(cos): the mean is 2/3, the mean of the square 1/2
     assert cosine.mean() == pytest.approx(2 / 3, abs=5e-3)
     assert (cosine**2).mean() == pytest.approx(1 / 2, abs=5e-3)
 
@@ -149,7 +149,7 @@ def test_outliers_are_measured_again(bench):
 
     def measure(names):
         asked.append(list(names))
-        return {name: 1.0 for name in names}
+        return dict.fromkeys(names, 1.0)
 
     seconds = {"calm": [1.0, OUTLIER, 1.0], "disturbed": [1.0, 9.0, 1.0, 8.0, 1.0]}
     measure_outliers_again(seconds, measure)
@@ -202,25 +202,63 @@ def test_a_peer_that_ends_its_process_is_skipped_with_what_it_said(bench):
 
 
 SMALL = [
-    "--quick", "--procedural-size", "24", "--size", "32", "32", "--repetitions", "1",
-    "--agreement-rays", "2000", "--accuracy-rays", "12", "--escape-rays", "3000", "--incoherent-rays", "1000",
-    "--growth-sizes", "16", "24", "--level-sizes", "24", "--prefilter-sizes", "24", "--large-size", "40",
-    "--threads", "0",
-]  # fmt: skip
+    "--quick",
+    "--procedural-size",
+    "24",
+    "--size",
+    "32",
+    "32",
+    "--repetitions",
+    "1",
+    "--agreement-rays",
+    "2000",
+    "--accuracy-rays",
+    "12",
+    "--escape-rays",
+    "3000",
+    "--incoherent-rays",
+    "1000",
+    "--growth-sizes",
+    "16",
+    "24",
+    "--level-sizes",
+    "24",
+    "--prefilter-sizes",
+    "24",
+    "--large-size",
+    "40",
+    "--threads",
+    "0",
+]
 
 
 @pytest.fixture(scope="module")
 def small_run(repository, tmp_path_factory):
-    """All rows, as small as can be, but those that need a window or Mitsuba: the summary and the folder."""
+    """The summary and the folder of a run of all rows at the smallest sizes, except rows with a window or Mitsuba."""
     if not (repository / "build" / "release" / "bench" / "isospline_bench").exists():
         pytest.skip("the C++ benchmarks have not been built: cmake --build --preset release")
     folder = tmp_path_factory.mktemp("bench")
-    rows = ["primary", "packets", "incoherent", "growth", "level", "animation", "picture", "call", "agreement",
-            "accuracy", "escape", "prefilter", "memory", "mesh", "large"]  # fmt: skip
+    rows = [
+        "primary",
+        "packets",
+        "incoherent",
+        "growth",
+        "level",
+        "animation",
+        "picture",
+        "call",
+        "agreement",
+        "accuracy",
+        "escape",
+        "prefilter",
+        "memory",
+        "mesh",
+        "large",
+    ]
     command = [sys.executable, repository / "bench" / "run.py", *rows, *SMALL, "--output", folder]
-    result = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ)
+    result = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, env=os.environ)
     assert result.returncode == 0, result.stdout + result.stderr
-    summary = json.loads((folder / "benchmarks.json").read_text())
+    summary = json.loads((folder / "benchmarks.json").read_text(encoding="utf-8"))
     assert list(summary) == rows
     return summary, folder
 
@@ -245,7 +283,7 @@ def test_the_page_of_a_small_run(bench, small_run):
     from rows import ROWS
 
     summary, folder = small_run
-    page = (folder / "benchmarks.md").read_text()
+    page = (folder / "benchmarks.md").read_text(encoding="utf-8")
     assert "a quick run, not for citing" in page
     for name in summary:
         assert f"## {ROWS[name].TITLE}\n" in page
@@ -255,7 +293,7 @@ def test_the_page_of_a_small_run(bench, small_run):
 
 def test_the_json_has_one_result_a_line(small_run):
     summary, folder = small_run
-    lines = (folder / "benchmarks.json").read_text().splitlines()
+    lines = (folder / "benchmarks.json").read_text(encoding="utf-8").splitlines()
     results = [json.loads(line.removesuffix(",")) for line in lines if line.startswith("   {")]
     assert results == [result for entry in summary.values() for result in entry["results"]]
 
@@ -272,7 +310,7 @@ def test_plots_of_a_small_run(bench, small_run, tmp_path):
             assert min(picture.size) > 300
             assert len(picture.convert("RGB").getcolors(1 << 20)) > 20
 
-    # Where no method is ever wrong there is nothing to draw.
+    # If no method has wrong rays, the figure of wrong rays is not drawn.
     for result in summary["primary"]["results"]:
         for method in result["methods"].values():
             method["oracle"] |= {"lost": 0, "wrong": 0}
@@ -287,12 +325,33 @@ def test_a_row_that_was_not_measured_is_in_the_goals(bench):
     assert "not measured: no such thing" in document.goal_table({"mitsuba": entry})
 
 
+def test_simulated_clusters_keep_to_what_is_known_of_them(bench, rng):
+    from suite.simulation import Network, Work, efficiency, enlarged, makespan
+
+    instant = Network(machine=np.inf, store=np.inf, latency=0.0)
+    same = Work(np.full(60, 2.0), np.zeros(60), np.zeros(60))
+    assert [makespan(same, workers, instant) for workers in (1, 7, 60, 1000)] == [120, 18, 2, 2]
+    uneven = Work(rng.exponential(size=200), np.zeros(200), np.zeros(200))
+    for workers in (2, 9, 50):
+        best = max(uneven.seconds.sum() / workers, uneven.seconds.max())  # no schedule is faster
+        assert best <= makespan(uneven, workers, instant) <= (2 - 1 / workers) * best
+    # Serial parts: the scheduler, the shared store, and the client's network.
+    assert makespan(Work(np.zeros(50), np.zeros(50), np.zeros(50), overhead=0.1), 50, instant) == pytest.approx(5)
+    shared = Network(machine=100.0, store=200.0, latency=0.0)
+    assert makespan(Work(np.zeros(4), np.full(4, 50.0), np.zeros(4)), 4, shared) == pytest.approx(1)
+    assert makespan(Work(np.zeros(4), np.zeros(4), np.full(4, 50.0)), 4, shared) == pytest.approx(2)
+    assert efficiency(same, 60, instant) == 1
+    costs = np.arange(6.0)
+    assert enlarged(costs, 3, 2).reshape(4, 6)[::2, ::2].tolist() == costs.reshape(2, 3).tolist()
+
+
 def test_the_published_page_is_what_the_script_writes(bench, repository):
     import publish
 
     published = [repository / "docs" / name for name in ("benchmarks.json", "benchmarks.md")]
     assert len({path.exists() for path in published}) == 1
-    assert publish.MARKED.search((repository / "README.md").read_text())
+    assert publish.MARKED.search((repository / "README.md").read_text(encoding="utf-8"))
     if published[0].exists():
-        assert published[1].read_text() == publish.page(repository)
-        assert (repository / "README.md").read_text() == publish.readme(repository)
+        assert published[1].read_text(encoding="utf-8") == publish.page(repository)
+        assert (repository / "docs" / "distributed.md").read_text(encoding="utf-8") == publish.distributed(repository)
+        assert (repository / "README.md").read_text(encoding="utf-8") == publish.readme(repository)

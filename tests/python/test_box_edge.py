@@ -1,4 +1,4 @@
-"""The edge of Embree's boxes: another index, the same hits."""
+"""The edge of Embree's boxes: a different index, but the same hits."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,15 @@
 """Cameras from and to other libraries: VTK's own matrices, and K [R | t] in NumPy."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from test_cameras import project
 
 import isospline
-from test_cameras import project
+
+cv2 = pytest.importorskip("cv2")
 
 SIZE = (320, 200)
 POSITION = [(3, -5, 2), (0.5, 0.2, 0.1), (0.1, 0.2, 1)]
@@ -88,7 +92,7 @@ def test_from_opencv_projects_as_opencv_does(rotation, rng):
     points = rng.uniform(-1, 1, (50, 3))
     for translation in (TRANSLATION, TRANSLATION[:, None]):
         camera = isospline.ProjectionPlaneCamera.from_opencv(INTRINSICS, rotation, translation, SIZE)
-        # Whole numbers are centres of pixels there, and edges here.
+        # OpenCV has whole numbers at the centres of pixels, isospline at their edges.
         pixels = project(camera.world_to_ndc(SIZE), points, SIZE) - 0.5
         np.testing.assert_allclose(pixels, opencv_pixels(points), atol=1e-9)
         in_camera = points @ camera.world_to_camera[:3, :3].T + camera.world_to_camera[:3, 3]
@@ -136,3 +140,108 @@ def test_bad_calibrations(arguments, parameter):
     good = {"intrinsics": INTRINSICS, "rotation": np.eye(3), "translation": TRANSLATION, "size": SIZE}
     with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
         isospline.ProjectionPlaneCamera.from_opencv(**{**good, **arguments})
+
+
+# cv2.projectPoints ignores skew.
+LENS_INTRINSICS = np.array([(410, 0, 150.25), (0, 395, 110.75), (0, 0, 1)])
+# Coefficients of a wide lens in OpenCV's order, by their number; 8: a rational model, 12: with a thin prism.
+DISTORTIONS = {
+    4: (-0.21, 0.05, 0.003, -0.002),
+    5: (0.18, -0.07, -0.004, 0.001, 0.02),
+    8: (0.3, 0.1, 0.002, -0.003, 0.01, 0.55, 0.15, 0.02),
+    12: (-0.15, 0.02, 0.001, 0.002, 0.003, 0.05, -0.01, 0.002, 0.004, -0.001, -0.003, 0.002),
+    14: (-0.2, 0.04, 0.001, 0.002, 0.003, 0, 0, 0, 0, 0, 0, 0, 0, 0),
+}
+
+
+def distorting_camera(distortion, size=SIZE, **options):
+    return isospline.ProjectionPlaneCamera.from_opencv(
+        LENS_INTRINSICS, ROTATION.as_matrix(), TRANSLATION, size, distortion=distortion, **options
+    )
+
+
+def distorted_pixels(points, distortion):
+    rotation = cv2.Rodrigues(ROTATION.as_matrix())[0]
+    return cv2.projectPoints(points, rotation, TRANSLATION, LENS_INTRINSICS, np.array(distortion))[0][:, 0]
+
+
+@pytest.mark.parametrize("count", DISTORTIONS)
+def test_points_on_rays_are_where_opencv_distorts_them_to(count, rng):
+    distortion = DISTORTIONS[count]
+    camera = distorting_camera(distortion)
+    rays = camera.rays(SIZE).reshape(-1, 6)
+    points = rays[:, :3] + rng.uniform(2, 20, (len(rays), 1)) * rays[:, 3:]
+    v, u = np.mgrid[: SIZE[1], : SIZE[0]]
+    pixels = distorted_pixels(points, distortion)
+    np.testing.assert_allclose(pixels, np.stack([u, v], axis=-1).reshape(-1, 2), atol=1e-9)
+    # t is the depth, as without distortion
+    depths = (points @ ROTATION.as_matrix().T + TRANSLATION)[:, 2]
+    np.testing.assert_allclose(depths, ((points - rays[:, :3]) / rays[:, 3:])[:, 0], rtol=1e-9)
+    assert abs(distorting_camera(None).rays(SIZE).reshape(-1, 6) - rays).max() > 0.005
+    # The other way, by OpenCV's own iteration.
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 500, 1e-15)
+    whole = np.stack([u, v], axis=-1).reshape(-1, 1, 2).astype(float)
+    lens = LENS_INTRINSICS, np.array(distortion)
+    if hasattr(cv2, "undistortPointsIter"):  # OpenCV 4: undistortPoints takes no criteria there
+        undistorted = cv2.undistortPointsIter(whole, *lens, None, None, criteria)[:, 0]
+    else:
+        undistorted = cv2.undistortPoints(whole, *lens, criteria=criteria)[:, 0]
+    in_camera = rays[:, 3:] @ ROTATION.as_matrix().T
+    np.testing.assert_allclose(in_camera[:, :2] / in_camera[:, 2:], undistorted, atol=1e-7)
+
+
+def test_pictures_of_other_sizes_show_the_same_of_a_distorted_view():
+    camera = distorting_camera(DISTORTIONS[5])
+    larger = camera.rays((3 * SIZE[0], 3 * SIZE[1]))
+    np.testing.assert_allclose(larger[1::3, 1::3], camera.rays(SIZE), atol=1e-12)
+
+
+def test_what_a_distorted_picture_shows_is_where_opencv_projects_it():
+    field = isospline.volumes.torus(0.6, 0.25)
+    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    scene = isospline.Scene(isospline.Isosurface(volume, field.level))
+    eye = np.array([0.4, -2.2, 1.1])
+    forward = -eye / np.linalg.norm(eye)
+    right = np.cross(forward, (0, 0, 1)) / np.linalg.norm(np.cross(forward, (0, 0, 1)))
+    rotation = np.array([right, np.cross(forward, right), forward])
+    distortion = np.array(DISTORTIONS[8])
+    camera = isospline.ProjectionPlaneCamera.from_opencv(
+        LENS_INTRINSICS, rotation, -rotation @ eye, SIZE, distortion=distortion
+    )
+    image = isospline.render(scene, camera, size=SIZE, layers=("position", "depth"))
+    seen = np.isfinite(image.depth)
+    assert 1000 < seen.sum() < seen.size
+    pixels = cv2.projectPoints(
+        image.position[seen].astype(float), cv2.Rodrigues(rotation)[0], -rotation @ eye, LENS_INTRINSICS, distortion
+    )[0][:, 0]
+    v, u = np.nonzero(seen)
+    np.testing.assert_allclose(pixels, np.stack([u, v], axis=-1), atol=1e-3)  # positions are float32
+    assert image.world_to_ndc is None
+
+
+def test_a_distorting_camera_is_a_value(tmp_path):
+    camera = distorting_camera(DISTORTIONS[5])
+    assert camera.distortion.tolist() == [*DISTORTIONS[5], *(0,) * 7]
+    assert distorting_camera(np.zeros(5)).distortion is None and distorting_camera(None).distortion is None
+    assert camera == distorting_camera([DISTORTIONS[5]]) and camera != distorting_camera(None)
+    assert pickle.loads(pickle.dumps(camera)) == camera
+    assert camera.replace(distortion=None) == distorting_camera(None)
+    for mine, theirs in zip(camera.to_opencv(SIZE), (LENS_INTRINSICS, ROTATION.as_matrix(), TRANSLATION)):
+        np.testing.assert_allclose(mine, theirs, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "distortion, message",
+    [
+        ((0.1, 0.2, 0.3), "expected 4, 5, 8 or 12 coefficients, got 3"),
+        ((0.1, 0, 0, np.nan), "expected finite numbers, got nan"),
+        ((*(0.1,) * 4, *(0,) * 8, 0.02, 0), "expected a sensor that is not tilted"),
+        ((-2.5, 0, 0, 0), r"expected coefficients that do not fold the image of this size, got a fold"),
+        ("wide", "expected 4, 5, 8 or 12 coefficients, got"),
+    ],
+)
+def test_bad_distortions(distortion, message):
+    with pytest.raises((ValueError, TypeError), match=f"^distortion: {message}"):
+        distorting_camera(distortion)
+    with pytest.raises(ValueError, match="camera: expected one whose lens has no distortion"):
+        distorting_camera(DISTORTIONS[4]).world_to_ndc(SIZE)

@@ -1,32 +1,32 @@
-"""Capped cuts against closed forms: where rays meet them, that nothing leaks, what is inside, what colour they have."""
+"""Capped cuts against closed forms: hits, no leaks, points inside, colours."""
 
 import itertools
 import warnings
 
 import numpy as np
 import pytest
+from analytic_volumes import Gyroid
 from hit_outputs import ALL_OUTPUTS
 from layered import render
 
 import isospline
-from analytic_volumes import Gyroid
 
 RADIUS = 6.3
-#: What is kept of the ball: the side of an oblique plane.
+#: The kept part of the ball: one side of an oblique plane.
 NORMAL = np.array((0.36, -0.48, -0.8))
 HEIGHT = -2.1
 CUT = isospline.HalfSpace(HEIGHT * NORMAL, NORMAL)
 
 
 def ball(radius=RADIUS, clip=CUT, **options):
-    """f = |x|^2, which a quadratic model holds exactly where the boundary rule does not reach."""
+    """f = |x|^2; a quadratic model holds it exactly outside the reach of the boundary rule."""
     z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-16, -16, -16))
     return isospline.Isosurface(volume, radius**2, inside="below", clip=clip, capped=True, **options)
 
 
 def gyroid(degree=2, clip="border", **options):
-    """A solid that goes on to the border of its volume, which is not aligned with the world's axes' unit cells."""
+    """A solid that extends to the border of its volume, which is not aligned with unit cells of the world's axes."""
     volume = isospline.Volume(Gyroid(11.0).samples((26, 25, 24)), spacing=(0.7, 0.9, 1.1), degree=degree)
     if isinstance(clip, str):
         clip = isospline.Box(*volume.bounds)
@@ -47,7 +47,7 @@ def points_in_ball(rng, count, radius=RADIUS):
 
 
 def chords(rays):
-    """Entry and exit of rays of the ball cut by the plane, with which of both is on the plane; NaN for misses."""
+    """Entry and exit of rays for the cut ball, and whether each is on the plane; NaN for misses."""
     origin, direction = rays[:, :3], rays[:, 3:]
     a, b, c = (direction**2).sum(-1), (origin * direction).sum(-1), (origin**2).sum(-1) - RADIUS**2
     root = np.sqrt(np.where(b**2 > a * c, b**2 - a * c, np.nan))
@@ -95,7 +95,7 @@ def test_a_cut_ball_is_the_closed_form(rng):
 
 
 def test_the_area_of_a_cap():
-    """Parallel rays on a grid, straight at the disc."""
+    """Parallel rays on a grid, perpendicular to the disc."""
     count = 1000
     u = np.cross(NORMAL, (0, 0, 1))
     u /= np.linalg.norm(u)
@@ -111,7 +111,7 @@ def test_the_area_of_a_cap():
 
 
 def rim_points(surface, rng, count):
-    """Points of the ball's rim, where its surface meets the plane, as exactly as doubles can have them."""
+    """Points of the ball's rim, where its surface meets the plane, to the precision of doubles."""
     u = np.cross(NORMAL, (0, 0, 1))
     u /= np.linalg.norm(u)
     v = np.cross(NORMAL, u)
@@ -128,7 +128,7 @@ def rim_points(surface, rng, count):
 
 @pytest.mark.parametrize("method", ["exact", "reference"])
 def test_nothing_leaks_through_the_rim(rng, method):
-    """A million rays from inside at points where cap and surface meet, which are on both sides of it by rounding."""
+    """A million rays from inside to points of the rim; by rounding, they pass on either side of it."""
     count = 1_000_000 if method == "exact" else 50_000
     surface = ball(method=method)
     scene = isospline.Scene([surface])
@@ -168,7 +168,7 @@ def closed(request):
 
 
 def around(surface, rng, count):
-    """Points about a surface's volume, and rays from there."""
+    """Points around a surface's volume, and rays from them."""
     lower, upper = surface.volume.bounds
     points = rng.uniform(lower - 1, upper + 1, (count, 3))
     return points, np.concatenate([points, rng.normal(size=points.shape)], axis=-1)
@@ -204,7 +204,7 @@ def test_all_queries_agree(closed, rng):
     np.testing.assert_array_equal(
         crossings["entering"][cap], (crossings["primitive_normals"] * direction).sum(-1)[cap] < 0
     )
-    # Entries and exits take turns, and the last crossing leaves.
+    # Entries and exits alternate, and the last crossing is an exit.
     same_ray = crossings["ray_ids"][1:] == crossings["ray_ids"][:-1]
     assert (crossings["entering"][1:] != crossings["entering"][:-1])[same_ray].all()
     assert not crossings["entering"][end[hit] - 1].any()
@@ -215,7 +215,7 @@ def test_all_queries_agree(closed, rng):
 
 
 def test_packets_are_single_rays_at_rims(closed, rng):
-    """Rays in bundles at points of the caps' rims: where cells and caps give way to each other."""
+    """Bundles of rays at points of the caps' rims, where cells and caps meet."""
     scene = isospline.Scene([closed])
     lower, upper = closed.volume.bounds
     crossings = scene.list_intersections(around(closed, rng, 4000)[1])
@@ -224,7 +224,7 @@ def test_packets_are_single_rays_at_rims(closed, rng):
     rays[:, 3:] += rng.normal(scale=0.3, size=(len(rays), 3))
     single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
     caps = single["primitive_ids"][np.isfinite(single["t_hit"])] >= closed.volume.cell_count
-    assert 0.02 < caps.mean()
+    assert caps.mean() > 0.02
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
 
@@ -254,11 +254,11 @@ def test_a_box_in_the_solid_is_a_box(rng):
 
 
 def test_rays_that_leave_a_cap(rng):
-    """A cut ball is convex: outwards there is nothing, inwards the way ends where the closed form has it."""
+    """A cut ball is convex: rays outwards hit nothing, rays inwards end where the closed form says."""
     surface = ball()
     scene = isospline.Scene([surface])
     rim = rim_points(surface, rng, 100_000)
-    # Points of the disc, more and more of them close to the rim, down to rounding.
+    # Points of the disc, denser towards the rim, down to rounding.
     nearness = 10 ** -rng.uniform(0, 15, len(rim))
     disc = rim + nearness[:, None] * (HEIGHT * NORMAL - rim) * rng.uniform(0, 1, (len(rim), 1))
     rays = rays_at(rng, disc, 30.0)
@@ -286,7 +286,7 @@ def test_rays_that_leave_a_cap(rng):
 
 
 def test_rays_that_leave_the_surface_next_to_a_cap(rng):
-    """Inwards from hits beside the rim the first thing is never the cap that is beside them, by rounding."""
+    """Rays inwards from hits next to the rim never hit the adjacent cap first because of rounding."""
     surface = ball()
     scene = isospline.Scene([surface])
     rim = rim_points(surface, rng, 100_000)
@@ -329,7 +329,7 @@ def test_cuts_follow_the_transform(rng):
 
 
 def test_what_is_open_stays_open():
-    """The volume's border without a clip there, and what a mask takes away."""
+    """Caps do not close the volume's border without a clip there, nor the cells that a mask removes."""
     z, y, x = np.mgrid[0:9, 0:9, 0:9].astype(float)
     volume = isospline.Volume(x + 10, degree=2)
     ray = [(4, 4, -9, 0, 0, 1)]
@@ -367,7 +367,7 @@ def test_caps_follow_the_level():
 
 
 def test_the_cap_that_was_added_last_is_seen(rng):
-    """Skin and bone cut by one plane: both caps are at the very same t."""
+    """Skin and bone cut by one plane: both caps are at exactly the same t."""
     skin, bone = ball(), ball(4.0)
     target = HEIGHT * NORMAL
     towards = np.concatenate([target - 20 * NORMAL + rng.uniform(-1.5, 1.5, (4096, 3)), np.tile(NORMAL, (4096, 1))], -1)
@@ -434,7 +434,7 @@ def test_a_translucent_cut_ball_has_two_layers_everywhere():
 
 
 def test_white_furnace():
-    """Paths that leave caps and surface alike get to the even light in the end, and none is lost in the solid."""
+    """Paths that leave caps or the surface finally reach the even light; none is lost in the solid."""
     scene = isospline.Scene([CLOSED["corner of a gyroid"]()])
     integrator = isospline.PathTracer(isospline.Material(1, specular=0), max_bounces=10_000)
     camera = isospline.camera_for(scene, view=(-0.3, 1, -0.6))

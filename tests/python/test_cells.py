@@ -24,7 +24,7 @@ def test_ids_are_places_in_the_grid_of_cells(degree, axes):
 
 
 def test_ids_are_the_same_for_every_level_and_surface():
-    """Of a plane that moves along x, each ray hits the cell of its own row and slice."""
+    """A plane moves along x: each ray hits the cell of its own row and slice."""
     volume = isospline.Volume(np.broadcast_to(np.arange(20.0), (8, 9, 20)))
     y, z = np.meshgrid(np.arange(9), np.arange(8))
     rays = np.stack([np.full(y.shape, -5.0), y, z, *np.eye(3)[0][:, None, None] + np.zeros(y.shape)], axis=-1)
@@ -41,20 +41,22 @@ def test_ids_are_the_same_for_every_level_and_surface():
         assert (ids[y < 5] == isospline.INVALID_PRIMITIVE_ID).all()
 
 
-
-@pytest.mark.parametrize(("method", "value", "error", "message"), [
-    ("cell_at", [3, 210], ValueError, "primitive_ids: expected those of cells, below 210, got 210"),
-    ("cell_at", 2**32, ValueError, "primitive_ids: .* got 4294967296"),
-    ("cell_at", isospline.INVALID_PRIMITIVE_ID, ValueError, "primitive_ids: .* got 18446744073709551615"),
-    ("cell_at", -1, ValueError, "primitive_ids: .* got"),
-    ("cell_at", 1.0, TypeError, "primitive_ids: expected an array of integers"),
-    ("primitive_id", (7, 0, 0), ValueError, r"cells: expected x, y, z below \(7, 6, 5\), got \(7, 0, 0\)"),
-    ("primitive_id", (0, -1, 0), ValueError, r"cells: .* got \(0, -1, 0\)"),
-    ("primitive_id", (2**32, 0, 0), ValueError, r"cells: .* got \(4294967296, 0, 0\)"),
-    ("primitive_id", (0, 0), ValueError, r"cells: expected shape \(..., 3\), got \(2,\)"),
-    ("primitive_id", 5, ValueError, r"cells: expected shape \(..., 3\), got \(\)"),
-    ("primitive_id", "text", TypeError, "cells: expected an array of integers"),
-])
+@pytest.mark.parametrize(
+    ("method", "value", "error", "message"),
+    [
+        ("cell_at", [3, 210], ValueError, "primitive_ids: expected ids of cells, below 210, got 210"),
+        ("cell_at", 2**32, ValueError, "primitive_ids: .* got 4294967296"),
+        ("cell_at", isospline.INVALID_PRIMITIVE_ID, ValueError, "primitive_ids: .* got 18446744073709551615"),
+        ("cell_at", -1, ValueError, "primitive_ids: .* got"),
+        ("cell_at", 1.0, TypeError, "primitive_ids: expected an array of integers"),
+        ("primitive_id", (7, 0, 0), ValueError, r"cells: expected x, y, z below \(7, 6, 5\), got \(7, 0, 0\)"),
+        ("primitive_id", (0, -1, 0), ValueError, r"cells: .* got \(0, -1, 0\)"),
+        ("primitive_id", (2**32, 0, 0), ValueError, r"cells: .* got \(4294967296, 0, 0\)"),
+        ("primitive_id", (0, 0), ValueError, r"cells: expected shape \(..., 3\), got \(2,\)"),
+        ("primitive_id", 5, ValueError, r"cells: expected shape \(..., 3\), got \(\)"),
+        ("primitive_id", "text", TypeError, "cells: expected an array of integers"),
+    ],
+)
 def test_what_is_no_cell_is_an_error(method, value, error, message):
     volume = isospline.Volume(np.zeros((5, 6, 7)))
     with pytest.raises(error, match=message):

@@ -26,7 +26,7 @@ def world_grid(size, spacing, origin, direction):
 
 
 def ball(radius, size=25, center=(12.25, 11.5, 12.0), degree=2, **options):
-    """f = R^2 - |x - c|^2 without error: samples as coefficients add the variance of the B-spline, once an axis."""
+    """f = R^2 - |x - c|^2 without error: samples used as coefficients add the B-spline's variance once per axis."""
     variance = {2: 0.25, 3: 1 / 3}[degree]
     values = radius**2 - ((index_grid(size) - center) ** 2).sum(-1) + 3 * variance
     volume = isospline.Volume(values, degree=degree, filter="none")
@@ -39,7 +39,7 @@ def random_points(rng, volume, count, margin=0.3):
 
 
 def check(surface, points, nearest, tolerance=None):
-    """What must hold of all answers: the points are on the surface, as far as said, in the cells named."""
+    """Check all answers: points are on the surface, at the returned distances, in the returned cells."""
     volume = surface.volume
     edge = volume.spacing.min()
     found = np.isfinite(nearest["distances"])
@@ -47,7 +47,7 @@ def check(surface, points, nearest, tolerance=None):
     half = 0.5 if volume.degree == 2 else 0.0
     corners = volume.cell_at(nearest["primitive_ids"][found]) - half
     middles = (corners + 0.5) @ volume.affine[:3, :3].T + volume.affine[:3, 3]
-    # Within the cell, as gradients of degree 1 jump at its faces.
+    # Evaluate inside the cell: gradients of degree 1 jump at its faces.
     gradients = volume.sample(x + 1e-9 * (middles - x), derivative=1)
     slopes = np.linalg.norm(gradients, axis=1)
     assert (np.abs(volume.sample(x) - surface.level) <= 1e-9 * edge * slopes).all()
@@ -82,11 +82,12 @@ def test_plane_in_any_grid(rng, degree, direction):
     grid = world_grid(16, spacing, origin, direction)
     normal = np.array([0.3, -0.5, 0.8])
     middle = grid[8, 8, 8]
-    volume = isospline.Volume((grid - middle) @ normal, degree=degree, spacing=spacing, origin=origin,
-                              direction=direction, filter="none")
+    volume = isospline.Volume(
+        (grid - middle) @ normal, degree=degree, spacing=spacing, origin=origin, direction=direction, filter="none"
+    )
     surface = isospline.Isosurface(volume, 0.0)
     unit = normal / np.linalg.norm(normal)
-    # Points above and below a part of the plane that is well within the volume.
+    # Points above and below an inner part of the plane, away from the volume's border.
     feet = rng.normal(size=(400, 3))
     feet = middle + 0.6 * (feet - np.outer(feet @ unit, unit))
     heights = rng.uniform(-5, 5, 400)
@@ -142,7 +143,7 @@ def test_nothing_is_nearer_on_a_wild_surface(rng, degree):
     assert check(surface, points, nearest).all()
     sampled = cKDTree(dense_points(surface, 12)).query(points)[0]
     assert (nearest["distances"] <= sampled + 1e-6).all()
-    # The sampling is dense, so the bound is a close one.
+    # The sampling is dense, so the bound is tight.
     assert np.median(sampled - nearest["distances"]) < 0.02 and (sampled - nearest["distances"]).max() < 0.3
 
 
@@ -164,7 +165,7 @@ def test_rim_of_a_clipped_ball(rng):
 
 
 def test_corners_of_cuts_and_of_the_volume(rng):
-    # The plane z = 4.3 in the unit of the volume's box, and with a box of its own: a rectangle.
+    # The plane z = 4.3 within the volume's box, and within a clip box: a rectangle.
     volume = isospline.Volume(np.broadcast_to(np.arange(10.0)[:, None, None], (10, 10, 10)), degree=1)
     points = rng.uniform(-5, 15, (300, 3))
     for minimum, maximum, clip in [(0, 9, None), (2.25, 6.6, isospline.Box((2.25,) * 3, (6.6,) * 3))]:

@@ -4,30 +4,30 @@ import sys
 
 import numpy as np
 import pytest
+from analytic_volumes import Gyroid, Torus
 from layered import render
 
 import isospline
 from isospline.colors import color_map, srgb_to_linear
-from analytic_volumes import Gyroid, Torus
 
 SIZE = (90, 70)
 RAMP = [(0, 0, 0), (1, 1, 1)]
 
 
 def shown(scene, camera, color):
-    """The image of a scene in this colour alone, without any light."""
+    """The image of a scene in this colour only, without light."""
     return render(scene, camera, size=SIZE, shading=isospline.Outline(0, color=color))
 
 
 def value_of(image, limits):
-    """What a grey ramp between limits shows, and where there is a surface."""
+    """The values that a grey ramp between limits shows, and the pixels with a surface."""
     gray, seen = image.color[..., 0].astype(float), np.isfinite(image.depth)
     assert (gray[seen] > 0.001).all() and (gray[seen] < 0.999).all() and seen.sum() > 500
     return limits[0] + (limits[1] - limits[0]) * gray[seen], image.position[seen].astype(float)
 
 
 def quadratic(squares, radius, inside="below", shape=(25, 25, 25), spacing=(1, 1, 1), direction=None):
-    """The surface sum of squares * x^2 = radius^2, which a model of degree 2 or 3 holds exactly but near the border."""
+    """The surface sum of squares * x^2 = radius^2; models of degree 2 and 3 hold it exactly, except near the border."""
     direction = np.eye(3) if direction is None else np.asarray(direction)
     z, y, x = np.meshgrid(*(np.arange(n) - n // 2 for n in shape), indexing="ij")
     points = np.stack([x, y, z], axis=-1) * spacing @ direction.T
@@ -99,14 +99,15 @@ def test_curvature_is_that_of_the_shape_operator():
         normal = gradient[..., None] / length
         tangential = np.eye(3) - normal @ normal.swapaxes(1, 2)
         eigenvalues = np.linalg.eigvalsh(tangential @ hessian @ tangential / length)
-        eigenvalues = np.sort(np.take_along_axis(
-            eigenvalues, np.argsort(np.abs(eigenvalues), axis=1)[:, 1:], axis=1), axis=1)  # without that of the normal
+        eigenvalues = np.sort(
+            np.take_along_axis(eigenvalues, np.argsort(np.abs(eigenvalues), axis=1)[:, 1:], axis=1), axis=1
+        )  # without that of the normal
         np.testing.assert_allclose(values, eigenvalues[:, column - 1], atol=2e-3)
 
 
 def test_by_volume(camera, rng):
     scene = isospline.Scene([quadratic((1, 1, 1), 5)])
-    # A linear function, exact for a model of degree 1, on a grid of its own.
+    # A linear function, exact for a model of degree 1, on a separate grid.
     weights, offset = np.array([0.02, -0.03, 0.05]), 0.4
     z, y, x = np.mgrid[0:9, 0:8, 0:10].astype(float)
     points = np.stack([x, y, z], axis=-1) * (2, 3, 2.5) - 10
@@ -157,13 +158,13 @@ def test_vertex_colors_are_linear_between_the_corners(camera, transform):
     colors = np.array([(1, 0, 0.2), (0.1, 1, 0), (0, 0.3, 0.9)])
     scene = isospline.Scene()
     scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors), transform)
-    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 2))
+    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 0.7))
     image = render(scene, camera, size=SIZE, shading=light)
     seen = np.isfinite(image.depth)
     assert seen.sum() > 300
     placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
     weights = barycentric(image.position[seen].astype(float), placed)
-    np.testing.assert_allclose(image.color[seen, :3], weights @ colors * (0.5, 1, 2), atol=5e-6)
+    np.testing.assert_allclose(image.color[seen, :3], weights @ colors * (0.5, 1, 0.7), atol=5e-6)
 
 
 MIRRORED = np.diag([-1, 1, 1, 1])
@@ -182,7 +183,7 @@ def test_vertex_normals_are_interpolated(camera, transform):
     units = normals / np.linalg.norm(normals, axis=1)[:, None]
     expected = barycentric(image.position[seen].astype(float), placed) @ units @ np.linalg.inv(transform[:3, :3])
     expected /= np.linalg.norm(expected, axis=1)[:, None]
-    # All of them are on the side of the triangle that is seen, or all are not.
+    # Either all of them are on the visible side of the triangle, or none is.
     to_eye = camera.eye - image.position[seen]
     assert seen.sum() > 300 and len(np.unique(np.sign((expected * to_eye).sum(1)))) == 1
     np.testing.assert_allclose(image.normal[seen], expected, atol=5e-6)
@@ -235,7 +236,7 @@ def test_shadings_keep_their_colors():
         outline = isospline.Outline(surface_color=color)
         assert repr(outline.surface_color) == repr(color) and repr(color) in repr(outline)
     assert repr(color) == "ColorByDepth(limits=(1, 3))"
-    np.testing.assert_array_equal(isospline.Phong(color=(1, 2, 3)).color, (1, 2, 3))
+    np.testing.assert_array_equal(isospline.Phong(color=(0.1, 0.2, 1)).color, (0.1, 0.2, 1))
 
 
 def test_bad_colors(monkeypatch):
@@ -294,3 +295,90 @@ def test_threads_do_not_change_the_colors(camera):
     finally:
         isospline.set_thread_count(0)
     assert images[0] == images[1]
+
+
+# Names
+
+
+def test_names_of_colors_are_taken_wherever_a_color_is(camera):
+    tan = srgb_to_linear(np.array([0xD2, 0xB4, 0x8C]) / 255)
+    for name in ("tan", "#d2b48c", "#D2B48C", "TAN"):
+        np.testing.assert_allclose(isospline.Phong(color=name).color, tan)
+        np.testing.assert_allclose(isospline.Phong(ambient_light=name).ambient_light, tan)
+        np.testing.assert_allclose(isospline.Phong(cap_color=name).cap_color, tan)
+        np.testing.assert_allclose(isospline.Outline(2, color=name, surface_color=name).surface_color, tan)
+        np.testing.assert_allclose(isospline.AmbientOcclusion(color=name).color, tan)
+        np.testing.assert_allclose(isospline.Material(name).base_color, tan)
+        np.testing.assert_allclose(isospline.DirectionalLight((0, 0, 1), intensity=name).intensity, tan)
+        np.testing.assert_allclose(isospline.PositionalLight((0, 0, 1), intensity=name).intensity, tan)
+        np.testing.assert_allclose(isospline.SphereLight((0, 0, 1), 1.0, radiance=name).radiance, tan)
+        np.testing.assert_allclose(isospline.EnvironmentLight(name).radiance, tan)
+        np.testing.assert_allclose(isospline.ridges_and_valleys(0.5, color=name).cmap[1], tan)
+        image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=name)
+        np.testing.assert_allclose(image.color[0, 0], [*tan, 1], atol=1e-6)
+    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tan")
+    np.testing.assert_allclose(mesh.colors, [tan] * 3)
+    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=["white", "tan", (0, 0.5, 1)])
+    np.testing.assert_allclose(mesh.colors, [(1, 1, 1), tan, (0, 0.5, 1)])
+    np.testing.assert_allclose(isospline.ColorByDepth(["black", "tan"]).cmap, [(0, 0, 0), tan])
+    np.testing.assert_allclose(color_map([(0, 0, 0), "tan"]), [(0, 0, 0), tan])
+
+
+def test_names_of_matplotlib():
+    pytest.importorskip("matplotlib")
+    from matplotlib.colors import BASE_COLORS, CSS4_COLORS, TABLEAU_COLORS, XKCD_COLORS, to_rgb
+
+    from isospline.colors import named_color
+
+    for names in (BASE_COLORS, CSS4_COLORS, TABLEAU_COLORS, list(XKCD_COLORS)[::100], ["C1", "0.25"]):
+        for name in names:
+            expected = srgb_to_linear(np.round(255 * np.array(to_rgb(name))) / 255)
+            np.testing.assert_allclose(named_color(name), expected, atol=3e-3, err_msg=name)
+
+
+def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkeypatch):
+    from isospline.colors import named_color
+
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.colors", None)
+    np.testing.assert_allclose(named_color("tab:blue"), srgb_to_linear(np.array([0x1F, 0x77, 0xB4]) / 255))
+    with pytest.raises(ValueError, match="^color: expected linear numbers from 0 to 1 or the name of a colour"):
+        named_color("xkcd:sky blue")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: isospline.Phong(color=(1.5, 0, 0)),
+            r"^color: expected linear numbers from 0 to 1 .*\(1.5, 0.0, 0.0\)$",
+        ),
+        (lambda: isospline.Phong(color=(255, 128, 0)), '^color: .* did you mean "#ff8000"'),
+        (lambda: isospline.Material(255), '^base_color: .* got 255; did you mean "#ffffff"'),
+        (lambda: isospline.Outline(2, surface_color=(0, 0, 2)), "^surface_color: expected linear numbers from 0 to 1"),
+        (
+            lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors=[(0, 0, 1.1)] * 3),
+            "^colors: expected linear numbers from 0",
+        ),
+        (lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tna"), "^colors: expected linear numbers .* or the name"),
+        (lambda: isospline.ColorByDepth([(0, 0, 0), (3, 0, 0)]), "^cmap: expected linear numbers from 0 to 1"),
+        (lambda: isospline.ColorByDepth(["black", "tna"]), "^cmap: expected linear numbers from 0 to 1 or the name"),
+        (lambda: isospline.ridges_and_valleys(1, ridge=2), "^ridge: expected linear numbers from 0 to 1"),
+        (lambda: isospline.Phong(color="#11223344"), "^color: expected the name of a colour without an opacity"),
+        (
+            lambda: isospline.render(
+                isospline.Scene(), size=(2, 2), background=9, camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
+            ),
+            "^background: expected linear numbers from 0 to 1",
+        ),
+    ],
+)
+def test_a_color_out_of_range_is_explained(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_a_background_may_have_an_opacity(camera):
+    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background="#ff000080")
+    np.testing.assert_allclose(image.color[0, 0], [128 / 255, 0, 0, 128 / 255], atol=1e-6)
+    assert isospline.PositionalLight((0, 0, 1), intensity=40).intensity[0] == 40  # lights have no bound

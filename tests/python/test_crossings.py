@@ -8,9 +8,10 @@ import isospline
 
 
 def sphere_volume(degree, radius_of_box=8):
-    """f = distance from the origin squared, of which quadratic and cubic splines are exact inside."""
-    z, y, x = np.mgrid[-radius_of_box : radius_of_box + 1, -radius_of_box : radius_of_box + 1,
-                       -radius_of_box : radius_of_box + 1].astype(float)
+    """f = squared distance from the origin; quadratic and cubic splines hold it exactly inside."""
+    z, y, x = np.mgrid[
+        -radius_of_box : radius_of_box + 1, -radius_of_box : radius_of_box + 1, -radius_of_box : radius_of_box + 1
+    ].astype(float)
     return isospline.Volume(x**2 + y**2 + z**2, origin=(-radius_of_box,) * 3, degree=degree)
 
 
@@ -53,9 +54,11 @@ def test_crossings_are_all_sign_changes(rng, degree):
     crossings = scene.list_intersections(rays)
     coefficients = ndimage.spline_filter(data, degree, mode="mirror") if degree > 1 else data
 
-    def f(points):  # by an implementation that is not ours
-        return ndimage.map_coordinates(coefficients, points[..., ::-1].T, order=degree, mode="mirror",
-                                       prefilter=False) - 0.1
+    def f(points):  # by an independent implementation
+        return (
+            ndimage.map_coordinates(coefficients, points[..., ::-1].T, order=degree, mode="mirror", prefilter=False)
+            - 0.1
+        )
 
     np.testing.assert_allclose(f(crossings["positions"]), 0, atol=2e-6)
     lower, upper = volume.bounds
@@ -70,7 +73,7 @@ def test_crossings_are_all_sign_changes(rng, degree):
             continue
         t = crossings["t_hit"][begin:end]
         assert (np.diff(t) > 0).all() and (t >= t_in - 1e-8).all() and (t <= t_out + 1e-8).all()
-        # Entering and leaving take turns, and between two crossings f keeps the sign that they say.
+        # Entries and exits alternate. Between two crossings, f keeps the sign that they imply.
         entering = crossings["entering"][begin:end]
         assert (entering[1:] != entering[:-1]).all()
         edges = np.concatenate([[t_in], t, [t_out]])
@@ -88,7 +91,7 @@ def test_crossings_are_all_sign_changes(rng, degree):
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_a_crossing_on_a_face_edge_or_corner_of_cells_counts_once(degree):
-    # f = x + y + z: the level puts the plane through corners of cells, and rays go along their edges and diagonals.
+    # f = x + y + z: at this level, the plane contains corners of cells. Rays run along their edges and diagonals.
     z, y, x = np.mgrid[0:9, 0:9, 0:9].astype(float)
     volume = isospline.Volume(x + y + z, degree=degree, filter="none")
     shift = 0.5 if degree % 2 == 0 else 0.0

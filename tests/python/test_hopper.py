@@ -17,7 +17,7 @@ TURNED = {
 
 @pytest.fixture
 def data(rng):
-    # integers: taken as coefficients, they are exact in single precision
+    # integers used as coefficients are exact in single precision
     return rng.integers(-100, 101, SHAPE).astype(np.float32)
 
 
@@ -74,7 +74,7 @@ def test_hits_are_the_first_crossings_of_a_dense_march(data, rng, degree, bounda
         above = f(t) >= level
         changes = np.flatnonzero(above[1:] != above[:-1])
         if len(changes) == 0:
-            # what the march steps over is a root all the same
+            # roots that the march misses are valid, too
             assert t_hit == np.inf or abs(f(t_hit) - level) < 1e-6
             continue
         found += 1

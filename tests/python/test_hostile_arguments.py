@@ -1,4 +1,4 @@
-"""Arguments that make no sense: one sentence that names the parameter."""
+"""Invalid arguments: one sentence that names the parameter."""
 
 import subprocess
 import sys
@@ -15,9 +15,15 @@ def volume():
     return isospline.Volume(np.indices((6, 7, 8)).sum(0).astype(np.float32))
 
 
-@pytest.mark.parametrize("wrong, got", [
-    (None, "None"), (3, "3"), ("volume", "'volume'"), (np.zeros(3), "ndarray of shape (3,) and type float64"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "wrong, got",
+    [
+        (None, "None"),
+        (3, "3"),
+        ("volume", "'volume'"),
+        (np.zeros(3), "ndarray of shape (3,) and type float64"),
+    ],
+)
 def test_none_is_no_object(wrong, got):
     data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
     for call, message in (
@@ -25,11 +31,13 @@ def test_none_is_no_object(wrong, got):
         (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), "volume: expected a Volume"),
         (lambda: isospline.Isosurface(wrong, 1.0), data),
         (lambda: isospline.VoxelHopper(wrong), "surface: expected an Isosurface"),
-        (lambda: isospline.Scene().add(wrong),
-         "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"),
+        (
+            lambda: isospline.Scene().add(wrong),
+            "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio",
+        ),
         (lambda: isospline.render(wrong, None), "scene: expected a Scene"),
         (lambda: isospline.ProgressiveRenderer(wrong, None), "scene: expected a Scene"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(TypeError) as caught:
             call()
         assert str(caught.value).partition("; did you mean ")[0] == f"{message}, got {got}"
@@ -80,8 +88,12 @@ def test_affines_are_matrices():
 
 def test_counts_are_whole_numbers_from_one_on():
     box = [(-1, -1, -1), (1, 1, 1)]
-    calls = (volumes.waves, volumes.blobs, lambda count: isospline.turntable(box, count),
-             lambda count: isospline.suggest_levels(np.arange(9), count))  # fmt: skip
+    calls = (
+        volumes.waves,
+        volumes.blobs,
+        lambda count: isospline.turntable(box, count),
+        lambda count: isospline.suggest_levels(np.arange(9), count),
+    )
     for call in calls:
         for wrong in (0, -1, 1.5, np.nan, np.inf, 1e308, 2**31):
             with pytest.raises(ValueError, match="^count: expected a whole number of at least 1(, and .*)?, got"):
@@ -127,7 +139,7 @@ for call in (lambda: isospline.render(scene, camera, size=(60000, 60000)),
         print(error)
 print(scene.cast_rays([(8, 8, -9, 0.01, 0.02, 1)])["t_hit"].shape)
 """
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8", timeout=120)
     assert result.stdout.splitlines() == [
         "out of memory: to render 60000 x 60000 pixels",
         "out of memory: to render 60000 x 60000 pixels",

@@ -1,8 +1,9 @@
 """Isosurfaces and meshes that cut into each other, in one picture, against the closed form of spheres.
 
-The faces of a mesh lie between two spheres: the one through its vertices and one that is smaller by the sagitta. What
-a ray finds first with either of them, it finds with the mesh, too. So the closed form decides pixels without any
-tolerance, all but those where the two spheres differ: these are the budget, and the tests say how many it may be.
+The faces of a mesh are between two spheres: the one through its vertices, and one that is smaller by the sagitta. If a
+ray hits the same object first with both spheres, it hits the same object with the mesh. So the closed form decides
+pixels without a tolerance, except pixels where the two spheres differ. The tests limit the number of these pixels, the
+budget.
 """
 
 import numpy as np
@@ -25,7 +26,7 @@ MATTE = isospline.Phong(ambient=0.125, diffuse=0.75, specular=0, lights=LIGHTS, 
 
 
 def placed(scale, angle, shear, center, about):
-    """A transform that stretches, turns about z and shears, and takes the point `about` to `center`."""
+    """A transform that stretches, rotates about z, shears, and moves the point `about` to `center`."""
     cosine, sine = np.cos(angle), np.sin(angle)
     matrix = np.eye(4)
     matrix[:3, :3] = np.array([(cosine, -sine, shear), (sine, cosine, 0), (0, 0, 1)]) * scale
@@ -34,13 +35,13 @@ def placed(scale, angle, shear, center, about):
 
 
 def two_spheres():
-    """Camera, and what is in the scene beside the floor: objects with their transforms."""
+    """The camera, and the objects of the scene besides the floor, with their transforms."""
     camera = isospline.PerspectiveCamera(eye=(14, -40, 30), target=(15, 9, 8), field_of_view=32)
     return camera, [(sphere(RADIUS), np.eye(4)), (GLOBE, moved(19.0, 9.5, 10.0))]
 
 
 def ellipsoids():
-    """Instances of the two, each next to one of the other: mirrored, sheared, stretched, turned, or as they are."""
+    """Pairs of an isosurface and a mesh next to each other: mirrored, sheared, stretched, rotated, or unchanged."""
     surface, objects = sphere(RADIUS), []
     maps = [((1, 1, 1), 0, 0), ((0.6, 1.2, 1), 1, 0), ((-1, 1, 0.8), 2, 0.5), ((0.5, 0.5, 1.4), 3, -0.4)]
     for number, (scale, angle, shear) in enumerate(maps):
@@ -72,7 +73,7 @@ def local_rays(transform, rays):
 
 
 def bracket(objects, rays):
-    """The least and the largest t at which each object may be met, (objects + floor, rays) each."""
+    """The smallest and the largest possible t of each object, two (objects + floor, rays) arrays."""
     with np.errstate(divide="ignore", invalid="ignore"):
         floor = -rays[:, 2] / rays[:, 5]
         beyond = np.abs(rays[:, :2] + floor[:, None] * rays[:, 3:5] - 10).max(axis=1) - 50
@@ -87,7 +88,7 @@ def bracket(objects, rays):
 
 
 def expected_ids(objects, rays):
-    """The geometry ids that rays find first; and where the bracket decides that."""
+    """The geometry ids that rays find first, and whether the bracket decides them."""
     least, largest = bracket(objects, rays)
     first = largest.argmin(axis=0)
     rest = least.copy()
@@ -114,9 +115,9 @@ def outward_normals(objects, ids, primitives, positions):
 
 
 def expected_occlusions(objects, ids, rays, t_far):
-    """Whether rays that leave objects are occluded before t_far; and where the bracket decides that."""
+    """Whether rays that leave objects are occluded before t_far, and whether the bracket decides it."""
     least, largest = bracket(objects, rays)
-    for t in least, largest:  # what is convex does not hide what faces away from it
+    for t in least, largest:  # a convex object does not occlude rays that leave its own surface
         np.put_along_axis(t, ids[None].astype(int), np.inf, axis=0)
     hidden = (largest < t_far).any(axis=0)
     perhaps = (least < t_far + 1e-6).any(axis=0)
@@ -124,14 +125,14 @@ def expected_occlusions(objects, ids, rays, t_far):
 
 
 def expected_light(scene, objects, rays, hits, normals):
-    """Diffuse light of LIGHTS with the shadows of the closed form; and where the bracket decides that."""
+    """Diffuse light of LIGHTS with the shadows of the closed form, and whether the bracket decides it."""
     positions = rays[:, :3] + hits["t_hit"][:, None] * rays[:, 3:]
     light, decided = np.zeros(len(rays)), np.ones(len(rays), bool)
     for lamp in LIGHTS:
         positional = isinstance(lamp, isospline.PositionalLight)
         to_light = np.asarray(lamp.position) - positions if positional else -lamp.direction + 0 * positions
         facing = (normals * to_light).sum(axis=1) / np.linalg.norm(to_light, axis=1)
-        # Shadow rays begin off the surface, by rounding in double precision.
+        # Shadow rays start off the surface by the rounding of double precision.
         shadow_rays = scene.secondary_rays(rays, hits, to_light)
         assert np.linalg.norm(shadow_rays[:, :3] - positions, axis=1).max() < 1e-8
         end = 1.0 if positional else np.inf
@@ -143,14 +144,14 @@ def expected_light(scene, objects, rays, hits, normals):
 
 @pytest.mark.parametrize("make", SCENES.values(), ids=SCENES)
 def test_a_picture_is_the_closed_form(make):
-    """All but BUDGET pixels of the silhouettes and cuts, and as many of the shadows, are right."""
+    """All pixels are right, except BUDGET pixels at silhouettes and cuts, and BUDGET pixels at shadows."""
     camera, objects = make()
     scene = scene_of(objects)
     image = render(scene, camera, size=SIZE, shading=MATTE)
     rays = camera.rays(SIZE).reshape(-1, 6)
     hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
 
-    # Which object is seen, and how far it is.
+    # The visible object, and its distance.
     ids, decided = expected_ids(objects, rays)
     shown = image.geometry_ids.reshape(-1)
     assert (~decided).sum() <= BUDGET
@@ -162,7 +163,7 @@ def test_a_picture_is_the_closed_form(make):
     assert (t[seen] * length[seen] > least * length[seen] - 1e-5).all()
     assert (t[seen] * length[seen] < largest * length[seen] + 1e-5).all()
 
-    # Positions, depths and normals of the picture, from the t that the closed form has just confirmed.
+    # Positions, depths and normals of the picture, from the values of t that were just checked.
     positions = rays[seen, :3] + t[seen, None] * rays[seen, 3:]
     np.testing.assert_allclose(image.position.reshape(-1, 3)[seen], positions, rtol=1e-6, atol=1e-5)
     depth = (np.hstack([positions, np.ones((len(positions), 1))]) @ camera.world_to_camera.T)[:, 2]
@@ -186,7 +187,7 @@ def test_a_picture_is_the_closed_form(make):
 
 @pytest.mark.parametrize("make", SCENES.values(), ids=SCENES)
 def test_secondary_rays_are_occluded_as_the_closed_form_says(make, rng):
-    """From what is seen towards random points; budget 2 rays in 1000."""
+    """Rays from visible points towards random points; the budget is 2 rays in 1000."""
     camera, objects = make()
     scene = scene_of(objects)
     rays = camera.rays(SIZE).reshape(-1, 6)
@@ -205,12 +206,22 @@ def test_secondary_rays_are_occluded_as_the_closed_form_says(make, rng):
     assert min(hidden[sure].sum(), (~hidden[sure]).sum()) > 1000
 
 
-LAYERS = ["color", "depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "variance",
-          "geometry_ids", "primitive_ids"]
+LAYERS = [
+    "color",
+    "depth",
+    "position",
+    "normal",
+    "albedo",
+    "gradient_magnitude",
+    "curvature",
+    "variance",
+    "geometry_ids",
+    "primitive_ids",
+]
 
 
 def bytes_of(image):
-    """All that an image holds."""
+    """All data of an image."""
     return {name: getattr(image, name).tobytes() for name in LAYERS if hasattr(image, name)}
 
 
@@ -260,7 +271,7 @@ def test_single_rays_and_packets_are_the_picture():
 
 
 def test_a_hit_does_not_depend_on_what_is_found_behind_it():
-    """Single rays and packets come upon a mesh close behind an isosurface in different orders."""
+    """Single rays and packets meet a mesh close behind an isosurface in different orders."""
     camera, objects = ellipsoids()
     scene = scene_of(objects)
     rays = camera.rays((1200, 900))
@@ -272,10 +283,12 @@ def test_a_hit_does_not_depend_on_what_is_found_behind_it():
 
 
 def test_instances_are_copies():
-    """A scene of instances is bit for bit that of as many objects of their own."""
+    """A scene of instances gives the same results as one of separate objects, bit for bit."""
     camera, objects = ellipsoids()
-    copies = [(isospline.Mesh(shape.vertices, shape.faces) if is_mesh(shape) else sphere(RADIUS), transform)
-              for shape, transform in objects]
+    copies = [
+        (isospline.Mesh(shape.vertices, shape.faces) if is_mesh(shape) else sphere(RADIUS), transform)
+        for shape, transform in objects
+    ]
     scenes = [scene_of(objects), scene_of(copies)]
     pictures = [bytes_of(render(scene, camera, size=(101, 75), shading=MATTE)) for scene in scenes]
     assert pictures[0] == pictures[1]

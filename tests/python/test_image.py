@@ -31,8 +31,9 @@ def image(camera):
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
     scene = isospline.Scene([isospline.Isosurface(volume, 40, inside="below")])
-    return render(scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4,
-                            layers=("curvature",))  # fmt: skip
+    return render(
+        scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4, layers=("curvature",)
+    )
 
 
 def test_arrays_share_the_images_memory(image):
@@ -71,7 +72,7 @@ def test_srgb_is_the_standards_curve(image):
     alpha = image.color[..., 3].astype(float)
     np.testing.assert_array_equal(srgb[..., 3], np.rint(255 * alpha))
     shown = alpha > 0
-    # Back through the inverse curve: within half a step of what was stored.
+    # Back through the inverse curve: within half a step of the stored value.
     encoded = srgb[shown][:, :3] / 255
     decoded = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     linear = np.clip(image.color[shown][:, :3] / alpha[shown, None], 0, 1)
@@ -205,7 +206,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path, suffix):
             print(error.errno, error.filename)
         """
     )
-    done = subprocess.run([sys.executable, "-c", program, path], stdout=subprocess.PIPE, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", program, path], stdout=subprocess.PIPE, encoding="utf-8", check=True)
     assert done.stdout.split() == [str(errno.EFBIG), str(path)]
     assert os.listdir(tmp_path) == [path.name] and path.read_bytes() == b"old"
 

@@ -34,9 +34,10 @@ def test_contains_is_the_sign_of_the_spline(rng, degree, inside):
     decided = np.abs(f - level) > 1e-5  # coefficients are float32
     assert decided.mean() > 0.99 and 0.05 < expected.mean() < 0.7 and not in_domain.all()
     np.testing.assert_array_equal(surface.contains(points)[decided], expected[decided])
-    # With the library's own coefficients the sign is that of float64.
+    # With the library's own coefficients, the sign equals the sign in float64.
     np.testing.assert_array_equal(
-        surface.contains(points), in_domain & ((volume.sample(points) > level) == (inside == "above")))
+        surface.contains(points), in_domain & ((volume.sample(points) > level) == (inside == "above"))
+    )
 
 
 @pytest.mark.parametrize("field", [Plane(), Sphere((12, 12, 12), 8.0), Torus()], ids=lambda field: type(field).__name__)
@@ -75,7 +76,7 @@ def test_contains_sees_masks_and_clips(rng):
     kept = ((points - (8, 8, 9)) @ (0, 1, 2) >= 0) & (points[:, 1] >= 5)
     np.testing.assert_array_equal(clipped, whole & kept)
     assert 0 < clipped.sum() < whole.sum() and 0 < masked.sum() < whole.sum()
-    # A cell of an odd degree goes with any of its corners.
+    # For odd degrees, a cell is removed if any of its corners is masked.
     cubic = isospline.Volume(data, degree=3)
     masked = isospline.Isosurface(cubic, 0.0, mask=mask).contains(points)
     np.testing.assert_array_equal(masked, isospline.Isosurface(cubic, 0.0).contains(points) & (points[:, 0] < 9))
@@ -83,7 +84,7 @@ def test_contains_sees_masks_and_clips(rng):
 
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 def test_what_is_not_in_the_domain_is_outside(boundary):
-    # High at both ends of x, where the spline goes on beyond the volume's border.
+    # High at both ends of x, where the spline continues beyond the volume's border.
     volume = isospline.Volume(np.full((4, 5, 6), 7.0) + (3, 2, 1, 1, 2, 3), boundary=boundary)
     surface = isospline.Isosurface(volume, 8.5)
     lower, upper = volume.bounds

@@ -1,4 +1,4 @@
-"""Meshes of other libraries and from files: the libraries' own areas, volumes and hits are the oracle."""
+"""Meshes of other libraries and from files. The oracle is the areas, volumes and hits of the libraries."""
 
 import numpy as np
 import pytest
@@ -24,11 +24,12 @@ def area(mesh):
 
 
 def volume(mesh):
-    """Above 0 where the faces of a closed mesh are counter-clockwise seen from outside."""
+    """The volume of a closed mesh; positive if its faces are counter-clockwise seen from outside."""
     return np.linalg.det(corners(mesh)).sum() / 6
 
 
 # trimesh
+
 
 def test_trimesh_is_taken_over_as_it_is():
     shape = trimesh.creation.icosphere(subdivisions=2, radius=3)
@@ -49,11 +50,12 @@ def test_trimesh_scene_is_taken_over_in_place():
     np.testing.assert_allclose(mesh.bounds, scene.bounds, atol=1e-12)
     moved = np.concatenate([trimesh.transform_points(box.vertices, place) for place in places])
     np.testing.assert_allclose(mesh.vertices, moved, atol=1e-12)
-    # trimesh turns the faces of mirrored instances, so that outside stays outside.
+    # trimesh reverses the faces of mirrored instances, so that the outside stays outside.
     assert volume(mesh) == pytest.approx(6 + 12)
 
 
 # PyVista and VTK
+
 
 def test_pyvista_triangles_are_taken_over_as_they_are():
     shape = pyvista.Sphere(radius=2)
@@ -62,10 +64,17 @@ def test_pyvista_triangles_are_taken_over_as_they_are():
     np.testing.assert_array_equal(mesh.faces, shape.regular_faces)
 
 
-@pytest.mark.parametrize("shape", [
-    pyvista.Cube(x_length=2), pyvista.Cylinder(resolution=7), pyvista.Superquadric(), pyvista.Sphere().strip(),
-    pyvista.Dodecahedron(),
-], ids=["quads", "polygons", "points shared", "strips", "pentagons"])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        pyvista.Cube(x_length=2),
+        pyvista.Cylinder(resolution=7),
+        pyvista.Superquadric(),
+        pyvista.Sphere().strip(),
+        pyvista.Dodecahedron(),
+    ],
+    ids=["quads", "polygons", "points shared", "strips", "pentagons"],
+)
 def test_pyvista_polygons_are_cut_into_triangles(shape):
     mesh = isospline.Mesh.from_pyvista(shape)
     assert area(mesh) == pytest.approx(shape.area, rel=1e-5)
@@ -89,7 +98,7 @@ def test_pyvista_mesh_is_hit_where_pyvista_hits_it(rng):
     targets = rng.uniform(-1, 1, (40, 3))
     hits = scene.cast_rays(np.hstack([origins, targets - origins]))["t_hit"]
     for origin, direction, t in zip(origins, targets - origins, hits):
-        # PyVista does not sort what it finds along the ray.
+        # PyVista does not sort its crossings along the ray.
         points, _ = shape.ray_trace(origin, origin + 3 * direction)
         expected = min((points - origin) @ direction / (direction @ direction), default=np.inf)
         assert t == pytest.approx(expected, abs=1e-5)
@@ -123,6 +132,7 @@ def test_pyvista_objects_without_faces_are_refused():
 
 # meshio
 
+
 def test_meshio_triangles_are_taken_over_in_their_order():
     cells = [("triangle", OUTWARD[:3]), ("line", [(0, 1)]), ("vertex", [(3,)]), ("triangle", OUTWARD[3:])]
     mesh = isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
@@ -139,8 +149,12 @@ def test_meshio_solids_have_a_surface_once():
 
 def test_meshio_faces_of_all_kinds_are_cut_into_triangles():
     points = [(0, 0), (2, 0), (2, 1), (0, 1), (1, 0), (2, 0.5), (1, 1), (0, 0.5), (3, 0.5)]
-    cells = [("quad8", [(0, 1, 2, 3, 4, 5, 6, 7)]), ("triangle", [(1, 8, 2)]), ("polygon", [(0, 1, 8, 2, 3)]),
-             ("quad", [(0, 4, 6, 3)])]
+    cells = [
+        ("quad8", [(0, 1, 2, 3, 4, 5, 6, 7)]),
+        ("triangle", [(1, 8, 2)]),
+        ("polygon", [(0, 1, 8, 2, 3)]),
+        ("quad", [(0, 4, 6, 3)]),
+    ]
     given = meshio.Mesh(points, cells, cell_sets={"some": [np.array([0])] * 4})
     mesh = isospline.Mesh.from_meshio(given)
     assert area(mesh) == pytest.approx(2 + 0.5 + 2.5 + 1)
@@ -155,6 +169,7 @@ def test_meshio_mesh_without_faces_is_refused():
 
 
 # Files
+
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".off", ".glb", ".STL"])
 def test_files_of_trimesh_are_read(tmp_path, suffix):
@@ -179,19 +194,31 @@ def test_files_of_meshio_are_read(tmp_path, suffix):
     np.testing.assert_allclose(corners(mesh), TETRAHEDRON[OUTWARD], atol=1e-12)
 
 
-@pytest.mark.parametrize("name, text", [
-    ("a.off", "OFF\n4 1 0\n0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n"),
-    ("a.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n"),
-    ("a.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-              "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-              "0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n"),
-    ("a.vtk", "# vtk DataFile Version 3.0\nsquare\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
-              "0 0 0 2 0 0 2 1 0 0 1 0\nPOLYGONS 1 5\n4 0 1 2 3\n"),
-    ("a.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n2 0 0 0\n2 1 0 0\n0 1 0 0\n"
-               "Quadrilaterals\n1\n1 2 3 4 0\nEnd\n"),
-])
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("a.off", "OFF\n4 1 0\n0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n"),
+        ("a.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+            "0 0 0\n2 0 0\n2 1 0\n0 1 0\n4 0 1 2 3\n",
+        ),
+        (
+            "a.vtk",
+            "# vtk DataFile Version 3.0\nsquare\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
+            "0 0 0 2 0 0 2 1 0 0 1 0\nPOLYGONS 1 5\n4 0 1 2 3\n",
+        ),
+        (
+            "a.mesh",
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n2 0 0 0\n2 1 0 0\n0 1 0 0\n"
+            "Quadrilaterals\n1\n1 2 3 4 0\nEnd\n",
+        ),
+    ],
+)
 def test_polygons_of_files_are_cut_into_triangles(tmp_path, name, text):
-    (tmp_path / name).write_text(text)
+    (tmp_path / name).write_text(text, encoding="utf-8")
     mesh = isospline.read_mesh(tmp_path / name)
     assert (len(mesh.faces), area(mesh)) == (2, pytest.approx(2))
 
@@ -201,7 +228,7 @@ def test_vertices_of_files_are_not_merged_or_dropped(tmp_path):
     trimesh.Trimesh(small, OUTWARD, process=False).export(tmp_path / "a.ply")
     np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.ply").vertices, small, rtol=1e-6)
     text = "v 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n"
-    (tmp_path / "a.obj").write_text(text)
+    (tmp_path / "a.obj").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=r"a\.obj: .*vertices: expected finite numbers, got nan in vertex 2"):
         isospline.read_mesh(tmp_path / "a.obj")
 
@@ -218,7 +245,7 @@ def test_broken_files_are_refused(tmp_path, rng, suffix, capfd):
 def test_files_without_a_mesh_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"missing\.stl"):
         isospline.read_mesh(tmp_path / "missing.stl")
-    (tmp_path / "a.txt").write_text("hello")
+    (tmp_path / "a.txt").write_text("hello", encoding="utf-8")
     with pytest.raises(ValueError, match=r"a\.txt: cannot be read as a mesh: expected a name that ends in \.3mf"):
         isospline.read_mesh(tmp_path / "a.txt")
     trimesh.PointCloud(TETRAHEDRON).export(tmp_path / "cloud.ply")

@@ -1,4 +1,4 @@
-"""Rays with the interface of trimesh: its answers on the same meshes are the oracle, closed forms on isosurfaces."""
+"""Rays with the interface of trimesh. The oracle is trimesh on the same meshes, and closed forms on isosurfaces."""
 
 import copy
 import inspect
@@ -69,12 +69,13 @@ def test_all_crossings_are_those_of_trimesh(shape, rng):
 def test_first_and_any_crossings_are_those_of_trimesh(shape, rng):
     origins, directions = rays_at(shape, rng)
     intersector, oracle = RayMeshIntersector(shape), native(shape)
-    np.testing.assert_array_equal(intersector.intersects_first(origins, directions),
-                                  oracle.intersects_first(origins, directions))
-    np.testing.assert_array_equal(intersector.intersects_any(origins, directions),
-                                  oracle.intersects_any(origins, directions))
-    expected = in_order(origins, directions,
-                        *oracle.intersects_location(origins, directions, multiple_hits=False))
+    np.testing.assert_array_equal(
+        intersector.intersects_first(origins, directions), oracle.intersects_first(origins, directions)
+    )
+    np.testing.assert_array_equal(
+        intersector.intersects_any(origins, directions), oracle.intersects_any(origins, directions)
+    )
+    expected = in_order(origins, directions, *oracle.intersects_location(origins, directions, multiple_hits=False))
     locations, index_ray, index_tri = intersector.intersects_location(origins, directions, multiple_hits=False)
     np.testing.assert_array_equal(index_ray, expected[1])
     np.testing.assert_array_equal(index_tri, expected[2])
@@ -107,13 +108,14 @@ def test_it_takes_the_place_of_trimesh_s_own(shape, rng):
     contained = shape.contains(points)
     shape.ray = RayMeshIntersector(shape)
     np.testing.assert_allclose(trimesh.proximity.signed_distance(shape, points), expected[0], atol=1e-9 * shape.scale)
-    np.testing.assert_allclose(trimesh.proximity.thickness(shape, *surface(shape)), expected[1],
-                               rtol=1e-5, atol=1e-5 * shape.scale)
+    np.testing.assert_allclose(
+        trimesh.proximity.thickness(shape, *surface(shape)), expected[1], rtol=1e-5, atol=1e-5 * shape.scale
+    )
     np.testing.assert_array_equal(shape.contains(points), contained)
 
 
 def surface(shape):
-    """Points on the surface and the normals there, for a thickness by rays."""
+    """Arguments for the thickness by rays: points on the surface and their normals."""
     rows = np.arange(0, len(shape.faces), 7)
     return shape.triangles_center[rows], True, shape.face_normals[rows], "ray"
 
@@ -145,7 +147,7 @@ def test_isosurfaces_are_crossed_where_the_sphere_is(rng):
     locations, index_ray, index_tri = rays.intersects_location(origins, directions)
     np.testing.assert_array_equal(index_ray, np.repeat(np.flatnonzero(hit), 2))
     np.testing.assert_allclose(locations, expected.reshape(-1, 3), atol=2e-3)
-    # Cells: unit cubes about the samples that they are centred on.
+    # Cells are unit cubes centred on the samples.
     index = (locations - surface.volume.origin) / surface.volume.spacing
     assert np.abs(index - surface.volume.cell_at(index_tri)).max() < 0.5 + 1e-6
     np.testing.assert_array_equal(rays.intersects_any(origins, directions), hit)
@@ -167,8 +169,9 @@ def test_of_several_objects_each_contains_its_points(rng):
     distances = np.linalg.norm(points[:, None] - [(0, 0, 0), (2, 0, 0)], axis=2) - 0.7
     in_box = (np.abs(points) < 0.5).all(axis=1)
     clear = (np.abs(distances) > 1e-3).all(axis=1)
-    np.testing.assert_array_equal(RayMeshIntersector(scene).contains_points(points)[clear],
-                                  ((distances < 0).any(axis=1) | in_box)[clear])
+    np.testing.assert_array_equal(
+        RayMeshIntersector(scene).contains_points(points)[clear], ((distances < 0).any(axis=1) | in_box)[clear]
+    )
 
 
 def test_interface_is_that_of_trimesh():
@@ -234,8 +237,9 @@ def test_pickles_and_copies_cast_the_same_rays(shape, rng):
     assert copy.copy(rays).mesh is shape
     assert len(pickle.loads(pickle.dumps(shape)).ray.intersects_first(origins, directions)) == len(origins)
     scene = RayMeshIntersector(isospline.Scene([isospline.Mesh.from_trimesh(shape)]))
-    np.testing.assert_array_equal(copy.deepcopy(scene).intersects_first(origins, directions),
-                                  rays.intersects_first(origins, directions))
+    np.testing.assert_array_equal(
+        copy.deepcopy(scene).intersects_first(origins, directions), rays.intersects_first(origins, directions)
+    )
 
 
 @pytest.mark.parametrize("scale", [1e-4, 0.1, 1.0, 10, 1e4, 1e8])

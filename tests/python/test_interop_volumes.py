@@ -1,4 +1,4 @@
-"""Volumes of other libraries: each library's own word for the place of its samples is the oracle."""
+"""Volumes of other libraries. The oracle is each library's own position of its samples."""
 
 import ast
 import inspect
@@ -15,7 +15,7 @@ pyvista = pytest.importorskip("pyvista")
 SimpleITK = pytest.importorskip("SimpleITK")
 xarray = pytest.importorskip("xarray")
 
-from test_io import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image  # noqa: E402
+from test_io import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image
 
 # All indices, (x, y, z), in the order of data.ravel().
 INDICES = np.stack(np.meshgrid(*map(np.arange, SHAPE), indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1]
@@ -28,7 +28,7 @@ def data(rng):
 
 
 def check(volume, data, positions):
-    """The volume has each sample where the library has it: its model passes through them there, and nowhere else."""
+    """The volume has each sample at the library's position: its model passes through the samples there."""
     affine = volume.affine
     np.testing.assert_allclose(INDICES @ affine[:3, :3].T + affine[:3, 3], positions, rtol=0, atol=1e-9)
     np.testing.assert_allclose(volume.sample(positions), np.ravel(data), atol=2e-6)
@@ -36,6 +36,7 @@ def check(volume, data, positions):
 
 
 # SimpleITK
+
 
 @directions
 def test_sitk_is_where_sitk_says(data, direction):
@@ -64,6 +65,7 @@ def test_sitk_images_that_are_no_volume_are_refused(data):
 
 
 # nibabel
+
 
 @directions
 @pytest.mark.parametrize("kind", ["Nifti1Image", "Nifti2Image", "MGHImage"])
@@ -107,10 +109,12 @@ def test_nibabel_images_that_are_no_volume_are_refused(data):
 
 # PyVista and VTK
 
+
 @directions
 def test_pyvista_is_where_pyvista_says(data, direction):
-    image = pyvista.ImageData(dimensions=SHAPE[::-1], spacing=SPACING, origin=ORIGIN, direction_matrix=direction,
-                              offset=(2, -3, 10))
+    image = pyvista.ImageData(
+        dimensions=SHAPE[::-1], spacing=SPACING, origin=ORIGIN, direction_matrix=direction, offset=(2, -3, 10)
+    )
     image["density"] = data.ravel()
     check(isospline.Volume.from_pyvista(image), data, image.points)
     check(isospline.Volume.from_vtk(image), data, image.points)
@@ -118,8 +122,13 @@ def test_pyvista_is_where_pyvista_says(data, direction):
 
 @directions
 def test_pyvista_cells_are_where_pyvista_says(data, direction):
-    image = pyvista.ImageData(dimensions=np.array(SHAPE[::-1]) + 1, spacing=SPACING, origin=ORIGIN,
-                              direction_matrix=direction, offset=(2, -3, 10))
+    image = pyvista.ImageData(
+        dimensions=np.array(SHAPE[::-1]) + 1,
+        spacing=SPACING,
+        origin=ORIGIN,
+        direction_matrix=direction,
+        offset=(2, -3, 10),
+    )
     image.cell_data["density"] = data.ravel()
     check(isospline.Volume.from_pyvista(image), data, image.cell_centers().points)
 
@@ -161,6 +170,7 @@ def test_vtk_is_where_vtk_says(data, direction):
 
 # xarray
 
+
 @pytest.mark.parametrize("order", ["zyx", "xyz", "yxz"])
 @pytest.mark.parametrize("downwards", ["", "x", "yz"])
 @pytest.mark.parametrize("case", [str.lower, str.upper])
@@ -179,15 +189,16 @@ def test_xarray_is_where_its_coordinates_are(data, order, downwards, case):
 
 
 def test_xarray_dimensions_may_have_other_names(data):
-    array = xarray.DataArray(data[:, None], {"depth": [8.0, 6, 4, 2, 0], "channel": ["red"]},
-                             ("depth", "channel", "row", "column"))
+    array = xarray.DataArray(
+        data[:, None], {"depth": [8.0, 6, 4, 2, 0], "channel": ["red"]}, ("depth", "channel", "row", "column")
+    )
     volume = isospline.Volume.from_xarray(array, dims=("column", "row", "depth"))
     check(volume, data, INDICES * (1, 1, -2) + (0, 0, 8))
 
 
 @pytest.mark.parametrize("joined", [False, True])
 def test_xarray_of_itk_is_where_itk_says(data, joined):
-    # As itk.xarray_from_image writes it.
+    # The form that itk.xarray_from_image writes.
     image = itk_image(data, DIRECTIONS["oblique and mirrored"])
     positions = [image.TransformIndexToPhysicalPoint(index.tolist()) for index in INDICES]
     if joined:
@@ -198,8 +209,9 @@ def test_xarray_of_itk_is_where_itk_says(data, joined):
         for name, origin, size, spacing in zip("xyzt", image.GetOrigin(), image.GetSize(), image.GetSpacing())
     }
     direction = np.flip(np.reshape(image.GetDirection(), (dimension, dimension)))
-    array = xarray.DataArray(SimpleITK.GetArrayFromImage(image), coordinates, tuple("tzyx"[-dimension:]),
-                             attrs={"direction": direction})
+    array = xarray.DataArray(
+        SimpleITK.GetArrayFromImage(image), coordinates, tuple("tzyx"[-dimension:]), attrs={"direction": direction}
+    )
     check(isospline.Volume.from_xarray(array), data, positions)
 
 
@@ -231,6 +243,7 @@ def test_xarray_of_other_dimensions_is_refused(data):
 
 # All of them
 
+
 def objects(data):
     image = pyvista.ImageData(dimensions=data.shape[::-1])
     image["density"] = data.ravel()
@@ -261,38 +274,47 @@ def test_other_objects_options_and_samples_are_refused(data, name):
     with pytest.raises(TypeError, match=r"^(image|image_data|array): expected .*, got ndarray of shape "):
         make(data)
     for option in ({"spacing": (1, 1, 1)}, {"axes": "xyz"}):
-        with pytest.raises(TypeError, match="expected none beside that of"):
+        with pytest.raises(TypeError, match="expected none, as"):
             make(objects(data)[name], **option)
     data[1, 2, 3] = np.nan
     with pytest.raises(ValueError, match="data: expected finite numbers, got nan"):
         make(objects(data)[name])
 
 
-@pytest.mark.parametrize("method, argument, package", [
-    ("Volume.from_sitk", "0", "SimpleITK"), ("Volume.from_nibabel", "0", "nibabel"),
-    ("Volume.from_vtk", "0", "vtkmodules"), ("Volume.from_pyvista", "0", "vtkmodules"),
-    ("Volume.from_xarray", "0", "xarray"), ("Mesh.from_trimesh", "0", "trimesh"), ("Mesh.from_meshio", "0", "meshio"),
-    ("Mesh.from_pyvista", "0", "vtkmodules"), ("read_mesh", "__file__ + '.stl'", "trimesh"),
-])
+@pytest.mark.parametrize(
+    "method, argument, package",
+    [
+        ("Volume.from_sitk", "0", "SimpleITK"),
+        ("Volume.from_nibabel", "0", "nibabel"),
+        ("Volume.from_vtk", "0", "vtkmodules"),
+        ("Volume.from_pyvista", "0", "vtkmodules"),
+        ("Volume.from_xarray", "0", "xarray"),
+        ("Mesh.from_trimesh", "0", "trimesh"),
+        ("Mesh.from_meshio", "0", "meshio"),
+        ("Mesh.from_pyvista", "0", "vtkmodules"),
+        ("read_mesh", "__file__ + '.stl'", "trimesh"),
+    ],
+)
 def test_a_missing_library_is_named(tmp_path, method, argument, package):
     # None of them is imported along with isospline.
     script = tmp_path / "script.py"
-    (tmp_path / "script.py.stl").write_text("solid")
+    (tmp_path / "script.py.stl").write_text("solid", encoding="utf-8")
     libraries = ["SimpleITK", "meshio", "nibabel", "pyvista", "trimesh", "vtkmodules", "xarray"]
     script.write_text(
         "import sys, isospline\n"
         f"assert not set({libraries}) & set(sys.modules)\n"
         f"sys.modules['{package}'] = None\n"
-        f"isospline.{method}({argument})\n"
+        f"isospline.{method}({argument})\n",
+        encoding="utf-8",
     )
-    result = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    result = subprocess.run([sys.executable, script], capture_output=True, encoding="utf-8")
     assert result.returncode == 1
     assert f"needs the package {package}" in result.stderr.replace("vtkmodules.vtkCommonDataModel", "vtkmodules")
     assert "pip install isospline[" in result.stderr
 
 
 def test_stub_has_the_arguments_of_the_conversions(repository):
-    tree = ast.parse((repository / "python" / "isospline" / "_core.pyi").read_text())
+    tree = ast.parse((repository / "python" / "isospline" / "_core.pyi").read_text(encoding="utf-8"))
     checked = 0
     for owner in (node for node in tree.body if isinstance(node, ast.ClassDef)):
         for node in owner.body:

@@ -1,4 +1,4 @@
-"""Reading volumes: files of independent writers, whose own word for the place of a sample is the oracle."""
+"""Reading volumes from files of independent writers. The oracle is their own position of a sample."""
 
 import subprocess
 import sys
@@ -64,6 +64,7 @@ def itk_positions(image):
 
 # NIfTI
 
+
 @directions
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
 def test_nifti_is_where_nibabel_says(tmp_path, data, direction, suffix):
@@ -107,6 +108,7 @@ def test_nifti_is_not_confused_by_its_neighbour(tmp_path, data):
 
 
 # NRRD and MetaImage
+
 
 @directions
 @pytest.mark.parametrize("name", ["a.nrrd", "a.nhdr", "a.mha", "a.mhd"])
@@ -155,6 +157,7 @@ def test_a_series_of_one_volume_is_a_volume(tmp_path, data):
 
 
 # DICOM
+
 
 def write_slices(folder, data, direction=STRAIGHT, uid="1.2.3.4", step=None, order=None, skip=()):
     """A CT series of data[z, y, x] by pydicom, HU = 2 stored - 1000; returns the position of each slice."""
@@ -232,10 +235,19 @@ def test_a_dicom_file_needs_no_suffix(tmp_path, data):
 
 # TIFF
 
+
 @dtypes
-@pytest.mark.parametrize("options", [
-    {}, {"compression": "zlib"}, {"compression": "lzw"}, {"bigtiff": True}, {"byteorder": ">"},
-], ids=str)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"compression": "zlib"},
+        {"compression": "lzw"},
+        {"bigtiff": True},
+        {"byteorder": ">"},
+    ],
+    ids=str,
+)
 def test_tiff_pages_are_slices(tmp_path, data, dtype, options):
     tifffile.imwrite(tmp_path / "a.tif", data.astype(dtype), photometric="minisblack", **options)
     volume = read_volume(tmp_path / "a.tif")
@@ -265,7 +277,7 @@ def test_tiff_folder_is_sorted_by_number(tmp_path, rng):
     data = rng.integers(0, 1000, (12, 4, 3)).astype(np.uint16)
     for index, slice_ in enumerate(data):
         tifffile.imwrite(tmp_path / f"slice{index}.TIF", slice_)
-    (tmp_path / "notes.txt").write_text("not a slice")
+    (tmp_path / "notes.txt").write_text("not a slice", encoding="utf-8")
     volume = read_volume(tmp_path)
     np.testing.assert_array_equal(volume.data, data)
     assert volume.format == "TIFF slices"
@@ -276,6 +288,7 @@ def test_tiff_folder_is_sorted_by_number(tmp_path, rng):
 
 
 # VTK
+
 
 def vtk_image(data, direction=STRAIGHT, extent=None, cells=False):
     from vtkmodules.util.numpy_support import numpy_to_vtk
@@ -319,8 +332,16 @@ def test_legacy_vtk_is_where_vtk_says(tmp_path, data, dtype, ascii):
 
 
 @directions
-@pytest.mark.parametrize("setting", ["SetDataModeToAscii", "SetDataModeToBinary", "SetDataModeToAppended",
-                                     "EncodeAppendedDataOff", "SetCompressorTypeToNone"])
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "SetDataModeToAscii",
+        "SetDataModeToBinary",
+        "SetDataModeToAppended",
+        "EncodeAppendedDataOff",
+        "SetCompressorTypeToNone",
+    ],
+)
 def test_vti_is_where_vtk_says(tmp_path, data, direction, setting):
     image = vtk_image(data, direction, extent=(2, 8, -3, 2, 10, 14))
     write_vtk(image, tmp_path / "a.vti", **{setting: True})
@@ -356,6 +377,7 @@ def test_vtk_arrays_are_chosen_by_name(tmp_path, data):
 
 # Arrays and raw files
 
+
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_npy_is_mapped(tmp_path, data, order):
     np.save(tmp_path / "a.npy", np.asarray(data, order=order))
@@ -390,6 +412,7 @@ def test_raw_of_another_size_is_refused(tmp_path, data):
 
 # What was read becomes a model
 
+
 def test_volume_data_becomes_a_volume(tmp_path, data):
     SimpleITK.WriteImage(itk_image(data, DIRECTIONS["oblique and mirrored"]), tmp_path / "a.nrrd")
     read = read_volume(tmp_path / "a.nrrd")
@@ -400,6 +423,7 @@ def test_volume_data_becomes_a_volume(tmp_path, data):
 
 
 # Bad input
+
 
 def write_any(path, data):
     """Any format, by its suffix."""
@@ -419,8 +443,10 @@ def write_any(path, data):
 
 
 @pytest.mark.parametrize("part", [0.0, 0.001, 0.1, 0.5, 0.9, 0.99])
-@pytest.mark.parametrize("name", ["a.nii", "a.nii.gz", "a.nrrd", "packed.nrrd", "a.mha", "packed.mha", "a.tif", "a.vtk",
-                                  "a.vti", "a.npy", "a.dcm"])
+@pytest.mark.parametrize(
+    "name",
+    ["a.nii", "a.nii.gz", "a.nrrd", "packed.nrrd", "a.mha", "packed.mha", "a.tif", "a.vtk", "a.vti", "a.npy", "a.dcm"],
+)
 def test_truncated_files_are_refused(tmp_path, rng, name, part, capfd):
     path = tmp_path / name
     write_any(path, rng.integers(0, 1000, (9, 10, 11)).astype(np.int16))
@@ -431,8 +457,9 @@ def test_truncated_files_are_refused(tmp_path, rng, name, part, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("setting", ["SetDataModeToAscii", "SetDataModeToBinary", "EncodeAppendedDataOff",
-                                     "SetCompressorTypeToNone"])
+@pytest.mark.parametrize(
+    "setting", ["SetDataModeToAscii", "SetDataModeToBinary", "EncodeAppendedDataOff", "SetCompressorTypeToNone"]
+)
 @pytest.mark.parametrize("part", [0.3, 0.99])
 def test_truncated_vti_of_any_mode_is_refused(tmp_path, data, setting, part):
     path = tmp_path / "a.vti"
@@ -497,6 +524,7 @@ def test_colours_are_refused(tmp_path, rng):
     nibabel.save(nibabel.Nifti1Image(rgb, np.eye(4)), tmp_path / "a.nii")
     image = vtk_image(np.zeros(SHAPE, np.uint8))
     from vtkmodules.util.numpy_support import numpy_to_vtk
+
     image.GetPointData().SetScalars(numpy_to_vtk(colours.reshape(-1, 3), deep=True))
     write_vtk(image, tmp_path / "a.vti")
     for name in ("a.mha", "a.nrrd", "a.tif", "a.nii", "a.vti"):
@@ -534,16 +562,16 @@ def test_other_types_are_refused(tmp_path, data):
 
 HUGE = {
     "a.mha": b"ObjectType = Image\nNDims = 3\nDimSize = 100000 100000 100000\nElementType = MET_SHORT\n"
-             b"CompressedData = True\nElementDataFile = LOCAL\n",
+    b"CompressedData = True\nElementDataFile = LOCAL\n",
     "a.nrrd": b"NRRD0004\ntype: short\ndimension: 3\nsizes: 100000 100000 100000\nendian: little\nencoding: gzip\n\n",
     "a.vtk": b"# vtk DataFile Version 3.0\nhuge\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 100000 100000 100000\n"
-             b"SPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 1000000000000000\nSCALARS density short\n"
-             b"LOOKUP_TABLE default\n",
+    b"SPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 1000000000000000\nSCALARS density short\n"
+    b"LOOKUP_TABLE default\n",
     "a.vti": b'<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64"><ImageData '
-             b'WholeExtent="0 99999 0 99999 0 99999" Origin="0 0 0" Spacing="1 1 1"><Piece '
-             b'Extent="0 99999 0 99999 0 99999"><PointData Scalars="density"><DataArray type="Int16" Name="density" '
-             b'format="ascii">1 2 3</DataArray></PointData></Piece></ImageData></VTKFile>',
-}  # fmt: skip
+    b'WholeExtent="0 99999 0 99999 0 99999" Origin="0 0 0" Spacing="1 1 1"><Piece '
+    b'Extent="0 99999 0 99999 0 99999"><PointData Scalars="density"><DataArray type="Int16" Name="density" '
+    b'format="ascii">1 2 3</DataArray></PointData></Piece></ImageData></VTKFile>',
+}
 
 
 @pytest.mark.parametrize("name", HUGE)
@@ -555,8 +583,12 @@ def test_volumes_beyond_the_memory_are_refused_at_once(tmp_path, name):
 
 def test_places_that_make_no_sense_are_refused(tmp_path, data):
     np.save(tmp_path / "a.npy", data)
-    for options in ({"spacing": (1, 0, 1)}, {"spacing": (1, 1)}, {"origin": (0, np.nan, 0)},
-                    {"direction": np.ones((3, 3))}):
+    for options in (
+        {"spacing": (1, 0, 1)},
+        {"spacing": (1, 1)},
+        {"origin": (0, np.nan, 0)},
+        {"direction": np.ones((3, 3))},
+    ):
         with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected"):
             read_volume(tmp_path / "a.npy", **options)
 
@@ -568,7 +600,7 @@ def test_reading_does_not_import_the_libraries_of_other_formats(tmp_path, data):
         f"isospline.read_volume({str(tmp_path / 'a.npy')!r})\n"
         "print(*{'SimpleITK', 'vtkmodules', 'tifffile', 'nibabel'} & set(sys.modules))"
     )
-    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=True)
     assert run.stdout.strip() == ""
 
 
@@ -579,7 +611,9 @@ REAL = {  # name: size, type, spacing, options
     "bonsai.nii.gz": ((256, 256, 256), "uint8", 1, {}),
     "fuel.nii.gz": ((64, 33, 32), "uint8", 1, {}),
     "vismale_128x256x256_uint8.raw": (
-        (128, 256, 256), "uint8", (1.57774, 0.995861, 1.00797),
+        (128, 256, 256),
+        "uint8",
+        (1.57774, 0.995861, 1.00797),
         {"shape": (256, 256, 128), "dtype": "u1", "spacing": (1.57774, 0.995861, 1.00797)},
     ),
     "tooth_103x94x161_uint16.raw": ((103, 94, 161), "uint16", 1, {"shape": (161, 94, 103), "dtype": "<u2"}),
@@ -588,7 +622,7 @@ REAL = {  # name: size, type, spacing, options
     "mouse_skull.nrrd": ((176, 320, 128), "uint8", 0.0706, {}),
     "weave.tif": ((150, 150, 150), "uint8", 1, {}),
     "abdomen_512x512x275_int16.nii.gz": ((512, 512, 275), "int16", (0.78125, 0.78125, 1), {}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REAL)

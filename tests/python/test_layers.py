@@ -14,8 +14,8 @@ OPENNESS = {"layers": ("ambient_occlusion",), "ambient_occlusion_samples": 16}
 @pytest.fixture(scope="module")
 def image():
     """A ball of f = |x|^2 scaled by 1.5, geometry 0, in front of a coloured wall, geometry 1."""
-    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
-    volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
+    z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
+    volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-16, -16, -16))
     scene = isospline.Scene()
     scene.add(isospline.Isosurface(volume, RADIUS**2, inside="below"), np.diag([SCALE, SCALE, SCALE, 1]))
     corners = [(-9, 10, -9), (9, 10, -9), (9, 10, 9), (-9, 10, 9)]
@@ -50,19 +50,26 @@ def test_curvature(image):
     assert not image.curvature[~ball].any()
 
 
-# Of every layer, the type and what follows the shape of the picture.
+# The type of each layer, and its dimensions after those of the picture.
 LAYERS = {
-    "depth": (np.float32, ()), "position": (np.float32, (3,)), "normal": (np.float32, (3,)),
-    "albedo": (np.float32, (3,)), "gradient_magnitude": (np.float32, ()), "curvature": (np.float32, (2,)),
-    "ambient_occlusion": (np.float32, ()), "direct": (np.float32, (3,)), "variance": (np.float32, (3,)),
-    "geometry_ids": (np.uint32, ()), "primitive_ids": (np.uint64, ()),
-}  # fmt: skip
+    "depth": (np.float32, ()),
+    "position": (np.float32, (3,)),
+    "normal": (np.float32, (3,)),
+    "albedo": (np.float32, (3,)),
+    "gradient_magnitude": (np.float32, ()),
+    "curvature": (np.float32, (2,)),
+    "ambient_occlusion": (np.float32, ()),
+    "direct": (np.float32, (3,)),
+    "variance": (np.float32, (3,)),
+    "geometry_ids": (np.uint32, ()),
+    "primitive_ids": (np.uint64, ()),
+}
 TRACED = ("direct", "variance")
 
 
 @pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
 def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
-    """Each is the same whatever is asked for beside it, and so is the colour."""
+    """Each layer, and the colour, is the same for all combinations of layers."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     names = [name for name in LAYERS if integrator or name not in TRACED]
     options = {"size": (40, 30), "integrator": integrator, "samples": 2}
@@ -88,7 +95,7 @@ def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
 @pytest.mark.parametrize("samples", [1, 2, 3])
 @pytest.mark.parametrize("shading", [isospline.Phong(opacity=0.5, shadows=True), isospline.AmbientOcclusion(4)])
 def test_layers_do_not_change_the_colour(shading, samples, lens):
-    """Rays through the centres are left out where nothing asks for them."""
+    """Rays through the centres are not cast if nothing needs them."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     camera = OUTSIDE.with_lens(1.0) if lens else OUTSIDE
     with_layers, alone = (
@@ -115,19 +122,23 @@ def square(side, *, height=0.0):
 
 
 def ball(radius=6.3):
-    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
-    return isospline.Isosurface(isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12)), radius**2, inside="below")
+    z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
+    return isospline.Isosurface(isospline.Volume(x**2 + y**2 + z**2, origin=(-16, -16, -16)), radius**2, inside="below")
 
 
 INSIDE = isospline.PerspectiveCamera((2, -1, 0.5), (-3, 4, 1), field_of_view=80)
 OUTSIDE = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
 
 
-@pytest.mark.parametrize("scene, camera, openness", [
-    (isospline.Scene([square(50)]), OUTSIDE, 1),
-    (isospline.Scene([ball()]), OUTSIDE, 1),
-    (isospline.Scene([ball()]), INSIDE, 0),
-], ids=["plane", "outside of a ball", "inside"])  # fmt: skip
+@pytest.mark.parametrize(
+    "scene, camera, openness",
+    [
+        (isospline.Scene([square(50)]), OUTSIDE, 1),
+        (isospline.Scene([ball()]), OUTSIDE, 1),
+        (isospline.Scene([ball()]), INSIDE, 0),
+    ],
+    ids=["plane", "outside of a ball", "inside"],
+)
 @pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
 def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator):
     image = render(scene, camera, size=SIZE, integrator=integrator, samples=2, **OPENNESS)
@@ -137,7 +148,7 @@ def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator
 
 
 def test_openness_before_a_wall_is_the_form_factor():
-    """A wall of height h, and as good as no end, at the distance d hides (1 - d / sqrt(d^2 + h^2)) / 2 of the sky."""
+    """A very long wall of height h at the distance d hides (1 - d / sqrt(d^2 + h^2)) / 2 of the sky."""
     height = 3.0
     wall = [(-150, 0, 0), (150, 0, 0), (150, 0, height), (-150, 0, height)]
     scene = isospline.Scene([square(200), isospline.Mesh(wall, [(0, 1, 2), (0, 2, 3)])])
@@ -151,7 +162,7 @@ def test_openness_before_a_wall_is_the_form_factor():
 
 
 def test_openness_is_what_the_shading_shows():
-    """Of one sample a pixel, and so the same rays."""
+    """With one sample per pixel, both use the same rays."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     shading = isospline.AmbientOcclusion(16)
     image = render(scene, OUTSIDE, size=SIZE, shading=shading, **OPENNESS)
@@ -174,11 +185,16 @@ def test_direct_light_is_that_of_one_bounce():
     scene = isospline.Scene([ball(), square(12, height=-7)])
     whole, once, shown = (
         render(
-            scene, OUTSIDE, size=SIZE, samples=4, background=background, layers=("direct",),
+            scene,
+            OUTSIDE,
+            size=SIZE,
+            samples=4,
+            background=background,
+            layers=("direct",),
             integrator=isospline.PathTracer(lights=LAMPS, max_bounces=bounces),
         )
         for bounces, background in ((16, None), (1, None), (1, (0.1, 0.2, 0.3)))
-    )  # fmt: skip
+    )
     np.testing.assert_array_equal(once.direct, once.color[..., :3])
     np.testing.assert_array_equal(whole.direct, once.direct)
     assert (whole.direct <= whole.color[..., :3]).all()
@@ -188,7 +204,7 @@ def test_direct_light_is_that_of_one_bounce():
 
 
 def test_direct_light_in_an_integrating_sphere():
-    """A lamp in the middle of a hollow ball: each bounce after the first sends back the albedo's part of the last."""
+    """A lamp in the middle of a hollow ball: each bounce after the first one reflects the albedo times the last one."""
     part, radius, bounces = 0.5, 6.3, 3
     integrator = isospline.PathTracer(
         isospline.Material(part, specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
@@ -216,9 +232,14 @@ def test_layers_are_in_the_file(tmp_path):
     scene = isospline.Scene([ball(), square(12, height=-7)])
     integrator = isospline.PathTracer(lights=LAMPS)
     image = render(
-        scene, OUTSIDE, size=SIZE, integrator=integrator, samples=2,
-        layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8,
-    )  # fmt: skip
+        scene,
+        OUTSIDE,
+        size=SIZE,
+        integrator=integrator,
+        samples=2,
+        layers=("curvature", "ambient_occlusion", "direct"),
+        ambient_occlusion_samples=8,
+    )
     image.write(tmp_path / "all.exr", half=True)
     with openexr.File(str(tmp_path / "all.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
@@ -253,7 +274,7 @@ def test_bad_layers(integrator):
 
 @pytest.mark.parametrize("opacity", [0.0, 0.3, 1.0])
 def test_openness_below_a_translucent_ball(opacity):
-    """It covers cos(angle to its centre) (radius / distance)^2 of the sky, of which its two sides absorb a part."""
+    """The ball covers cos(angle to its centre) (radius / distance)^2 of the sky; its two sides absorb a part of it."""
     radius, center = 4.0, np.array((0, 0, 9.0))
     move = np.eye(4)
     move[:3, 3] = center

@@ -21,7 +21,7 @@ def camera(**lens):
 
 
 def edge(depth, samples, **lens):
-    """Mean coverage of each column of the image of the half-plane, and x of the columns on the plane at distance 1."""
+    """The mean coverage of each column in an image of the half-plane, and the columns' x on the plane at distance 1."""
     scene = isospline.Scene([half_plane(depth)])
     image = render(scene, camera(**lens), size=SIZE, samples=samples)
     x = camera().rays(SIZE)[0, :, 3]
@@ -29,7 +29,7 @@ def edge(depth, samples, **lens):
 
 
 def disc_left_of(u):
-    """The part of the unit disc that is left of x = u."""
+    """The fraction of the unit disc to the left of x = u."""
     u = np.clip(u, -1, 1)
     return 1 - (np.arccos(u) - u * np.sqrt(1 - u**2)) / np.pi
 
@@ -37,7 +37,7 @@ def disc_left_of(u):
 @pytest.mark.parametrize("depth", [2.0, 3.0, 12.0])
 def test_an_edge_out_of_focus_blurs_over_the_circle_of_confusion(depth):
     coverage, x = edge(depth, 64, aperture_radius=RADIUS, focus_distance=FOCUS)
-    # The ray of x from the point a r of the lens is at a r + depth (x - a r / focus) in the wall's plane.
+    # The ray for x from the point a r of the lens meets the wall's plane at a r + depth (x - a r / focus).
     blur = RADIUS * abs(1 / depth - 1 / FOCUS)
     pixel = x[1] - x[0]
     assert blur > 2 * pixel
@@ -118,7 +118,7 @@ def test_a_panorama_from_inside_a_box():
     image = render(scene, panorama, size=size)
     assert np.isfinite(image.depth).all()
 
-    # Spherical coordinates of what is seen are those of its pixel.
+    # The spherical coordinates of a visible point are those of its pixel.
     seen = image.position - eye
     np.testing.assert_allclose(np.linalg.norm(seen, axis=-1), image.depth, rtol=1e-6)
     longitude = np.degrees(np.arctan2(seen[..., 0], seen[..., 1]))

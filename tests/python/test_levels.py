@@ -8,7 +8,7 @@ from isospline.levels import histogram
 
 
 def best_level(data):
-    """The level of the two classes of least variance: every split of the sorted samples is tried."""
+    """The level between the two classes of least variance; it tries every split of the sorted samples."""
     values = np.unique(data).astype(float)
     levels = (values[1:] + values[:-1]) / 2
 

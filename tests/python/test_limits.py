@@ -1,4 +1,4 @@
-"""Counts that 32 bits do not hold, and sizes that no memory does, are errors at once. Arrays are views of one item."""
+"""Counts above 32 bits, and sizes beyond memory, are errors at once. Arrays are views of one item."""
 
 import numpy as np
 import pytest
@@ -58,9 +58,12 @@ def test_isosurfaces_of_cells_that_16_bits_do_not_count(degree, axis):
 def test_images_that_are_too_large(size):
     scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -5, 0), (0, 0, 0))
     message = "^size: expected a width and a height of 1 to 268435456, got "
-    for call in (lambda: isospline.render(scene, camera, size=size), lambda: camera.rays(size),
-                 lambda: camera.world_to_ndc(size),
-                 lambda: isospline.ProgressiveRenderer(scene, camera, size=size, integrator=isospline.PathTracer())):
+    for call in (
+        lambda: isospline.render(scene, camera, size=size),
+        lambda: camera.rays(size),
+        lambda: camera.world_to_ndc(size),
+        lambda: isospline.ProgressiveRenderer(scene, camera, size=size, integrator=isospline.PathTracer()),
+    ):
         with pytest.raises(ValueError, match=message):
             call()
     with pytest.raises(ValueError, match="^image: expected a width and a height of at most 2147483647"):

@@ -1,4 +1,4 @@
-"""Volume, area and curvature of surfaces: closed forms, and the orders of convergence that are claimed."""
+"""Volume, area and curvature of surfaces: closed forms, and the documented orders of convergence."""
 
 import json
 import math
@@ -15,7 +15,7 @@ CENTER = np.array([12.25, 11.5, 12.125])
 
 
 def ball(radius=7.0, degree=2, size=25, sign=1, **options):
-    """f = R^2 - |x - c|^2 without error, in index space: an ellipsoid in the world where the grid is not a cube's."""
+    """f = R^2 - |x - c|^2 without error, in index space; in the world, an ellipsoid if the grid is not cubic."""
     z, y, x = np.mgrid[0:size, 0:size, 0:size].astype(float)
     squares = (x - CENTER[0]) ** 2 + (y - CENTER[1]) ** 2 + (z - CENTER[2]) ** 2
     values = radius**2 - squares + 3 * {2: 0.25, 3: 1 / 3}[degree]
@@ -80,7 +80,7 @@ def test_cuts_through_the_centre(degree, capped):
 
 
 def test_caps_close_the_solid_at_the_border_of_the_volume():
-    # Everything is solid but for a ball: with the volume's own box as clip, the box's faces are caps.
+    # Everything except a ball is solid. With the volume's own box as clip, the box's faces are caps.
     surface = ball(inside="below", clip=isospline.Box(*ball().volume.bounds), capped=True)
     assert_within(surface.enclosed_volume(), 25**3 - 4 / 3 * math.pi * 343, 1e-8)
     assert_within(surface.area(order=6), 6 * 25**2 + 4 * math.pi * 49, 1e-8)

@@ -1,7 +1,7 @@
 """Crossings of meshes against exact rational arithmetic, the same in all queries, at edges and vertices too.
 
-The rule is that of docs/method.md, "Triangles": where a ray meets an edge or a vertex or runs in a face, it counts as
-moved by (e, e^2, e^3). The oracle moves it, by e = 2^-200, and solves for the crossing in fractions.
+The rule is in docs/method.md, "Triangles": a ray that meets an edge or a vertex, or runs in a face, counts as moved by
+(e, e^2, e^3). The oracle moves it by e = 2^-200, and solves for the crossing in fractions.
 """
 
 from fractions import Fraction
@@ -26,9 +26,12 @@ MESHES = {
     "subdivided box": lambda: trimesh.creation.box().subdivide(),
     "icosphere": icosphere,
     "torus": lambda: trimesh.creation.torus(0.6, 0.25, major_sections=8, minor_sections=6),
-    "without area": lambda: trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0.5, 0, 0), (0, 0, 1)],
-                                            [(0, 1, 2), (0, 3, 1), (2, 1, 4), (4, 4, 0), (0, 4, 1)], process=False),
-}  # fmt: skip
+    "without area": lambda: trimesh.Trimesh(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0.5, 0, 0), (0, 0, 1)],
+        [(0, 1, 2), (0, 3, 1), (2, 1, 4), (4, 4, 0), (0, 4, 1)],
+        process=False,
+    ),
+}
 
 
 def fractions(vector):
@@ -48,7 +51,7 @@ def dot(a, b):
 
 
 def exact_crossings(triangles, ray):
-    """(t, face, entering) of a ray that has moved, in order, by T. Moeller and B. Trumbore's equations."""
+    """Sorted (t, face, entering) of a moved ray, by the equations of T. Moeller and B. Trumbore."""
     origin, direction = minus(fractions(ray[:3]), [-E, -E * E, -E * E * E]), fractions(ray[3:])
     found = []
     for face, (a, b, c) in enumerate(triangles):
@@ -60,20 +63,25 @@ def exact_crossings(triangles, ray):
         s = minus(origin, a)
         q = cross(s, ab)
         u, v, t = dot(s, p) / determinant, dot(direction, q) / determinant, dot(ac, q) / determinant
-        assert u != 0 and v != 0 and u + v != 1  # it meets no edge
+        assert u != 0 and v != 0 and u + v != 1  # the moved ray meets no edge
         if u > 0 and v > 0 and u + v < 1 and t > 0:
             found.append((t, face, determinant > 0))
     return sorted(found)
 
 
 def degenerate_rays(mesh, rng, count):
-    """From outside, through vertices, middles of edges and of faces, along axes, edges and faces."""
+    """Rays from outside through vertices and through middles of edges and faces; along axes, edges and faces."""
     rays = np.empty((count, 6))
     for ray in rays:
         a, b, c = mesh.vertices[mesh.faces[rng.integers(len(mesh.faces))]]
         target = (a, (a + b) / 2, (a + b + c) / 3)[rng.integers(3)]
-        directions = (np.eye(3)[rng.integers(3)], b - a, (b - a) + rng.integers(3) * (c - a), rng.normal(size=3),
-                      mesh.vertices[rng.integers(len(mesh.vertices))] - target)  # fmt: skip
+        directions = (
+            np.eye(3)[rng.integers(3)],
+            b - a,
+            (b - a) + rng.integers(3) * (c - a),
+            rng.normal(size=3),
+            mesh.vertices[rng.integers(len(mesh.vertices))] - target,
+        )
         direction = directions[rng.integers(len(directions))]
         direction = direction if direction.any() else np.array((1.0, 0, 0))
         ray[:3], ray[3:] = target - direction * 8 / max(np.linalg.norm(direction), 0.1), direction
@@ -107,16 +115,18 @@ def test_crossings_are_those_of_rational_arithmetic(make, rng):
 @pytest.mark.parametrize("angle", [0, 0.3])
 @pytest.mark.parametrize("mirror", [1, -1])
 def test_packets_and_single_rays_agree_at_silhouettes(angle, mirror):
-    """Rays of a grid that meets the box's edges, or nearly."""
+    """Rays on a grid that meets the box's edges, exactly or nearly."""
     mesh = trimesh.creation.box().subdivide().subdivide()
     transform = trimesh.transformations.rotation_matrix(angle, (0.2, 1, 0.4)) @ np.diag([mirror, 1, 1, 1])
     scene = isospline.Scene()
     scene.add(isospline.Mesh(mesh.vertices, mesh.faces), transform)
     grid = np.linspace(-0.75, 0.75, 97)
     x, y = (plane.ravel() for plane in np.meshgrid(grid, grid))
-    local = [np.stack([x, y, 0 * x + 3, 0 * x, 0 * x, 0 * x - 1], axis=1),
-             np.stack([0 * x, 0 * x, 0 * x + 3, x, y, 0 * x - 2.5], axis=1),
-             np.stack([x, 0 * x - 3, y, 0 * x, 0 * x + 1, x], axis=1)]  # fmt: skip
+    local = [
+        np.stack([x, y, 0 * x + 3, 0 * x, 0 * x, 0 * x - 1], axis=1),
+        np.stack([0 * x, 0 * x, 0 * x + 3, x, y, 0 * x - 2.5], axis=1),
+        np.stack([x, 0 * x - 3, y, 0 * x, 0 * x + 1, x], axis=1),
+    ]
     for rays in local:
         for given in (rays, np.hstack([rays[:, :3] @ transform[:3, :3].T, rays[:, 3:] @ transform[:3, :3].T])):
             single = scene.cast_rays(given, outputs=ALL_OUTPUTS)

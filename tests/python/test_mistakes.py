@@ -1,4 +1,4 @@
-"""Mistakes of new users: each gets one sentence with the parameter, what was expected, what came and what was meant."""
+"""Mistakes of new users: one sentence with the parameter, the expected and the given value, and a suggestion."""
 
 import inspect
 import re
@@ -35,77 +35,137 @@ def camera(scene):
 ARRAY = np.arange(12.0).reshape(3, 4)
 LIGHT = isospline.PositionalLight((0, 0, 3))
 
-# The call, what the message begins with, and what was meant.
+# The call, the beginning of the message, and the suggestion.
 MISTAKES = {
     "a surface in place of a scene": (
-        lambda s: isospline.render(s.surface, s.camera), "scene: expected a Scene, got Isosurface", "Scene([surface])"),
+        lambda s: isospline.ProgressiveRenderer(s.surface, s.camera),
+        "scene: expected a Scene, got Isosurface",
+        "Scene([surface])",
+    ),
     "one number for a size": (
-        lambda s: isospline.render(s.scene, s.camera, size=128), "size: expected two whole numbers, got 128",
-        "(128, 128)"),
+        lambda s: isospline.render(s.scene, s.camera, size=128),
+        "size: expected two whole numbers, got 128",
+        "(128, 128)",
+    ),
     "a path tracer as shading": (
         lambda s: isospline.render(s.scene, s.camera, shading=isospline.PathTracer()),
-        "shading: expected a Phong, an Outline, an AmbientOcclusion or a dict", "integrator=PathTracer(...)"),
+        "shading: expected a Phong, an Outline, an AmbientOcclusion or a dict",
+        "integrator=PathTracer(...)",
+    ),
     "a shading as integrator": (
         lambda s: isospline.render(s.scene, s.camera, integrator=isospline.Phong()),
-        "integrator: expected a PathTracer, got Phong", "shading=Phong(...)"),
+        "integrator: expected a PathTracer, got Phong",
+        "shading=Phong(...)",
+    ),
     "a class in place of an object": (
-        lambda s: isospline.render(s.scene, s.camera, shading=isospline.Phong), "shading: expected a Phong",
-        "Phong(...)"),
+        lambda s: isospline.render(s.scene, s.camera, shading=isospline.Phong),
+        "shading: expected a Phong",
+        "Phong(...)",
+    ),
     "a lone light": (
-        lambda s: isospline.Phong(lights=LIGHT), "lights: expected a sequence of PositionalLight or DirectionalLight",
-        "[PositionalLight(...)]"),
+        lambda s: isospline.Phong(lights=LIGHT),
+        "lights: expected a sequence of PositionalLight or DirectionalLight",
+        "[PositionalLight(...)]",
+    ),
     "a lone lamp of a path tracer": (
-        lambda s: isospline.PathTracer(lights=LIGHT), "lights: expected a sequence of", "[PositionalLight(...)]"),
+        lambda s: isospline.PathTracer(lights=LIGHT),
+        "lights: expected a sequence of",
+        "[PositionalLight(...)]",
+    ),
     "a misspelt keyword": (
-        lambda s: isospline.Phong(colour=1), "colour: expected a parameter of Phong (color, ", "color"),
+        lambda s: isospline.Phong(colour=1),
+        "colour: expected a parameter of Phong (color, ",
+        "color",
+    ),
     "a misspelt keyword of a Python function": (
-        lambda s: isospline.render(s.scene, s.camera, shadng=None), "shadng: expected a parameter of render (",
-        "shading"),
+        lambda s: isospline.render(s.scene, s.camera, shadng=None),
+        "shadng: expected a parameter of render (",
+        "shading",
+    ),
     "a keyword of another library": (
         lambda s: isospline.PerspectiveCamera((0, 0, 1), (0, 0, 0), fov=30),
-        "fov: expected a parameter of PerspectiveCamera (", "field_of_view"),
+        "fov: expected a parameter of PerspectiveCamera (",
+        "field_of_view",
+    ),
     "the isovalue of another library": (
-        lambda s: isospline.Isosurface(s.volume, isovalue=0.5), "isovalue: expected a parameter of Isosurface (",
-        "level"),
+        lambda s: isospline.Isosurface(s.volume, isovalue=0.5),
+        "isovalue: expected a parameter of Isosurface (",
+        "level",
+    ),
     "arrays in a video": (
         lambda s: isospline.write_video("a.mp4", [np.zeros((4, 4, 3))]),
-        "images: expected an isospline.Image each, got ndarray of shape (4, 4, 3)", "the images that render() returns"),
+        "images: expected an isospline.Image each, got ndarray of shape (4, 4, 3)",
+        "the images that render() returns",
+    ),
     "a number by position": (
         lambda s: isospline.camera_for(s.scene, 200),
-        "camera_for: expected scene by position and the keywords view, up, ", None),
+        "camera_for: expected scene by position and the keywords view, up, ",
+        None,
+    ),
     "an array for a level": (
-        lambda s: isospline.Isosurface(s.volume, ARRAY), "level: expected a number, got ndarray of shape (3, 4)", None),
+        lambda s: isospline.Isosurface(s.volume, ARRAY),
+        "level: expected a number, got ndarray of shape (3, 4)",
+        None,
+    ),
     "text for a level": (lambda s: setattr(s.surface, "level", "0.5"), "level: expected a number, got '0.5'", None),
     "no level": (
-        lambda s: isospline.Isosurface(s.volume), "level: expected a value for this parameter of Isosurface", None),
+        lambda s: isospline.Isosurface(s.volume),
+        "level: expected a value for this parameter of Isosurface",
+        None,
+    ),
     "a real degree": (
-        lambda s: isospline.Volume(np.zeros((3, 3, 3)), degree=2.0), "degree: expected a whole number, got 2.0", None),
+        lambda s: isospline.Volume(np.zeros((3, 3, 3)), degree=2.0),
+        "degree: expected a whole number, got 2.0",
+        None,
+    ),
     "text for a flag": (lambda s: isospline.Phong(shadows="no"), "shadows: expected True or False, got 'no'", None),
     "a shading as material": (
         lambda s: isospline.Isosurface(s.volume, 0.0, material=isospline.Phong()),
-        "material: expected a Material, got Phong", "Material(base_color=...)"),
+        "material: expected a Material, got Phong",
+        "Material(base_color=...)",
+    ),
     "a position as camera": (
-        lambda s: isospline.render(s.scene, (0, -5, 0)), "camera: expected a PerspectiveCamera, a", "camera_for("),
+        lambda s: isospline.render(s.scene, (0, -5, 0)),
+        "camera: expected a PerspectiveCamera, a",
+        "camera_for(",
+    ),
     "a dict of names": (
         lambda s: isospline.PathTracer(materials={"skin": isospline.Material()}),
-        "materials: expected a dict of whole number to Material, got dict of str to Material", None),
+        "materials: expected a dict of whole number to Material, got dict of str to Material",
+        None,
+    ),
     "arrays as rays and limits": (
         lambda s: s.scene.cast_rays(np.zeros((3, 6)), np.zeros(3)),
-        "Scene.cast_rays: expected rays by position and the keywords t_near, ", None),
+        "Scene.cast_rays: expected rays by position and the keywords t_near, ",
+        None,
+    ),
     "a path as data": (
         lambda s: isospline.Volume("head.nii.gz"),
         "data: expected a three-dimensional array of real numbers, got 'head",
-        "read_volume(path).to_volume()"),
+        "read_volume(path).to_volume()",
+    ),
     "one limit": (
-        lambda s: isospline.ColorByVolume(s.volume, limits=3), "limits: expected two numbers or None, got 3", None),
+        lambda s: isospline.ColorByVolume(s.volume, limits=3),
+        "limits: expected two numbers or None, got 3",
+        None,
+    ),
     "no objects": (lambda s: isospline.Scene(5), "objects: expected isosurfaces and meshes, got 5", None),
     "a scene in a scene": (
-        lambda s: isospline.Scene(s.scene), "objects: expected isosurfaces and meshes, got Scene", None),
+        lambda s: isospline.Scene(s.scene),
+        "objects: expected isosurfaces and meshes, got Scene",
+        None,
+    ),
     "a volume in a scene": (
-        lambda s: isospline.Scene([s.volume]), "obj: expected an Isosurface, a Mesh, or a mesh of", None),
+        lambda s: isospline.Scene([s.volume]),
+        "obj: expected an Isosurface, a Mesh, or a mesh of",
+        None,
+    ),
     "text as progress": (
-        lambda s: isospline.Volume(np.zeros((3, 3, 3)), progress="bar"), "progress: expected a callable, True", None),
-}  # fmt: skip
+        lambda s: isospline.Volume(np.zeros((3, 3, 3)), progress="bar"),
+        "progress: expected a callable, True",
+        None,
+    ),
+}
 
 
 class Subjects:
@@ -127,8 +187,12 @@ def test_mistakes_get_one_sentence(mistake, volume, surface, scene, camera):
 
 @pytest.mark.parametrize("color", [(255, 0, 0), [0, 128, 255], (11.5, 1, 2)])
 def test_colors_of_eight_bits_are_told(color):
-    for make in (lambda: isospline.Phong(color=color), lambda: isospline.Outline(surface_color=color),
-                 lambda: isospline.AmbientOcclusion(color=color), lambda: isospline.Material(color)):  # fmt: skip
+    for make in (
+        lambda: isospline.Phong(color=color),
+        lambda: isospline.Outline(surface_color=color),
+        lambda: isospline.AmbientOcclusion(color=color),
+        lambda: isospline.Material(color),
+    ):
         with pytest.raises(ValueError, match=r"color: expected .*numbers from 0 to 1.* got .*$") as caught:
             make()
         assert ("did you mean" in str(caught.value)) == (max(color) > 12)
@@ -173,7 +237,7 @@ def callables():
 @pytest.mark.parametrize("name, value", callables(), ids=lambda value: value if isinstance(value, str) else "")
 def test_every_callable_has_a_signature_and_knows_its_keywords(name, value):
     if (
-        name in ("Hits", "Crossings", "ClosestPoints", "Cancelled")
+        name in ("Hits", "Crossings", "ClosestPoints", "Components", "Cancelled")
         or getattr(dict, name.rpartition(".")[2], None)
         or name.startswith("Cancelled.")
     ):
@@ -207,10 +271,22 @@ def test_attributes_have_docstrings():
     assert not missing
 
 
-@pytest.mark.parametrize("value, text", [
-    (None, "None"), (3, "3"), ("a" * 50, repr("a" * 37) + "..."), (ARRAY, "ndarray of shape (3, 4) and type float64"),
-    ([1, 2], "[1, 2]"), (list(range(100)), "list of 100 int"), ([ARRAY], "list of 1 ndarray"), ({}, "an empty dict"),
-    ({1: "a"}, "dict of int to str"), (int, "the class int"), (10**60, "int"), (b"ab", "b'ab'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "value, text",
+    [
+        (None, "None"),
+        (3, "3"),
+        ("a" * 50, repr("a" * 37) + "..."),
+        (ARRAY, "ndarray of shape (3, 4) and type float64"),
+        ([1, 2], "[1, 2]"),
+        (list(range(100)), "list of 100 int"),
+        ([ARRAY], "list of 1 ndarray"),
+        ({}, "an empty dict"),
+        ({1: "a"}, "dict of int to str"),
+        (int, "the class int"),
+        (10**60, "int"),
+        (b"ab", "b'ab'"),
+    ],
+)
 def test_values_in_words(value, text):
     assert described(value) == text

@@ -24,7 +24,7 @@ def test_packets_find_the_same_bit_for_bit(rng, degree):
 
 @pytest.mark.parametrize("tiny", [-1e-300, -1e-40, -1e-30, -1e-19, -1e-18, -3e-17, -1e-12, -0.0, 1e-30])
 def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
-    """Rays of a packet that all go the same way, but for the sign of what is nearly zero."""
+    """Rays of a packet with directions of the same signs, except the signs of nearly zero parts."""
     surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(17, 18, 19))), 0.3)
     mesh = isospline.Mesh([(0, 0, 20), (18, 0, 20), (0, 18, 20)], [(0, 1, 2)])
     for shown, transform in ((surface, np.eye(4)), (mesh, np.eye(4)), (mesh, np.diag([-1, 1, 1, 1.0]))):
@@ -69,8 +69,12 @@ np.savez(sys.argv[1], *[array for one in hits for array in one.values()])
 def test_instruction_sets_of_embree(tmp_path, isa):
     def trace(name, **environment):
         file = tmp_path / f"{name}.npz"
-        finished = subprocess.run([sys.executable, "-c", TRACE, str(file)], env=os.environ | environment,
-                                  capture_output=True, text=True)
+        finished = subprocess.run(
+            [sys.executable, "-c", TRACE, str(file)],
+            env=os.environ | environment,
+            capture_output=True,
+            encoding="utf-8",
+        )
         assert finished.returncode == 0, finished.stderr
         with np.load(file) as arrays:
             return [arrays[array] for array in arrays]

@@ -35,16 +35,16 @@ def at_angle(degrees):
 
 
 def albedo(material, to_viewer):
-    """The part of even light that a material sends to the viewer."""
+    """The fraction of even light that a material reflects to the viewer."""
     directions, solid_angle = hemisphere(700)
     f = material.evaluate(np.broadcast_to(to_viewer, directions.shape), directions)
     return (f * (directions[..., 2] * solid_angle)[..., None]).sum((0, 1))
 
 
 def assert_means(image, expected, tolerance=1e-5):
-    """No pixel is off by six standard errors, and these are as large as they are said to be.
+    """No pixel is wrong by six standard errors, and the reported standard errors are right.
 
-    `tolerance` is the relative error of what is expected.
+    `tolerance` is the relative error of the expected value.
     """
     expected = np.broadcast_to(expected, image.variance.shape)
     error = np.sqrt(image.variance)
@@ -95,7 +95,7 @@ def test_a_material_is_the_published_formula_and_reciprocal(material, rng):
 
 @pytest.mark.parametrize("specular", [0.01, 0.1, 0.2, 0.25, 0.3, 0.5, 1])
 def test_specular_is_the_reflectance_of_the_coat(specular):
-    """Schlick's term, found from what a black material reflects like a mirror, at two angles."""
+    """Schlick's term, from the mirror reflection of a black material at two angles."""
     found = []
     for angle in (20, 80):
         o, cosine, alpha = at_angle(angle), np.cos(np.radians(angle)), 0.25
@@ -114,8 +114,9 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     scene.add(mesh_sphere(1, 24), moved(1.2, 0.3, 0.4))
     camera = isospline.PerspectiveCamera((1, -6, 2), (0.5, 0, 0), aperture_radius=lens, focus_distance=5)
     materials = {0: isospline.Material((1, 0, 0), specular=0), 1: isospline.Material((0, 1, 0), specular=0)}
-    tracer = isospline.PathTracer(materials=materials, max_bounces=1,
-                                  lights=[isospline.EnvironmentLight(1, visible=False)])
+    tracer = isospline.PathTracer(
+        materials=materials, max_bounces=1, lights=[isospline.EnvironmentLight(1, visible=False)]
+    )
     image = render(scene, camera, size=(90, 70), integrator=tracer, samples=1)
     covered = image.geometry_ids != isospline.INVALID_ID
     assert 0.1 < covered.mean() < 0.9
@@ -125,7 +126,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     rays = camera.rays((90, 70))
     np.testing.assert_array_equal(scene.cast_rays(rays)["geometry_ids"], image.geometry_ids)
 
-    # One step of one sample is no part of the next ones.
+    # A first step of one sample is not a part of the later steps.
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(90, 70), integrator=tracer)
     renderer.step(1)
     np.testing.assert_array_equal(renderer.image.color, image.color)
@@ -154,13 +155,13 @@ def test_even_light_on_a_plane_is_the_integral(material, angle):
     direction = at_angle(angle)
     camera = isospline.OrthographicCamera(30 * direction, (0, 0, 0), height=1)
     integrator = isospline.PathTracer(material, lights=[isospline.EnvironmentLight((1.0, 0.5, 2.0))])
-    # With 256 samples a pixel errors are not normal enough for six standard errors: two seeds of six had one beyond.
+    # With 256 samples per pixel, errors are not normal enough: for two of six seeds, one exceeded six standard errors.
     image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=1024)
     assert_means(image, albedo(material, direction) * (1.0, 0.5, 2.0), 1e-3)
 
 
 def test_colors_at_vertices_tint_the_material():
-    """Lambert's law in even light sends back the colour, which is linear here from corner to corner of a square."""
+    """In even light, the reflected light is the colour (Lambert's law), which is linear in a square here."""
     tint = np.array([(0.2, 1, 0.5), (0.8, 1, 0.5), (0.8, 0.3, 0.5), (0.2, 0.3, 0.5)])
     corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0.0)])
     scene = isospline.Scene([isospline.Mesh(corners, FLOOR.faces, colors=tint)])
@@ -201,15 +202,13 @@ def test_white_furnace(shape):
 
 
 def test_white_furnace_with_light_from_surface_to_surface():
-    """Inside a torus' hole light comes by way of other points; all of it arrives where no path is cut short."""
+    """In the hole of a torus, light also comes from other points; all of it arrives if no path is cut short."""
     field = isospline.volumes.torus()
     volume = isospline.Volume(field.samples(48), **field.grid(48))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.5, -1, 1))
     white = isospline.Material(1, specular=0)
-    image = render(
-        scene, camera, size=(80, 60), integrator=isospline.PathTracer(white, max_bounces=10_000), samples=2
-    )
+    image = render(scene, camera, size=(80, 60), integrator=isospline.PathTracer(white, max_bounces=10_000), samples=2)
     np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
     integrator = isospline.PathTracer(white, max_bounces=1)
     once = render(scene, camera, size=(80, 60), integrator=integrator, samples=2)
@@ -259,12 +258,12 @@ LAMPS = {
 def test_irradiance_below_a_lamp_is_the_closed_form(name):
     lamp, irradiance, radiance = LAMPS[name]
     size = (24, 24)
-    # From the side, so that no lamp is before the floor.
+    # From the side, so that no lamp hides the floor.
     camera = isospline.PerspectiveCamera((0, -20, 10), (0, 0, 0), field_of_view=6)
     integrator = isospline.PathTracer(MATTE, lights=[lamp])
     scene = isospline.Scene([FLOOR])
     image = render(scene, camera, size=size, integrator=integrator, samples=512)
-    # The mean over a pixel is that of many of its points.
+    # The mean over a pixel, from many of its points.
     fine = camera.rays((size[0] * 16, size[1] * 16))
     points = fine[..., :3] - fine[..., 3:] * (fine[..., 2:3] / fine[..., 5:6])
     mean = irradiance(points).reshape(size[1], 16, size[0], 16).mean((1, 3))
@@ -274,7 +273,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
 @pytest.mark.parametrize("roughness", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("metallic", [0, 1])
 def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):
-    """Whatever the width of the highlight, and so whichever of the two strategies finds the light."""
+    """For every width of the highlight, so that either of the two sampling strategies finds the light."""
     material = isospline.Material(0.9, metallic=metallic, roughness=roughness)
     center, radius, to_viewer = np.array((-4.0, 0.5, 5.0)), 2.0, at_angle(45)
     camera = isospline.OrthographicCamera(30 * to_viewer, (0, 0, 0), up=(0, 1, 0), height=1e-3)
@@ -299,7 +298,7 @@ def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):
 
 
 def irradiance_of_map(image, normal):
-    """On a surface of this normal; each pixel in 20 x 20 parts."""
+    """The irradiance of a surface with this normal; each pixel is divided into 20 x 20 parts."""
     height, width = 20 * image.shape[0], 20 * image.shape[1]
     polar = (np.arange(height) + 0.5) / height * np.pi
     azimuth = np.pi - (np.arange(width) + 0.5) / width * 2 * np.pi
@@ -350,7 +349,7 @@ def test_the_camera_sees_the_environment_the_right_way_round():
 
 
 def test_lamps_are_seen_and_hide_each_other():
-    """Two rectangles, the near one before half of the far one; from behind the near one is not there."""
+    """Two rectangles, the near one in front of half of the far one; from behind, the near one is invisible."""
     near = isospline.RectangleLight((-1, -5, 4), (0, 10, 0), (10, 0, 0), radiance=(1, 0, 0))  # shines down
     far = isospline.RectangleLight((-10, -5, 8), (0, 10, 0), (20, 0, 0), radiance=(0, 1, 0))
     black = isospline.Material(0, specular=0)
@@ -368,7 +367,7 @@ def test_lamps_are_seen_and_hide_each_other():
     assert colors((5, 0, 5), (5, 0, 6)) == [[0, 1, 0, 1]]
     assert colors((5, 0, 30), (5, 0, 0)) == [[0, 0, 0, 1]]
 
-    # A point below both gets light of the near one, and that of the far one's part that it does not hide.
+    # A point below both gets the light of the near one, and of the part of the far one that the near one does not hide.
     image = render(
         scene,
         isospline.PerspectiveCamera((0, -40, 3), (5, 0, 0), field_of_view=0.1),
@@ -379,7 +378,7 @@ def test_lamps_are_seen_and_hide_each_other():
     at = np.array([5.0, 0, 0])
     red = irradiance_of_polygon(at, (0, 0, 1), np.array([(-1, -5, 4), (-1, 5, 4), (9, 5, 4), (9, -5, 4)], float))
     whole = irradiance_of_polygon(at, (0, 0, 1), np.array([(-10, -5, 8), (-10, 5, 8), (10, 5, 8), (10, -5, 8)], float))
-    # Twice as far away, the near one's shadow on the far one's plane covers x in (-7, 13), all of y.
+    # The far plane is twice as far away: there, the near one hides x in (-7, 13) and all of y.
     rest = irradiance_of_polygon(at, (0, 0, 1), np.array([(-10, -5, 8), (-10, 5, 8), (-7, 5, 8), (-7, -5, 8)], float))
     assert rest < 0.2 * whole
     expected = 0.6 / np.pi * np.array([red, rest, 0])

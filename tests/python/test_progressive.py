@@ -1,4 +1,4 @@
-"""Progressive rendering: the same picture however it is divided, variance, cancellation, other cameras."""
+"""Progressive rendering: the same picture for any division into steps, variance, cancellation, other cameras."""
 
 import sys
 import time
@@ -36,8 +36,9 @@ def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
     whole = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=5)
     try:
         isospline.set_thread_count(1)
-        renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR,
-                                                 layers=(*LAYERS, "variance"))  # fmt: skip
+        renderer = isospline.ProgressiveRenderer(
+            scene, camera, size=SIZE, integrator=INTEGRATOR, layers=(*LAYERS, "variance")
+        )
         for samples in (1, 3, 1):
             renderer.step(samples)
     finally:
@@ -53,7 +54,7 @@ def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
     for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids", "world_to_camera", "world_to_ndc"):
         np.testing.assert_array_equal(getattr(traced, name), getattr(plain, name))
     assert "variance" not in plain.layers
-    assert np.isinf(traced.variance).all()  # of one sample nothing is known
+    assert np.isinf(traced.variance).all()  # one sample does not determine the variance
 
 
 def test_variance_is_that_of_independent_pictures(scene, camera):
@@ -141,7 +142,7 @@ def test_a_cancelled_step_is_made_up_for(scene, camera):
 
 
 def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
-    """Without the package: what it is called with, and what becomes of what it returns."""
+    """Without the package: the arguments of its call, and the use of its result."""
     image = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=2)
     color = image.color.copy()
     calls = []
@@ -170,9 +171,7 @@ def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
     size = (160, 120)
     noisy = render(scene, camera, size=size, integrator=INTEGRATOR, samples=4)
     best = render(scene, camera, size=size, integrator=INTEGRATOR, samples=256)
-    before, after = (
-        np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise())
-    )
+    before, after = (np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise()))
     assert after < 0.5 * before
 
 

@@ -1,4 +1,4 @@
-"""What cast_rays is asked for: the names of its outputs, their precision, and the precision of its rays."""
+"""Outputs of cast_rays: their names, their precision, and the precision of rays."""
 
 import itertools
 
@@ -22,7 +22,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def rays():
-    """Of a picture in single precision: hits of both objects, and misses of the scene's box."""
+    """Rays of a picture in single precision: hits of both objects, and misses of the scene's box."""
     camera = isospline.PerspectiveCamera(np.add(CENTER, (5, -60, 8)), CENTER, field_of_view=45)
     return camera.rays((44, 36)).astype(np.float32)
 
@@ -76,12 +76,15 @@ def test_the_hopper_has_the_same_outputs(rays):
             np.testing.assert_array_equal(found[name], expected[name])
 
 
-@pytest.mark.parametrize("outputs, error, message", [
-    (("t_hit", "uv"), ValueError, 'outputs: expected names among "t_hit", .*"gradient_magnitudes", got "uv"'),
-    ("t_hit", TypeError, r"outputs: expected a sequence of names, such as \(\"t_hit\",\), got 't_hit'"),
-    (None, TypeError, "outputs: expected a sequence of names, .* got None"),
-    ((1,), TypeError, "outputs: expected names, got 1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "outputs, error, message",
+    [
+        (("t_hit", "uv"), ValueError, 'outputs: expected names among "t_hit", .*"gradient_magnitudes", got "uv"'),
+        ("t_hit", TypeError, r"outputs: expected a sequence of names, such as \(\"t_hit\",\), got 't_hit'"),
+        (None, TypeError, "outputs: expected a sequence of names, .* got None"),
+        ((1,), TypeError, "outputs: expected names, got 1"),
+    ],
+)
 def test_bad_outputs(scene, rays, outputs, error, message):
     for caster in (scene, isospline.VoxelHopper(sphere())):
         with pytest.raises(error, match=f"^{message}"):

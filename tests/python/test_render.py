@@ -17,7 +17,7 @@ RADIUS = 6.3
 
 
 def sphere_surface(inside="below", center=(0.0, 0.0, 0.0)):
-    """f = |x - center|^2, which a quadratic model holds exactly where the boundary rule does not reach."""
+    """f = |x - center|^2; a quadratic model holds it exactly outside the reach of the boundary rule."""
     z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=np.add((-16, -16, -16), center))
     return isospline.Isosurface(volume, RADIUS**2, inside=inside)
@@ -151,7 +151,7 @@ def test_background(scene, camera):
     for background, rgb, opacity in (
         ((0.1, 0.2, 0.3), (0.1, 0.2, 0.3), 1),
         (1, (1, 1, 1), 1),
-        (np.array([0.5, 1, 2, 0.25]), (0.5, 1, 2), 0.25),
+        (np.array([0.5, 1, 0.7, 0.25]), (0.5, 1, 0.7), 0.25),
     ):
         image = render(scene, camera, size=size, samples=4, background=background)
         expected = free.color + (1 - alpha) * opacity * np.array([*rgb, 1])
@@ -196,7 +196,7 @@ def test_progress_and_cancellation(scene, camera):
 
     with pytest.raises(KeyError, match="mine"):
         render(scene, camera, size=(4000, 4000), samples=4096, progress=broken)
-    assert time.monotonic() - started < 120  # days, were they not cancelled
+    assert time.monotonic() - started < 120  # would take days without cancellation
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
@@ -223,7 +223,7 @@ def test_ctrl_c_stops_a_long_rendering():
             print("stopped", flush=True)
         """
     )
-    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, encoding="utf-8")
     try:
         assert process.stdout.readline() == "begun\n"
         process.send_signal(signal.SIGINT)

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from analytic_volumes import ALL, Gaussian, Gyroid, Plane, Sphere
 
 import isospline
-
-from analytic_volumes import ALL, Gaussian, Gyroid, Plane, Sphere
 
 
 @pytest.mark.parametrize("analytic", ALL, ids=lambda analytic: type(analytic).__name__)
@@ -42,7 +41,7 @@ def test_polynomials_are_held_exactly(rng, analytic, degrees):
 @pytest.mark.parametrize("degree", [2, 3, 4, 5])
 @pytest.mark.parametrize("analytic", [Gyroid(12.0), Gaussian((12.0, 12.0, 12.0))], ids=["gyroid", "gaussian"])
 def test_the_order_of_approximation_is_degree_plus_one(rng, analytic, degree):
-    """Half the spacing divides the error by 2^(n+1), that of each derivative by one factor of two less."""
+    """Half the spacing divides the error of values by 2^(n+1), of gradients by 2^n, and of Hessians by 2^(n-1)."""
     points = rng.uniform(9, 15, (200, 3))
     errors = []
     for spacing, size in ((1.0, 25), (0.5, 49)):

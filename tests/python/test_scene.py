@@ -37,7 +37,7 @@ def rays_at(random, centre, radius, count, distance):
 
 
 def sphere_roots(rays, centre, radius):
-    """Both t where rays cross a sphere, NaN where they miss; in extended precision."""
+    """Both t of the crossings of rays with a sphere, in extended precision; NaN for misses."""
     rays = rays.astype(np.longdouble)
     offset, direction = rays[:, :3] - centre, rays[:, 3:]
     a = (direction**2).sum(axis=1)
@@ -63,7 +63,7 @@ def test_sphere_closed_form(degree, distance):
     hits = scene.cast_rays(rays)
     expected, _ = sphere_roots(rays, centre, radius)
 
-    # Rays that pass within rounding of the silhouette may be told either way.
+    # Rays within rounding of the silhouette may hit or miss.
     length = np.linalg.norm(rays[:, 3:], axis=1)
     offset = rays[:, :3] - centre
     miss_distance = np.linalg.norm(np.cross(offset, rays[:, 3:]), axis=1) / length
@@ -83,7 +83,7 @@ def test_sphere_closed_form(degree, distance):
 
 
 def test_near_tangent_rays():
-    """Chords from a tenth of a voxel down to a millionth: both roots are in one cell or at its border."""
+    """Half-chords from a tenth down to a millionth of a voxel: both roots are in one cell or at its border."""
     random = np.random.default_rng(2)
     centre, radius = np.full(3, 11.5), 8.0
     scene = isospline.Scene([isospline.Isosurface(quadratic_sphere(), radius**2, inside="below")])
@@ -96,7 +96,7 @@ def test_near_tangent_rays():
     rays = np.hstack([closest - 30 * tangent, tangent])
     hits = scene.cast_rays(rays)
     first, _ = sphere_roots(rays, centre, radius)
-    wide = half_chord > 1e-5  # narrower ones are within the rounding of float64 coordinates of the silhouette
+    wide = half_chord > 1e-5  # narrower chords are within the rounding of float64 coordinates
     assert np.isfinite(hits["t_hit"][wide]).all()
     assert np.abs(hits["t_hit"][wide] - first[wide]).max() < 1e-6
 
@@ -120,7 +120,7 @@ def test_limits_and_starts(method):
     assert t_hit(outside, t_far=first + 1e-6) == pytest.approx(first, abs=1e-9)
     assert t_hit(outside, t_near=last + 1e-6) == INF
     assert t_hit(outside, t_near=5.0, t_far=1.0) == INF
-    # From a point of the surface onwards: the way out of the ball is at zero, the way through it at the other side.
+    # From a point on the surface: one crossing is at zero, the other one on the other side of the ball.
     on_surface = (11.5 - half, 11.5, 11.25, 1.0, 0.0, 0.0)
     assert t_hit(on_surface, t_near=1e-9) == pytest.approx(2 * half, abs=1e-9)
     occluded = scene.test_occlusions([outside, inside, (-20, 0, 0, 0, 1, 0)])
@@ -212,7 +212,7 @@ def rotation(random):
 @pytest.mark.parametrize("kind", ["rotated", "anisotropic", "mirrored", "distant"])
 @pytest.mark.parametrize("by", ["volume", "transform"])
 def test_affine_maps(kind, by):
-    """Rays and surface moved by one map meet where they met before, whichever object carries the map."""
+    """If the same map moves rays and surface, hits do not change, for both ways to apply the map."""
     random = np.random.default_rng(4)
     spacing = np.array([0.7, 1.3, 3.1]) if kind != "rotated" else np.ones(3)
     direction = rotation(random) @ (np.diag([1, 1, -1]) if kind == "mirrored" else np.eye(3))
@@ -289,9 +289,14 @@ def icosphere(subdivisions):
         vertices = np.concatenate([vertices, a, b, c])
         m = len(faces)
         n = len(vertices) - 3 * m + np.arange(3 * m).reshape(3, m)
-        faces = np.concatenate([
-            np.stack([faces[:, 0], n[0], n[2]], axis=1), np.stack([faces[:, 1], n[1], n[0]], axis=1),
-            np.stack([faces[:, 2], n[2], n[1]], axis=1), n.T])
+        faces = np.concatenate(
+            [
+                np.stack([faces[:, 0], n[0], n[2]], axis=1),
+                np.stack([faces[:, 1], n[1], n[0]], axis=1),
+                np.stack([faces[:, 2], n[2], n[1]], axis=1),
+                n.T,
+            ]
+        )
     return vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces
 
 
@@ -341,8 +346,11 @@ def test_shapes_types_and_empty_scenes():
     assert len(empty) == 0
     hits = empty.cast_rays(np.zeros((2, 3, 6)) + (0, 0, 0, 0, 0, 1))
     assert {name: (array.shape, array.dtype) for name, array in hits.items()} == {
-        "t_hit": ((2, 3), np.float64), "geometry_ids": ((2, 3), np.uint32),
-        "primitive_ids": ((2, 3), np.uint64), "primitive_normals": ((2, 3, 3), np.float64)}
+        "t_hit": ((2, 3), np.float64),
+        "geometry_ids": ((2, 3), np.uint32),
+        "primitive_ids": ((2, 3), np.uint64),
+        "primitive_normals": ((2, 3, 3), np.float64),
+    }
     assert np.isinf(hits["t_hit"]).all()
     scene = isospline.Scene([isospline.Isosurface(quadratic_sphere(), 64.0)])
     assert scene.cast_rays(np.zeros((0, 6)))["t_hit"].shape == (0,)

@@ -1,12 +1,12 @@
-"""After a thousand changes a scene, and the process that it lives in, hold what they held at the start."""
+"""After a thousand changes, a scene and its process use as much memory as at the start."""
 
 import subprocess
 import sys
 
 import pytest
 
-# A process of its own, whose resident memory is that of scenes alone. Before it is read, what the allocators of libc
-# and TBB keep for later goes back to the system. `leak` keeps a surface of each change, of a few thousand bytes.
+# A separate process: its resident memory grows only by scenes. Before the memory is read, the allocators of libc and
+# TBB return unused memory to the system. With `leak`, the surface of each change, a few thousand bytes, is kept.
 CHANGES = """
 import ctypes
 import gc
@@ -67,18 +67,22 @@ after = held()
 print(after[0] - before[0], after[1] - before[1])
 """
 
-# Bytes a change: less than the surface of a few hundred cells that each of them makes, 7000, which is the smallest of
-# what it makes. TBB and Embree keep memory for every thread that they have seen: up to 36000 a change where each call
-# has a thread of its own and the machine is busy.
+# Bytes per change. The smallest object that a change makes, a surface of a few hundred cells, has 7000 bytes. TBB and
+# Embree keep memory for every thread that they have seen: up to 36000 bytes per change if each call has its own thread
+# and the machine is busy.
 TOLERANCE = 4000
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/statm")
 @pytest.mark.parametrize("leak", [False, True], ids=["no leak", "leak"])
 def test_memory_returns_after_a_thousand_changes(leak, repository):
-    """One leaked surface a change, of a few thousand bytes, is found: the test is run with and without."""
-    finished = subprocess.run([sys.executable, "-c", CHANGES, "leak" if leak else ""], capture_output=True, text=True,
-                              cwd=repository / "tests" / "python")
+    """The test runs with and without a leak: it finds one leaked surface of a few thousand bytes per change."""
+    finished = subprocess.run(
+        [sys.executable, "-c", CHANGES, "leak" if leak else ""],
+        capture_output=True,
+        encoding="utf-8",
+        cwd=repository / "tests" / "python",
+    )
     assert finished.returncode == 0, finished.stderr
     in_scene, resident = map(int, finished.stdout.split())
     assert in_scene == 0

@@ -59,13 +59,17 @@ def test_objects_are_the_ones_that_were_added():
 
 @pytest.mark.parametrize("query", ["single", "packets", "all", "occlusion"])
 def test_transforms_take_effect_at_the_next_query(rng, query):
-    """A scene that was changed answers as one that was made so."""
+    """A changed scene gives the same answers as a new one in that state."""
     surface, mesh = sphere(), mesh_sphere(6.0, 32)
     matrix = np.array([[0.0, -2.0, 0.0, 20.0], [1.5, 0.0, 0.5, -4.0], [0.0, 0.3, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]])
     changed = isospline.Scene([surface, surface, mesh])
     rays = rays_at(rng, CENTER, 20.0, 3000)
-    ask = {"single": changed.cast_rays, "packets": lambda rays: changed.cast_rays(rays, coherent=True),
-           "all": changed.list_intersections, "occlusion": lambda rays: {"": changed.test_occlusions(rays)}}[query]
+    ask = {
+        "single": changed.cast_rays,
+        "packets": lambda rays: changed.cast_rays(rays, coherent=True),
+        "all": changed.list_intersections,
+        "occlusion": lambda rays: {"": changed.test_occlusions(rays)},
+    }[query]
     before = ask(rays)
     changed.set_transform(0, matrix)
     changed.set_transform(2, moved(14, 11, 12))
@@ -77,8 +81,12 @@ def test_transforms_take_effect_at_the_next_query(rng, query):
     made.add(surface, matrix @ moved(0.25, 0.5, 0.75))
     made.remove(made.add(mesh))
     made.add(mesh, moved(14, 11, 12))
-    expected = {"single": made.cast_rays, "packets": made.cast_rays, "all": made.list_intersections,
-                "occlusion": lambda rays: {"": made.test_occlusions(rays)}}[query](rays)
+    expected = {
+        "single": made.cast_rays,
+        "packets": made.cast_rays,
+        "all": made.list_intersections,
+        "occlusion": lambda rays: {"": made.test_occlusions(rays)},
+    }[query](rays)
     actual = ask(rays)
     assert_same_hits(actual, expected)
     assert any(before[name].shape != actual[name].shape or (before[name] != actual[name]).any() for name in actual)
@@ -129,7 +137,7 @@ def test_a_hundred_instances_take_the_memory_of_one(rng):
     rays = np.concatenate([rng.uniform(0, 23, (20000, 3)), rng.normal(size=(20000, 3))], axis=1)
 
     def memory(scene):
-        scene.count_intersections(rays)  # in all bricks, which are made when rays enter them
+        scene.count_intersections(rays)  # through all bricks: they are made when rays enter them
         return scene.memory
 
     for shape in (isospline.Isosurface(isospline.Volume(samples), 0.2), mesh_sphere(8.0)):
@@ -244,8 +252,10 @@ def test_details_of_hits(rng):
     for name in plain:
         np.testing.assert_array_equal(hits[name], plain[name])
     assert {name: (hits[name].shape, hits[name].dtype) for name in hits.keys() - plain.keys()} == {
-        "positions": ((40, 100, 3), np.float64), "primitive_uvs": ((40, 100, 2), np.float32),
-        "gradient_magnitudes": ((40, 100), np.float64)}
+        "positions": ((40, 100, 3), np.float64),
+        "primitive_uvs": ((40, 100, 2), np.float32),
+        "gradient_magnitudes": ((40, 100), np.float64),
+    }
     assert_same_hits(scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=True), hits)
 
     on_surface, on_mesh = hits["geometry_ids"] == 0, hits["geometry_ids"] == 1
@@ -264,23 +274,32 @@ def test_details_of_hits(rng):
     assert (hits["primitive_uvs"][~on_mesh] == 0).all()
 
 
-# Bad input, and objects and threads that come and go
+# Bad input, removed objects, and threads
 
 
-@pytest.mark.parametrize("call", [
-    lambda scene, geometry_id: scene.remove(geometry_id),
-    lambda scene, geometry_id: scene.set_transform(geometry_id, np.eye(4)),
-    lambda scene, geometry_id: scene.set_visibility(geometry_id, camera=True),
-    lambda scene, geometry_id: scene.transform(geometry_id),
-    lambda scene, geometry_id: scene.visibility(geometry_id),
-    lambda scene, geometry_id: scene.object(geometry_id),
-])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda scene, geometry_id: scene.remove(geometry_id),
+        lambda scene, geometry_id: scene.set_transform(geometry_id, np.eye(4)),
+        lambda scene, geometry_id: scene.set_visibility(geometry_id, camera=True),
+        lambda scene, geometry_id: scene.transform(geometry_id),
+        lambda scene, geometry_id: scene.visibility(geometry_id),
+        lambda scene, geometry_id: scene.object(geometry_id),
+    ],
+)
 def test_bad_ids(call):
     scene = isospline.Scene([triangle(), triangle()])
     scene.remove(0)
     expected = "geometry_id: expected the geometry id of an object in the scene, got "
-    for bad, got in [(0, "0, which has been removed"), (2, "2"), (-1, "-1"), (2**32 + 1, "4294967297"),
-                     (isospline.INVALID_ID, "4294967295"), (10**30, "1" + 30 * "0")]:
+    for bad, got in [
+        (0, "0, which has been removed"),
+        (2, "2"),
+        (-1, "-1"),
+        (2**32 + 1, "4294967297"),
+        (isospline.INVALID_ID, "4294967295"),
+        (10**30, "1" + 30 * "0"),
+    ]:
         with pytest.raises(ValueError, match=f"^{expected}{got}$"):
             call(scene, bad)
     with pytest.raises(TypeError, match="geometry_id: expected an int, got 1.0"):
@@ -300,12 +319,15 @@ def test_removed_ids_in_hits_and_shading():
         render(scene, camera, size=(8, 8), shading={0: isospline.Phong()})
 
 
-@pytest.mark.parametrize("matrix, message", [
-    (np.diag([1.0, 0.0, 1.0, 1.0]), "transform: expected an invertible map"),
-    (np.ones((4, 4)), "transform: expected an affine map"),
-    (np.full((4, 4), np.inf), "transform: expected finite numbers"),
-    (np.eye(3), r"transform: expected shape \(4, 4\)"),
-])
+@pytest.mark.parametrize(
+    "matrix, message",
+    [
+        (np.diag([1.0, 0.0, 1.0, 1.0]), "transform: expected an invertible map"),
+        (np.ones((4, 4)), "transform: expected an affine map"),
+        (np.full((4, 4), np.inf), "transform: expected finite numbers"),
+        (np.eye(3), r"transform: expected shape \(4, 4\)"),
+    ],
+)
 def test_a_bad_transform_changes_nothing(matrix, message):
     scene = isospline.Scene([triangle()])
     with pytest.raises(ValueError, match=message):
@@ -320,8 +342,9 @@ def test_degenerate_triangles_are_never_hit():
     vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 0, 0)]
     scene = isospline.Scene([isospline.Mesh(vertices, [(0, 1, 3), (0, 0, 2), (1, 1, 1), (0, 1, 2)])])
     for coherent in (False, True):
-        hits = scene.cast_rays([(0.2, 0.2, 1, 0, 0, -1), (0.5, 0.0, 1, 0, 0, -1), (1.5, 0, 1, 0, 0, -1)],
-                               coherent=coherent)
+        hits = scene.cast_rays(
+            [(0.2, 0.2, 1, 0, 0, -1), (0.5, 0.0, 1, 0, 0, -1), (1.5, 0, 1, 0, 0, -1)], coherent=coherent
+        )
         assert hits["primitive_ids"][0] == 3 and hits["primitive_ids"][1] in (3, isospline.INVALID_PRIMITIVE_ID)
         assert np.isinf(hits["t_hit"][2])
     assert np.isfinite(hits["primitive_normals"]).all()
@@ -354,7 +377,7 @@ def interpenetrating():
 def test_threads_query_one_scene(rng):
     scene, rays = interpenetrating()
     expected = scene.cast_rays(rays)
-    fresh, _ = interpenetrating()  # not committed: all threads want it to be
+    fresh, _ = interpenetrating()  # not committed: all threads try to commit it
     results = [None] * 6
 
     def query(i):
@@ -372,7 +395,7 @@ def test_threads_query_one_scene(rng):
 
 
 def test_threads_change_a_scene_that_others_query():
-    """Every answer is that of the scene before or after a change, never of one in between."""
+    """Every answer belongs to the scene before or after a change, never to a state in between."""
     surface, mesh = sphere(), mesh_sphere(6.0, 64)
     scene = isospline.Scene([surface])
     rays = np.tile([(11.4, 11.3, 60.0, 0.0, 0.0, -1.0)], (5000, 1))

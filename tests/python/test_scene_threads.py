@@ -1,4 +1,4 @@
-"""A scene that several threads change while others query it: answers are those of states that there were."""
+"""Several threads change a scene while others query it: each answer belongs to one state of the scene."""
 
 import itertools
 import os
@@ -15,7 +15,7 @@ import isospline
 
 
 def run(*calls):
-    """Runs calls in threads of their own; what one of them raises, this does."""
+    """Runs calls in separate threads, and raises their exceptions."""
     errors = []
 
     def guarded(call):
@@ -34,7 +34,7 @@ def run(*calls):
 
 
 def test_threads_see_one_state_of_a_scene():
-    """Levels, transforms and visibility change in two threads; every answer is that of a state that there was."""
+    """Levels, transforms and visibility change in two threads; every answer belongs to one state of the scene."""
     surface, mesh = sphere(), mesh_sphere(6.0, 64)
     scene = isospline.Scene([surface])
     scene.add(mesh)
@@ -100,7 +100,7 @@ def test_threads_read_the_cells_of_one_level():
         end = time.monotonic() + 60
         for i in itertools.count():
             surface.level = levels[i % 2]
-            if i >= 200 and len(found) >= 2 or time.monotonic() > end:
+            if (i >= 200 and len(found) >= 2) or time.monotonic() > end:
                 break
         stop.set()
 
@@ -114,7 +114,7 @@ def test_threads_read_the_cells_of_one_level():
 
 
 def test_threads_ask_for_all_that_a_changing_scene_tells():
-    """Eight threads, of which three change levels and places: each answer is that of a state that there was."""
+    """Eight threads, three of which change levels and places: each answer belongs to one state of the scene."""
     surface, other, mesh = sphere(), sphere(), mesh_sphere(6.0, 32)
     scene = isospline.Scene([surface])
     scene.add(other, transform=moved(40.0, 0.0, 0.0))
@@ -172,7 +172,7 @@ def test_threads_ask_for_all_that_a_changing_scene_tells():
         built[0] = count
 
     def leave():
-        """Of hits of another level as well: their cells are there at every level."""
+        """Hits of another level are valid, too: their cells exist at every level."""
         leaving = scene.secondary_rays(rays, hits, hits["primitive_normals"])
         np.testing.assert_allclose(leaving[:, :3], positions, atol=0.3)
 
@@ -184,8 +184,12 @@ def test_threads_ask_for_all_that_a_changing_scene_tells():
         image = isospline.render(scene, camera, size=(16, 12), layers=("geometry_ids",))
         assert set(np.unique(image.geometry_ids)) <= {0, 1, 2, isospline.INVALID_ID}
 
-    run(lambda: change_level(surface), lambda: change_level(other), change_place,
-        *(until_stopped(i, ask) for i, ask in enumerate((bounds, counts, leave, cast, draw))))
+    run(
+        lambda: change_level(surface),
+        lambda: change_level(other),
+        change_place,
+        *(until_stopped(i, ask) for i, ask in enumerate((bounds, counts, leave, cast, draw))),
+    )
     assert min(asked) > 20
 
 
@@ -212,6 +216,6 @@ assert os.waitpid(child, 0)[1] == 0
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 def test_forked_processes_have_threads_of_their_own(repository):
-    """The threads that calls ran on before are not there in a child. Python itself warns of forks beside threads."""
+    """The threads of earlier calls do not exist in a child process. Python itself warns of forks with threads."""
     command = [sys.executable, "-W", "ignore", "-c", FORK]
     subprocess.run(command, cwd=repository / "tests" / "python", check=True, timeout=120)

@@ -1,4 +1,4 @@
-"""Rays that leave a surface: none finds the surface that it leaves again, none gets through a thin wall.
+"""Rays that leave a surface: none hits the same surface again, and none passes through a thin wall.
 
 ISOSPLINE_TEST_RAYS sets the number of rays of each test; 10^7 were tried.
 """
@@ -37,7 +37,7 @@ def hemisphere(random, normals):
 
 
 def hits_of(scene, rays):
-    """Those rays of a batch that hit, and their hits."""
+    """The rays of a batch that hit, and their hits."""
     hits = scene.cast_rays(rays)
     found = np.isfinite(hits["t_hit"])
     return rays[found], {name: values[found] for name, values in hits.items()}
@@ -50,7 +50,7 @@ def rays_towards(random, center, radius, distance, count):
 
 
 def square_of_distance(size=24, degree=2, **options):
-    """A volume whose model is |x - centre|^2 in index space, but for the rounding of coefficients."""
+    """A volume with the model |x - centre|^2 in index space, except for the rounding of coefficients."""
     square = (np.arange(size) - (size - 1) / 2) ** 2 - (degree + 1) / 12
     data = square[:, None, None] + square[None, :, None] + square[None, None, :]
     return isospline.Volume(data, degree=degree, filter="none", **options)
@@ -80,11 +80,11 @@ def test_rays_that_leave_a_sphere_do_not_meet_it(degree, origin, distance):
         moved = np.linalg.norm(outward[:, :3] - positions, axis=1)
         steep = np.abs(dot(unit(rays[:, 3:]), normals))[:, 0] > 0.1
         assert moved[steep].max() < tolerance
-    assert naive_hits > COUNT / 1000  # there is something to avoid
+    assert naive_hits > COUNT / 1000  # without an offset, rays hit their own surface
 
 
 def assert_hits_are_real(scene, volume, level, random, rays, hits):
-    """Beyond where a ray that left the surface reports another hit, the model is on the surface's other side."""
+    """Just beyond each reported hit of a ray that left the surface, the model is on the other side of the surface."""
     for side in (1, -1):
         directions = hemisphere(random, side * hits["primitive_normals"])
         secondary = scene.secondary_rays(rays, hits, directions)
@@ -96,8 +96,8 @@ def assert_hits_are_real(scene, volume, level, random, rays, hits):
         there = side * (volume.sample(beyond) - level)
         before = side * (volume.sample(secondary[:, :3]) - level)
         assert (before < 0).all()
-        # A ray that grazes the surface is still on it there, to the rounding of double precision; one that dips into it
-        # may be out again, and that is the next of its crossings.
+        # There, a ray that grazes the surface is still on it, to the rounding of double precision. A ray that dips into
+        # the surface may be out again; the exit is then its next crossing.
         slope = np.linalg.norm(volume.sample(beyond, derivative=1), axis=1)
         dips = there <= -1e-12 * slope
         crossings = scene.list_intersections(secondary[met][dips])

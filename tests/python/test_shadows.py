@@ -16,7 +16,7 @@ CAMERA = isospline.PerspectiveCamera((4, -45, 60), (2, 0, 0), field_of_view=40)
 
 
 def ball(center=CENTER):
-    """f = |x - center|^2, which a quadratic model holds exactly where the boundary rule does not reach."""
+    """f = |x - center|^2; a quadratic model holds it exactly outside the reach of the boundary rule."""
     z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=center - 16)
     return isospline.Isosurface(volume, RADIUS**2, inside="below")
@@ -27,7 +27,7 @@ def dot(a, b):
 
 
 def misses_ball(positions, directions):
-    """By how much the half-lines pass by the ball's surface, negative where they meet it."""
+    """The distance of half-lines from the ball's surface; negative if they hit the ball."""
     directions = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
     along = np.maximum(dot(CENTER - positions, directions), 0)
     return np.linalg.norm(positions + along * directions - CENTER, axis=-1) - RADIUS
@@ -45,12 +45,11 @@ def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
     scene = isospline.Scene([FLOOR, ball()])
     flat = dict(ambient=0, diffuse=1, specular=0, lights=[light])
     shadowed, plain = (
-        render(scene, CAMERA, size=SIZE, shading=isospline.Phong(**flat, shadows=shadows))
-        for shadows in (True, False)
+        render(scene, CAMERA, size=SIZE, shading=isospline.Phong(**flat, shadows=shadows)) for shadows in (True, False)
     )
     position = plain.position.astype(float)
     direction = to_light(position)
-    below = light is LIGHTS["below the ball"][0]  # what is behind a light hides nothing
+    below = light is LIGHTS["below the ball"][0]  # an object behind the light casts no shadow
     clearance = np.full(position.shape[:2], np.inf) if below else misses_ball(position, direction)
     on_floor = plain.geometry_ids == 0
     clear = on_floor & (np.abs(clearance) > 1e-3)
@@ -59,7 +58,7 @@ def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
     np.testing.assert_array_equal(shadowed.color[lit], plain.color[lit])
     assert not shadowed.color[clear & ~lit][:, :3].any()
 
-    # The ball hides its own far side, which Phong leaves dark anyway, and nothing else.
+    # The ball shadows only its own far side, which Phong leaves dark anyway.
     on_ball = plain.geometry_ids == 1
     facing = dot(plain.normal, direction)[..., 0] / np.linalg.norm(direction, axis=-1)
     assert on_ball.sum() > 500
@@ -127,7 +126,7 @@ COLORS = [
 
 @pytest.mark.parametrize("color", COLORS, ids=lambda color: type(color).__name__)
 def test_what_is_hidden_does_not_depend_on_colors(color):
-    """A surface's colour is a factor of its diffuse light and of an even sky's, whatever is in between."""
+    """A surface's colour is a factor of its diffuse light and of the light of an even sky, with any occluders."""
     corners = np.array([(0.2, 0.4, 0.8), (1, 1, 1), (0.5, 0.1, 0.3), (0.9, 0.6, 0)])
     floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, colors=corners)
     lights = [isospline.PositionalLight((-5, 8, 40)), isospline.DirectionalLight((0.3, 0.2, -1), intensity=0.5)]

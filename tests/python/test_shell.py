@@ -1,5 +1,6 @@
 """The shell against its slow definition, cutouts, levels and bad input."""
 
+import itertools
 import threading
 
 import numpy as np
@@ -12,14 +13,14 @@ BORDER_RULES = (True, False)
 
 
 def random_data(rng, shape):
-    """float32 noise between -1 and 1, both of which occur: coefficients are then stored without an offset."""
+    """float32 noise that includes -1 and 1: coefficients are then stored without an offset."""
     data = rng.uniform(-0.99, 0.99, shape).astype(np.float32)
     data.flat[0], data.flat[-1] = -1, 1
     return data
 
 
 def analytic_volume(degree, size=20, **options):
-    """A torus and what floats beside it."""
+    """A torus and specks next to it."""
     z, y, x = np.mgrid[-1 : 1 : size * 1j, -1 : 1 : (size + 3) * 1j, -1 : 1 : (size + 5) * 1j]
     data = (np.hypot(x, y) - 0.6) ** 2 + z**2 - 0.05 + 0.03 * np.cos(7 * x * z + y)
     return isospline.Volume((data / np.abs(data).max()).astype(np.float32), degree=degree, **options)
@@ -69,7 +70,7 @@ def test_volumes_one_sample_thick_have_a_shell(rng, shape):
 @pytest.mark.parametrize("prune_depth", range(4))
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_coefficients_equal_to_the_level_count_as_above(rng, degree, prune_depth):
-    # Few values: many sub-cells have coefficients of zero, which float32 alone cannot tell from small ones.
+    # Few values: many sub-cells have coefficients of zero; float32 alone cannot distinguish these from small ones.
     data = rng.integers(0, 5, (11, 12, 13), dtype=np.uint8)
     data.flat[0], data.flat[-1] = 0, 4
     volume = isospline.Volume(data, degree=degree, filter="none")
@@ -80,7 +81,7 @@ def test_coefficients_equal_to_the_level_count_as_above(rng, degree, prune_depth
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_flat_parts_at_the_level_have_the_shell_of_the_definition(rng, degree):
-    # A plateau exactly at the level, with pits of some depths: what pruning keeps hangs on exact zeros.
+    # A plateau exactly at the level, with pits of different depths: pruning depends on exact zeros.
     data = np.zeros((12, 12, 12), dtype=np.float32)
     pits = rng.integers(0, 12, (40, 3))
     data[tuple(pits.T)] = -(2.0 ** -rng.integers(0, 12, 40))
@@ -113,7 +114,7 @@ def test_no_surface_lies_outside_of_the_shell(rng, degree, prune_depth):
 def test_deeper_pruning_leaves_fewer_cells():
     volume = analytic_volume(2)
     masks = [isospline.Isosurface(volume, 0.0, prune_depth=depth).shell.mask for depth in range(7)]
-    for coarse, fine in zip(masks, masks[1:]):
+    for coarse, fine in itertools.pairwise(masks):
         assert not np.any(fine & ~coarse)
     assert masks[6].sum() < 0.8 * masks[0].sum()
 
@@ -166,7 +167,7 @@ def test_with_level_keeps_the_options(rng):
 
 
 def test_level_between_two_floats(rng):
-    # The threshold is no float32: coefficients on both sides of it are its neighbours.
+    # The threshold is not a float32: the coefficients are its neighbours on both sides.
     data = np.full((6, 6, 6), np.float32(0.1))
     data[2:4, 2:4, 2:4] = np.nextafter(np.float32(0.1), np.float32(1))
     data[0, 0, 0], data[-1, -1, -1] = -1, 1

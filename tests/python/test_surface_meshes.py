@@ -1,4 +1,4 @@
-"""Meshes of isosurfaces: trimesh says whether they are closed, closed forms and `closest_points` where they are."""
+"""Meshes of isosurfaces: trimesh checks whether they are closed; closed forms and `closest_points` check positions."""
 
 import itertools
 
@@ -23,14 +23,14 @@ GRIDS = {
 
 
 def check_closed(mesh):
-    """Each edge has two faces, in opposite directions; each vertex one fan of faces; outside is outside."""
+    """Each edge has two faces, in opposite directions; each vertex has one fan of faces; faces point outwards."""
     shape = mesh.to_trimesh()
     assert shape.is_watertight
     assert shape.is_winding_consistent
     assert shape.volume > 0
     _, counts = np.unique(np.sort(shape.edges, axis=1), axis=0, return_counts=True)
     assert (counts == 2).all()
-    # The faces of a vertex are connected: as many fans as vertices.
+    # The faces of a vertex are connected: there are as many fans as vertices.
     corners = mesh.faces.astype(np.int64)
     first = np.arange(corners.size).reshape(corners.shape)
     edges = {}
@@ -69,7 +69,7 @@ def test_noise_has_a_closed_mesh_on_the_surface(rng, degree, grid):
 
     if degree > 1:
         assert along_gradient(mesh.vertices).min() > 1 - 1e-9
-    else:  # the gradient jumps between the cells about a vertex, and that of any of them is right
+    else:  # the gradient jumps between the cells at a vertex; the gradient of any of them is right
         offsets = 1e-8 * np.array(list(itertools.product((-1, 1), repeat=3))) @ volume.affine[:3, :3].T
         assert np.max([along_gradient(mesh.vertices + offset) for offset in offsets], axis=0).min() > 1 - 1e-9
 
@@ -209,11 +209,15 @@ def test_meshes_are_the_same_for_any_number_of_threads(rng):
 @pytest.mark.parametrize(
     ("name", "level", "options"),
     [
-        ("fuel.nii.gz", 40, {}), ("headsq.mha", 500, {}), ("ironprot.vtk", 128, {}),
+        ("fuel.nii.gz", 40, {}),
+        ("headsq.mha", 500, {}),
+        ("ironprot.vtk", 128, {}),
         ("tooth_103x94x161_uint16.raw", 600, {"shape": (161, 94, 103), "dtype": "<u2"}),
-        ("engine.nii.gz", 80, {}), ("mouse_skull.nrrd", 40, {}), ("bonsai.nii.gz", 40, {}),
+        ("engine.nii.gz", 80, {}),
+        ("mouse_skull.nrrd", 40, {}),
+        ("bonsai.nii.gz", 40, {}),
     ],
-)  # fmt: skip
+)
 def test_real_volumes_have_closed_meshes(volumes_folder, name, level, options):
     data = isospline.read_volume(volumes_folder / name, **options)
     volume = data.to_volume()
@@ -241,7 +245,7 @@ def test_tolerance_is_positive(tolerance):
     surface = isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][0]), 2)
     with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
         surface.to_mesh(tolerance)
-    with pytest.raises(ValueError, match="return_distance: expected a tolerance beside it"):
+    with pytest.raises(ValueError, match="return_distance: expected a tolerance as well"):
         surface.to_mesh(return_distance=True)
 
 
@@ -285,7 +289,7 @@ def test_normals_are_in_files_that_have_them(ball, tmp_path):
     data = meshio.read(tmp_path / "ball.ply").point_data
     np.testing.assert_array_equal(np.stack([data["nx"], data["ny"], data["nz"]], axis=1), mesh.normals)
     mesh.write(tmp_path / "ball.obj")
-    lines = (tmp_path / "ball.obj").read_text().splitlines()
+    lines = (tmp_path / "ball.obj").read_text(encoding="utf-8").splitlines()
     normals = np.array([line.split()[1:] for line in lines if line.startswith("vn ")], float)
     np.testing.assert_allclose(normals, mesh.normals, atol=1e-14)
     mesh.write(tmp_path / "ball.glb")

@@ -1,7 +1,6 @@
-"""Calls of many threads: none waits for long, all hear Ctrl-C, and processes that fork or end meanwhile do so."""
+"""Calls from many threads: none waits for long, Ctrl-C stops all, and processes can fork and end meanwhile."""
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -19,9 +18,15 @@ needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 
 
 def python(code, folder, *, arguments=(), timeout=120):
-    """What a process of its own prints, which must end by itself and without an error."""
-    finished = subprocess.run([sys.executable, "-W", "ignore", "-c", code, *arguments], cwd=folder, timeout=timeout,
-                              capture_output=True, text=True, preexec_fn=obey_interrupts)
+    """The output of a separate process, which must end by itself and without an error."""
+    finished = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code, *arguments],
+        cwd=folder,
+        timeout=timeout,
+        capture_output=True,
+        encoding="utf-8",
+        preexec_fn=obey_interrupts,
+    )
     assert finished.returncode == 0, (finished.returncode, finished.stdout, finished.stderr)
     return finished.stdout
 
@@ -35,7 +40,7 @@ def folder(repository):
 
 
 def test_each_call_gets_its_turn(tmp_path):
-    """Eight threads, each with another kind of call of the same scene, surface, hopper and renderer."""
+    """Eight threads, each with a different kind of call to the same scene, surface, hopper and renderer."""
     surface, mesh = sphere(), mesh_sphere(6.0, 32)
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((60, -40, 30), (11.5, 11.5, 11.5))
@@ -102,8 +107,8 @@ def test_each_call_gets_its_turn(tmp_path):
     for thread in threads:
         thread.join()
     assert not errors
-    # Each of these is some calls: a tenth of a second where nothing else runs, and many times as long where the machine
-    # is busy. A call that starves waits for a minute.
+    # Each of these is a few calls: they take a tenth of a second on an idle machine, and many times as long on a busy
+    # one. A call that starves waits for a minute.
     assert max(longest.values()) < 15, longest
     assert min(counts.values()) >= 3, counts
 
@@ -121,8 +126,7 @@ def test_changes_do_not_wait_for_a_picture():
 
     def draw():
         try:
-            render(scene, camera, size=(4000, 4000), shading=isospline.AmbientOcclusion(1000),
-                             progress=progress)
+            render(scene, camera, size=(4000, 4000), shading=isospline.AmbientOcclusion(1000), progress=progress)
         except isospline.Cancelled:
             seen.append("cancelled")
 
@@ -200,14 +204,15 @@ os._exit(0)
 """
 
 
-@pytest.mark.parametrize("call", ["render", "step", "cast_rays", "add", "level", "volume", "closest_points", "exr",
-                                  "png"])
+@pytest.mark.parametrize(
+    "call", ["render", "step", "cast_rays", "add", "level", "volume", "closest_points", "exr", "png"]
+)
 def test_every_call_hears_an_interrupt(call, folder, tmp_path):
     seconds, files = python(INTERRUPT, folder, arguments=[call, str(tmp_path)]).split(" ", 1)
-    # Some tenths of a second where nothing else runs, and several times as long where the machine is busy. A call that
-    # does not hear goes on for minutes.
+    # Some tenths of a second on an idle machine, and several times as long on a busy one. Without the interrupt, a call
+    # runs for minutes.
     assert float(seconds) < 10
-    assert all(name in ("image.exr", "image.png") for name in eval(files))  # whole ones, of calls before
+    assert all(name in ("image.exr", "image.png") for name in eval(files))  # complete files of earlier calls
 
 
 # Processes that end, and that fork
@@ -303,8 +308,44 @@ os._exit(0)
 @needs_fork
 @pytest.mark.parametrize("parent, codes", [("idle", {"10"}), ("busy", {"10", "11"})])
 def test_a_forked_child_works_or_says_why_not(parent, codes, folder):
-    """Where nothing ran it can all, with one thread; else it cannot build what is new in a scene."""
+    """If nothing ran, the child can do everything, with one thread; otherwise it cannot build new objects."""
     assert set(python(FORK, folder, arguments=[parent, "10"], timeout=300).split()) <= codes
+
+
+FORK_STORE = """
+import os, signal, sys, threading, time
+import numpy as np
+import isospline
+
+isospline.prefilter_to(np.random.default_rng(0).random((192, 192, 192), np.float32), "volume.zarr")
+volume = isospline.open_volume("volume.zarr", memory_limit="40MB")
+scene = isospline.Scene(isospline.Isosurface(volume, 0.6))
+rays = isospline.camera_for(scene).rays((40, 40)).reshape(-1, 6)
+expected = scene.count_intersections(rays)
+assert volume.paging["bricks_dropped"] > 0
+
+def work():
+    while True:
+        scene.count_intersections(rays)
+
+for _ in range(3):
+    threading.Thread(target=work, daemon=True).start()
+for _ in range(12):
+    time.sleep(0.05)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        same = np.array_equal(scene.count_intersections(rays), expected)
+        os._exit(10 if same else 11)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+os._exit(0)
+"""
+
+
+@needs_fork
+def test_a_forked_child_reads_the_store_that_its_parent_reads(tmp_path):
+    pytest.importorskip("zarr")
+    assert set(python(FORK_STORE, tmp_path, timeout=600).split()) == {"10"}
 
 
 @pytest.mark.parametrize("make", ["mesh", "mask"])
@@ -312,8 +353,10 @@ def test_others_run_while_arrays_are_copied(make):
     vertices, faces = np.random.default_rng(0).random((1_000_000, 3)), np.arange(3_000_000).reshape(-1, 3) % 1_000_000
     volume = isospline.Volume(np.random.default_rng(0).random((160, 160, 160), np.float32))
     mask = np.ones((160, 160, 160), bool, order="F")
-    calls = {"mesh": lambda: isospline.Mesh(vertices, faces, vertices, vertices),
-             "mask": lambda: isospline.Isosurface(volume, 0.5, mask=mask)}  # fmt: skip
+    calls = {
+        "mesh": lambda: isospline.Mesh(vertices, faces, vertices, vertices),
+        "mask": lambda: isospline.Isosurface(volume, 0.5, mask=mask),
+    }
     thread = threading.Thread(target=calls[make])
     ticks = 0
     thread.start()
@@ -324,7 +367,7 @@ def test_others_run_while_arrays_are_copied(make):
 
 
 def test_many_scenes_live():
-    """More than Embree has room for devices."""
+    """There are more scenes than Embree allows devices."""
     mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     scenes = [isospline.Scene([mesh]) for _ in range(100000)]
     ray = [(0.2, 0.2, -1, 0, 0, 1)]

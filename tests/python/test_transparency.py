@@ -11,13 +11,13 @@ SIZE = (120, 90)
 CAMERA = isospline.PerspectiveCamera((4, -25, 9), (0, 0, 0), field_of_view=40)
 LIGHTS = [isospline.PositionalLight((10, -20, 15), intensity=(1, 0.9, 0.8)), isospline.DirectionalLight((1, 0.5, -2))]
 FLOOR = isospline.Mesh([[-40, -40, -8], [40, -40, -8], [40, 40, -8], [-40, 40, -8]], [[0, 1, 2], [0, 2, 3]])
-#: Of the corners of a triangle through both balls.
+#: The colours at the corners of a triangle through both balls.
 BLADE_COLORS = np.array([(1, 0, 0), (0, 1, 0), (0.2, 0.3, 1)])
 BLADE = isospline.Mesh([[-9, -1, -7], [9, 1, -6], [1, 2, 12]], [[0, 1, 2]], colors=BLADE_COLORS)
 
 
 def ball(radius, center=(0, 0, 0)):
-    """f = |x - center|^2, which a quadratic model holds exactly where the boundary rule does not reach."""
+    """f = |x - center|^2; a quadratic model holds it exactly outside the reach of the boundary rule."""
     z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=np.array(center) - 16.0)
     return isospline.Isosurface(volume, radius**2, inside="below")
@@ -32,7 +32,7 @@ def unit(vectors):
 
 
 def over(layers, opaque_from):
-    """Colours (..., 3) and alpha of layers (colour, opacity, whether it is there), from front to back."""
+    """Colours (..., 3) and alpha of layers (colour, opacity, whether it exists), from front to back."""
     color, transmittance = np.zeros((*opaque_from, 3)), np.ones(opaque_from)
     for layer, opacity, there in layers:
         opacity = np.where(there, opacity, 0.0)
@@ -42,7 +42,7 @@ def over(layers, opaque_from):
 
 
 def roots(rays, radius):
-    """t of both crossings of a ball about the origin, NaN where there are none; and the discriminant."""
+    """t of both crossings with a ball about the origin, NaN if there are none; and the discriminant."""
     origin, direction = rays[..., :3], unit(rays[..., 3:])
     b = dot(origin, direction)[..., 0]
     discriminant = b**2 - (origin**2).sum(-1) + radius**2
@@ -108,7 +108,7 @@ def phongs(models, **options):
 
 
 def attenuation(scene, models, position, normal, geometry_ids, primitive_ids, direction, t_far):
-    """What the crossings between points and a light leave of it, and how many there are."""
+    """The transmitted part of a light after the crossings between points and the light, and their number."""
     rays = np.concatenate([position - direction, direction], axis=-1)
     ids = dict(geometry_ids=geometry_ids, primitive_ids=primitive_ids)
     hits = dict(t_hit=np.ones(len(rays)), primitive_normals=normal, **ids)
@@ -163,7 +163,7 @@ def test_pictures_are_the_over_operator_on_all_crossings(shadows):
         expected[ray, 3] = 1 - transmittance
     layers = np.diff(crossings["ray_splits"])
     assert (layers >= 6).sum() > 500 and (layers == 2).sum() > 500 and (layers == 1).sum() > 500
-    # A shadow's edge may lie on either side of a crossing that a mesh's rounding to single precision moves.
+    # The mesh's rounding to single precision moves crossings, which may then be on the other side of a shadow's edge.
     wrong = np.abs(image.color.reshape(-1, 4) - expected).max(-1) > 2e-5
     assert wrong.sum() <= (3 if shadows else 0)
 
@@ -182,8 +182,8 @@ def test_ids_and_threads_do_not_matter():
 
 
 @pytest.mark.parametrize("shadows", [False, True])
-def test_what_is_opaque_is_as_ever(shadows):
-    """A translucent object out of sight, and one behind an opaque one, leave every bit of the picture as it was."""
+def test_opaque_surfaces_look_the_same(shadows):
+    """Translucent objects outside the picture or behind an opaque one do not change a bit of the picture."""
     opaque = isospline.Phong(color=(0.9, 0.6, 0.3), lights=LIGHTS, shadows=shadows)
     objects = [ball(OUTER), FLOOR]
     aside, within = ball(2.0, (300, 0, 0)), ball(2.0)
@@ -234,7 +234,7 @@ def test_all_but_colour_is_of_the_first_surface():
 
 
 def test_light_on_a_floor_below_a_translucent_ball():
-    """A beam that goes through the ball crosses it twice; visibility decides whether it casts a shadow at all."""
+    """A beam through the ball crosses it twice; visibility decides whether the ball casts a shadow."""
     opacity = 0.4
     flat = dict(ambient=0, diffuse=1, specular=0, lights=[isospline.DirectionalLight((0, 0, -1))], shadows=True)
     shading = {0: isospline.Phong(**flat), 1: isospline.Phong(**flat, opacity=opacity)}
@@ -251,7 +251,7 @@ def test_light_on_a_floor_below_a_translucent_ball():
 
 
 def test_openness_below_a_translucent_ball():
-    """The closed form of an opaque ball, times what two crossings absorb."""
+    """The closed form of an opaque ball, times the absorption of two crossings."""
     opacity = 0.4
     center = np.array([1.0, 2.0, 1.0])
     scene = isospline.Scene([FLOOR, ball(OUTER, center)])
@@ -265,6 +265,94 @@ def test_openness_below_a_translucent_ball():
     assert covered[on_floor].max() > 0.2
     expected = 1 - covered[on_floor] * (1 - (1 - opacity) ** 2)
     np.testing.assert_allclose(image.color[on_floor, 0], expected, atol=8e-3)
+
+
+def at_silhouettes(cosine, opacity, silhouette_opacity, exponent=3.0):
+    """Opacity where <N, V> is the cosine."""
+    return opacity + (silhouette_opacity - opacity) * (1 - np.abs(cosine)) ** exponent
+
+
+@pytest.mark.parametrize("kind", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
+def test_opacity_at_silhouettes_is_the_closed_form(kind):
+    """A ray enters and leaves a ball at the same angle; an opaque object inside ends it."""
+    scene = isospline.Scene([ball(OUTER), ball(INNER)])
+    shading = {0: kind(opacity=0.2, silhouette_opacity=0.9, silhouette_exponent=2.5), 1: isospline.Outline()}
+    image = render(scene, CAMERA, size=SIZE, shading=shading)
+    rays = CAMERA.rays(SIZE)
+    front, _, outer = roots(rays, OUTER)
+    inner = roots(rays, INNER)[2]
+    direction = unit(rays[..., 3:])
+    cosine = dot((rays[..., :3] + front[..., None] * direction) / OUTER, direction)[..., 0]
+    alpha = 1 - (1 - at_silhouettes(cosine, 0.2, 0.9, 2.5)) ** 2
+    clear = (outer > 0.5) & (inner < -0.5)
+    assert clear.sum() > 800 and alpha[clear].max() > 0.9 and alpha[clear].min() < 0.5
+    # As for the colours above: coefficients in single precision move normals.
+    np.testing.assert_allclose(image.color[clear, 3], alpha[clear], atol=2e-5)
+    np.testing.assert_allclose(image.color[inner > 0.5, 3], 1, atol=1e-6)
+
+
+def test_silhouettes_are_seen_on_any_background():
+    """The edge of a thin skin has its own colour, while its middle shows the objects behind."""
+    camera = isospline.OrthographicCamera((0, -20, 0), (0, 0, 0), height=14)
+    shading = isospline.Phong(color=(0.9, 0.6, 0.5), opacity=0.1, silhouette_opacity=1, silhouette_exponent=1)
+    images = [
+        render(isospline.Scene([ball(OUTER)]), camera, size=(141, 141), shading=shading, background=background)
+        for background in (0, 0.5, 1)
+    ]
+    radius = np.linalg.norm(camera.rays((141, 141))[..., [0, 2]], axis=-1) / OUTER
+    edge, middle = (radius > 0.993) & (radius < 1), radius < 0.1
+    assert edge.sum() > 100 and middle.sum() > 50
+    differs = np.abs(images[0].color - images[2].color)[..., :3]
+    assert differs[edge].max() < 0.03 and differs[middle].min() > 0.75
+
+
+def test_light_through_a_ball_that_is_opaque_at_its_silhouette():
+    """Beams meet the ball at different angles: the rim of the shadow is darker than its middle."""
+    flat = dict(ambient=0, diffuse=1, specular=0, lights=[isospline.DirectionalLight((0, 0, -1))], shadows=True)
+    shading = {0: isospline.Phong(**flat), 1: isospline.Phong(**flat, opacity=0.2, silhouette_opacity=1)}
+    scene = isospline.Scene([FLOOR, ball(OUTER)])
+    camera = isospline.PerspectiveCamera((20, 0, -3), (0, 0, -8), field_of_view=40)
+    image = render(scene, camera, size=SIZE, shading=shading)
+    radius = np.linalg.norm(image.position[..., :2], axis=-1)
+    on_floor = (image.geometry_ids == 0) & (np.abs(radius - OUTER) > 1e-2)
+    cosine = np.sqrt(np.maximum(1 - (radius / OUTER) ** 2, 0))
+    expected = np.where(radius < OUTER, (1 - at_silhouettes(cosine, 0.2, 1.0)) ** 2, 1.0)[on_floor]
+    assert (expected < 0.2).sum() > 20 and (expected < 1).sum() > 100
+    np.testing.assert_allclose(image.color[on_floor, 0], expected, atol=1e-5)
+
+
+def test_silhouettes_of_meshes_are_those_of_their_normals():
+    """A flat square whose normals at its corners lean outwards: its opacity follows them, and not its plane."""
+    corners = np.array([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], float)
+    mesh = isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], normals=unit(corners + (0, -1, 0)))
+    camera = isospline.OrthographicCamera((0, -5, 0), (0, 0, 0), height=2.2)
+    shading = isospline.Phong(opacity=0.1, silhouette_opacity=0.8, silhouette_exponent=2)
+    image = render(isospline.Scene([mesh]), camera, size=(40, 40), shading=shading)
+    covered = image.color[..., 3] > 0
+    assert covered.sum() > 1000
+    expected = at_silhouettes(image.normal[covered][:, 1], 0.1, 0.8, 2)
+    assert np.ptp(expected) > 0.05
+    np.testing.assert_allclose(image.color[covered, 3], expected, atol=1e-6)
+
+
+def test_a_silhouette_of_the_same_opacity_changes_nothing():
+    scene, models = everything()
+    pictures = [
+        render(scene, CAMERA, size=SIZE, shading=phongs(each, shadows=True), layers=("ambient_occlusion",))
+        for each in (models, {id: dict(model, silhouette_opacity=model["opacity"]) for id, model in models.items()})
+    ]
+    assert pictures[0] == pictures[1]
+
+
+@pytest.mark.parametrize("model", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
+def test_bad_silhouettes(model):
+    thin = model(opacity=0.25, silhouette_opacity=1, silhouette_exponent=2)
+    assert "opacity=0.25, silhouette_opacity=1, silhouette_exponent=2" in repr(thin)
+    assert model().silhouette_opacity is None and thin.replace(silhouette_opacity=None).silhouette_opacity is None
+    with pytest.raises(ValueError, match="^silhouette_opacity: expected a number from 0 to 1, got 1.1"):
+        model(silhouette_opacity=1.1)
+    with pytest.raises(ValueError, match="^silhouette_exponent: expected a finite number above 0, got 0"):
+        model(silhouette_exponent=0)
 
 
 @pytest.mark.parametrize("model", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])

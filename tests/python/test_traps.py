@@ -1,4 +1,4 @@
-"""First guesses of new users that are right: what is handed over in place of volumes, scenes, cameras and sizes."""
+"""Reasonable first guesses of new users: arguments in place of volumes, scenes, cameras and sizes."""
 
 import warnings
 
@@ -87,8 +87,10 @@ def test_the_default_camera_has_all_in_view(size):
 
 def test_cameras_for_surfaces_and_meshes():
     ball = sphere()
+    for thing in (ball, mesh_sphere(5.0)):
+        assert isospline.camera_for(thing) == isospline.camera_for(isospline.Scene(thing))
+    assert isospline.camera_for(ball.volume) == isospline.camera_for(ball.volume.bounds)
     for thing in (ball, mesh_sphere(5.0), ball.volume):
-        assert isospline.camera_for(thing) == isospline.camera_for(thing.bounds)
         assert len(isospline.turntable(thing, 3)) == 3
     with pytest.raises(TypeError, match="^scene: expected a scene or a box"):
         isospline.camera_for("scene")
@@ -105,9 +107,9 @@ def test_extrinsics_of_four_rows():
     assert make(K, extrinsics, size=(64, 48), pixel_center=0.5) == expected
     assert make(K, extrinsics[:3], size=(64, 48), pixel_center=0.5, distortion=np.zeros(5)) == expected
     for wrong, message in (
-        ({"rotation": turn}, r"rotation: expected shape \(4, 4\) or \(3, 4\) where translation is None, got \(3, 3\)"),
+        ({"rotation": turn}, r"rotation: expected shape \(4, 4\) or \(3, 4\) if translation is None, got \(3, 3\)"),
         ({"rotation": extrinsics + 1}, r"rotation: expected the last row \(0, 0, 0, 1\)"),
-        ({"distortion": (0.1, 0, 0, 0)}, r"distortion: expected zeros, .* cv2\.undistort"),
+        ({"distortion": (0.1, 0, 0)}, r"distortion: expected 4, 5, 8 or 12 coefficients, got 3"),
         ({"size": None}, "size: expected width and height of the calibrated image"),
     ):
         with pytest.raises(ValueError, match=f"^{message}"):
@@ -144,7 +146,7 @@ def test_names_of_raw_files_tell_shape_and_type(tmp_path, type_name):
 def test_names_that_do_not(tmp_path, name):
     FIELD.samples((10, 11, 12), np.float32).tofile(tmp_path / name)
     order = r"shape=\(nz, ny, nx\) in Python, --shape NX,NY,NZ on the command line"
-    with pytest.raises(ValueError, match=f"which the file does not tell: shape= \\({order}\\)"):
+    with pytest.raises(ValueError, match=f"which the file does not store: shape= \\({order}\\)"):
         isospline.read_volume(tmp_path / name)
     with pytest.raises(ValueError, match=f"expected 480 bytes, .* got 5280 bytes \\({order}\\)"):
         isospline.read_volume(tmp_path / name, shape=(4, 5, 6), dtype="f4")
@@ -160,10 +162,10 @@ def test_shapes_that_scramble_are_noticed(tmp_path):
         isospline.read_volume(path, shape=shape, dtype="f4")
     for wrong in ((52, 41, 30), (41, 30, 52)):
         with pytest.warns(
-            UserWarning, match=r"^shape: expected samples that are like .*did you mean \(30, 41, 52\)\?$"
+            UserWarning, match=r"^shape: expected samples that are similar .*did you mean \(30, 41, 52\)\?$"
         ):
             isospline.read_volume(path, shape=wrong, dtype="f4")
-    # Noise, volumes of one value and thin ones are what they are.
+    # Noise, constant volumes and thin volumes give no warning.
     for content in (np.random.default_rng(0).random(shape, np.float32), np.ones(shape, np.float32)):
         content.tofile(path)
         isospline.read_volume(path, shape=shape[::-1], dtype="f4")

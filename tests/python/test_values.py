@@ -1,4 +1,4 @@
-"""Pickling, copying, equality and replacing: what arrives in another process is what was sent."""
+"""Pickling, copying, equality and replacing: objects are the same after they are sent to another process."""
 
 import concurrent.futures
 import copy
@@ -29,8 +29,9 @@ VALUES = [
     isospline.ColorByDepth(),
     isospline.ColorByDepth([(0, 0, 0), (1, 1, 1)], limits=(1, 2)),
     isospline.ColorByNormal(),
-    isospline.ColorByVolume(VOLUME, limits=(0, 1),
-                            transform=[(2, 0.1, 0, 3), (0, 1.7, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]),
+    isospline.ColorByVolume(
+        VOLUME, limits=(0, 1), transform=[(2, 0.1, 0, 3), (0, 1.7, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
+    ),
     isospline.DirectionalLight((1, 2, 3), intensity=(1, 2, 3)),
     isospline.EnvironmentLight(0.3, image=np.random.default_rng(1).random((4, 8, 3)), visible=True),
     isospline.HalfSpace((0.1, 0.2, 0.3), (1, 2, 3)),
@@ -38,8 +39,13 @@ VALUES = [
     isospline.OrthographicCamera((0, -9, 0.3), (0, 0, 0), height=3),
     isospline.Outline(3, color=isospline.ColorByDepth(), surface_color=(0, 0, 1), opacity=0.25),
     isospline.PanoramicCamera((0, 0.1, 0), (0, 1, 0)),
-    isospline.PathTracer(isospline.Material(0.3), materials={3: isospline.Material(0.1)}, max_bounces=3, seed=2**31 + 5,
-                         lights=[isospline.SphereLight((0, 0, 3), 1.0), isospline.EnvironmentLight(0.2)]),
+    isospline.PathTracer(
+        isospline.Material(0.3),
+        materials={3: isospline.Material(0.1)},
+        max_bounces=3,
+        seed=2**31 + 5,
+        lights=[isospline.SphereLight((0, 0, 3), 1.0), isospline.EnvironmentLight(0.2)],
+    ),
     isospline.PerspectiveCamera((0, -9, 0.3), (0, 0, 0), field_of_view=25, field_of_view_axis="diagonal"),
     isospline.PerspectiveCamera((0, -9, 0.3), (0, 0, 0), aperture_radius=0.1, focus_distance=8),
     isospline.Phong(color=isospline.ColorByVolume(VOLUME), lights=[isospline.PositionalLight((0, 0, 3))], shadows=True),
@@ -48,23 +54,25 @@ VALUES = [
     isospline.ProjectionPlaneCamera((0, -5, 0), corner=(-0.8, 0, 0.45), right=(1.6, 0, 0), down=(0, 0, -0.9)),
     isospline.RectangleLight((0, 0, 1), (1, 0, 0), (0, 1, 0), radiance=(1, 2, 3)),
     isospline.SphereLight((0, 0, 3), 0.7),
-]  # fmt: skip
+]
 
 
 def out_of_band(value):
-    """Through protocol 5, and the buffers that went beside the stream."""
+    """The object after pickling with protocol 5, and its out-of-band buffers."""
     buffers = []
     stream = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     return pickle.loads(stream, buffers=[bytearray(buffer.raw()) for buffer in buffers]), stream, buffers
 
 
 WAYS = {
-    **{f"protocol {number}": lambda value, number=number: pickle.loads(pickle.dumps(value, number))
-       for number in range(2, pickle.HIGHEST_PROTOCOL + 1)},
+    **{
+        f"protocol {number}": lambda value, number=number: pickle.loads(pickle.dumps(value, number))
+        for number in range(2, pickle.HIGHEST_PROTOCOL + 1)
+    },
     "out of band": lambda value: out_of_band(value)[0],
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
-}  # fmt: skip
+}
 
 
 def test_every_type_of_value_is_tried():
@@ -76,7 +84,7 @@ def test_every_type_of_value_is_tried():
 def test_values_arrive_as_they_were(value, way):
     arrived = WAYS[way](value)
     assert type(arrived) is type(value) and repr(arrived) == repr(value)
-    assert arrived == value and not arrived != value and hash(arrived) == hash(value)
+    assert arrived == value and (arrived != value) is False and hash(arrived) == hash(value)
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
@@ -85,9 +93,21 @@ def test_values_differ_in_every_part(value):
     assert value.replace() == value
     others = [each for each in VALUES if each is not value]
     assert all(value != other for other in others)
-    changes = {"opacity": 0.125, "eye": (1, -7, 2), "intensity": 7, "radiance": 7, "seed": 1, "roughness": 0.125,
-               "exponent": 9.0, "limits": (5, 6), "point": (9, 9, 9), "maximum": (7, 8, 9), "height": 7.0,
-               "radius": 0.25, "samples": 9}  # fmt: skip
+    changes = {
+        "opacity": 0.125,
+        "eye": (1, -7, 2),
+        "intensity": 7,
+        "radiance": 7,
+        "seed": 1,
+        "roughness": 0.125,
+        "exponent": 9.0,
+        "limits": (5, 6),
+        "point": (9, 9, 9),
+        "maximum": (7, 8, 9),
+        "height": 7.0,
+        "radius": 0.25,
+        "samples": 9,
+    }
     for name in parts(value):
         if name in changes:
             changed = value.replace(**{name: changes[name]})
@@ -110,10 +130,16 @@ def test_a_focus_on_the_target_follows_the_target():
     assert pickle.loads(pickle.dumps(camera)).replace(target=(0, 1, 0)).focus_distance == 10
 
 
-@pytest.mark.parametrize("options", [
-    {}, {"degree": 0}, {"degree": 3, "boundary": "periodic"}, {"filter": "smoothing", "smoothing": 0.5, "degree": 5},
-    {"direction": [(0, -1, 0), (1, 0, 0), (0, 0.1, 1)], "origin": (1, 2, 3), "spacing": 0.3},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"degree": 0},
+        {"degree": 3, "boundary": "periodic"},
+        {"filter": "smoothing", "smoothing": 0.5, "degree": 5},
+        {"direction": [(0, -1, 0), (1, 0, 0), (0, 0.1, 1)], "origin": (1, 2, 3), "spacing": 0.3},
+    ],
+)
 @pytest.mark.parametrize("way", WAYS)
 def test_volumes_arrive_as_they_were(options, way, rng):
     volume = make_volume(**options)
@@ -155,11 +181,18 @@ def test_equal_volumes_have_equal_pickles():
 SURFACES = {
     "plain": {},
     "masked": {"mask": np.random.default_rng(0).random((12, 13, 14)) < 0.9},
-    "capped": {"clip": [isospline.Box((-1, -1, -0.3), (0.5, 1, 1)), isospline.HalfSpace((0, 0, 0), (1, 2, 0.3))],
-               "capped": True},
-    "other": {"prune_depth": 0, "prune_border": False, "method": "reference", "inside": "below",
-              "material": isospline.Material(0.25)},
-}  # fmt: skip
+    "capped": {
+        "clip": [isospline.Box((-1, -1, -0.3), (0.5, 1, 1)), isospline.HalfSpace((0, 0, 0), (1, 2, 0.3))],
+        "capped": True,
+    },
+    "other": {
+        "prune_depth": 0,
+        "prune_border": False,
+        "method": "reference",
+        "inside": "below",
+        "material": isospline.Material(0.25),
+    },
+}
 
 
 def rays_at(bounds, count=400):
@@ -217,8 +250,13 @@ def test_scenes_arrive_as_they_were(way):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_meshes_arrive_as_they_were(way, rng):
-    mesh = isospline.Mesh(rng.random((9, 3)), rng.integers(0, 9, (7, 3)), rng.normal(size=(9, 3)), rng.random((9, 3)),
-                          isospline.Material(0.1))  # fmt: skip
+    mesh = isospline.Mesh(
+        rng.random((9, 3)),
+        rng.integers(0, 9, (7, 3)),
+        rng.normal(size=(9, 3)),
+        rng.random((9, 3)),
+        isospline.Material(0.1),
+    )
     for each in (mesh, isospline.Mesh(mesh.vertices, mesh.faces)):
         arrived = WAYS[way](each)
         for name in ("vertices", "faces", "normals", "colors"):
@@ -227,10 +265,14 @@ def test_meshes_arrive_as_they_were(way, rng):
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("options", [
-    {"layers": ("depth", "normal", "primitive_ids", "curvature")}, {"encoding": "srgb8"},
-    {"integrator": isospline.PathTracer(), "layers": ("variance",)},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"layers": ("depth", "normal", "primitive_ids", "curvature")},
+        {"encoding": "srgb8"},
+        {"integrator": isospline.PathTracer(), "layers": ("variance",)},
+    ],
+)
 def test_images_arrive_as_they_were(way, options, tmp_path):
     scene = isospline.Scene(isospline.Isosurface(VOLUME, FIELD.level))
     image = isospline.render(scene, size=(24, 18), **options)
@@ -263,7 +305,7 @@ def test_hoppers_results_and_fields_travel():
 
 
 def first_hits(scene, rays):
-    """Run by other processes."""
+    """Other processes run this."""
     return scene.cast_rays(rays)
 
 

@@ -1,4 +1,4 @@
-"""Objects in the cells of notebooks; the example notebooks run, and the viewer's cell is alive in a browser."""
+"""Objects in the cells of notebooks; the example notebooks run, and the viewer's cell works in a browser."""
 
 import io
 import re
@@ -8,10 +8,10 @@ import nbformat
 import numpy as np
 import PIL.Image
 import pytest
+from browser import Page, chromium
 from nbclient import NotebookClient
 
 import isospline
-from browser import Page, chromium
 from isospline import volumes
 from isospline.viewer.cell import cell
 
@@ -26,7 +26,7 @@ def volume():
 
 def outputs(path):
     notebook = nbformat.read(path, as_version=4)
-    assert not any(each.get("outputs") for each in notebook.cells)  # committed without
+    assert not any(each.get("outputs") for each in notebook.cells)  # committed without outputs
     NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
     return [output for each in notebook.cells for output in each.get("outputs", ())]
 
@@ -65,7 +65,7 @@ def test_the_cell_is_alive_with_a_viewer_and_a_picture_without(volume, tmp_path)
     with chromium() as browser:
         with isospline.view(volume, browser=False) as viewer:
             content = cell(viewer, 300)
-            (tmp_path / "cell.html").write_text(f"<!doctype html><body>{content}</body>")
+            (tmp_path / "cell.html").write_text(f"<!doctype html><body>{content}</body>", encoding="utf-8")
             # Notebooks are pages of a server on this machine.
             with static(tmp_path) as address:
                 page = Page(browser, address)

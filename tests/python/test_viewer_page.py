@@ -1,4 +1,4 @@
-"""The viewer in Chromium: what a hand does on the page, and that its pictures are those of `render`."""
+"""The viewer in Chromium: actions of a user on the page, and its pictures compared with those of `render`."""
 
 import base64
 import contextlib
@@ -11,9 +11,9 @@ import numpy as np
 import PIL.Image
 import pytest
 import trimesh
+from browser import Page, chromium
 
 import isospline
-from browser import Page, chromium
 from isospline import volumes
 
 LEVEL = 0.0
@@ -50,7 +50,7 @@ def page(browser, viewer):
 
 
 def rendered(page, **changes):
-    """The picture that `render` makes of what the page says it shows, by a program of its own."""
+    """The picture of the page's state made by `render`, in a separate program."""
     camera, size = page.evaluate("isospline.frame.camera"), page.evaluate("isospline.frame.size")
     state = page.evaluate("isospline.state")
     (each,) = state["objects"]
@@ -67,9 +67,13 @@ def rendered(page, **changes):
     else:
         camera = isospline.OrthographicCamera(camera["eye"], camera["target"], camera["up"], height=camera["height"])
     image = isospline.render(
-        isospline.Scene([surface]), camera, size=tuple(size), background=linear(state["background"]), samples=16,
+        isospline.Scene([surface]),
+        camera,
+        size=tuple(size),
+        background=linear(state["background"]),
+        samples=16,
         shading=isospline.Phong(color=linear(each["color"]), shadows=state["shadows"]),
-    )  # fmt: skip
+    )
     return image.to_srgb()[..., :3]
 
 
@@ -146,7 +150,7 @@ def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
 
 
 def test_each_frame_is_of_one_state(page, ball, viewer):
-    """Level and colour change together: what is drawn between shows both or neither."""
+    """Level and colour change together: each drawn picture shows both changes or neither."""
     id = viewer.state.objects[0].id
     for number in range(30):
         color = "#ff0000" if number % 2 else "#0000ff"
@@ -193,7 +197,7 @@ def test_clicks_measure(page, viewer):
     page.page.wait_for_selector(".measurement >> nth=0")
     page.page.mouse.click(middle[0] + 40, middle[1] - 30)
     page.page.wait_for_selector(".measurement >> nth=1")
-    page.page.mouse.click(4, canvas["height"] - 60)  # the background is nothing to measure
+    page.page.mouse.click(4, canvas["height"] - 60)  # the background cannot be measured
     name, content = page.download("text=Save as CSV")
     rows = list(csv.DictReader(io.StringIO(content.decode())))
     assert name == "measurements.csv" and len(rows) == 2
@@ -222,6 +226,14 @@ def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
     page.page.get_by_label("Colour by", exact=True).select_option("mean-curvature")
     page.settle()
     assert viewer.state.objects[1].color_by == "mean-curvature"
+    pieces = page.page.get_by_label("Pieces", exact=True)
+    assert pieces.input_value() == "all"
+    pieces.select_option("The largest")
+    page.settle()
+    assert [each.largest for each in viewer.state.objects] == [None, 1]
+    pieces.select_option("All")
+    page.settle()
+    assert viewer.state.objects[1].largest is None
     page.page.locator(".object >> nth=0").get_by_role("button", name="Remove").click()
     page.wait("isospline.state.objects.length === 1")
     page.settle()
@@ -327,10 +339,11 @@ def test_a_reloaded_page_shows_the_same(page, viewer):
 
 def test_a_page_goes_on_with_a_viewer_that_comes_back(browser, ball):
     with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
-        page = Page(browser, viewer.url)
+        # The page tries to connect again while no viewer is there, and Chromium reports every attempt as an error.
+        page = Page(browser, viewer.url, expected_error="ERR_CONNECTION_REFUSED")
         page.settle()
         port = int(viewer.url.rsplit(":", 1)[1].strip("/"))
-    page.wait("document.getElementById('messages').textContent.includes('not there')")
+    page.wait("document.getElementById('messages').textContent.includes('is lost')")
     with contextlib.closing(page), isospline.view(ball, levels=[3.0], browser=False, port=port) as viewer:
         end = time.monotonic() + 30
         while page.evaluate("isospline.state.objects[0].level") != 3.0:

@@ -1,4 +1,4 @@
-"""When frames are drawn, and how large: without a page, a scene or a picture."""
+"""The times and sizes of frames, without a page, a scene or a picture."""
 
 import threading
 import time
@@ -17,7 +17,7 @@ def wait_for(condition, seconds=10):
 
 
 class Recorder:
-    """Draws by telling what was asked for; a pass goes on until it is let go or cancelled."""
+    """Records the requests instead of drawing; a pass runs until it is released or cancelled."""
 
     def __init__(self, passes=(1, 4), hold=False, **options):
         self.frames, self.errors, self.cancelled, self.drawing = [], [], [], []
@@ -83,7 +83,7 @@ def test_states_in_between_are_skipped_but_the_newest_is_shown(make):
 
 
 def test_a_moving_frame_is_never_cancelled(make):
-    """A hand that does not rest sees every frame that was begun."""
+    """During continuous movement, every started frame is shown."""
     recorder = make(passes=(), in_flight=1000)
     answers = []
 
@@ -153,7 +153,7 @@ def test_the_resolution_holds_the_budget(rng, fixed, pixel):
     settled = scales[30:]
     for scale in settled:
         assert seconds(scale) < 1.1 * max(budget, fixed + budget / 2) or scale == STEPS[-1]
-        if scale < 1:  # no coarser than it has to be, where all of a frame could be for its pixels
+        if scale < 1:  # no coarser than necessary: one step finer would come near the budget
             finer = STEPS[STEPS.index(scale) - 1]
             assert seconds(scale) * (finer / scale) ** 2 > 0.7 * budget
     assert len(set(settled)) <= 2

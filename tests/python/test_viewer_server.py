@@ -1,4 +1,4 @@
-"""Who may connect to the viewer, what it makes of senseless messages, and how it ends."""
+"""Connections to the viewer, its answers to invalid messages, and how it ends."""
 
 import http.client
 import json
@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import websockets.exceptions
 import websockets.sync.client
+from interrupts import obey_interrupts
 
 import isospline
-from interrupts import obey_interrupts
 from isospline import volumes
 from isospline.viewer.server import is_local
 
@@ -64,7 +64,7 @@ class Client:
         self.socket.send(json.dumps(message))
 
     def receive(self, kind, seconds=30):
-        """The next message of a kind; those of other kinds are passed over."""
+        """The next message of a kind; messages of other kinds are skipped."""
         end = time.monotonic() + seconds
         while True:
             message = self.socket.recv(timeout=max(0.01, end - time.monotonic()))
@@ -98,7 +98,7 @@ def test_pages_of_other_origins_are_refused(viewer):
 
 
 def test_other_names_for_this_machine_are_refused(viewer):
-    """A page could have its own name lead here, and would then be of the same origin."""
+    """A page could point its own name to this machine, and would then have the same origin."""
     assert get(viewer, "/", host="evil.example")[0] == 403
     assert get(viewer, "/", host=f"evil.example:{port_of(viewer)}")[0] == 403
     assert get(viewer, "/", host="192.0.2.1")[0] == 403
@@ -118,8 +118,14 @@ def test_a_viewer_for_other_machines_wants_its_token(ball):
 
 
 def test_it_listens_to_this_machine_alone(viewer):
-    outside = next((each[4][0] for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)
-                    if not is_local(each[4][0])), None)  # fmt: skip
+    outside = next(
+        (
+            each[4][0]
+            for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)
+            if not is_local(each[4][0])
+        ),
+        None,
+    )
     if outside is None:
         outside = "127.0.0.2"  # another address of this machine: a listener on all addresses would answer
     with pytest.raises(OSError, match="refused"):
@@ -127,34 +133,47 @@ def test_it_listens_to_this_machine_alone(viewer):
 
 
 def test_a_port_that_is_taken_is_one_clear_error(viewer):
-    with pytest.raises(OSError, match=f"^.*port: expected one that is free at 127.0.0.1, got {port_of(viewer)}"):
+    with pytest.raises(OSError, match=f"^.*port: expected a free port at 127.0.0.1, got {port_of(viewer)}"):
         isospline.view(browser=False, port=port_of(viewer))
 
 
 @pytest.mark.parametrize(
     "message",
     [
-        {}, {"type": "nothing"}, {"type": "__init__"}, {"type": 7}, [], 3, None,
+        {},
+        {"type": "nothing"},
+        {"type": "__init__"},
+        {"type": 7},
+        [],
+        3,
+        None,
         {"type": "size", "width": 10**9, "height": 3},
-        {"type": "size", "width": "a"}, {"type": "camera", "camera": {}}, {"type": "camera", "camera": [1]},
+        {"type": "size", "width": "a"},
+        {"type": "camera", "camera": {}},
+        {"type": "camera", "camera": [1]},
         {"type": "camera", "camera": {"eye": [0, 0, 0], "target": [0, 0, 0], "up": [0, 0, 1]}},
-        {"type": "change", "changes": {"lens": 1}}, {"type": "change", "changes": {"shading": 3}},
-        {"type": "change", "changes": {"clip": {"normal": [0, "x", 0]}}}, {"type": "change"},
+        {"type": "change", "changes": {"lens": 1}},
+        {"type": "change", "changes": {"shading": 3}},
+        {"type": "change", "changes": {"clip": {"normal": [0, "x", 0]}}},
+        {"type": "change"},
         {"type": "change_object", "id": 9, "changes": {}},
         {"type": "change_object", "id": 0, "changes": {"level": None}},
         {"type": "change_object", "id": 0, "changes": {"color_by": "source9"}},
         {"type": "change_object", "id": 0, "changes": {"level": 1e400}},
         {"type": "change", "changes": {"clip": {"kind": "plane", "normal": [0, 0, 0]}}},
-        {"type": "add_object", "source": "nothing"}, {"type": "remove_object", "id": 5},
+        {"type": "add_object", "source": "nothing"},
+        {"type": "remove_object", "id": 5},
         {"type": "look", "view": "inside"},
-        {"type": "pick", "x": "a"}, {"type": "save", "what": "/etc/passwd"}, {"type": "upload", "files": []},
+        {"type": "pick", "x": "a"},
+        {"type": "save", "what": "/etc/passwd"},
+        {"type": "upload", "files": []},
         {"type": "upload", "files": [{"name": "..", "size": 1}]},
         {"type": "upload", "files": [{"name": "a", "size": 10**18}]},
         {"type": "change", "changes": {"slices": {"shown": True, "volume": "nothing"}}},
     ],
     ids=str,
-)  # fmt: skip
-def test_a_senseless_message_is_a_message_and_the_viewer_goes_on(viewer, message):
+)
+def test_an_invalid_message_is_an_error_and_the_viewer_continues(viewer, message):
     client = Client(viewer)
     client.receive("frame")
     client.socket.send(json.dumps(message).replace("Infinity", "1e400"))
@@ -216,7 +235,7 @@ def test_closing_twice_and_in_the_middle_of_a_picture(ball):
 def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
     command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=obey_interrupts
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
     )
     try:
         url = process.stdout.readline().strip()
@@ -238,18 +257,45 @@ def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
     assert errors == "isospline: Ctrl-C ends the viewer\n"
 
 
+DROPPED = """
+import signal, sys, weakref
+import isospline.cli
+import isospline.viewer.viewer
+
+class Thing:
+    pass
+
+def interrupt_a_callback(viewer, path, **options):
+    thing = Thing()
+    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+    del thing
+
+isospline.viewer.viewer.Viewer.open = interrupt_a_callback
+sys.exit(isospline.cli.main(["view", sys.argv[1], "--no-browser"]))
+"""
+
+
+def test_ctrl_c_ends_the_command_where_python_drops_the_exception(ball):
+    command = [sys.executable, "-c", DROPPED, str(ball)]
+    done = subprocess.run(
+        command, capture_output=True, encoding="utf-8", check=False, timeout=60, preexec_fn=obey_interrupts
+    )
+    assert done.returncode == 0
+    assert done.stderr == "isospline: Ctrl-C ends the viewer\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["nothing.npy"], "nothing.npy: No such file or directory"),
         (["--port", "70000"], "port: expected 0 to 65535, got 70000"),
         (["--session", "nothing.json"], "nothing.json: No such file or directory"),
-        (["--host", "no.such.host.invalid"], "port: expected one that is free at no.such.host.invalid, got 0"),
+        (["--host", "no.such.host.invalid"], "port: expected a free port at no.such.host.invalid, got 0"),
     ],
 )
 def test_wrong_arguments_are_one_line(arguments, message):
     command = [sys.executable, "-m", "isospline", "view", "--no-browser", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=60)
     assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
 
 
@@ -272,9 +318,40 @@ def test_what_view_takes(ball):
         assert [each.level for each in viewer.state.objects] == [100.0, None]
     with surface.show(browser=False) as viewer, volume.show(browser=False) as other:
         assert len(viewer.state.objects) == len(other.state.objects) == 1
-    moved = isospline.Scene()
-    moved.add(surface, np.diag([2.0, 2.0, 2.0, 1.0]))
-    with pytest.raises(ValueError, match="scene: expected objects without a transform, got one of geometry 0"):
-        moved.show(browser=False)
+    mirrored = np.array([(-2, 0, 0, 5), (0, 1, 0, 6), (0, 0, 3, 7), (0, 0, 0, 1)], float)
+    placed = isospline.Scene([(isospline.Mesh(mesh.vertices, mesh.faces, normals=[(0, 0, 1)] * 3), mirrored)])
+    with placed.show(browser=False) as viewer:
+        (source,) = viewer.document
+        shown = isospline.Scene(source.item)
+        np.testing.assert_allclose(shown.bounds, placed.bounds)
+        ray = [(4.5, 6.25, 20, 0, 0, -1)]
+        for name, values in placed.cast_rays(ray, outputs=("t_hit", "primitive_ids", "primitive_normals")).items():
+            np.testing.assert_allclose(shown.cast_rays(ray)[name], values)
+        np.testing.assert_allclose(source.item.normals, [(0, 0, 1)] * 3)
     with pytest.raises(OSError, match="nothing"):
         isospline.view("nothing.npy", browser=False)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_isosurfaces_of_scenes_are_shown_where_transforms_put_them(mirrored):
+    field = isospline.volumes.torus()
+    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    clip = isospline.HalfSpace((0.1, 0, 0), (1, 0.5, 0))
+    surface = isospline.Isosurface(volume, field.level, clip=clip, capped=True)
+    matrix = np.eye(4)
+    matrix[:3, :3] = [[0.5, -1, 0], [1, 0.5, 0.2], [0, 0, -2 if mirrored else 2]]
+    matrix[:3, 3] = 3, 2, 1
+    scene = isospline.Scene([(surface, matrix), (isospline.Isosurface(volume, 0.01), matrix), surface])
+    with isospline.view(scene, browser=False) as viewer:
+        first, second, third = viewer.document
+        assert first.item is second.item and third.item is volume
+        shown = isospline.Scene([first.template])
+        rng = np.random.default_rng(2)
+        points = matrix[:3, 3] + rng.uniform(-2, 2, (2000, 3))
+        rays = np.concatenate([points + (5, 4, 3), -np.broadcast_to((5.0, 4, 3), points.shape)], axis=1)
+        expected = isospline.Scene([(surface, matrix)]).cast_rays(rays)
+        got = shown.cast_rays(rays)
+        assert 50 < np.isfinite(expected.t_hit).sum() < 1950
+        np.testing.assert_allclose(got.t_hit, expected.t_hit, atol=1e-9)
+        np.testing.assert_array_equal(got.primitive_ids, expected.primitive_ids)
+        np.testing.assert_allclose(got.primitive_normals, expected.primitive_normals, atol=1e-9)

@@ -41,8 +41,8 @@ def test_values_are_scipys(rng, shape, degree, boundary, mode):
     volume = isospline.Volume(data, degree=degree, boundary=boundary)
     points = points_around(rng, shape)
     expected = scipy.ndimage.map_coordinates(data, points[:, ::-1].T, order=degree, mode=mode)
-    # Noise is the worst case: at degree 5 its coefficients are a hundred times as large as the samples, and float32
-    # itself, correctly rounded, comes near this bound.
+    # Noise is the worst case: at degree 5, its coefficients are a hundred times as large as the samples. The rounding
+    # of float32 alone comes near this bound.
     assert np.abs(volume.sample(points) - expected).max() <= 1e-6 * 2.0
 
 
@@ -101,7 +101,7 @@ def test_without_a_filter_the_samples_are_the_coefficients(rng, degree):
 
 
 def collocation(size, degree, boundary):
-    """Matrix that takes the coefficients of one line to the values of its spline at the samples."""
+    """The matrix that maps the coefficients of one line to the values of its spline at the samples."""
     period = size if boundary == "periodic" else 2 * size - 2
     basis = BSpline.basis_element(np.arange(degree + 2) - (degree + 1) / 2, extrapolate=False)
     matrix = np.zeros((size, size))
@@ -163,8 +163,27 @@ def test_much_smoothing_leaves_the_mean(rng):
     np.testing.assert_allclose(volume.coefficients, data.mean(), atol=1e-5)
 
 
-DTYPES = ["?", "i1", "u1", "<i2", ">i2", "<u2", ">u2", "<i4", ">i4", "<u4", "<i8", ">u8", "<f2", ">f2", "<f4", ">f4",
-          "<f8", ">f8", "longdouble"]
+DTYPES = [
+    "?",
+    "i1",
+    "u1",
+    "<i2",
+    ">i2",
+    "<u2",
+    ">u2",
+    "<i4",
+    ">i4",
+    "<u4",
+    "<i8",
+    ">u8",
+    "<f2",
+    ">f2",
+    "<f4",
+    ">f4",
+    "<f8",
+    ">f8",
+    "longdouble",
+]
 
 
 @pytest.mark.parametrize("dtype", DTYPES)

@@ -1,4 +1,4 @@
-"""Bad input to volumes: every error names the parameter, what was expected and what came."""
+"""Bad input to volumes: every error names the parameter, the expected and the given value."""
 
 import numpy as np
 import pytest
@@ -30,43 +30,50 @@ def test_shapes(shape):
         isospline.Volume(np.zeros(shape))
 
 
-@pytest.mark.parametrize("bad", [
-    np.zeros((2, 2, 2), complex),
-    np.zeros((2, 2, 2), object),
-    np.full((2, 2, 2), "text"),
-    np.zeros((2, 2, 2), "datetime64[s]"),
-    np.zeros((2, 2, 2), [("a", "f4")]),
-    None,
-    "text",
-    [[[1, 2], [3]]],
-], ids=str)
+@pytest.mark.parametrize(
+    "bad",
+    [
+        np.zeros((2, 2, 2), complex),
+        np.zeros((2, 2, 2), object),
+        np.full((2, 2, 2), "text"),
+        np.zeros((2, 2, 2), "datetime64[s]"),
+        np.zeros((2, 2, 2), [("a", "f4")]),
+        None,
+        "text",
+        [[[1, 2], [3]]],
+    ],
+    ids=str,
+)
 def test_types(bad):
     with pytest.raises((TypeError, ValueError), match="^data: expected"):
         isospline.Volume(bad)
 
 
-@pytest.mark.parametrize(("options", "error"), [
-    ({"degree": -1}, "degree: expected 0 to 5, got -1"),
-    ({"degree": 6}, "degree: expected 0 to 5, got 6"),
-    ({"spacing": (1, 0, 1)}, "spacing: "),
-    ({"spacing": (1, -1, 1)}, "spacing: "),
-    ({"spacing": (1, np.nan, 1)}, "spacing: "),
-    ({"spacing": (1, np.inf, 1)}, "spacing: "),
-    ({"spacing": (1, 1)}, r"spacing: expected shape \(3,\), got \(2,\)"),
-    ({"spacing": 0.0}, "spacing: "),
-    ({"origin": (0, 0, np.inf)}, "origin: "),
-    ({"origin": (0, 0, 0, 0)}, "origin: "),
-    ({"direction": np.zeros((3, 3))}, "direction: "),
-    ({"direction": [[1, 1, 0], [1, 1, 0], [0, 0, 1]]}, "direction: "),
-    ({"direction": np.full((3, 3), np.nan)}, "direction: "),
-    ({"direction": np.eye(4)}, "direction: "),
-    ({"boundary": "reflect"}, 'boundary: expected "mirror" or "periodic", got "reflect"'),
-    ({"filter": "smooth"}, "filter: expected "),
-    ({"filter": "smoothing", "smoothing": -1}, "smoothing: "),
-    ({"filter": "smoothing", "smoothing": np.nan}, "smoothing: "),
-    ({"smoothing": 1.0}, "smoothing: "),
-    ({"axes": "yxz"}, 'axes: expected "zyx" or "xyz", got "yxz"'),
-])
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"degree": -1}, "degree: expected 0 to 5, got -1"),
+        ({"degree": 6}, "degree: expected 0 to 5, got 6"),
+        ({"spacing": (1, 0, 1)}, "spacing: "),
+        ({"spacing": (1, -1, 1)}, "spacing: "),
+        ({"spacing": (1, np.nan, 1)}, "spacing: "),
+        ({"spacing": (1, np.inf, 1)}, "spacing: "),
+        ({"spacing": (1, 1)}, r"spacing: expected shape \(3,\), got \(2,\)"),
+        ({"spacing": 0.0}, "spacing: "),
+        ({"origin": (0, 0, np.inf)}, "origin: "),
+        ({"origin": (0, 0, 0, 0)}, "origin: "),
+        ({"direction": np.zeros((3, 3))}, "direction: "),
+        ({"direction": [[1, 1, 0], [1, 1, 0], [0, 0, 1]]}, "direction: "),
+        ({"direction": np.full((3, 3), np.nan)}, "direction: "),
+        ({"direction": np.eye(4)}, "direction: "),
+        ({"boundary": "reflect"}, 'boundary: expected "mirror" or "periodic", got "reflect"'),
+        ({"filter": "smooth"}, "filter: expected "),
+        ({"filter": "smoothing", "smoothing": -1}, "smoothing: "),
+        ({"filter": "smoothing", "smoothing": np.nan}, "smoothing: "),
+        ({"smoothing": 1.0}, "smoothing: "),
+        ({"axes": "yxz"}, 'axes: expected "zyx" or "xyz", got "yxz"'),
+    ],
+)
 def test_options(data, options, error):
     with pytest.raises(ValueError, match=f"^{error}"):
         isospline.Volume(data, **options)
@@ -95,15 +102,18 @@ def test_a_volume_too_large_for_memory_is_refused_before_the_work():
         isospline.Volume(huge)
 
 
-@pytest.mark.parametrize(("points", "error"), [
-    (np.zeros((2, 2)), ValueError),
-    (np.zeros((3, 2)), ValueError),
-    (np.float64(1.0), ValueError),
-    (np.zeros((2, 3), complex), TypeError),
-    (np.zeros((2, 3), bool), TypeError),
-    (np.zeros((2, 3), object), TypeError),
-    ("text", TypeError),
-])
+@pytest.mark.parametrize(
+    ("points", "error"),
+    [
+        (np.zeros((2, 2)), ValueError),
+        (np.zeros((3, 2)), ValueError),
+        (np.float64(1.0), ValueError),
+        (np.zeros((2, 3), complex), TypeError),
+        (np.zeros((2, 3), bool), TypeError),
+        (np.zeros((2, 3), object), TypeError),
+        ("text", TypeError),
+    ],
+)
 def test_points(data, points, error):
     with pytest.raises(error, match="^points: expected"):
         isospline.Volume(data).sample(points)

@@ -1,4 +1,4 @@
-"""What a user's typed script may say; test_types.py checks it, and nothing runs it."""
+"""A user's typed script; test_types.py checks it, and nothing runs it."""
 
 from __future__ import annotations
 
@@ -39,6 +39,10 @@ def pictures(scene: isospline.Scene, folder: Path) -> isospline.Image:
     isospline.write_video(
         folder / "turn.mp4", (isospline.render(scene, each) for each in isospline.turntable(scene, 90))
     )
+    studio = isospline.Studio(fast=True).replace(key=2.0)
+    marked = isospline.render(scene.object(0), lighting=studio, annotate=("scale_bar",), unit="mm", background="w")
+    reach: NDArray[np.float64] = scene.extent([(0, 0, 1)])
+    assert marked.size == (640, 360) and reach.shape == (1, 2)
     pixels: NDArray[np.uint8] = np.asarray(image)
     assert pixels.shape == (*image.size[::-1], 4) and np.isfinite(image.depth).any()
     return traced

@@ -23,10 +23,11 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Lanes are the cells of a block, as many as there is room for.
+// Lanes are the cells of a block; a target with short vectors needs several.
 using Cells = hn::CappedTag<float, Block::capacity>;
 
-// B-spline coefficients of a cell to the Bernstein coefficients of the same polynomial, along x last.
+// Converts the B-spline coefficients of a cell to the Bernstein coefficients of the same polynomial; x is the last
+// axis.
 template <int Degree, class V>
 HWY_INLINE void CellToBernstein(V (&c)[Degree + 1][Degree + 1][Degree + 1])
 {
@@ -48,13 +49,13 @@ HWY_INLINE void CellToBernstein(V (&c)[Degree + 1][Degree + 1][Degree + 1])
 
 // Sets slabs along the mean gradients of the cells.
 //
-// In Bernstein form, a linear l has its values at the Greville abscissae as coefficients, 1/n apart. So f - l has the
-// differences as coefficients, and lies between the least and the largest of them, as the weights are not negative and
-// sum to one. Where f is the level, l is between the negatives of these.
+// The Bernstein coefficients of a linear function l are its values at the Greville abscissae, which are 1/n apart. The
+// coefficients of f - l are the differences of the coefficients. Bernstein polynomials are non-negative and sum to one,
+// so f - l lies between the smallest and the largest difference. Where f is zero, l lies between their negatives.
 template <int Degree>
 void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold, unsigned cells)
 {
-    // Positions of coefficients from the middle of the cell.
+    // Positions of coefficients relative to the middle of the cell.
     constexpr int count = Degree + 1;
     constexpr auto position = [](int i) { return static_cast<float>(i) / Degree - 0.5f; };
     float squares_of_positions = 0.0f;
@@ -71,7 +72,7 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
     const V limit = hn::Set(d, threshold_single(full_threshold));
     unsigned met = 0;
     for (std::size_t first = 0; first < Block::capacity; first += hn::Lanes(d)) {
-        // The slope of the least-squares fit along each axis, but for a factor.
+        // The slope of the least-squares fit along each axis, except for a constant factor.
         const CoefficientsOfLanes<Degree, Cells> look_up(d, table, hn::Iota(to_int, static_cast<std::int32_t>(first)));
         V coefficients[count][count][count];
         V lowest = hn::Set(d, std::numeric_limits<float>::infinity()), highest = hn::Neg(lowest);
@@ -124,8 +125,8 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
                 }
             }
 
-        // A Bernstein coefficient is off by at most 4 roundings an axis, of numbers of at most 3 times the magnitude, a
-        // difference by 16 more, of at most 5 times the magnitude, and both by the threshold's own.
+        // Rounding errors: a Bernstein coefficient has at most 4 an axis, of numbers up to 3 times the magnitude. A
+        // difference has 16 more, of numbers up to 5 times the magnitude. Both also have that of the threshold.
         const V rounding = hn::Mul(hn::Set(d, 0x1p-24f), hn::MulAdd(hn::Set(d, 116.0f), magnitude,
                                                                     hn::Set(d, 2.0f * std::abs(single_threshold))));
         const V middle = hn::Mul(hn::Set(d, 0.5f), hn::Add(normal[0], hn::Add(normal[1], normal[2])));
@@ -143,7 +144,7 @@ void SetSlabs(Block& block, const CoefficientView& corner, double full_threshold
         store(slab_lower, block.slab_lower);
         store(slab_upper, block.slab_upper);
 
-        // <normal, local> is from the sum of the negative components to that of the positive ones.
+        // <normal, local> ranges from the sum of the negative components to the sum of the positive ones.
         V smallest = zero, greatest = zero;
         for (const V& component : normal) {
             smallest = hn::Add(smallest, hn::Min(component, zero));

@@ -1,5 +1,5 @@
-// The coefficients of a block of 2 x 2 x 2 cells, for SIMD lanes that are in different ones. Included once for each
-// target.
+// The coefficients of a block of 2 x 2 x 2 cells, for SIMD lanes that work on different cells of it. Included once for
+// each target.
 #if defined(ISOSPLINE_BRICK_BLOCK_TABLE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_BRICK_BLOCK_TABLE_INL_H
 #undef ISOSPLINE_BRICK_BLOCK_TABLE_INL_H
@@ -17,8 +17,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A copy of the coefficients that any of the wanted cells has. Cells have most of them in common: the table is hardly
-// larger than that of one.
+// A copy of the coefficients of all wanted cells. Neighbouring cells share most of their coefficients, so the table is
+// hardly larger than the coefficients of one cell.
 template <int Degree>
 struct BlockTable {
     static constexpr int vector_row = 4; // floats that may be read from the beginning of a row
@@ -26,8 +26,8 @@ struct BlockTable {
     static constexpr int row = Degree <= 2 ? 4 : 8;
     static constexpr int plane = side * row;
 
-    // `corner` is the first of the cells, itself wanted or not; bit i of `wanted` is cell i. There must be memory for
-    // the wanted ones only.
+    // `corner` is the first cell, which need not be wanted; bit i of `wanted` is cell i. Only the coefficients of
+    // wanted cells have to be in memory.
     BlockTable(const CoefficientView& corner, unsigned wanted)
     {
         const hn::CappedTag<float, vector_row> d;
@@ -47,17 +47,17 @@ struct BlockTable {
             }
     }
 
-    // Vectors may be loaded from any of its rows.
+    // A vector may be loaded from the beginning of each row.
     alignas(64) float coefficients[side * plane + 16] = {};
 };
 
-// Coefficients of a block, each lane's of a cell of its own.
+// Looks up coefficients of a block; each lane has its own cell.
 template <int Degree, class D>
 class CoefficientsOfLanes {
     using Table = BlockTable<Degree>;
     using ToInt = hn::RebindToSigned<D>;
     using V = hn::Vec<D>;
-    // The rows that lanes may want of one plane are in one vector.
+    // One vector holds all rows of one plane that lanes may need.
     static constexpr bool rows_in_vector = 2 * Table::row <= static_cast<int>(hn::MaxLanes(D()));
 
 public:
@@ -92,7 +92,7 @@ private:
 
     const float* table_;
     hn::Mask<D> is_upper_;
-    hn::Vec<ToInt> first_; // of the lane's cell: in its plane, or, where lanes gather, in the table
+    hn::Vec<ToInt> first_; // of the lane's cell: in its plane, or in the table if lanes gather
 };
 
 } // namespace HWY_NAMESPACE

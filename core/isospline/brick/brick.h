@@ -40,7 +40,7 @@ inline Brick brick_at(const glm::ivec3& cell_shape, const glm::ivec3& position)
     return {first, glm::min(cell_shape - first, glm::ivec3(brick_size))};
 }
 
-/// Child i of eight that fill a cube, 2 x 2 x 2: bits 0, 1, 2 of i are its place along x, y, z.
+/// The position of child i among the 2 x 2 x 2 children of a cube: bits 0, 1, 2 of i are its place along x, y, z.
 inline glm::ivec3 child_position(int i)
 {
     return {i & 1, i >> 1 & 1, i >> 2 & 1};
@@ -55,7 +55,7 @@ inline glm::ivec3 octet_shape(const glm::ivec3& cell_shape)
 /// A set of the cells of a brick: cell (x, y, z) of the brick is bit x + 8 y of word z.
 using BrickCells = std::array<std::uint64_t, brick_size>;
 
-/// All cells of a brick of so many.
+/// All cells of a brick of this size.
 inline BrickCells all_cells(const glm::ivec3& size)
 {
     const std::uint64_t of_row = (std::uint64_t{1} << size.x) - 1u;
@@ -66,7 +66,7 @@ inline BrickCells all_cells(const glm::ivec3& size)
     return cells;
 }
 
-/// Calls `visit(x, y, z)`, counted from the brick's first cell, for each cell of a set, in the order of z, y, x.
+/// Calls `visit(x, y, z)`, counted from the brick's first cell, for each cell of a set; x varies fastest.
 template <typename Visit>
 void for_each_cell(const BrickCells& cells, Visit visit)
 {
@@ -97,7 +97,7 @@ inline std::uint8_t cells_of_block(const BrickCells& cells, int block)
     return static_cast<std::uint8_t>(square(at.z) | square(at.z + 1) << 4);
 }
 
-/// Calls `visit(x, y, z)` for each cell of a set in the order of blocks, then of cells in a block.
+/// Calls `visit(x, y, z)` for each cell of a set, block by block.
 template <typename Visit>
 void for_each_cell_by_blocks(const BrickCells& cells, Visit visit)
 {
@@ -108,7 +108,13 @@ void for_each_cell_by_blocks(const BrickCells& cells, Visit visit)
         }
 }
 
-/// Takes the cells out of a set for which `is_out(x, y, z)`.
+/// Whether a set has a cell, counted from the brick's first.
+inline bool has_cell(const BrickCells& cells, const glm::ivec3& cell)
+{
+    return (cells[static_cast<std::size_t>(cell.z)] >> (cell.x + brick_size * cell.y) & 1u) != 0;
+}
+
+/// Removes the cells for which `is_out(x, y, z)` is true from a set.
 template <typename IsOut>
 void remove_cells(BrickCells& cells, IsOut is_out)
 {

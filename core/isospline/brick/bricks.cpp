@@ -1,19 +1,21 @@
 #include "isospline/brick/bricks.h"
 
 #include "isospline/brick/signs.h"
+#include "isospline/util/fork.h"
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 namespace isospline {
 
-MadeBrick::MadeBrick(const glm::ivec3& first, const CoefficientView& coefficients, std::uint64_t blocks,
+MadeBrick::MadeBrick(const glm::ivec3& first, CoefficientBox coefficients, std::uint64_t blocks,
                      const BrickCells& uncut)
-    : first_(first), coefficients_(coefficients)
+    : first_(first), coefficients_(std::move(coefficients))
 {
     for (std::uint64_t rest = blocks; rest != 0; rest &= rest - 1u) {
         const int block = std::countr_zero(rest);
@@ -26,7 +28,8 @@ MadeBrick::MadeBrick(const glm::ivec3& first, const CoefficientView& coefficient
 
 std::size_t MadeBrick::memory() const
 {
-    return sizeof(MadeBrick) + static_cast<std::size_t>(std::popcount(blocks_)) * sizeof(Slot);
+    return sizeof(MadeBrick) + coefficients_.copied_bytes +
+           static_cast<std::size_t>(std::popcount(blocks_)) * sizeof(Slot);
 }
 
 const Block& MadeBrick::make(Slot& slot, int index, int degree, double threshold, Block& own) const
@@ -40,9 +43,9 @@ const Block& MadeBrick::make(Slot& slot, int index, int degree, double threshold
     return own;
 }
 
-Bricks::Bricks(const Volume& volume, std::shared_ptr<const CoefficientSource> source, const BrickRanges& ranges,
-               double threshold, const Mask& mask, const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
-    : volume_(volume), source_(std::move(source)), ranges_(ranges), threshold_(threshold), mask_(mask),
+Bricks::Bricks(const Volume& volume, const BrickRanges& ranges, double threshold, const CellSet& kept,
+               const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
+    : volume_(volume), ranges_(ranges), budget_(volume.budget()), threshold_(threshold), kept_(kept),
       clip_lattice_(clip_lattice)
 {
     // Chunks of octets, each with a list of its own.
@@ -58,11 +61,12 @@ Bricks::Bricks(const Volume& volume, std::shared_ptr<const CoefficientSource> so
                      static_cast<std::uint16_t>(first.z)},
                     static_cast<std::uint8_t>(bricks),
                     0};
-        for (unsigned rest = clip_lattice.empty() ? 0 : bricks; rest != 0; rest &= rest - 1u) {
+        for (unsigned rest = bricks; rest != 0; rest &= rest - 1u) {
             const int child = std::countr_zero(rest);
-            for (const HalfSpace& half_space : clip_lattice)
-                if (is_outside(place(octet, child), half_space))
-                    bricks &= ~(1u << child);
+            const Brick brick = place(octet, child);
+            const auto cuts = [&](const HalfSpace& half_space) { return is_outside(brick, half_space); };
+            if (kept.has_none_of(brick) || std::any_of(clip_lattice.begin(), clip_lattice.end(), cuts))
+                bricks &= ~(1u << child);
         }
         octet.bricks = static_cast<std::uint8_t>(bricks);
         if (bricks != 0)
@@ -92,19 +96,32 @@ Bricks::Bricks(const Volume& volume, std::shared_ptr<const CoefficientSource> so
                                 "surface, got " +
                                 std::to_string(count_));
     bricks_ = std::make_unique<std::atomic<const MadeBrick*>[]>(count_);
+    if (budget_ != nullptr)
+        budget_->add(*this);
 }
 
 Bricks::~Bricks()
 {
+    if (budget_ != nullptr) {
+        budget_->remove(*this);
+        budget_->count_down(made_memory_);
+    }
     for (std::size_t i = 0; i < count_; ++i)
         delete bricks_[i].load(std::memory_order_relaxed);
 }
 
 BrickCells Bricks::cells(const Brick& brick) const
 {
-    BrickCells cells = mixed_cells(source_->coefficients(brick), brick, volume_.degree(), threshold_);
-    if (!mask_.empty())
-        cut_by_mask(cells, brick, mask_, volume_);
+    BrickCells cells = mixed_cells(volume_.box(brick.first, brick.size), brick, volume_.degree(), threshold_);
+    const BrickCells uncut = uncut_cells(brick);
+    for (std::size_t z = 0; z < cells.size(); ++z)
+        cells[z] &= uncut[z];
+    return cells;
+}
+
+BrickCells Bricks::uncut_cells(const Brick& brick) const
+{
+    BrickCells cells = kept_.has_all_of(brick) ? all_cells(brick.size) : kept_.cells(brick);
     for (const HalfSpace& half_space : clip_lattice_)
         cut_by_half_space(cells, brick, half_space);
     return cells;
@@ -113,18 +130,54 @@ BrickCells Bricks::cells(const Brick& brick) const
 const MadeBrick& Bricks::make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const
 {
     const Brick brick = this->place(octet, child);
+    CoefficientBox coefficients = volume_.box(brick.first, brick.size);
+    // The mixed cells are found later, when their block is made.
     const glm::ivec3 octet_position = brick.first / (2 * brick_size);
     const std::uint64_t blocks =
-        ranges_.straddling_blocks(place_in(ranges_.shape(), octet_position), child, threshold_);
-    // Which cells have both signs is seen when their block is made; it is seen here only where some are cut away.
-    const bool is_cut = !mask_.empty() || !clip_lattice_.empty();
-    const BrickCells uncut = is_cut ? cells(brick) : all_cells(brick.size);
-    std::unique_ptr<const MadeBrick> made(new MadeBrick(brick.first, source_->coefficients(brick), blocks, uncut));
+        ranges_.has_blocks() ? ranges_.straddling_blocks(place_in(ranges_.shape(), octet_position), child, threshold_)
+                             : straddling_blocks(coefficients, brick, degree(), threshold_);
+    std::unique_ptr<const MadeBrick> made(
+        new MadeBrick(brick.first, std::move(coefficients), blocks, uncut_cells(brick)));
+    if (budget_ != nullptr)
+        made->last_use_ = budget_->now();
     const MadeBrick* others = nullptr;
     if (!place.compare_exchange_strong(others, made.get(), std::memory_order_acq_rel))
         return *others;
-    made_memory_ += made->memory();
-    return *made.release();
+    const MadeBrick& brick_made =
+        *made.release(); // from here on other threads may use it, even if the code below fails
+    made_memory_ += brick_made.memory();
+    if (budget_ != nullptr) {
+        budget_->tick();
+        budget_->count_up(brick_made.memory());
+        const std::lock_guard lock(moment_mutex(this));
+        droppable_.push_back(&place);
+    }
+    return brick_made;
+}
+
+void Bricks::list_items(std::vector<MemoryBudget::Item>& items) const
+{
+    for (const auto* place : droppable_) {
+        const MadeBrick& brick = *place->load(std::memory_order_relaxed);
+        items.push_back({brick.last_use_.load(std::memory_order_relaxed), brick.memory()});
+    }
+}
+
+void Bricks::drop_unused_since(std::uint64_t time)
+{
+    std::size_t dropped_memory = 0;
+    const std::size_t dropped = std::erase_if(droppable_, [&](std::atomic<const MadeBrick*>* place) {
+        const MadeBrick* const brick = place->load(std::memory_order_relaxed);
+        if (brick->last_use_.load(std::memory_order_relaxed) > time)
+            return false;
+        dropped_memory += brick->memory();
+        place->store(nullptr, std::memory_order_relaxed);
+        delete brick;
+        return true;
+    });
+    made_memory_ -= dropped_memory;
+    budget_->count_down(dropped_memory);
+    budget_->count_dropped(dropped);
 }
 
 std::size_t Bricks::memory() const

@@ -1,12 +1,15 @@
-// The bricks that a surface at one level may cross: selected at once by their ranges, each made when a ray enters it.
+// The bricks that a surface at one level may cross. Their ranges select them; each is made when a ray enters it.
 #pragma once
 
 #include "isospline/brick/block.h"
 #include "isospline/brick/brick.h"
+#include "isospline/brick/cell_set.h"
 #include "isospline/brick/cutout.h"
 #include "isospline/brick/ranges.h"
-#include "isospline/brick/source.h"
 #include "isospline/math/box.h"
+#include "isospline/spline/coefficient_view.h"
+#include "isospline/spline/volume.h"
+#include "isospline/util/memory_budget.h"
 #include "isospline/util/progress.h"
 
 #include <atomic>
@@ -18,9 +21,8 @@
 
 namespace isospline {
 
-/// What is known of the cells of a brick at one level. Blocks are made when the first ray enters them. Whoever comes
-/// first makes a block; others that come before it is there make it for themselves, and nobody waits: it is the same
-/// whoever makes it.
+/// The blocks of a brick at one level. A block is made when the first ray enters it. Threads never wait for it: a
+/// thread that needs a block that another thread is making makes its own copy, which is the same.
 class alignas(64) MadeBrick {
 public:
     const glm::ivec3& first() const { return first_; } ///< cell, in the volume's lattice
@@ -28,7 +30,7 @@ public:
     CoefficientView coefficients(const glm::ivec3& cell) const { return coefficients_.from(cell.x, cell.y, cell.z); }
     /// Bit i: block i may have cells that the surface crosses.
     std::uint64_t blocks() const { return blocks_; }
-    /// A block that may. Where another thread is about to make it, it is made in `own`.
+    /// A block of `blocks()`. If another thread is making it, it is made in `own`.
     const Block& block(int index, int degree, double threshold, Block& own) const
     {
         Slot& slot = slots_[place_of(index)];
@@ -36,28 +38,28 @@ public:
             return slot.block;
         return make(slot, index, degree, threshold, own);
     }
-    /// Where a block is, or will be, for prefetching.
+    /// The address of a block that is made or will be made, for prefetching.
     const void* address_of(int block) const { return &slots_[place_of(block)]; }
     std::size_t memory() const;
 
 private:
     friend class Bricks;
     enum class State : std::uint8_t { empty, being_written, made };
-    struct alignas(64) Slot { // a line of the cache
+    struct alignas(64) Slot { // a cache line
         Block block;
         std::atomic<State> state = State::empty;
     };
 
-    /// `blocks` may have cells that the surface crosses, but for those that are not in `uncut`.
-    MadeBrick(const glm::ivec3& first, const CoefficientView& coefficients, std::uint64_t blocks,
-              const BrickCells& uncut);
+    /// The surface may cross cells of `blocks`, except cells that are not in `uncut`.
+    MadeBrick(const glm::ivec3& first, CoefficientBox coefficients, std::uint64_t blocks, const BrickCells& uncut);
     int place_of(int block) const { return std::popcount(blocks_ & ((std::uint64_t{1} << block) - 1u)); }
     const Block& make(Slot& slot, int index, int degree, double threshold, Block& own) const;
 
     glm::ivec3 first_;
-    CoefficientView coefficients_;
+    mutable std::atomic<std::uint64_t> last_use_ = 0; ///< in the time of the volume's budget
+    CoefficientBox coefficients_;
     std::uint64_t blocks_ = 0;
-    std::unique_ptr<Slot[]> slots_;                      ///< of these blocks
+    std::unique_ptr<Slot[]> slots_;                      ///< of the blocks in `blocks_`
     std::array<std::uint8_t, blocks_per_brick> uncut_{}; ///< their cells that are in the volume and not cut away
 };
 
@@ -68,44 +70,49 @@ struct Octet {
     std::uint32_t first_brick;          ///< number of its first brick
 };
 
-/// The bricks of one level. Any number of threads may ask for bricks at a time.
-class Bricks {
+/// The bricks of one level. Any number of threads may ask for bricks at the same time. If the volume has a budget, the
+/// least recently used bricks are dropped and made again when they are needed. A brick is not dropped while a thread
+/// uses it.
+class Bricks final : private MemoryBudget::Holder {
 public:
-    /// Selects the bricks that straddle the threshold and are not wholly cut away. What is passed by reference must
-    /// outlive the object. `clip_lattice` is in lattice space, its normals have length one. Throws std::length_error
-    /// for more than 2^32 - 1 bricks.
-    Bricks(const Volume& volume, std::shared_ptr<const CoefficientSource> source, const BrickRanges& ranges,
-           double threshold, const Mask& mask, const std::vector<HalfSpace>& clip_lattice,
-           const Progress& progress = {});
-    ~Bricks();
+    /// Selects the bricks that straddle the threshold, have a cell of the set `kept` and are not wholly cut away.
+    /// Arguments passed by reference must outlive the object. `clip_lattice` is in lattice space; its normals have
+    /// length one. Throws std::length_error for more than 2^32 - 1 bricks.
+    Bricks(const Volume& volume, const BrickRanges& ranges, double threshold, const CellSet& kept,
+           const std::vector<HalfSpace>& clip_lattice, const Progress& progress = {});
+    ~Bricks() override;
     Bricks(const Bricks&) = delete;
     Bricks& operator=(const Bricks&) = delete;
 
     int degree() const { return volume_.degree(); }
     double threshold() const { return threshold_; }
+    MemoryBudget* budget() const { return budget_; }
     /// In the order of the volume's lattice.
     const std::vector<Octet>& octets() const { return octets_; }
     /// Bricks are numbered from 0 in the order of octets, then of children.
     std::size_t count() const { return count_; }
-    /// The number of an octet's brick that is selected.
+    /// The number of a selected brick of an octet.
     static std::size_t number(const Octet& octet, int child)
     {
         return octet.first_brick + static_cast<unsigned>(std::popcount(octet.bricks & ((1u << child) - 1u)));
     }
-    /// The brick, made by the first call.
+    /// A brick; the first call makes it.
     const MadeBrick& brick(const Octet& octet, int child) const
     {
         std::atomic<const MadeBrick*>& place = bricks_[number(octet, child)];
-        if (const MadeBrick* const made = place.load(std::memory_order_acquire))
+        if (const MadeBrick* const made = place.load(std::memory_order_acquire)) {
+            if (budget_ != nullptr)
+                note_use(*made);
             return *made;
+        }
         return make(place, octet, child);
     }
-    /// The brick, where it has been made, or null.
+    /// A brick, or null if it is not made yet.
     const MadeBrick* made(const Octet& octet, int child) const
     {
         return bricks_[number(octet, child)].load(std::memory_order_acquire);
     }
-    /// The cells of a brick whose coefficients have both signs and which are not cut away.
+    /// The mixed cells of a brick that are kept and not cut away.
     BrickCells cells(const Brick& brick) const;
     Brick place(const Octet& octet, int child) const
     {
@@ -117,17 +124,28 @@ public:
 
 private:
     const MadeBrick& make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const;
+    void note_use(const MadeBrick& brick) const
+    {
+        if (const std::uint64_t now = budget_->now(); brick.last_use_.load(std::memory_order_relaxed) != now)
+            brick.last_use_.store(now, std::memory_order_relaxed);
+    }
+    void list_items(std::vector<MemoryBudget::Item>& items) const override;
+    void drop_unused_since(std::uint64_t time) override;
+    /// The cells of a brick that are kept and not cut away.
+    BrickCells uncut_cells(const Brick& brick) const;
 
     const Volume& volume_;
-    std::shared_ptr<const CoefficientSource> source_;
     const BrickRanges& ranges_;
+    MemoryBudget* budget_;
     double threshold_;
-    const Mask& mask_;
+    const CellSet& kept_;
     const std::vector<HalfSpace>& clip_lattice_;
     std::vector<Octet> octets_;
     std::size_t count_ = 0;
     std::unique_ptr<std::atomic<const MadeBrick*>[]> bricks_;
     mutable std::atomic<std::size_t> made_memory_ = 0;
+    /// The bricks that were made, where there is a budget. Under the moment mutex of this object.
+    mutable std::vector<std::atomic<const MadeBrick*>*> droppable_;
 };
 
 } // namespace isospline

@@ -14,7 +14,7 @@ namespace isospline {
 
 HalfSpace pull_back(const HalfSpace& half_space, const glm::dmat4& map)
 {
-    // <normal, A x + b> >= offset, with components scaled to 1 lest the square of the length overflow.
+    // <normal, A x + b> >= offset. Components are scaled to 1 so that the square of the length does not overflow.
     const auto largest = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
     const glm::dvec3 scaled = half_space.normal / largest(half_space.normal);
     const glm::dvec3 normal = glm::transpose(glm::dmat3(map)) * scaled;
@@ -83,10 +83,10 @@ void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const 
 
 namespace {
 
-/// Rounding of the distances of a grid of 65535 cells stays far below this; a cell kept for it does no harm.
+/// Far above the rounding of distances in a grid of 65535 cells. A cell that is kept because of it does no harm.
 constexpr double cut_margin = 1e-9;
 
-/// The distances of a brick's points from a plane, of its inner side.
+/// The distances of a brick's points from a plane, positive inside.
 struct Distances {
     Distances(const Brick& brick, const HalfSpace& half_space)
     {

@@ -26,12 +26,12 @@ struct HalfSpace {
 /// gets length one, so that <normal, x> - offset is a distance there.
 HalfSpace pull_back(const HalfSpace& half_space, const glm::dmat4& map);
 
-/// The half-spaces whose intersection is a box: six, less those of sides at infinity. Throws std::invalid_argument
-/// for a box without an inside.
+/// The half-spaces whose intersection is a box: one for each side that is not at infinity. Throws
+/// std::invalid_argument for an empty box.
 std::vector<HalfSpace> half_spaces(const Box& box);
 
-/// The part of a ray inside all of some half-spaces, and through which of them it comes in and goes out; -1 where it is
-/// the ray that begins or ends there.
+/// The part of a ray inside several half-spaces, and the half-spaces through whose planes it enters and leaves; -1 if
+/// the ray itself begins or ends there.
 struct Chord : Interval {
     int entry = -1, exit = -1;
 };
@@ -39,20 +39,21 @@ struct Chord : Interval {
 /// The part of a ray inside all of the half-spaces, or nothing. The ray is in the half-spaces' space.
 std::optional<Chord> clip(const Ray& ray, const std::vector<HalfSpace>& half_spaces);
 
-/// One byte a sample, x fastest, 0 where the sample is cut away. A cell is cut away with any sample that it is centred
-/// on (even degrees) or that is one of its corners (odd degrees, the rule of VTK's blanking).
+/// One byte a sample, x fastest; 0 if the sample is cut away. For even degrees, a cell is cut away if the sample at its
+/// centre is. For odd degrees, it is cut away if a sample at any of its corners is, as with blanking in VTK.
 using Mask = std::vector<std::uint8_t>;
 
 /// Whether a mask cuts a cell away.
 bool is_cut_by_mask(const glm::ivec3& cell, const Mask& mask, const Volume& volume);
 
-/// Takes the cells that a mask cuts away out of a set.
+/// Removes the cells that a mask cuts away from a set.
 void cut_by_mask(BrickCells& cells, const Brick& brick, const Mask& mask, const Volume& volume);
 
-/// Whether a brick is wholly outside of a half-space in lattice space, whose normal has length one.
+/// Whether a brick is wholly outside of a half-space. The half-space is in lattice space; its normal has length one.
 bool is_outside(const Brick& brick, const HalfSpace& half_space_lattice);
 
-/// Takes the cells wholly outside of a half-space in lattice space, whose normal has length one, out of a set.
+/// Removes the cells that are wholly outside of a half-space from a set. The half-space is in lattice space; its normal
+/// has length one.
 void cut_by_half_space(BrickCells& cells, const Brick& brick, const HalfSpace& half_space_lattice);
 
 } // namespace isospline

@@ -2,6 +2,7 @@
 
 #include "isospline/math/grid.h"
 #include "isospline/spline/volume.h"
+#include "isospline/util/error.h"
 #include "isospline/util/fork.h"
 #include "isospline/util/parallel.h"
 
@@ -12,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <string>
 
 namespace isospline {
 
@@ -22,7 +24,7 @@ namespace {
 constexpr int most_coefficients = brick_size + 5; // along an axis of a brick, up to degree 5
 constexpr int blocks_along = brick_size / 2;
 
-/// The least and the greatest of so many groups of coefficients, in a form that compilers vectorise.
+/// The smallest and the largest coefficient of each of `Count` groups, in a form that compilers vectorise.
 template <int Count>
 struct Extremes {
     float lower[Count], upper[Count];
@@ -36,10 +38,11 @@ struct Extremes {
     }
 };
 
-/// Of the blocks along a row, of which 16 coefficients can be read. Block i has 2 + degree of them, from 2 i on.
+/// The extremes of the blocks along a row, of which 16 coefficients can be read. Block i has the 2 + degree
+/// coefficients that begin at 2 i.
 Extremes<blocks_along> extremes_of_row(const float* row, int degree)
 {
-    // The row as pairs: of each pair the first, its least and its greatest coefficient.
+    // The row as pairs: for each pair its first, its smallest and its largest coefficient.
     Extremes<8> pairs;
     float first[8];
     for (int i = 0; i < 8; ++i) {
@@ -67,8 +70,8 @@ Extremes<blocks_along> extremes_of_row(const float* row, int degree)
     return blocks;
 }
 
-/// Of the blocks along one more axis, given those of its `count` rows or slices of coefficients. Blocks beyond the
-/// brick's end have no meaning.
+/// The extremes of the blocks along one more axis, given the extremes of its `count` rows or slices of coefficients.
+/// Blocks beyond the brick's end have no meaning.
 template <int Count>
 void extend_along(const Extremes<Count>* coefficients, int count, int degree, Extremes<Count>* blocks)
 {
@@ -79,17 +82,16 @@ void extend_along(const Extremes<Count>* coefficients, int count, int degree, Ex
     }
 }
 
-/// Of all blocks of a brick.
-Extremes<blocks_per_brick> extremes_of_blocks(const Volume& volume, const Brick& brick)
+/// The extremes of all blocks of a brick.
+Extremes<blocks_per_brick> extremes_of_blocks(const CoefficientView& coefficients, const Brick& brick, int degree)
 {
     constexpr int per_slice = blocks_along * blocks_along;
-    const int degree = volume.degree();
     const glm::ivec3 size = brick.size + degree;
     Extremes<per_slice> slices[most_coefficients], blocks[blocks_along];
     for (int z = 0; z < size.z; ++z) {
         Extremes<blocks_along> rows[most_coefficients], of_slice[blocks_along] = {};
-        const float* row = volume.cell_coefficients(brick.first.x, brick.first.y, brick.first.z + z);
-        for (int y = 0; y < size.y; ++y, row += volume.row_stride()) {
+        for (int y = 0; y < size.y; ++y) {
+            const float* const row = coefficients.from(0, y, z).first;
             if (brick.size.x == brick_size) {
                 rows[y] = extremes_of_row(row, degree);
                 continue;
@@ -119,7 +121,7 @@ Extremes<blocks_per_brick> extremes_of_blocks(const Volume& volume, const Brick&
     return all;
 }
 
-/// Codes are rounded outwards by more than the rounding of their computation in single precision.
+/// Codes are rounded outwards by this, which is more than the rounding of their computation in single precision.
 constexpr float code_margin = 1e-3f;
 constexpr float last_code = 255.0f;
 
@@ -130,20 +132,31 @@ float codes_per_unit(const BrickRanges::Range& range)
 
 } // namespace
 
-BrickRanges::BrickRanges(const Volume& volume) : shape_(octet_shape(volume.cell_shape()))
+BrickRanges::BrickRanges(const Volume& volume, const Progress& progress) : shape_(octet_shape(volume.cell_shape()))
 {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const glm::vec<3, std::size_t> shape(shape_);
-    octets_.resize(shape.x * shape.y * shape.z);
-    blocks_.resize(8 * octets_.size());
-    parallel_for(octets_.size(), 8, [&](std::size_t begin, std::size_t end) {
+    const std::size_t count = shape.x * shape.y * shape.z;
+    if (volume.source() != nullptr && !volume.source()->brick_ranges().empty()) {
+        const std::span<const float> known = volume.source()->brick_ranges();
+        if (known.size() != count * sizeof(Octet) / sizeof(float))
+            throw_invalid("ranges", std::to_string(count) + " octets of bricks",
+                          known.size() * sizeof(float) / sizeof(Octet));
+        octets_ = {reinterpret_cast<const Octet*>(known.data()), count};
+        return;
+    }
+    found_.resize(count);
+    octets_ = found_;
+    blocks_.resize(8 * count);
+    const auto find = [&](std::size_t begin, std::size_t end) {
         for (std::size_t index = begin; index < end; ++index)
             for (std::size_t child = 0; child < 8; ++child) {
                 const Brick brick = brick_at(volume.cell_shape(),
                                              2 * at_place(shape_, index) + child_position(static_cast<int>(child)));
                 Range range{infinity, -infinity};
                 if (brick.size.x > 0 && brick.size.y > 0 && brick.size.z > 0) {
-                    const Extremes<blocks_per_brick> blocks = extremes_of_blocks(volume, brick);
+                    const Extremes<blocks_per_brick> blocks =
+                        extremes_of_blocks(volume.box(brick.first, brick.size), brick, volume.degree());
                     range = {*std::min_element(blocks.lower, std::end(blocks.lower)),
                              *std::max_element(blocks.upper, std::end(blocks.upper))};
                     const float scale = codes_per_unit(range);
@@ -155,10 +168,11 @@ BrickRanges::BrickRanges(const Volume& volume) : shape_(octet_shape(volume.cell_
                         codes.upper[i] = static_cast<std::uint8_t>(std::clamp(upper, 0.0f, last_code));
                     }
                 }
-                octets_[index].lower[child] = range.lower;
-                octets_[index].upper[child] = range.upper;
+                found_[index].lower[child] = range.lower;
+                found_[index].upper[child] = range.upper;
             }
-    });
+    };
+    parallel_for(octets_.size(), 8, find, progress);
 }
 
 unsigned BrickRanges::straddling(std::size_t octet, double threshold) const
@@ -190,7 +204,18 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
     return blocks;
 }
 
-std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume)
+std::uint64_t straddling_blocks(const CoefficientView& coefficients, const Brick& brick, int degree, double threshold)
+{
+    const Extremes<blocks_per_brick> extremes = extremes_of_blocks(coefficients, brick, degree);
+    std::uint64_t blocks = 0;
+    for (std::size_t i = 0; i < blocks_per_brick; ++i) {
+        const BrickRanges::Range range{extremes.lower[i], extremes.upper[i]};
+        blocks |= static_cast<std::uint64_t>(range.straddles(threshold)) << i;
+    }
+    return blocks;
+}
+
+std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume, const Progress& progress)
 {
     using Known = std::map<std::weak_ptr<const Volume>, std::weak_ptr<const BrickRanges>, std::owner_less<>>;
     static Known known;
@@ -202,7 +227,7 @@ std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Vol
             if (auto ranges = found->second.lock())
                 return ranges;
     }
-    auto ranges = std::make_shared<const BrickRanges>(*volume);
+    auto ranges = std::make_shared<const BrickRanges>(*volume, progress);
     const std::lock_guard lock(moment_mutex(&known));
     known[volume] = ranges;
     return ranges;

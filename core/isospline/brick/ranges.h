@@ -1,7 +1,9 @@
-// Smallest and largest coefficient of every brick of cells, and, in codes, of every block.
+// Smallest and largest coefficient of every brick, and of every block as 8-bit codes.
 #pragma once
 
 #include "isospline/brick/brick.h"
+#include "isospline/spline/coefficient_view.h"
+#include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>
 
@@ -9,54 +11,67 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace isospline {
 
 class Volume;
 
-/// Bounds of the coefficients that reach the cells of each brick. B-splines are non-negative and sum to one, so these
-/// bound f - offset in the brick too. Computed once a volume; all levels and all surfaces of the volume share them.
+/// Bounds of the coefficients that influence the cells of each brick. B-splines are non-negative and sum to one, so the
+/// same numbers bound f - offset in the brick. Computed once a volume; all levels and surfaces of the volume share
+/// them.
 class BrickRanges {
 public:
     struct Range {
         float lower, upper;
-        /// Whether both signs of (coefficient - threshold) occur, a coefficient equal to the threshold being above.
+        /// Whether both signs of (coefficient - threshold) occur. A coefficient equal to the threshold is above it.
         bool straddles(double threshold) const { return lower < threshold && upper >= threshold; }
     };
 
-    /// Of the eight bricks of an octet; of those beyond the grid, lower > upper.
+    /// The ranges of the eight bricks of an octet. Bricks beyond the grid have lower > upper.
     struct Octet {
         std::array<float, 8> lower, upper;
 
         Range brick(std::size_t child) const { return {lower[child], upper[child]}; }
     };
 
-    explicit BrickRanges(const Volume& volume);
+    /// Takes the ranges from the volume's source if it has them, or computes them from the coefficients.
+    explicit BrickRanges(const Volume& volume, const Progress& progress = {});
+    BrickRanges(const BrickRanges&) = delete;
+    BrickRanges& operator=(const BrickRanges&) = delete;
 
     /// Octets along x, y, z.
     const glm::ivec3& shape() const { return shape_; }
     /// Octet (x, y, z) is at index x + shape.x * (y + shape.y * z).
-    const std::vector<Octet>& octets() const { return octets_; }
+    std::span<const Octet> octets() const { return octets_; }
     /// The bricks of an octet that straddle a threshold: bit i for child i.
     unsigned straddling(std::size_t octet, double threshold) const;
-    /// The blocks of a brick that straddles a threshold which may straddle it too: bit i for block i. Some that do not
-    /// may be among them, as the ranges of blocks are rounded outwards.
+    /// The blocks that may straddle a threshold, of a brick that straddles it: bit i for block i. The ranges of blocks
+    /// are rounded outwards, so a few of these blocks may not straddle it.
     std::uint64_t straddling_blocks(std::size_t octet, int child, double threshold) const;
-    std::size_t memory() const { return octets_.capacity() * sizeof(Octet) + blocks_.capacity() * sizeof(BlockCodes); }
+    /// Whether the ranges of blocks are known too, as they are if the ranges were computed from the coefficients.
+    bool has_blocks() const { return !blocks_.empty(); }
+    std::size_t memory() const { return found_.capacity() * sizeof(Octet) + blocks_.capacity() * sizeof(BlockCodes); }
 
 private:
-    /// The ranges of a brick's blocks, from 0 at the lower to 255 at the upper end of the brick's own.
+    /// The ranges of a brick's blocks; 0 is the lower end of the brick's own range, 255 the upper end.
     struct BlockCodes {
         alignas(64) std::array<std::uint8_t, blocks_per_brick> lower, upper;
     };
 
     glm::ivec3 shape_{0};
-    std::vector<Octet> octets_;
+    std::span<const Octet> octets_; ///< computed here, or owned by the volume's source
+    std::vector<Octet> found_;
     std::vector<BlockCodes> blocks_; ///< of brick `child` of octet i: item 8 i + child
 };
 
-/// The ranges of a volume: those that a surface of it has already, as long as one does. Any thread may call.
-std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume);
+/// The blocks of a brick that straddle a threshold, by their coefficients.
+std::uint64_t straddling_blocks(const CoefficientView& coefficients, const Brick& brick, int degree, double threshold);
+
+/// The ranges of a volume. They are computed once and shared for as long as a surface of the volume holds them. Any
+/// thread may call.
+std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume,
+                                                 const Progress& progress = {});
 
 } // namespace isospline

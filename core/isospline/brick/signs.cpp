@@ -13,8 +13,8 @@ namespace {
 /// A brick has at most 8 + 3 rows of coefficients along an axis.
 constexpr std::size_t most_rows = brick_size + 3;
 
-/// Bit i tells whether row[i] < threshold, of `count` coefficients; bits behind have no meaning. Reads the last four
-/// again where `count` is no multiple of four.
+/// Bit i is set if row[i] < threshold, for `count` coefficients; higher bits have no meaning. If `count` is not a
+/// multiple of four, the last four are read again.
 unsigned below(const float* row, int count, float threshold)
 {
     const hn::CappedTag<float, 4> d;
@@ -29,7 +29,7 @@ unsigned below(const float* row, int count, float threshold)
     return bits;
 }
 
-/// For the cells of one slice of coefficients: whether any, and whether all, of (n+1)^2 are below the threshold.
+/// For the cells of one slice of coefficients: whether any and whether all of their (n+1)^2 are below the threshold.
 struct Slice {
     std::uint64_t any, all;
 };
@@ -69,7 +69,7 @@ BrickCells mixed_cells(const CoefficientView& coefficients, const Brick& brick, 
         slices[static_cast<std::size_t>(z)] = slice_signs(coefficients.first + z * coefficients.slice_stride,
                                                           coefficients.row_stride, brick, degree, limit);
 
-    // Along z. Where a brick is less than eight cells wide or high, bits are left that are no cells.
+    // Along z. A brick that is less than eight cells wide or high leaves bits that are not cells.
     BrickCells cells = all_cells(brick.size);
     for (int z = 0; z < brick.size.z; ++z) {
         std::uint64_t any = 0, all = ~std::uint64_t(0);

@@ -9,7 +9,7 @@
 
 namespace isospline {
 
-/// The smallest float not below a threshold: a float is below the one where it is below the other.
+/// The smallest float that is not below a threshold. A float is below it exactly if it is below the threshold.
 inline float threshold_single(double threshold)
 {
     const auto nearest = static_cast<float>(threshold);
@@ -17,7 +17,8 @@ inline float threshold_single(double threshold)
                                                     : nearest;
 }
 
-/// The cells of a brick whose (n+1)^3 coefficients c are neither all c < threshold nor all c >= threshold (paper §3).
+/// The mixed cells of a brick: their (n+1)^3 coefficients are neither all below nor all at or above the threshold
+/// (paper §3).
 BrickCells mixed_cells(const CoefficientView& coefficients, const Brick& brick, int degree, double threshold);
 
 } // namespace isospline

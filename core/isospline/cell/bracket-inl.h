@@ -21,9 +21,9 @@ namespace HWY_NAMESPACE {
 /// How close Brent's method gets to the root, as a fraction of the ray's way through the cell.
 constexpr double bracket_tolerance = 1e-12;
 
-/// A root of f - level along the ray inside the cell where f1 f2 <= 0 holds for the values at its two ends, otherwise
-/// nothing. An even number of roots in one cell is missed, and of an odd number any may be found: this is the paper's
-/// method as it stands, kept for comparison.
+/// A root of f - level along the ray inside the cell if f1 f2 <= 0 holds for the values at its two ends, otherwise
+/// nothing. It misses an even number of roots in one cell, and finds any one of an odd number: this is the paper's
+/// method, unchanged, for comparison.
 template <int Degree>
 std::optional<RootInCell> bracket_first_root(const CellCoefficients& cell, const LatticeRay& ray)
 {

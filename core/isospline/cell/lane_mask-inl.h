@@ -1,4 +1,4 @@
-// Between SIMD masks and sets of lanes as bits. Included once for each target.
+// Conversions between SIMD masks and sets of lanes as bits. Included once for each target.
 #if defined(ISOSPLINE_CELL_LANE_MASK_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_CELL_LANE_MASK_INL_H
 #undef ISOSPLINE_CELL_LANE_MASK_INL_H

@@ -1,4 +1,4 @@
-// Rays that meet cells together, one a SIMD lane.
+// Rays that are tested against cells together, one per SIMD lane.
 #pragma once
 
 #include "isospline/cell/lattice_ray.h"
@@ -12,7 +12,7 @@ namespace isospline {
 /// A set of lanes, lane i being bit i.
 using LaneMask = std::uint32_t;
 
-/// Most rays of a packet.
+/// The largest number of rays in a packet.
 inline constexpr int packet_capacity = 16;
 
 /// The limits of the rays of a packet.
@@ -25,7 +25,7 @@ struct RayLimitsPacket {
     alignas(64) double t_far[packet_capacity] = {};
 };
 
-/// Up to 16 rays in lattice space, axis by axis; lanes that hold no ray are harmless.
+/// Up to 16 rays in lattice space, axis by axis; lanes without a ray are harmless.
 struct LatticeRayPacket {
     static constexpr int capacity = packet_capacity;
 

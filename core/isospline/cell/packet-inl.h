@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE {
 using Singles = hn::CappedTag<float, LatticeRayPacket::capacity>;
 using Doubles = hn::CappedTag<double, LatticeRayPacket::capacity>;
 
-// With so few rays in a cell, one after the other is faster.
+// With so few rays in a cell or fewer, tracing them one after the other is faster.
 constexpr int few_lanes = 2;
 
 // Where the rays of a packet are inside a cell.
@@ -28,8 +28,8 @@ struct PacketSegments {
     alignas(64) float exit[3][LatticeRayPacket::capacity];
 };
 
-// The segments of the rays that belong to a cell; returns the lanes where there is one that is, in part, within what
-// cuts leave of the ray and before t_limit.
+// The segments of the rays that belong to a cell. Returns the lanes whose segment exists and is, at least in part,
+// within the part of the ray that cuts leave, and before t_limit.
 HWY_INLINE LaneMask clip_packet(const CellCoefficients& cell, const LatticeRayPacket& rays,
                                 const double* HWY_RESTRICT t_limit, LaneMask active, PacketSegments& segments)
 {
@@ -69,10 +69,10 @@ HWY_INLINE LaneMask clip_packet(const CellCoefficients& cell, const LatticeRayPa
     return inside & active;
 }
 
-// What single precision proves of the segments.
+// What single precision proves about the segments.
 struct PacketVerdict {
     LaneMask one_root, undecided;
-    alignas(64) float s[LatticeRayPacket::capacity]; ///< with one root, about where it is
+    alignas(64) float s[LatticeRayPacket::capacity]; ///< if there is one root, its approximate place
     alignas(64) float slope[LatticeRayPacket::capacity];
 };
 
@@ -107,7 +107,7 @@ HWY_INLINE PacketVerdict judge_packet(const CellCoefficients& cell, const Packet
     return verdict;
 }
 
-// Whether crossings at t count, a ray a lane.
+// Whether crossings at t count, one ray per lane.
 HWY_INLINE hn::Mask<Doubles> are_within_limits(const LatticeRayPacket& rays, std::size_t first, hn::Vec<Doubles> t)
 {
     const Doubles d;
@@ -134,7 +134,7 @@ LaneMask exact_first_roots(const CellCoefficients& cell, const LatticeRayPacket&
         verdict = judge_packet<Degree>(cell, segments, inside);
     }
 
-    // One root each: double precision takes it from where single precision has it.
+    // Segments with one root: double precision starts from the root of single precision.
     LaneMask found = 0;
     if (verdict.one_root != 0) {
         const ReducedCoefficients<Degree, double> coefficients(cell);
@@ -163,7 +163,7 @@ LaneMask exact_first_roots(const CellCoefficients& cell, const LatticeRayPacket&
         }
     }
 
-    // The others one by one.
+    // The other segments, one by one.
     for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const auto root =

@@ -46,7 +46,7 @@ HWY_INLINE SegmentWeights<Degree, N> segment_weights(N a, N e)
         w[2][1] = a * e;
         return w;
     } else {
-        // Those of u^3 / 6 at two x and a y, and of 2/3 - u^2 + u^3 / 2; u being v from the cell's other end.
+        // The blossoms of u^3 / 6 at two x and a y, and of 2/3 - u^2 + u^3 / 2; u is v from the cell's other end.
         const N half = number<N>(0.5), two = number<N>(2.0), three_halves = number<N>(1.5);
         const auto outer = [half](N x, N y) HWY_ATTR { return half * y * (x * x); };
         const auto inner = [=](N x, N y)
@@ -83,7 +83,7 @@ HWY_INLINE std::array<N, 2 * Degree + 1> contract_yz(const SegmentWeights<Degree
     return line;
 }
 
-/// Adds the product of one weight of x and one line that is contracted.
+/// Adds the product of one weight of x and one contracted line.
 template <int Degree, class N>
 HWY_INLINE void contract_x(const std::array<N, Degree + 1>& x, const std::array<N, 2 * Degree + 1>& line,
                            Bernstein<3 * Degree, N>& scaled)
@@ -94,11 +94,11 @@ HWY_INLINE void contract_x(const std::array<N, Degree + 1>& x, const std::array<
 }
 
 /// f - level from local coordinates `entry` to `exit` of a cell: Bernstein coefficients times binomials, in [0, 1]
-/// along the way; coefficient(i, j, k) is less the threshold.
+/// along the way; coefficient(i, j, k) is already less the threshold.
 ///
 /// Along the segment the weights of each axis are polynomials of degree n. In scaled Bernstein form a product of
 /// polynomials is the convolution of its factors, so the sum over the cell's coefficients is contracted axis by axis:
-/// z, y, x. Every result is a convex combination of the cell's coefficients, but for the binomial, which is why its
+/// z, y, x. Every result is a convex combination of the cell's coefficients, times the binomial, so its
 /// rounding error is small (docs/method.md).
 template <int Degree, class Coefficients, class Point>
 HWY_INLINE auto scaled_bernstein(const Coefficients& coefficient, const Point& entry, const Point& exit)
@@ -116,8 +116,8 @@ HWY_INLINE auto scaled_bernstein(const Coefficients& coefficient, const Point& e
     return scaled;
 }
 
-/// The Bernstein coefficients themselves, in double precision. The first and the last are those that the cells before
-/// and behind have there, bit for bit: all of them begin with coefficients that the cells share, in the same order.
+/// The Bernstein coefficients themselves, in double precision. The first and the last equal those of the cells before
+/// and behind, bit for bit: both sums begin with coefficients that the cells share, in the same order.
 template <int Degree, class Coefficients>
 HWY_INLINE Bernstein<3 * Degree> bernstein_along_segment(const Coefficients& coefficient, const glm::dvec3& entry,
                                                          const glm::dvec3& exit)

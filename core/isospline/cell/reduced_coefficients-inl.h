@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-// Rows of the copy are so many numbers apart, whatever the degree.
+// The distance of rows in the copy, for every degree.
 constexpr int local_row = 4;
 
 template <int Degree, typename Real>
@@ -33,11 +33,11 @@ struct ReducedCoefficients {
     }
 
     HWY_INLINE Real operator()(int i, int j, int k) const { return values[index(i, j, k)]; }
-    /// Aligned for vectors of a whole row; what is behind the n+1 coefficients is zero in single precision.
+    /// Aligned for vectors of a whole row; numbers behind the n+1 coefficients are zero in single precision.
     HWY_INLINE const Real* row(int j, int k) const { return values + index(0, j, k); }
 
-    /// Of Bernstein coefficients of f - level along any segment in the cell, in single precision: a bound on their
-    /// rounding error; docs/method.md derives it.
+    /// A bound on the rounding error of the Bernstein coefficients of f - level along any segment in the cell, in
+    /// single precision; docs/method.md derives it.
     Real error = 0;
 
 private:

@@ -1,4 +1,4 @@
-// The roots of a ray in a cell, scalar and in double precision: the last word where single precision cannot decide.
+// The roots of a ray in a cell, scalar and in double precision: used where single precision cannot decide.
 // Included once for each SIMD target.
 #include "isospline/cell/lattice_ray.h"
 #include "isospline/cell/polynomial-inl.h"
@@ -20,8 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// f - level along the segment of a ray that belongs to a cell. Its values at the ends are those that the cells before
-/// and behind have there, bit for bit.
+/// f - level along the segment of a ray that belongs to a cell. Its values at the ends equal those of the cells before
+/// and behind, bit for bit.
 template <int Degree>
 Bernstein<3 * Degree> reference_polynomial(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside)
 {
@@ -43,7 +43,7 @@ void for_each_root_in_segment(const CellCoefficients& cell, const LatticeRay& ra
     });
 }
 
-/// The first of them.
+/// The first root.
 template <int Degree>
 HWY_NOINLINE std::optional<RootInCell> first_reference_root(const CellCoefficients& cell, const LatticeRay& ray,
                                                             const Interval& inside)
@@ -56,7 +56,7 @@ HWY_NOINLINE std::optional<RootInCell> first_reference_root(const CellCoefficien
     return first;
 }
 
-/// Appends all of them.
+/// Appends all roots.
 template <int Degree>
 HWY_NOINLINE void all_reference_roots(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside,
                                       std::vector<CrossingInCell>& crossings)

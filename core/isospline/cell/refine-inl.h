@@ -1,4 +1,4 @@
-// From about where a ray meets the surface in a cell to where it does. Included once for each SIMD target.
+// Refines the approximate root of a ray in a cell. Included once for each SIMD target.
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/roots-inl.h"
 
@@ -13,11 +13,11 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// Rays that have exactly one root in [t_near, t_far] each, one a lane; t is near it, and slope about the derivative of
-/// f by t there.
+/// Rays with exactly one root in [t_near, t_far] each, one ray per lane; t is near the root, and slope is about the
+/// derivative of f with respect to t there.
 template <class V>
 struct RootSearch {
-    /// Begins where single precision has the root, on the way from t_near to t_far.
+    /// Starts from the root of single precision, between t_near and t_far.
     HWY_INLINE void begin(V near_limit, V far_limit, RootEstimate<V> estimate)
     {
         t_near = near_limit;
@@ -39,9 +39,9 @@ struct RootSearch {
     std::array<V, 3> gradient;
 };
 
-/// Newton's method in double precision, the first step with the slope that is given, until a step is below 1e-9 of a
-/// voxel: the step after would be below rounding, and the gradient is that of the root. Returns the wanted lanes where
-/// it arrives, within [t_near, t_far]; others do not hold these up.
+/// Newton's method in double precision, with the given slope in the first step, until a step is below 1e-9 of a voxel:
+/// the next step would be below rounding, and the gradient is that of the root. Returns the wanted lanes where it
+/// converges within [t_near, t_far]; lanes that do not converge do not delay the others.
 template <int Degree, class V, class Coefficients>
 HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const glm::dvec3& lower, MaskOf<V> wanted,
                                  RootSearch<V>& search)

@@ -10,10 +10,10 @@ struct RootInCell {
     glm::dvec3 gradient; ///< of f at the root, by lattice coordinates
 };
 
-/// One of all roots of a ray in a cell.
+/// One root in a list of all roots of a ray in a cell.
 struct CrossingInCell {
     RootInCell root;
-    bool rising; ///< f grows through the level along the ray
+    bool rising; ///< f increases along the ray
 };
 
 } // namespace isospline

@@ -15,12 +15,12 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-// One number goes through the operations of a lane.
+// A single number takes the same operations as a lane.
 using OneFloat = hn::Vec<hn::CappedTag<float, 1>>;
 using OneDouble = hn::Vec<hn::CappedTag<double, 1>>;
 
-// x, y, z and z again, or the one at `first` where vectors have one lane; not through memory, from which a vector that
-// was just written in parts is slow to load.
+// x, y, z and z again, or the one at `first` if vectors have one lane. It avoids memory, because loading a vector that
+// was just written in parts is slow.
 template <class D>
 HWY_INLINE hn::Vec<D> to_vector(D d, const glm::dvec3& from, int first)
 {
@@ -34,7 +34,7 @@ HWY_INLINE hn::Vec<D> to_vector(D d, const glm::dvec3& from, int first)
 #endif
 }
 
-// scaled_bernstein() of f - level from `entry` to `exit`, which are local coordinates.
+// scaled_bernstein() of f - level between the local coordinates `entry` and `exit`.
 template <int Degree>
 HWY_INLINE Bernstein<3 * Degree, OneFloat>
 scaled_bernstein_of_ray(const ReducedCoefficients<Degree, float>& coefficients, const glm::dvec3& entry,
@@ -84,11 +84,11 @@ scaled_bernstein_of_ray(const ReducedCoefficients<Degree, float>& coefficients, 
     return scaled;
 }
 
-// What single precision proves of the segment of one ray.
+// What single precision proves about the segment of one ray.
 struct RayVerdict {
     bool no_root, one_root;
     RootEstimate<float> estimate; ///< with one_root
-    bool rising;                  ///< with one_root: f grows through the level
+    bool rising;                  ///< with one_root: f increases along the ray
 };
 
 template <int Degree>
@@ -108,7 +108,7 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, lane[0] < 0.0f};
 }
 
-// The only root in a segment, from where single precision has it; none where double precision does not arrive.
+// The only root in a segment, refined from that of single precision; none if double precision does not converge.
 template <int Degree>
 HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, const LatticeRay& ray,
                                                const Interval& inside, const RootEstimate<float>& estimate)
@@ -129,9 +129,9 @@ HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, con
         {hn::GetLane(search.gradient[0]), hn::GetLane(search.gradient[1]), hn::GetLane(search.gradient[2])}};
 }
 
-// Whether single precision proves that no root is in the part of a segment that is within the ray's limits, where that
-// is not all of it. A ray that leaves a surface has a root right behind its origin, which would have to be refined to
-// tell that it does not count.
+// Whether single precision proves that there is no root in the part of a segment within the ray's limits, if that is
+// not all of the segment. A ray that leaves a surface has a root right behind its origin; without this test, that root
+// would be refined only to find that it does not count.
 template <int Degree>
 HWY_INLINE bool has_no_root_within_limits(const CellCoefficients& cell, const LatticeRay& ray, const Interval& inside)
 {
@@ -142,7 +142,7 @@ HWY_INLINE bool has_no_root_within_limits(const CellCoefficients& cell, const La
     return !(within.t_near <= within.t_far) || judge_ray<Degree>(cell, ray, within).no_root;
 }
 
-// The first root within the ray's limits in the segment of a cell, which is not empty.
+// The first root within the ray's limits in the segment of a cell; the segment is not empty.
 template <int Degree>
 HWY_INLINE std::optional<RootInCell> first_root_in_segment(const CellCoefficients& cell, const LatticeRay& ray,
                                                            const Interval& inside)
@@ -205,8 +205,9 @@ void exact_all_roots(const CellCoefficients& cell, const LatticeRay& ray, std::v
     all_reference_roots<Degree>(cell, ray, inside, crossings);
 }
 
-// All in double precision but for the start of the search for a root that single precision has proven to be the only
-// one: so Method::reference decides alone whether there is a root, and finds the same number where both see it.
+// All in double precision, except for the start of the search for a root that single precision has proven to be the
+// only one. So Method::reference decides on its own whether there is a root, and finds the same number as
+// Method::exact.
 template <int Degree>
 std::optional<RootInCell> reference_first_root(const CellCoefficients& cell, const LatticeRay& ray)
 {

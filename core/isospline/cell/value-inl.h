@@ -19,7 +19,7 @@ namespace isospline {
 namespace HWY_NAMESPACE {
 
 /// f - level at local coordinates in [0, 1]^3, a glm::dvec3 or three numbers; coefficient(i, j, k) is less the
-/// threshold, as CellCoefficients has them.
+/// threshold, as in CellCoefficients.
 template <int Degree, class Coefficients, class Point>
 HWY_INLINE auto value_in_cell(const Coefficients& coefficient, const Point& local)
 {
@@ -33,7 +33,7 @@ struct ValueAndGradient {
     std::array<N, 3> gradient; ///< of f, by lattice coordinates
 };
 
-/// The gradient as well.
+/// The value and the gradient.
 template <int Degree, class Coefficients, class Point>
 HWY_INLINE auto value_and_gradient_in_cell(const Coefficients& coefficient, const Point& local)
 {
@@ -45,7 +45,7 @@ HWY_INLINE auto value_and_gradient_in_cell(const Coefficients& coefficient, cons
     const N zero = number<N>(0.0);
     ValueAndGradient<N> sum{zero, {zero, zero, zero}};
     for (int k = 0; k <= Degree; ++k) {
-        // Of one plane: the value, and the derivatives by x and y.
+        // The value of one plane, and its derivatives with respect to x and y.
         N plane = zero, plane_dx = zero, plane_dy = zero;
         for (int j = 0; j <= Degree; ++j) {
             const N first = number<N>(coefficient(0, j, k));

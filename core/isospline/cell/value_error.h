@@ -1,4 +1,4 @@
-// How exactly f is known at a point, in double precision.
+// The error of f at a point, in double precision.
 #pragma once
 
 #include "isospline/cell/coefficients.h"
@@ -8,8 +8,8 @@
 
 namespace isospline {
 
-/// Error of f - level at one point of one cell, and of all that the library computes of a ray that begins there: its
-/// Bernstein coefficients and what their subdivision adds.
+/// A bound on the error of f - level at one point of one cell, and of the Bernstein coefficients and their subdivision
+/// for a ray that begins there.
 template <int Degree>
 double value_error(const CellCoefficients& cell, double coordinate_error)
 {

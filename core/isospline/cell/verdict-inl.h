@@ -1,4 +1,4 @@
-// What Bernstein coefficients prove of the roots of a polynomial, given their rounding error. Included once for each
+// What Bernstein coefficients prove about the roots of a polynomial, given their rounding error. Included once for each
 // SIMD target.
 #include "isospline/math/bernstein.h"
 #include "isospline/math/number-inl.h"
@@ -20,9 +20,9 @@ struct Verdict {
     MaskOf<N> no_root, one_root;
 };
 
-/// Of scaled Bernstein coefficients, each of which is off by at most `error` times its binomial. With one sign all
-/// along there is no root. With one sign, then at most one coefficient that may have either, then the other sign to the
-/// end, there is exactly one (Descartes' rule of signs).
+/// The verdict for scaled Bernstein coefficients, each with an error of at most `error` times its binomial. If all have
+/// the same sign, there is no root. If one sign is followed by at most one coefficient of unknown sign, and then by the
+/// other sign up to the end, there is exactly one root (Descartes' rule of signs).
 template <int Order, class N>
 HWY_INLINE Verdict<N> judge(const Bernstein<Order, N>& scaled, float error)
 {

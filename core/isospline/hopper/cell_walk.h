@@ -1,4 +1,4 @@
-// The cells along a ray, one behind the other: J. Amanatides and A. Woo, "A fast voxel traversal algorithm for ray
+// The cells along a ray, in order: J. Amanatides and A. Woo, "A fast voxel traversal algorithm for ray
 // tracing", Eurographics 1987.
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace isospline {
 
-/// Walks through the cells of a grid that a ray meets, from face to face: a ray through an edge or a corner visits one
-/// of the cells between, with a way of length zero through it.
+/// Walks through the cells of a grid that a ray meets, from face to face. A ray through an edge or a corner visits one
+/// of the cells between, with a segment of length zero in it.
 class CellWalk {
 public:
-    /// Begins in the cell where the ray is at its t_near, or where it enters the grid if that is behind. None where it
+    /// Begins in the cell of the ray's t_near, or where the ray enters the grid, whichever is later. Nothing if the ray
     /// does not meet the grid before its t_far.
     static std::optional<CellWalk> enter(const LatticeRay& ray, const glm::ivec3& shape)
     {
@@ -37,7 +37,7 @@ public:
         if (!(walk.t_begin_ <= t_end))
             return std::nullopt;
 
-        // The planes decide which cell it is, and not the rounded position.
+        // The planes determine the cell, and not the rounded position.
         const glm::dvec3 start = ray.at(walk.t_begin_);
         for (int axis = 0; axis < 3; ++axis) {
             const int step = walk.step_[axis];
@@ -51,11 +51,11 @@ public:
         return walk;
     }
 
-    /// Where the walk begins.
+    /// The t where the walk begins.
     double t_begin() const { return t_begin_; }
     bool inside_grid() const { return !left_grid_; }
 
-    /// Moves to the next cell. Returns the t of the face between, or nothing, without a move, if that is past t_limit.
+    /// Moves to the next cell. Returns the t of the face between, or nothing, without moving, if that is past t_limit.
     std::optional<double> hop(const LatticeRay& ray, double t_limit)
     {
         const int axis = axis_of_least(t_exit_);
@@ -66,8 +66,8 @@ public:
         return t;
     }
 
-    /// Crosses all that is left of the walk's brick of `size` cells an edge. Returns the t of leaving it, or nothing,
-    /// without a move, if that is past t_limit.
+    /// Crosses the rest of the walk's brick, whose edge has `size` cells. Returns the t where it leaves the brick, or
+    /// nothing, without moving, if that is past t_limit.
     std::optional<double> stride(const LatticeRay& ray, double t_limit, int size, const glm::ivec3& shape)
     {
         const glm::ivec3 first = cell_ / size * size;
@@ -80,7 +80,7 @@ public:
         if (!(t <= t_limit))
             return std::nullopt;
 
-        // Along the other axes the walk goes forward, whatever rounding says, and stays beside the brick.
+        // Along the other axes, the walk only goes forward and stays beside the brick, even with rounding errors.
         const glm::ivec3 position(ray.at(t));
         for (int axis = 0; axis < 3; ++axis) {
             const bool forward = step_[axis] > 0;
@@ -108,7 +108,7 @@ private:
         }
     }
 
-    /// Each plane is met at a t of its own, and not at a sum of steps, whose rounding errors would add up.
+    /// The t of each plane is computed directly and not as a sum of steps, whose rounding errors would accumulate.
     double t_of_plane(const LatticeRay& ray, int axis, int plane) const
     {
         return step_[axis] == 0 ? std::numeric_limits<double>::infinity() : ray.t_of_plane(axis, plane);
@@ -122,7 +122,7 @@ private:
         left_grid_ |= to == end_[axis];
     }
 
-    /// Without a branch: which axis is next can hardly be predicted.
+    /// Without branches, because the next axis can hardly be predicted.
     static int axis_of_least(const glm::dvec3& t)
     {
         const int least = t.y < t.x;

@@ -22,7 +22,7 @@ namespace isospline {
 
 namespace {
 
-/// One byte a cell: the paper's b and, where strides are wanted, whether the cell's brick is empty.
+/// One byte per cell: the paper's b and, for strides, whether the cell's brick is empty.
 enum CellState : std::uint8_t { cell_empty, cell_of_shell, cell_of_empty_brick };
 
 } // namespace
@@ -50,15 +50,15 @@ struct VoxelHopper::Impl {
 
     Impl(std::shared_ptr<const IsosurfaceSnapshot> surface_to_trace, bool strides);
 
-    /// The hit of a ray, from where it is inside the grid.
+    /// The hit of a ray, starting where it enters the grid.
     std::optional<CellHit> hop(const LatticeRay& ray, HopStatistics& statistics) const;
     Hit cast(const Ray& ray, std::size_t index, HopStatistics& statistics) const;
 
     const std::shared_ptr<const IsosurfaceSnapshot> surface;
     const CellIntersector intersector;
     const glm::ivec3 shape;           ///< cells along x, y, z
-    std::vector<std::uint8_t> states; ///< one byte a cell, x fastest: in the shell or not
-    RayFrame frame;                   ///< that of a scene of this surface alone, so that hits are its hits, bit for bit
+    std::vector<std::uint8_t> states; ///< one byte per cell, x fastest: whether it is in the shell
+    RayFrame frame;                   ///< that of a scene with this surface alone, so that hits are equal, bit for bit
     glm::dmat4 world_to_lattice, centred_to_lattice;
 };
 
@@ -94,7 +94,7 @@ std::optional<VoxelHopper::Impl::CellHit> VoxelHopper::Impl::hop(const LatticeRa
     std::optional<CellWalk> walk = CellWalk::enter(ray, shape);
     if (!walk)
         return hit;
-    // Behind a hit at the very end of a cell, the next cells may have one at the same t.
+    // After a hit exactly at the end of a cell, the next cells may have a hit at the same t.
     double t_limit = ray.t_far;
     const double t_begin = std::max(ray.t_near, walk->t_begin());
     double t_reached = t_begin;
@@ -102,7 +102,7 @@ std::optional<VoxelHopper::Impl::CellHit> VoxelHopper::Impl::hop(const LatticeRa
         const std::uint8_t state = states[walk->index()];
         if (state == cell_of_shell) {
             ++statistics.evaluated_cells;
-            const auto root = intersector.first_root(CellCoefficients(volume, threshold, walk->cell()), ray);
+            const auto root = intersector.first_root(VolumeCell(volume, threshold, walk->cell()), ray);
             const std::uint64_t primitive_id = walk->index();
             if (root && (!hit || (root->t == hit->root.t && primitive_id < hit->primitive_id))) {
                 hit = {*root, primitive_id};

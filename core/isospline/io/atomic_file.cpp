@@ -16,7 +16,7 @@ namespace isospline {
 
 namespace {
 
-/// A hidden name that nobody else uses. It is short, whatever the target's: names end at 255 bytes.
+/// A unique hidden name. It is short, independent of the target's name: names have at most 255 bytes.
 std::string temporary_name()
 {
     std::random_device random;
@@ -31,7 +31,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), r
 {
     look_at_replaced();
     std::filesystem::path temporary = replaced_.parent_path() / temporary_name();
-    // What only its owner could read is not shown to others meanwhile.
+    // A file that only its owner can read must not be readable by others meanwhile.
     const mode_t mode = permissions_ ? static_cast<mode_t>(*permissions_) & 0666 : 0666;
     const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode | S_IWUSR);
     if (descriptor < 0)
@@ -41,7 +41,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : target_(target), r
     errno = 0;
     try {
         stream_.open(temporary_, std::ios::binary | std::ios::trunc);
-    } catch (...) { // its buffer takes memory
+    } catch (...) { // allocating its buffer can fail
         discard();
         throw;
     }
@@ -59,7 +59,7 @@ AtomicFile::~AtomicFile()
 
 void AtomicFile::commit()
 {
-    // Of a stream that has failed before, errno still tells why.
+    // If the stream failed before, errno still has the reason.
     if (stream_)
         errno = 0;
     stream_.close();
@@ -89,10 +89,10 @@ void AtomicFile::throw_unwritable(int reason) const
     throw std::filesystem::filesystem_error("cannot write the file", target_, code);
 }
 
-/// What the target leads to, as far as it is a symbolic link; that need not exist.
+/// The file that the target points to, through symbolic links; it need not exist.
 std::filesystem::path AtomicFile::followed() const
 {
-    constexpr int most_links = 40; // Linux has the same limit.
+    constexpr int most_links = 40; // the limit of Linux
     std::filesystem::path path = target_;
     for (int link = 0; link < most_links; ++link) {
         std::error_code reason;
@@ -111,7 +111,7 @@ std::filesystem::path AtomicFile::followed() const
     throw_unwritable(ELOOP);
 }
 
-/// Refuses now what would be refused at the end, when all the work is done, or should not be replaced at all.
+/// Throws now for targets that could not be replaced at the end, after all the work, or that must not be replaced.
 void AtomicFile::look_at_replaced()
 {
     struct stat status = {};

@@ -1,4 +1,4 @@
-// Files that appear whole or not at all.
+// Files that are written completely or not at all.
 #pragma once
 
 #include <filesystem>
@@ -7,12 +7,13 @@
 
 namespace isospline {
 
-/// An output stream into a file beside `target`, which takes the target's place on commit() and goes away without it.
+/// An output stream into a temporary file next to `target`. commit() renames it to the target; otherwise it is removed.
 ///
-/// The file that is replaced leaves its permissions; where `target` is a symbolic link, it is what the link leads to.
+/// The new file keeps the permissions of the one that it replaces. If `target` is a symbolic link, the file that the
+/// link points to is replaced.
 ///
-/// Throws std::filesystem::filesystem_error, which names the target, where the file cannot be opened, written or
-/// renamed, and std::invalid_argument where the target is a device, a pipe or a socket.
+/// Throws std::filesystem::filesystem_error, which names the target, if the file cannot be opened, written or
+/// renamed, and std::invalid_argument if the target is a device, a pipe or a socket.
 class AtomicFile {
 public:
     explicit AtomicFile(const std::filesystem::path& target);
@@ -21,11 +22,11 @@ public:
     AtomicFile& operator=(const AtomicFile&) = delete;
 
     std::ofstream& stream() { return stream_; }
-    /// The file that becomes the target, for those who write to it by its name.
+    /// The temporary file, for code that writes to it by name.
     const std::filesystem::path& temporary() const { return temporary_; }
     /// Closes the file and gives it the target's name.
     void commit();
-    /// Closes and removes what was not committed.
+    /// Closes and removes a file that was not committed.
     void discard() noexcept;
 
 private:

@@ -4,6 +4,7 @@
 #include "isospline/util/error.h"
 
 #include <Iex.h>
+#include <ImathBox.h>
 #include <ImathMatrix.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cstddef>
 #include <initializer_list>
 #include <system_error>
 #include <vector>
@@ -24,22 +26,25 @@ namespace isospline {
 
 namespace {
 
-/// The channels of a file, each a part of the elements of an array.
+/// The channels of a file; each is a component of an array's elements.
 class Channels {
 public:
-    explicit Channels(int width) : width_(static_cast<std::size_t>(width)) {}
+    explicit Channels(const Image& image) : width_(image.size.x), first_(image.first) {}
 
-    /// Adds the parts of an array's elements, in their order; nothing where the array is empty.
+    /// Adds the components of an array's elements, in order; nothing if the array is empty.
     template <typename Element>
     void add(std::initializer_list<const char*> names, Imf::PixelType type, const std::vector<Element>& array)
     {
         if (array.empty())
             return;
-        // The library takes pointers to what it only reads.
+        // The library takes mutable pointers to data that it only reads.
         char* part = const_cast<char*>(reinterpret_cast<const char*>(array.data()));
+        // Slices begin at pixel (0, 0) of the picture, which need not be in a window of it.
+        const auto step = static_cast<std::ptrdiff_t>(sizeof(Element));
+        part -= step * (first_.x + width_ * first_.y);
         for (const char* const name : names) {
             list_.insert(name, Imf::Channel(type));
-            buffer_.insert(name, Imf::Slice(type, part, sizeof(Element), sizeof(Element) * width_));
+            buffer_.insert(name, Imf::Slice(type, part, sizeof(Element), static_cast<std::size_t>(step * width_)));
             part += sizeof(Element) / names.size();
         }
     }
@@ -48,7 +53,8 @@ public:
     const Imf::FrameBuffer& buffer() const { return buffer_; }
 
 private:
-    std::size_t width_;
+    std::ptrdiff_t width_;
+    glm::ivec2 first_;
     Imf::ChannelList list_;
     Imf::FrameBuffer buffer_;
 };
@@ -78,7 +84,10 @@ std::vector<HalfColor> to_half(const std::vector<glm::vec4>& color)
 
 Imf::Header header_of(const Image& image)
 {
-    Imf::Header header(image.size.x, image.size.y, static_cast<float>(image.pixel_aspect_ratio));
+    const glm::ivec2 last = image.first + image.size - 1;
+    const Imath::Box2i display({0, 0}, {image.full_size.x - 1, image.full_size.y - 1});
+    const Imath::Box2i data({image.first.x, image.first.y}, {last.x, last.y});
+    Imf::Header header(display, data, static_cast<float>(image.pixel_aspect_ratio));
     header.compression() = Imf::ZIP_COMPRESSION;
     Imf::addWorldToCamera(header, to_imath(image.world_to_camera));
     if (image.world_to_ndc)
@@ -96,7 +105,7 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     const std::vector<HalfColor> half_color = options.half ? to_half(image.color) : std::vector<HalfColor>();
 
     // Channels.
-    Channels channels(image.size.x);
+    Channels channels(image);
     if (options.half)
         channels.add({"R", "G", "B", "A"}, Imf::HALF, half_color);
     else
@@ -111,13 +120,13 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     channels.add({"direct.R", "direct.G", "direct.B"}, Imf::FLOAT, image.direct);
     channels.add({"variance.R", "variance.G", "variance.B"}, Imf::FLOAT, image.variance);
     channels.add({"id.geometry"}, Imf::UINT, image.geometry_ids);
-    // OpenEXR has integers of 32 bits only.
+    // OpenEXR only has 32-bit integers.
     if (std::endian::native == std::endian::little)
         channels.add({"id.primitive", "id.primitive_high"}, Imf::UINT, image.primitive_ids);
     else
         channels.add({"id.primitive_high", "id.primitive"}, Imf::UINT, image.primitive_ids);
 
-    // The file. OutputFile swallows errors in its destructor, which the stream keeps for commit().
+    // The file. OutputFile ignores errors in its destructor; the stream keeps them for commit().
     AtomicFile file(path);
     try {
         Imf::Header header = header_of(image);
@@ -125,10 +134,9 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
         Imf::StdOFStream stream(file.stream(), path.string().c_str());
         Imf::OutputFile output(stream, header);
         output.setFrameBuffer(channels.buffer());
-        constexpr int lines = 16; // that ZIP compresses together
+        constexpr int lines = 16; // the block that ZIP compresses together
         for (int line = 0; line < image.size.y; line += lines) {
-            if (progress && !progress(static_cast<double>(line) / image.size.y))
-                throw Cancelled();
+            report(progress, static_cast<double>(line) / image.size.y);
             output.writePixels(std::min(lines, image.size.y - line));
         }
     } catch (const Iex::BaseExc& error) {

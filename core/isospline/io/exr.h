@@ -15,15 +15,15 @@ struct ExrOptions {
 /// Writes an image with the channels R G B A and, of its layers, Z (along the viewing direction, world units), P.X P.Y
 /// P.Z, N.X N.Y N.Z, albedo.R albedo.G albedo.B, gradient_magnitude, curvature.mean and curvature.gaussian,
 /// ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G variance.B, id.geometry, id.primitive and
-/// id.primitive_high (unsigned integers); compressed by ZIP, and with worldToCamera and, but for panoramas, worldToNDC
-/// in the header as OpenEXR defines them. Throws std::invalid_argument for an image of 8-bit sRGB.
+/// id.primitive_high (unsigned integers); compressed by ZIP. The header has worldToCamera and, except for panoramas,
+/// worldToNDC, as OpenEXR defines them. Throws std::invalid_argument for an image of 8-bit sRGB.
 ///
 /// OpenEXR's integers have 32 bits: a primitive id is id.primitive + 2^32 id.primitive_high, 0xffffffff in both on a
 /// miss.
 ///
-/// The file appears whole or not at all: it is written under another name in the same folder and then renamed.
-/// Throws std::filesystem::filesystem_error, which names the path, where it cannot be written, and Cancelled where
-/// `progress` returns false.
+/// The file is written completely or not at all: under another name in the same folder, and then renamed. Throws
+/// std::filesystem::filesystem_error, which names the path, if it cannot be written, and Cancelled if `progress`
+/// returns false.
 void write_exr(const Image& image, const std::filesystem::path& path, const ExrOptions& options = {},
                const Progress& progress = {});
 

@@ -18,7 +18,7 @@ inline constexpr std::array<double, N + 1> binomials = [] {
     return row;
 }();
 
-/// The two halves of a polynomial at s = 1/2, each on [0, 1] again (de Casteljau). `left` may be `b` itself.
+/// Splits a polynomial at s = 1/2 into two, each on [0, 1] again (de Casteljau). `left` may be `b` itself.
 template <int Degree>
 inline void split_in_half(const Bernstein<Degree>& b, Bernstein<Degree>& left, Bernstein<Degree>& right)
 {
@@ -31,8 +31,8 @@ inline void split_in_half(const Bernstein<Degree>& b, Bernstein<Degree>& left, B
     }
 }
 
-/// Changes of sign from one coefficient to the next, zero counting as positive: at least as many as there are roots in
-/// (0, 1), and of the same parity (Descartes' rule of signs).
+/// The number of sign changes from one coefficient to the next; zero counts as positive. It is at least the number of
+/// roots in (0, 1), and of the same parity (Descartes' rule of signs).
 template <int Degree>
 inline int sign_changes(const Bernstein<Degree>& b)
 {

@@ -16,8 +16,8 @@ struct FunctionPoint {
 /// A root of `f` between two points where its values have opposite signs, or one is zero. The result is within
 /// `tolerance` + 4 eps |root| of a change of sign.
 ///
-/// Inverse quadratic interpolation, the secant where only two points are known, and bisection wherever these would
-/// leave the bracket or do not shrink fast enough.
+/// Inverse quadratic interpolation, the secant if only two points are known, and bisection if these would leave the
+/// bracket or do not shrink it fast enough.
 template <typename Function>
 double brent_root(const Function& f, FunctionPoint first, FunctionPoint second, double tolerance)
 {
@@ -55,7 +55,7 @@ double brent_root(const Function& f, FunctionPoint first, FunctionPoint second, 
             p = std::abs(p);
         }
 
-        // Take it where it stays within three quarters of the bracket and is less than half the step before last.
+        // Take it if it stays within three quarters of the bracket and is less than half the step before last.
         const double before_last = previous_step;
         previous_step = step;
         if (converging && 2.0 * p < 3.0 * to_middle * q - std::abs(smallest_step * q) &&

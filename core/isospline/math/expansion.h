@@ -9,15 +9,15 @@
 
 namespace isospline {
 
-/// An exact number: the sum of doubles that do not overlap, in ascending order of magnitude. Sums and products of it
-/// are exact unless they overflow, or a product of doubles has digits below the least double, 2^-1074.
+/// An exact number: a sum of doubles that do not overlap, in ascending order of magnitude. Its sums and products are
+/// exact unless they overflow, or a product of doubles has digits below the least double, 2^-1074.
 class Expansion {
 public:
     Expansion() = default;
     explicit Expansion(double value) { add(value); }
     Expansion(const Expansion& other) { *this = other; }
 
-    // Copies no more than there is.
+    // Copies only the terms in use.
     Expansion& operator=(const Expansion& other)
     {
         std::copy_n(other.terms_.begin(), other.size_, terms_.begin());
@@ -65,7 +65,7 @@ public:
         return result;
     }
 
-    /// 1, 0 or -1.
+    /// The sign: 1, 0 or -1.
     int sign() const { return size_ == 0 ? 0 : (terms_[size_ - 1] > 0.0 ? 1 : -1); }
 
     /// The number, rounded to within some units in the last place.
@@ -79,7 +79,7 @@ public:
 
 private:
     // Terms of a compressed expansion are at least 53 bits apart, and doubles have bits from 2^-1074 to 2^1023: there
-    // are at most 40. Twice as many are added at most before it is compressed again.
+    // are at most 40. At most twice as many are added before it is compressed again.
     static constexpr std::size_t capacity = 3 * 42;
 
     // Grow-Expansion, Shewchuk's figure 6, without terms that are zero.
@@ -99,7 +99,7 @@ private:
         size_ = kept;
     }
 
-    // Compress, figure 15: as few terms as there can be.
+    // Compress, figure 15: to the fewest terms.
     void compress()
     {
         if (size_ < 2)

@@ -1,4 +1,4 @@
-// Places in a grid of cells or samples, counted with x varying fastest, in 64 bits: exact for grids of more than 2^32.
+// Indices in a grid of cells or samples, with x varying fastest, in 64 bits: exact for grids of more than 2^32.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -7,21 +7,21 @@
 
 namespace isospline {
 
-/// How many places there are.
+/// The number of items.
 constexpr std::uint64_t place_count(const glm::ivec3& shape)
 {
     const glm::vec<3, std::uint64_t> size(shape);
     return size.x * size.y * size.z;
 }
 
-/// The place of (x, y, z): x + shape.x * (y + shape.y * z).
+/// The index of (x, y, z): x + shape.x * (y + shape.y * z).
 constexpr std::uint64_t place_in(const glm::ivec3& shape, const glm::ivec3& at)
 {
     const glm::vec<3, std::uint64_t> size(shape), position(at);
     return position.x + size.x * (position.y + size.y * position.z);
 }
 
-/// What is at a place.
+/// The (x, y, z) of an index.
 constexpr glm::ivec3 at_place(const glm::ivec3& shape, std::uint64_t place)
 {
     const glm::vec<3, std::uint64_t> size(shape);

@@ -8,12 +8,12 @@
 
 namespace isospline {
 
-/// A row of the matrix and, behind it, its right sides.
+/// A row of the matrix, followed by its right-hand sides.
 template <std::size_t Capacity, std::size_t RightSides = 1>
 using LinearSystem = std::array<std::array<double, Capacity + RightSides>, Capacity>;
 
-/// Solves the first `size` equations of as many unknowns, whose coefficients are of about one magnitude, by Gaussian
-/// elimination with partial pivoting; the right sides become the solutions. False where a pivot is not above `tiny`.
+/// Solves the first `size` equations for as many unknowns by Gaussian elimination with partial pivoting. Coefficients
+/// should be of similar magnitude. The right-hand sides become the solutions. False if a pivot is not above `tiny`.
 template <std::size_t Capacity, std::size_t Width>
 inline bool solve(std::array<std::array<double, Width>, Capacity>& system, std::size_t size, double tiny)
 {

@@ -1,14 +1,15 @@
-// The numbers that formulas are written for: double, and Highway's vectors of float or double with lanes that are known
-// at compile time. Included once for each SIMD target.
+// The number types of formulas: double, and Highway's vectors of float or double whose number of lanes is known at
+// compile time. Included once for each SIMD target.
 //
-// A formula is a template on its number. So a ray alone, a ray in a packet and the reference go through the same
+// A formula is a template on its number type. So a single ray, a ray in a packet and the reference take the same
 // operations in the same order, and lanes of the same type agree bit for bit. Sums, products and quotients are written
-// as operators; what follows is what operators lack.
+// as operators; this file has the other operations.
 //
 // Code that is compiled once, and not for each target, uses these formulas as `scalar::formula(...)`.
 #include <hwy/highway.h>
 
 #include <cmath>
+#include <cstddef>
 #include <type_traits>
 #include <utility>
 
@@ -46,7 +47,7 @@ HWY_INLINE constexpr N negated(N a)
         return hn::Neg(a);
 }
 
-/// a b + c. Vectors fuse it where the machine can; double never does, so that it is the same on all machines.
+/// a b + c. Vectors fuse it if the machine can; double never does, so that the result is the same on all machines.
 template <class N>
 HWY_INLINE constexpr N mul_add(N a, N b, N c)
 {
@@ -78,6 +79,76 @@ HWY_INLINE N square_root(N a)
         return hn::Sqrt(a);
 }
 
+/// a b + c with one rounding, whether the machine has an instruction for it or not.
+template <class N>
+HWY_INLINE N fused_mul_add(N a, N b, N c)
+{
+    if constexpr (std::is_arithmetic_v<N>) {
+        return std::fma(a, b, c);
+    } else {
+#if HWY_NATIVE_FMA
+        return hn::MulAdd(a, b, c);
+#else
+        const hn::DFromV<N> d;
+        alignas(64) hn::TFromD<hn::DFromV<N>> factors[2][hn::MaxLanes(d)], sums[hn::MaxLanes(d)];
+        hn::Store(a, d, factors[0]);
+        hn::Store(b, d, factors[1]);
+        hn::Store(c, d, sums);
+        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
+            sums[lane] = std::fma(factors[0][lane], factors[1][lane], sums[lane]);
+        return hn::Load(d, sums);
+#endif
+    }
+}
+
+template <class N>
+HWY_INLINE N absolute(N a)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return std::abs(a);
+    else
+        return hn::Abs(a);
+}
+
+template <class N>
+HWY_INLINE N rounded_to_floor(N a)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return std::floor(a);
+    else
+        return hn::Floor(a);
+}
+
+/// The magnitude of a with the sign of b.
+template <class N>
+HWY_INLINE N with_sign_of(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return std::copysign(a, b);
+    else
+        return hn::CopySign(a, b);
+}
+
+/// The smaller number; b if either is NaN.
+template <class N>
+HWY_INLINE constexpr N smaller(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return a < b ? a : b;
+    else
+        return hn::Min(a, b);
+}
+
+/// The larger number; b if either is NaN.
+template <class N>
+HWY_INLINE constexpr N larger(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return a > b ? a : b;
+    else
+        return hn::Max(a, b);
+}
+
 /// a < b: a bool, or a mask of lanes.
 template <class N>
 HWY_INLINE constexpr auto less(N a, N b)
@@ -97,7 +168,16 @@ HWY_INLINE constexpr auto less_equal(N a, N b)
         return hn::Le(a, b);
 }
 
-/// What less() gives.
+template <class N>
+HWY_INLINE constexpr auto equal(N a, N b)
+{
+    if constexpr (std::is_arithmetic_v<N>)
+        return a == b;
+    else
+        return hn::Eq(a, b);
+}
+
+/// The type that less() returns.
 template <class N>
 using MaskOf = decltype(less(std::declval<N>(), std::declval<N>()));
 
@@ -129,7 +209,7 @@ HWY_INLINE constexpr M without(M a, M b)
         return hn::AndNot(b, a);
 }
 
-/// Exactly one of both.
+/// Exactly one of the two.
 template <class M>
 HWY_INLINE constexpr M differ(M a, M b)
 {

@@ -1,4 +1,4 @@
-// How far a point is from a triangle.
+// The distance of a point from a triangle.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -8,8 +8,8 @@
 
 namespace isospline {
 
-/// The point of a triangle that is nearest to another one: C. Ericson, Real-Time Collision Detection, 2005, section
-/// 5.1.5. Triangles without an area are the edges that they consist of.
+/// The point of a triangle that is nearest to a given one: C. Ericson, Real-Time Collision Detection, 2005, section
+/// 5.1.5. A triangle without area is treated as its edges.
 inline glm::dvec3 closest_point_of_triangle(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
                                             const glm::dvec3& c)
 {

@@ -1,4 +1,4 @@
-// Powers, as illumination models have them. Included once for each SIMD target.
+// Powers, as in illumination models. Included once for each SIMD target.
 #include "isospline/math/number-inl.h"
 
 #include <cmath>
@@ -16,8 +16,8 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// base^exponent for a base of at least 0. Whole exponents up to 1024, as highlights mostly have, are products of
-/// squares: to some exponent roundings the same, and several times as fast.
+/// base^exponent for a base of at least 0. Integer exponents up to 1024, which most highlights have, are computed as
+/// products of squares: several times as fast, with an error of about `exponent` roundings.
 template <class N>
 HWY_INLINE N power(N base, double exponent)
 {

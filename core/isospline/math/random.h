@@ -1,4 +1,4 @@
-// Random numbers that are a function of a counter: any of them at any time, by any thread, always the same.
+// Random numbers as a function of a counter: any thread can compute any of them at any time, and gets the same number.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -9,7 +9,7 @@
 namespace isospline {
 
 /// pcg4d: M. Jarzynski, M. Olano, "Hash functions for GPU rendering", Journal of Computer Graphics Techniques 9(3),
-/// 2020. Four words to four words, well mixed.
+/// 2020. Maps four words to four well-mixed words.
 inline std::array<std::uint32_t, 4> pcg4d(std::array<std::uint32_t, 4> v)
 {
     const auto mix = [&v] {
@@ -27,7 +27,7 @@ inline std::array<std::uint32_t, 4> pcg4d(std::array<std::uint32_t, 4> v)
     return v;
 }
 
-/// A number in [0, 1), of 32 random bits.
+/// A number in [0, 1), from 32 random bits.
 inline double to_unit_interval(std::uint32_t bits)
 {
     return bits * 0x1p-32;
@@ -45,7 +45,7 @@ public:
     double next()
     {
         if (used_ == 4) {
-            // The count goes into the word of the seed: hashed, so that seeds that follow each other share no numbers.
+            // Seed and count are hashed into one word, so that consecutive seeds share no numbers.
             const std::uint32_t stream = pcg4d({key_[3], count_++, 0x9e3779b9u, 0})[0];
             words_ = pcg4d({key_[0], key_[1], key_[2], stream});
             used_ = 0;

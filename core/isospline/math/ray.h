@@ -28,11 +28,11 @@ struct Interval {
     double t_far;
 };
 
-/// Components of a direction below this count as zero where a ray is clipped.
+/// Components of a direction below this count as zero when a ray is clipped.
 inline constexpr double smallest_with_inverse = 1e-300;
 
-/// The part of a ray inside a box, or nothing. A direction component of zero is fine: the slab then holds all of the
-/// ray or none.
+/// The part of a ray inside a box, or nothing. A direction component of zero is allowed: the slab then contains all of
+/// the ray or none of it.
 inline std::optional<Interval> clip(const Ray& ray, const Box& box)
 {
     Interval inside{ray.t_near, ray.t_far};

@@ -42,8 +42,8 @@ HWY_INLINE N crossing_of_control_polygon(const Bernstein<Order, N>& b)
     return (first + before / (before - after)) * number<N>(1.0 / Order);
 }
 
-/// Newton's method for the only root in [0, 1] of a polynomial whose Bernstein coefficients change sign once: on the
-/// monomial form, inside a shrinking bracket, from where the control polygon crosses zero.
+/// Newton's method for the only root in [0, 1] of a polynomial whose Bernstein coefficients change sign once. It uses
+/// the monomial form and a shrinking bracket, and starts where the control polygon crosses zero.
 template <int Order, class N>
 struct BracketedNewton {
     explicit HWY_INLINE BracketedNewton(const Bernstein<Order, N>& b)
@@ -67,7 +67,7 @@ struct BracketedNewton {
     }
 
     struct Step {
-        N newton;                ///< where Newton's method leads
+        N newton;                ///< the result of a Newton step
         MaskOf<N> is_in_bracket; ///< otherwise s is now the middle of the bracket
     };
 
@@ -88,14 +88,14 @@ struct BracketedNewton {
     N s, lower = number<N>(0.0), upper = number<N>(1.0);
 };
 
-/// That root, in double precision.
+/// The same root, in double precision.
 template <int Order>
 HWY_INLINE double isolated_root(const Bernstein<Order>& b)
 {
     BracketedNewton<Order, double> search(b);
     constexpr int bisections_to_full_precision = 60;
     for (int iteration = 0; iteration < bisections_to_full_precision; ++iteration) {
-        // Newton's method squares its error: after a step of 1e-8 the next would be below rounding.
+        // Newton's method squares its error: after a step of 1e-8, the next would be below rounding.
         const double before = search.s;
         const auto [newton, is_in_bracket] = search.step();
         if (std::abs(newton - before) <= (is_in_bracket ? 1e-8 : 1e-15))
@@ -104,13 +104,13 @@ HWY_INLINE double isolated_root(const Bernstein<Order>& b)
     return search.s;
 }
 
-/// About where a polynomial has its root, and its derivative there.
+/// The approximate root of a polynomial, and the derivative there.
 template <class N>
 struct RootEstimate {
     N s, slope;
 };
 
-/// That root for the start of a search in double precision, from scaled Bernstein coefficients.
+/// The approximate root from scaled Bernstein coefficients, to start a search in double precision.
 template <int Order, class N>
 HWY_INLINE RootEstimate<N> estimate_root(const Bernstein<Order, N>& scaled)
 {
@@ -124,9 +124,9 @@ HWY_INLINE RootEstimate<N> estimate_root(const Bernstein<Order, N>& scaled)
 }
 
 /// Calls `visit(s, rising)` for the s in [0, 1] where a polynomial in Bernstein form changes sign, in ascending order,
-/// until it returns false; `rising` tells that the sign becomes positive. Subdivides, left half first, until a piece
-/// has no sign change (no root, by the convex hull) or one (one root); pieces narrower than rounding can tell apart,
-/// which only a touching root leaves, count as a crossing only if the signs at their ends differ.
+/// until it returns false; `rising` means that the sign becomes positive. Subdivides, left half first, until a piece
+/// has no sign change (no root, by the convex hull property) or one (one root). A touching root leaves pieces too
+/// narrow to be subdivided; these count as a crossing only if the signs at their ends differ.
 template <int Order, typename Visit>
 inline void for_each_root(const Bernstein<Order>& b, const Visit& visit)
 {

@@ -25,15 +25,15 @@ constexpr std::size_t at(Quantity quantity)
     return static_cast<std::size_t>(quantity);
 }
 
-/// Halvings of a cell; what is left is in the error.
+/// The largest number of halvings of a cell; the rest counts as error.
 constexpr int deepest_box = 21;
-/// Parts of a cell that are looked at, at most; then none is halved any more.
+/// The largest number of parts of a cell; after that, none is halved any more.
 constexpr int most_boxes = 2048;
-/// Up to so many halvings a graph should not be steep: the rules converge faster.
+/// Up to this number of halvings, steep graphs are halved: the rules then converge faster.
 constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
 
-/// The integrals of two rules, one node apart.
+/// The integrals by two rules, whose orders differ by one.
 struct Sums {
     std::array<double, quantity_count> fine{}, coarse{}, unresolved{};
 };
@@ -51,9 +51,9 @@ struct CellQuadrature::MethodOfDegree final : Method {
     /// A part of the cell: lower + [0, 1]^3 * size.
     struct Part {
         BernsteinBox<Degree> b;        ///< sign * (f - level) on it
-        bool has_surface;              ///< whether that has both signs
+        bool has_surface;              ///< whether its coefficients have both signs
         glm::dvec3 lower, size;        ///< local coordinates of the cell
-        std::vector<HalfSpace> planes; ///< those that cross it, in its own coordinates
+        std::vector<HalfSpace> planes; ///< the planes that cross it, in its own coordinates
         int depth;
         int cap; ///< of `planes`, or -1
     };
@@ -100,7 +100,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     /// Adds the integrals over a part.
     void add_part(Part part)
     {
-        // What crosses it.
+        // The planes that cross it.
         const auto [least, most] = std::minmax_element(part.b.begin(), part.b.end());
         if (!(*most > 0.0))
             return;
@@ -126,7 +126,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (!part.has_surface && part.planes.empty() && zero_face_axis(part, *least) < 0)
             return add_both(Quantity::volume, determinant * box_volume);
 
-        // A graph over a face, or two halves.
+        // Either integrate a graph over a face, or halve the part.
         if (const int axis = zero_face_axis(part, *least); axis >= 0) {
             part.has_surface = true;
             return add_graph(part, axis);
@@ -154,7 +154,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         }
     }
 
-    /// The axis across which a face of the cell is in the surface while the cell is in the solid; -1 where none is.
+    /// The axis perpendicular to a face of the cell that is in the surface while the cell is in the solid; -1 if none.
     static int zero_face_axis(const Part& part, double least)
     {
         if (least != 0.0 || part.depth > 0 || part.cap >= 0)
@@ -169,7 +169,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         return -1;
     }
 
-    /// The axis along which the surface, or the cap, is a graph; -1 where none is shown to be.
+    /// The axis along which the surface, or the cap, is proven to be a graph; -1 if none.
     int height_axis(const Part& part) const
     {
         if (part.cap >= 0 || !part.has_surface) {
@@ -203,7 +203,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         return best_slope < steep * steepest && part.depth < deepest_steep_box ? -1 : best;
     }
 
-    /// A part so small that little can be in it: between nothing and all.
+    /// Adds a part so small that it hardly matters: its content is between nothing and the whole part.
     void add_unresolved(const Part& part, double box_volume)
     {
         const double half = 0.5 * determinant * box_volume;
@@ -236,7 +236,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
             if (is_met(i)) {
                 edges.push_back(plane_on_face(plane, axis, 0.0));
                 edges.push_back(plane_on_face(plane, axis, 1.0));
-                // A plane that is all but parallel to the height is left to the error.
+                // A plane nearly parallel to the height counts as error.
                 if (part.has_surface && is_section_sound(plane, axis))
                     edges.push_back(section<Degree>(part.b, plane, axis));
             }
@@ -255,7 +255,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         });
     }
 
-    /// What is over one point of the face, `weight` being the area that it stands for in units of the part.
+    /// Integrates over one point of the face; `weight` is its area in units of the part.
     void add_height(const Part& part, int axis, const glm::dvec2& x, double weight,
                     std::array<double, quantity_count>& to)
     {
@@ -293,7 +293,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         double height = 0.5;
         bool is_met = false;
         if (part.has_surface) {
-            // Zero is outside: a surface on the face between two cells is met in that of the solid.
+            // Zero is outside: a surface on the face between two cells counts in the cell of the solid.
             const bool starts = line.b[0] > 0.0, ends = line.b[Degree] > 0.0;
             is_met = starts != ends;
             if (!starts && !ends)
@@ -315,7 +315,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         }
     }
 
-    /// At a point of the surface in the cell, over an area of a face.
+    /// Adds a point of the surface in the cell, for an area of a face.
     void add_surface(const glm::dvec3& local, int axis, double face_area, std::array<double, quantity_count>& to)
     {
         const Jet jet = jet_in_cell<Degree>(*cell, local);

@@ -15,11 +15,11 @@
 
 namespace isospline {
 
-/// What can be integrated.
+/// The quantities to integrate.
 enum class Quantity { volume, area, mean_curvature, gaussian_curvature };
 inline constexpr std::size_t quantity_count = 4;
 
-/// A number and how far off it may be.
+/// A number and an estimate of its error.
 struct Measurement {
     double value;
     double error;
@@ -48,20 +48,21 @@ struct QuadratureOptions {
 /// Integrates over cells, in world units. One thread at a time.
 ///
 /// R. I. Saye, "High-order quadrature methods for implicitly defined surfaces and volumes in hyperrectangles", SIAM
-/// Journal on Scientific Computing 37(2), 2015. Where the Bernstein coefficients of a derivative of f have one sign the
-/// surface is a graph over a face of the cell, and the integral one over that face of a function that is smooth but
-/// for the zeros of other polynomials: f on two faces, and f on the planes of half-spaces. Where these are graphs too,
-/// what is left are integrals over intervals between roots, by Gauss-Legendre rules. Cells where this does not hold
-/// are halved.
+/// Journal on Scientific Computing 37(2), 2015. If the Bernstein coefficients of a derivative of f have one sign, the
+/// surface is a graph over a face of the cell. The integral is then one over that face, of a function that is smooth
+/// except at the zeros of other polynomials: f on two faces, and f on the planes of half-spaces. If these are graphs
+/// too, integrals over intervals between roots remain, which are computed by Gauss-Legendre rules. Cells where this
+/// does not hold are halved.
 class CellQuadrature {
 public:
     explicit CellQuadrature(int degree, const QuadratureOptions& options);
     ~CellQuadrature();
     CellQuadrature(CellQuadrature&&) noexcept;
 
-    /// Of a cell: where sign * (f - level) > 0 and within the half-spaces, which are in lattice space.
+    /// Integrates over the part of a cell where sign * (f - level) > 0, within the half-spaces, which are in lattice
+    /// space.
     Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces);
-    /// The area, in the solid and in all other half-spaces, of the plane of one of them.
+    /// The area of one half-space's plane in the solid and in all other half-spaces.
     Integrals integrate_cap(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
                             std::size_t cap);
 

@@ -14,7 +14,7 @@ namespace isospline {
 
 namespace {
 
-/// Planes of cells' faces are taken to be there, whatever rounding made of them: half-spaces then cut no slivers.
+/// Half-spaces this close to a face of cells are moved onto it, so that rounding does not leave slivers.
 HalfSpace snapped(HalfSpace half_space)
 {
     constexpr double rounding = 1e-9;
@@ -28,7 +28,7 @@ HalfSpace snapped(HalfSpace half_space)
     return half_space;
 }
 
-/// What of a brick's cells there is to integrate.
+/// The cells of a brick to integrate over.
 class BrickIntegrals {
 public:
     BrickIntegrals(const Solid& solid, const IntegralOptions& options)
@@ -48,16 +48,16 @@ public:
             for (int y = 0; y < brick.size.y; ++y)
                 for (int x = 0; x < brick.size.x; ++x) {
                     const glm::ivec3 cell = brick.first + glm::ivec3(x, y, z);
-                    if (solid_.mask.empty() || !is_cut_by_mask(cell, solid_.mask, solid_.volume))
+                    if (solid_.cells.contains(cell))
                         visit_cell(cell, side, visit);
                 }
     }
 
-    /// Whether the clip or the mask can take anything of a brick.
+    /// Whether the clip or the set of cells can remove anything from a brick.
     bool is_cut(const Brick& brick) const
     {
         const glm::dvec3 half = 0.5 * glm::dvec3(brick.size);
-        return !solid_.mask.empty() || std::any_of(clip_.begin(), clip_.end(), [&](const HalfSpace& cut) {
+        return !solid_.cells.has_all_of(brick) || std::any_of(clip_.begin(), clip_.end(), [&](const HalfSpace& cut) {
             return glm::dot(cut.normal, glm::dvec3(brick.first) + half) - glm::dot(glm::abs(cut.normal), half) <=
                    cut.offset;
         });
@@ -67,7 +67,7 @@ private:
     template <typename Visit>
     void visit_cell(const glm::ivec3& at, Side side, const Visit& visit)
     {
-        const CellCoefficients cell(solid_.volume, solid_.threshold, at);
+        const VolumeCell cell(solid_.volume, solid_.threshold, at);
         if (side == Side::unknown)
             side = side_of_cell(cell);
         if (side == Side::outside)
@@ -127,14 +127,13 @@ void check(const Solid& solid, const IntegralOptions& options)
 }
 
 /// Calls `visit(octet index, child, brick, side)` for all bricks that may hold a part of the solid, in parallel over
-/// octets; `make()` gives what a chunk of octets works with.
+/// octets; `make()` returns the working memory of a chunk of octets.
 template <typename Make, typename Visit>
 void for_each_brick(const Solid& solid, const Make& make, const Visit& visit, const Progress& progress)
 {
-    const auto& octets = solid.ranges.octets();
     const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
     parallel_for(
-        octets.size(), 1,
+        solid.ranges.octets().size(), 1,
         [&](std::size_t begin, std::size_t end) {
             auto work = make();
             for (std::size_t octet = begin; octet < end; ++octet)
@@ -142,13 +141,10 @@ void for_each_brick(const Solid& solid, const Make& make, const Visit& visit, co
                     const glm::ivec3 place = 2 * at_place(solid.ranges.shape(), octet) + child_position(child);
                     if (place.x >= bricks.x || place.y >= bricks.y || place.z >= bricks.z)
                         continue;
-                    const BrickRanges::Range range = octets[octet].brick(static_cast<std::size_t>(child));
-                    double least = solid.sign * (static_cast<double>(range.lower) - solid.threshold);
-                    double most = solid.sign * (static_cast<double>(range.upper) - solid.threshold);
-                    if (solid.sign < 0.0)
-                        std::swap(least, most);
-                    if (const Side side = side_of(least, most); side != Side::outside)
-                        visit(work, octet, brick_at(solid.volume.cell_shape(), place), side);
+                    const Brick brick = brick_at(solid.volume.cell_shape(), place);
+                    if (const Side side = side_of(solid, brick);
+                        side != Side::outside && !solid.cells.has_none_of(brick))
+                        visit(work, octet, brick, side);
                 }
         },
         progress);
@@ -160,7 +156,7 @@ Integrals integrate(const Solid& solid, const IntegralOptions& options, const Pr
 {
     check(solid, options);
     const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
-    // Sums of octets, added up in their order, do not depend on threads.
+    // Sums per octet, added in a fixed order, do not depend on the number of threads.
     std::vector<Integrals> sums(solid.ranges.octets().size());
     for_each_brick(
         solid, [&] { return BrickIntegrals(solid, options); },
@@ -177,6 +173,37 @@ Integrals integrate(const Solid& solid, const IntegralOptions& options, const Pr
     for (const Integrals& sum : sums)
         total.add(sum);
     return total;
+}
+
+std::vector<Integrals> integrate(const Solid& solid, const Components& components, const IntegralOptions& options,
+                                 const Progress& progress)
+{
+    check(solid, options);
+    const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
+    const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
+    std::vector<Integrals> sums(components.pieces().size());
+    for_each_brick(
+        solid, [&] { return BrickIntegrals(solid, options); },
+        [&](BrickIntegrals& work, std::size_t, const Brick& brick, Side side) {
+            const auto place = static_cast<std::size_t>(place_in(bricks, brick.first / brick_size));
+            const std::size_t first = components.first_piece(place), last = components.first_piece(place + 1);
+            if (side == Side::inside && !work.is_cut(brick)) {
+                for (std::size_t i = first; i < last; ++i)
+                    sums[i].value[static_cast<std::size_t>(Quantity::volume)] +=
+                        static_cast<double>(count_cells(components.pieces()[i].cells)) * cell_volume;
+                return;
+            }
+            work.visit_cells(brick, side, [&](const glm::ivec3& cell, const Integrals& found) {
+                for (std::size_t i = first; i < last; ++i)
+                    if (has_cell(components.pieces()[i].cells, cell - brick.first))
+                        sums[i].add(found);
+            });
+        },
+        progress);
+    std::vector<Integrals> totals(components.counts().size());
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        totals[components.pieces()[i].component].add(sums[i]);
+    return totals;
 }
 
 } // namespace isospline

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "isospline/measure/cell_quadrature.h"
+#include "isospline/measure/components.h"
 #include "isospline/measure/solid.h"
 #include "isospline/util/progress.h"
 
 #include <cstddef>
+#include <vector>
 
 namespace isospline {
 
@@ -13,11 +15,15 @@ struct IntegralOptions {
     int order = 4;          ///< nodes of Gauss-Legendre rules, 2 to 10
     bool surface = true;    ///< the area as well as the volume
     bool curvature = false; ///< the curvatures as well; needs degree 2 or 3
-    bool caps = false;      ///< the area has what the half-spaces cut out of the solid
+    bool caps = false;      ///< the area includes the parts of half-spaces' planes in the solid
 };
 
 /// Integrals over all cells, in world units. The same for any number of threads. Throws std::invalid_argument for an
-/// order out of 2-10 and where curvature is asked for at degree 1, whose surfaces have creases.
+/// order outside of 2 to 10, and for curvature at degree 1, whose surfaces have creases.
 Integrals integrate(const Solid& solid, const IntegralOptions& options, const Progress& progress = {});
+
+/// The same for each component of a solid, or of another solid that only differs in its cells.
+std::vector<Integrals> integrate(const Solid& solid, const Components& components, const IntegralOptions& options,
+                                 const Progress& progress = {});
 
 } // namespace isospline

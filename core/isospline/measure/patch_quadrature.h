@@ -13,23 +13,24 @@
 
 namespace isospline {
 
-/// A node of one of two rules, which have one node an axis more, the fine one, or less.
+/// A node of one of two rules. The fine rule has one node more along each axis.
 struct PatchNode {
     glm::dvec2 position;
     double weight;
     bool is_fine;
-    bool is_resolved; ///< whether the zeros about it are graphs, so that the rule converges
+    bool is_resolved; ///< whether the zeros around it are graphs, so that the rule converges
 };
 
-/// The square is halved until all zeros in a part are graphs over one of its axes; there they cut it into pieces.
+/// The square is halved until all zeros in a part are graphs over one of its axes. The zeros then cut the part into
+/// pieces.
 class PatchQuadrature {
 public:
     explicit PatchQuadrature(int order) : fine_(gauss_legendre(order)), coarse_(gauss_legendre(order - 1)) {}
 
-    /// Counts parts anew.
+    /// Resets the count of parts.
     void begin() { patch_count_ = 0; }
 
-    /// Calls `visit(PatchNode)` for the nodes of both rules. `cross` tells whether zeros of two edges may meet.
+    /// Calls `visit(PatchNode)` for the nodes of both rules. `cross` is whether zeros of two edges may meet.
     template <typename Visit>
     void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit)
     {
@@ -37,12 +38,12 @@ public:
     }
 
 private:
-    /// Halvings, and parts that are looked at, at most.
+    /// The largest numbers of halvings and of parts.
     static constexpr int deepest_ = 20, most_patches_ = 8192;
-    /// Up to so many halvings a graph should not be steep: the rules converge faster.
+    /// Up to this number of halvings, steep graphs are halved: the rules then converge faster.
     static constexpr int deepest_steep_ = 6;
     static constexpr double steep_ = 0.1;
-    /// Pieces that are narrower are left out.
+    /// Narrower pieces are left out.
     static constexpr double least_width_ = 1e-13;
 
     struct Patch {
@@ -82,7 +83,7 @@ private:
         }
     }
 
-    /// Where the number or the order of the edges' zeros along the inner coordinate changes.
+    /// Finds where the number or the order of the edges' zeros along the inner coordinate changes.
     void find_outer_cuts(const Patch& patch, int inner)
     {
         const int outer = 1 - inner;
@@ -105,7 +106,7 @@ private:
                     double lower = ends[i - 1] + margin, upper = ends[i] - margin;
                     const bool starts_below = gap(lower) < 0.0;
                     if (!(starts_below ? gap(upper) > 0.0 : gap(lower) > 0.0 && gap(upper) < 0.0))
-                        continue; // as where one has no zero
+                        continue; // also if one of them has no zero
                     for (int halving = 0; halving < 48; ++halving) {
                         const double middle = 0.5 * (lower + upper);
                         ((gap(middle) < 0.0) == starts_below ? lower : upper) = middle;
@@ -115,7 +116,7 @@ private:
         std::sort(outer_cuts_.begin(), outer_cuts_.end());
     }
 
-    /// Not a number where there is none.
+    /// The zero along the inner coordinate, or NaN if there is none.
     static double zero_along(const PatchPolynomial& edge, int inner, double s)
     {
         double zero = std::numeric_limits<double>::quiet_NaN();
@@ -123,7 +124,7 @@ private:
         return zero;
     }
 
-    /// One rule on each piece between the zeros of the edges.
+    /// Applies one rule to each piece between the zeros of the edges.
     template <typename Visit>
     void add_rule(const Patch& patch, int inner, bool is_fine, bool is_resolved, const Visit& visit)
     {
@@ -157,7 +158,7 @@ private:
     }
 
     std::vector<QuadratureNode> fine_, coarse_;
-    std::vector<double> outer_cuts_, inner_cuts_; ///< used again, to save allocations
+    std::vector<double> outer_cuts_, inner_cuts_; ///< reused, to avoid allocations
     int patch_count_ = 0;
 };
 

@@ -1,4 +1,5 @@
-// Polynomials over a face of a box: of a polynomial on its faces and on planes, and of planes.
+// Polynomials over a face of a box: a polynomial of the box restricted to its faces or to planes, and planes
+// themselves.
 #pragma once
 
 #include "isospline/brick/cutout.h"
@@ -27,7 +28,7 @@ constexpr int second_of_face(int axis)
     return axis == 2 ? 1 : 2;
 }
 
-/// The item of b that is `i` along the first coordinate of the face, `j` along the second, `k` along the axis.
+/// The item of b at `i` along the first coordinate of the face, `j` along the second, and `k` along the axis.
 template <int Degree>
 constexpr std::size_t item_over_face(int axis, int i, int j, int k)
 {
@@ -36,7 +37,7 @@ constexpr std::size_t item_over_face(int axis, int i, int j, int k)
                        : bernstein_item<Degree>(i, j, k);
 }
 
-/// On the lower or upper face.
+/// The polynomial on the lower or the upper face.
 template <int Degree>
 PatchPolynomial face_of(const BernsteinBox<Degree>& b, int axis, bool upper)
 {
@@ -61,7 +62,7 @@ std::array<double, Degree + 1> bernstein_values(double s)
     return values;
 }
 
-/// Along an axis, over a point of the face.
+/// The polynomial along an axis, over a point of the face.
 template <int Degree>
 LinePolynomial line_along(const BernsteinBox<Degree>& b, int axis, double x, double y)
 {
@@ -107,14 +108,14 @@ inline bool is_section_sound(const HalfSpace& plane, int axis)
     return normal[axis] >= 0.02 * std::max({normal.x, normal.y, normal.z});
 }
 
-/// From values at Chebyshev-Lobatto nodes to Bernstein coefficients.
+/// The matrix from values at Chebyshev-Lobatto nodes to Bernstein coefficients.
 template <int Degree>
 struct BernsteinInterpolation {
     static constexpr int count = Degree + 1;
 
     BernsteinInterpolation()
     {
-        // The inverse of the matrix of Bernstein polynomials at the nodes, by Gauss and Jordan.
+        // The inverse of the matrix of Bernstein polynomials at the nodes, by Gauss-Jordan elimination.
         std::array<std::array<double, 2 * count>, count> rows{};
         for (int i = 0; i < count; ++i) {
             nodes[i] = 0.5 - 0.5 * std::cos(std::numbers::pi * i / Degree);
@@ -145,7 +146,8 @@ struct BernsteinInterpolation {
     std::array<std::array<double, count>, count> inverse;
 };
 
-/// A polynomial on a plane, as one over the face: of degree 2 n along both coordinates, as height is linear in them.
+/// A polynomial on a plane, as a polynomial over the face. Height is linear in both coordinates, so the degree is 2 n
+/// along each.
 template <int Degree>
 PatchPolynomial section(const BernsteinBox<Degree>& b, const HalfSpace& plane, int axis)
 {

@@ -1,4 +1,4 @@
-// Polynomials of one and two variables in Bernstein form on [0, 1], of degrees that are known when they are made.
+// Polynomials of one and two variables in Bernstein form on [0, 1], with degrees chosen at run time.
 #pragma once
 
 #include "isospline/math/brent.h"
@@ -10,7 +10,7 @@
 
 namespace isospline {
 
-/// The largest degree along an axis: that of a cubic cell on an oblique plane.
+/// The largest degree along an axis, which a cubic cell has on an oblique plane.
 inline constexpr int largest_polynomial_degree = 6;
 
 /// A polynomial of one variable.
@@ -27,11 +27,11 @@ struct LinePolynomial {
         return row[0];
     }
 
-    /// The polynomial on [begin, end], as one on [0, 1] again.
+    /// The polynomial on [begin, end], reparametrised to [0, 1].
     LinePolynomial part(double begin, double end) const
     {
         LinePolynomial upper{degree, b};
-        for (int left = degree; left > 0; --left) // the part from `begin` on
+        for (int left = degree; left > 0; --left) // the part above `begin`
             for (int i = 0; i < left; ++i)
                 upper.b[i] += begin * (upper.b[i + 1] - upper.b[i]);
         LinePolynomial both{degree, upper.b};
@@ -43,7 +43,7 @@ struct LinePolynomial {
     }
 };
 
-/// Whether coefficients have both signs, zero counting as positive.
+/// Whether coefficients have both signs; zero counts as positive.
 template <typename Coefficients>
 inline bool has_both_signs(const Coefficients& coefficients, std::size_t count)
 {
@@ -90,7 +90,7 @@ struct PatchPolynomial {
     double item(int i, int j) const { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
     bool has_zeros() const { return has_both_signs(b, count()); }
 
-    /// The coefficients along an axis, at one place of the other.
+    /// The coefficients along an axis, at one index of the other axis.
     LinePolynomial row(int axis, int at) const
     {
         LinePolynomial line{degree[axis], {}};
@@ -108,7 +108,7 @@ struct PatchPolynomial {
         return line;
     }
 
-    /// On [lower, upper], as one on the unit square again.
+    /// The polynomial on [begin, end] along an axis, reparametrised to the unit square.
     PatchPolynomial part(int axis, double begin, double end) const
     {
         PatchPolynomial result{degree, {}};
@@ -120,8 +120,8 @@ struct PatchPolynomial {
         return result;
     }
 
-    /// How steep its zeros are at most, as graphs over the other axis: at least 0 where it neither grows here and falls
-    /// there along this one, the least slope along this axis over the largest along any.
+    /// How well its zeros are a graph over the other axis: the smallest slope along this axis divided by the largest
+    /// slope along any axis. It is at least 0 if the polynomial is monotonic along this axis.
     double graph_slope(int axis) const
     {
         double least[2] = {1e300, 1e300}, most[2] = {-1e300, -1e300};

@@ -21,7 +21,8 @@ CoarseCubes coarse_cubes(const LatticeField<Degree>& field, const SpecialCubes& 
 
     std::vector<CoarseCubes> found(bricks.size());
     const auto look_at = [&](const glm::ivec3& cell, CoarseCubes& result) {
-        const SurfaceBox<Degree> whole = surface_box<Degree>({surface.volume(), surface.threshold(), cell}, 0);
+        const SurfaceBox<Degree> whole =
+            surface_box<Degree>(VolumeCell(surface.volume(), surface.threshold(), cell), 0);
         glm::ivec3 part;
         for (part.z = 0; part.z < subdivision; ++part.z)
             for (part.y = 0; part.y < subdivision; ++part.y)

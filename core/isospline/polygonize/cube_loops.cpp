@@ -11,7 +11,7 @@ namespace {
 
 constexpr CubeEdge no_edge = 0xff;
 
-/// For each crossed edge the one that comes after it in its loop.
+/// For each crossed edge, the next one in its loop.
 using Successors = std::array<CubeEdge, 64>;
 
 CubeEdge edge_between(int a, int b)
@@ -21,9 +21,9 @@ CubeEdge edge_between(int a, int b)
 
 /// Links the crossed edges of a polygon of a cube's face, whose corners are counter-clockwise from outside.
 ///
-/// The polygon's part in the solid is bounded, counter-clockwise, by a piece of its own boundary, from where that
-/// enters the solid to where it leaves it, and by the surface, back to where it enters. The surface's own loop has the
-/// opposite direction there: from entering to leaving.
+/// The polygon's part in the solid is bounded, counter-clockwise, by a piece of the polygon's boundary, from the point
+/// where it enters the solid to the point where it leaves, and by the surface, back to the first point. The surface's
+/// loop has the opposite direction there: from the first point to the second.
 void link(Successors& next, std::initializer_list<int> corners, unsigned solid, bool joined)
 {
     const auto count = static_cast<int>(corners.size());
@@ -33,7 +33,7 @@ void link(Successors& next, std::initializer_list<int> corners, unsigned solid, 
         if (is_in(i - 1) || !is_in(i))
             continue;
         int leaving = i;
-        if (joined) // around the corner outside
+        if (joined) // around the outside corner
             for (leaving = i - 2; !is_in(leaving);)
                 --leaving;
         else

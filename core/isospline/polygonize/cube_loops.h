@@ -1,4 +1,4 @@
-// How the surface passes through one cube, from the signs at its corners: closed loops of crossed edges.
+// The course of the surface through one cube, from the signs at its corners: closed loops of crossed edges.
 #pragma once
 
 #include <array>
@@ -41,9 +41,9 @@ std::array<int, 4> corners_of_face(int face);
 /// Loops of crossed edges. Their orientation is counter-clockwise as seen from outside of the solid.
 class CubeLoops {
 public:
-    /// Bit i of `solid`: corner i is in the solid. Bit i of `joined`: where the corners of face i alternate, those in
-    /// the solid are joined across its middle, otherwise they are apart. Bit i of `split`: face i is two triangles,
-    /// along the diagonal from its lowest corner, and its signs do not leave a choice.
+    /// Bit i of `solid`: corner i is in the solid. Bit i of `joined`: if the corners of face i alternate, those in the
+    /// solid are joined across its middle; otherwise they are separate. Bit i of `split`: face i is two triangles,
+    /// split along the diagonal from its lowest corner, so its signs are not ambiguous.
     CubeLoops(unsigned solid, unsigned joined, unsigned split);
 
     int count() const { return count_; }
@@ -55,7 +55,7 @@ public:
 
     /// Faces whose corners alternate: bit i for face i.
     static unsigned ambiguous_faces(unsigned solid);
-    /// The loops where no face is split, from a table.
+    /// The loops if no face is split, from a table.
     static const CubeLoops& of(unsigned solid, unsigned joined);
 
 private:

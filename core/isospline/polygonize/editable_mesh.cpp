@@ -74,8 +74,8 @@ bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to) const
     if (line_count != 0 && (line_count != 2 || !edge->is_line))
         return false;
 
-    // The link condition: both ends have no neighbour in common but the third corners of the edge's faces, and these
-    // keep more than two faces, or else what is left of them would lie on one another.
+    // The link condition: the only common neighbours of both ends are the third corners of the edge's faces. These must
+    // have more than two faces; otherwise their remaining faces would coincide.
     std::size_t common = 0;
     for (const Neighbor& neighbor : around_from_) {
         const bool is_common = std::any_of(around_to_.begin(), around_to_.end(),

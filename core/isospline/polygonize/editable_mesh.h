@@ -12,23 +12,23 @@
 
 namespace isospline {
 
-/// Faces and labels of a manifold mesh. Collapses keep it one: they are those of H. Hoppe et al., "Mesh optimization",
-/// SIGGRAPH 1993, that do not change its topology (the link condition). Lines along which labels change, and borders,
-/// stay lines: their vertices move along them only, and stay where more than two such lines meet.
+/// Faces and labels of a manifold mesh. It remains a manifold: only collapses that do not change its topology are
+/// allowed (the link condition of H. Hoppe et al., "Mesh optimization", SIGGRAPH 1993). Borders, and lines where labels
+/// change, are kept: their vertices only move along them, and do not move if more than two such lines meet.
 class EditableMesh {
 public:
     EditableMesh(std::size_t vertex_count, std::vector<glm::uvec3> faces, std::vector<FaceLabel> labels);
 
     const std::vector<glm::uvec3>& faces() const { return faces_; }
     const std::vector<FaceLabel>& labels() const { return labels_; }
-    /// Of faces that are left.
+    /// The number of remaining faces.
     bool is_alive(std::uint32_t face) const { return faces_[face].x != faces_[face].y; }
-    /// The faces at a vertex. Good until the next call or collapse.
+    /// The faces at a vertex. Valid until the next call or collapse.
     std::span<const std::uint32_t> faces_of(std::uint32_t vertex) const;
-    /// Whether the vertex `from` may become `to`, its neighbour.
+    /// Whether the vertex `from` may be collapsed into its neighbour `to`.
     bool can_collapse(std::uint32_t from, std::uint32_t to) const;
     void collapse(std::uint32_t from, std::uint32_t to);
-    /// Faces that are left, with their labels.
+    /// The remaining faces, with their labels.
     void take(std::vector<glm::uvec3>& faces, std::vector<FaceLabel>& labels) &&;
 
 private:
@@ -44,7 +44,7 @@ private:
 
     std::vector<glm::uvec3> faces_;
     std::vector<FaceLabel> labels_;
-    // The corners at each vertex are a linked list; those of dead faces leave it when it is next walked.
+    // The corners at each vertex are a linked list; corners of removed faces are unlinked at the next traversal.
     mutable std::vector<std::uint32_t> first_corner_, next_corner_;
     mutable std::vector<std::uint32_t> found_;
     mutable std::vector<Neighbor> around_from_, around_to_;

@@ -1,4 +1,4 @@
-// How far the surface in a part of a cell can be from a plane.
+// A bound on the distance of the surface in a part of a cell from a plane.
 #pragma once
 
 #include "isospline/query/lattice_metric.h"
@@ -11,12 +11,12 @@
 
 namespace isospline {
 
-/// The part of a box of a cell from `lower` to `upper`, local coordinates of the cell that the box is all of.
+/// The part of a cell from `lower` to `upper`, in local coordinates; `box` is the whole cell.
 template <int Degree>
 inline SurfaceBox<Degree> part_of_cell(SurfaceBox<Degree> box, const glm::dvec3& lower, const glm::dvec3& upper)
 {
     for (int axis = 0; axis < 3; ++axis) {
-        // De Casteljau's algorithm: what is left of the upper end, and of that, what is right of the lower end.
+        // De Casteljau's algorithm: the part below the upper end, and of that, the part above the lower end.
         const double until = upper[axis], from = lower[axis] / upper[axis];
         map_rows<Degree>(box.b, axis, [until, from](Bernstein<Degree>& b) {
             for (std::size_t round = 1; round <= Degree; ++round)
@@ -32,8 +32,8 @@ inline SurfaceBox<Degree> part_of_cell(SurfaceBox<Degree> box, const glm::dvec3&
     return box;
 }
 
-/// World distance of two parallel planes between which all of the surface in a box is; zero where there is none, and
-/// infinite where there are no such planes.
+/// The world distance of two parallel planes that enclose all of the surface in a box; zero if there is no surface, and
+/// infinite if there are no such planes.
 template <int Degree>
 inline double slab_thickness(const SurfaceBox<Degree>& box, const LatticeMetric& metric)
 {

@@ -19,8 +19,8 @@
 
 namespace isospline {
 
-/// What identifies the crossing on an edge or a diagonal of the lattice, from its lower node and the bits of the
-/// coordinates that grow by one along it. Coordinates have 20 bits.
+/// The key of the crossing on an edge or a diagonal of the lattice: its lower node, and the bits of the coordinates
+/// that increase by one along it. Coordinates have 20 bits.
 using CrossingKey = std::uint64_t;
 inline constexpr int key_bits = 20;
 
@@ -30,8 +30,8 @@ constexpr CrossingKey crossing_key(const glm::ivec3& lower, int direction)
     return ((at.z << key_bits | at.y) << key_bits | at.x) << 3 | static_cast<std::uint64_t>(direction);
 }
 
-/// Positions are in lattice space, nodes are its points at multiples of 1 / subdivision. Where cells meet, f is that of
-/// the upper one, so it is one number for each position, bit for bit.
+/// Positions are in lattice space; nodes are the points at multiples of 1 / subdivision. On faces between cells, f is
+/// computed in the upper cell, so it is the same number for each position, bit for bit.
 template <int Degree>
 class LatticeField {
 public:
@@ -57,15 +57,15 @@ public:
         const PointInCell point(surface_, position);
         return scalar::gradient_in_cell<Degree>(point.cell, point.local);
     }
-    /// Whether a value is one of the solid.
+    /// Whether a value belongs to the solid.
     bool is_solid(double value) const { return (value >= 0.0) == (surface_.options().inside == Inside::above); }
 
-    /// A root on the segment between two positions of one cell where f - level has different signs.
+    /// A root on the segment between two positions of one cell with different signs of f - level.
     glm::dvec3 crossing(const glm::dvec3& first, const glm::dvec3& second) const;
-    /// That on an edge of the lattice, or a diagonal.
+    /// The root on an edge or a diagonal of the lattice.
     glm::dvec3 crossing(const glm::ivec3& lower, int direction) const;
-    /// The point of the surface that Newton's method finds along the gradients of a metric, if it is not farther than
-    /// `reach`, in lattice units.
+    /// The point of the surface that Newton's method finds along the gradients in a metric, if it is not farther away
+    /// than `reach`, in lattice units.
     std::optional<glm::dvec3> project(const glm::dvec3& position, double reach, const LatticeMetric& metric) const;
 
 private:
@@ -81,7 +81,7 @@ glm::dvec3 LatticeField<Degree>::crossing(const glm::dvec3& first, const glm::dv
     const glm::dvec3 from = first - middle.cell.lower, step = second - first;
     const auto f = [&](double s) { return scalar::value_in_cell<Degree>(middle.cell, from + s * step); };
     const FunctionPoint begin{0.0, f(0.0)}, end{1.0, f(1.0)};
-    // In this cell, rounding may take the sign of an end that is next to the surface.
+    // In this cell, rounding may change the sign of an end close to the surface.
     if ((begin.value < 0.0) == (end.value < 0.0))
         return std::abs(begin.value) < std::abs(end.value) ? first : second;
     return first + brent_root(f, begin, end, 0x1p-52) * step;
@@ -95,7 +95,7 @@ glm::dvec3 LatticeField<Degree>::crossing(const glm::ivec3& lower, int direction
     if (along.x + along.y + along.z > 1)
         return crossing(begin, position(lower + along));
 
-    // Along an edge f is a polynomial of the spline's degree.
+    // Along an edge, f is a polynomial of the spline's degree.
     const int axis = direction >> 1;
     const int first_across = (axis + 1) % 3, second_across = (axis + 2) % 3;
     const PointInCell point(surface_, begin);
@@ -124,7 +124,7 @@ glm::dvec3 LatticeField<Degree>::crossing(const glm::ivec3& lower, int direction
         line = part < 1.0 ? left : right;
         part -= part < 1.0 ? 0.0 : 1.0;
     }
-    double root = std::abs(line[0]) < std::abs(line[Degree]) ? 0.0 : 1.0; // rounding may take the sign of an end
+    double root = std::abs(line[0]) < std::abs(line[Degree]) ? 0.0 : 1.0; // rounding may change the sign of an end
     scalar::for_each_root<Degree>(line, [&](double s, bool) {
         root = s;
         return false;
@@ -148,7 +148,7 @@ std::optional<glm::dvec3> LatticeField<Degree>::project(const glm::dvec3& from, 
         if (!(square > 0.0))
             return std::nullopt;
         glm::dvec3 step = (-value / square) * (metric.to_lattice * gradient_world);
-        // On the border of the domain, go on along it.
+        // At the border of the domain, continue along it.
         const auto leaves = [&](int axis) {
             return (at[axis] <= 0.0 && step[axis] < 0.0) || (at[axis] >= shape[axis] && step[axis] > 0.0);
         };

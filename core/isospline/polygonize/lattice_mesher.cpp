@@ -15,11 +15,11 @@ namespace isospline {
 
 namespace {
 
-/// Cubes along an edge of a chunk, which is what one task does.
+/// Cubes along an edge of a chunk, the work of one task.
 constexpr int chunk_size = 8;
 constexpr int node_size = chunk_size + 1;
 
-/// A cube of 8 x 8 x 8 cubes of the lattice, or what is left of it where the grid ends.
+/// 8 x 8 x 8 cubes of the lattice, or fewer at the end of the grid.
 struct Chunk {
     glm::ivec3 first, size;
 };
@@ -45,7 +45,7 @@ std::vector<Chunk> chunks_of(const Brick& brick, const BrickCells& cells, int su
     return chunks;
 }
 
-/// Meshes one chunk after the other, in memory that it re-uses.
+/// Meshes one chunk after the other, in memory that it reuses.
 template <int Degree>
 class ChunkMesher {
 public:
@@ -55,7 +55,7 @@ public:
         vertex_at_.fill(none);
     }
 
-    /// `cells` are those of the brick that holds the chunk.
+    /// `cells` are those of the brick that contains the chunk.
     MeshPart operator()(const Chunk& chunk, const Brick& brick, const BrickCells& cells);
 
 private:
@@ -67,7 +67,7 @@ private:
     }
     void fill_values(const Chunk& chunk);
     unsigned solid_corners(const glm::ivec3& cube) const;
-    /// Bit i: the middle of face i is in the solid, for faces in `ambiguous`.
+    /// Bit i: the middle of face i is in the solid; for faces in `ambiguous`.
     unsigned joined_faces(const glm::ivec3& cube, unsigned ambiguous) const;
     /// Bit i: the cube behind face i is special, which splits the face.
     unsigned split_faces(const glm::ivec3& cube) const;
@@ -104,7 +104,7 @@ struct NodeWeights {
     std::array<double, Degree + 1> weights;
 };
 
-/// The values at all nodes, axis by axis. The sums are those of LatticeField::value(), in the same order.
+/// The values at all nodes, axis by axis, with the sums of LatticeField::value() in the same order.
 template <int Degree>
 void ChunkMesher<Degree>::fill_values(const Chunk& chunk)
 {
@@ -122,12 +122,12 @@ void ChunkMesher<Degree>::fill_values(const Chunk& chunk)
                                                                  volume.cell_shape()[axis], first_cell[axis]);
         rows[axis] = weights[static_cast<std::size_t>(axis)].back().cell + Degree + 1;
     }
-    const float* const coefficients = volume.cell_coefficients(first_cell.x, first_cell.y, first_cell.z);
+    const CoefficientBox coefficients = volume.box(first_cell, rows - Degree);
 
     double lines[most_rows][most_rows][node_size], planes[most_rows][node_size][node_size];
     for (int z = 0; z < rows.z; ++z)
         for (int y = 0; y < rows.y; ++y) {
-            const float* const row = coefficients + y * volume.row_stride() + z * volume.slice_stride();
+            const float* const row = coefficients.from(0, y, z).first;
             double shifted[most_rows];
             for (int x = 0; x < rows.x; ++x)
                 shifted[x] = static_cast<double>(row[x]) - threshold;
@@ -226,7 +226,7 @@ glm::dvec3 ChunkMesher<Degree>::center_of_loop(const glm::ivec3& cube, std::span
     const double edge = 1.0 / field_.subdivision();
     if (const auto projected = field_.project(middle, 0.5 * edge, metric_))
         return *projected;
-    // On the way to the nearest corner that is on the other side.
+    // Toward the nearest corner on the other side.
     const bool is_solid = field_.is_solid(field_.value(middle));
     glm::dvec3 nearest(0.0);
     double least = std::numeric_limits<double>::infinity();

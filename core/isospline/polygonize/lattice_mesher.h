@@ -8,12 +8,12 @@
 
 namespace isospline {
 
-/// The parts of the surface in plain cubes. Signs are those at the corners of cubes and,
-/// where the corners of a face alternate, in its middle, so that cubes agree on what they share.
+/// The parts of the surface in plain cubes. They depend on the signs at the corners of cubes and, if the corners of a
+/// face alternate, on the sign in its middle. So cubes agree on shared faces.
 ///
-/// W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987, with loops that are traced from face to face in place of a
-/// table of triangles. Each crossed edge has one vertex, each loop is a disc, and discs share nothing but what is on
-/// the faces of cubes: the mesh is a manifold whatever the signs are.
+/// W. Lorensen, H. Cline, "Marching cubes", SIGGRAPH 1987, with loops that are traced from face to face instead of a
+/// table of triangles. Each crossed edge has one vertex, each loop is a disc, and discs only share parts of the faces
+/// of cubes. So the mesh is a manifold for all signs.
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
                                   const Progress& progress);

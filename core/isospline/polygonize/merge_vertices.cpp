@@ -17,7 +17,7 @@ namespace isospline {
 
 namespace {
 
-/// Whether a collapse turns a face over. Faces that have hardly an area cannot tell.
+/// Whether a collapse flips a face. Faces of nearly zero area do not count.
 bool turns_over(const EditableMesh& editable, const std::vector<glm::dvec3>& vertices, std::uint32_t from,
                 std::uint32_t to, double distance)
 {

@@ -13,7 +13,7 @@ namespace isospline {
 
 namespace {
 
-/// A vertex that other parts may have.
+/// A vertex that other parts may share.
 struct SharedVertex {
     CrossingKey key;
     std::uint32_t part, vertex;
@@ -39,7 +39,7 @@ LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress)
     }
     tbb::parallel_sort(shared.begin(), shared.end());
 
-    // Of vertices with the same key, that of the first part stays.
+    // Of vertices with the same key, the first part's is kept.
     std::vector<std::vector<std::uint32_t>> numbers(parts.size());
     for (std::size_t part = 0; part < parts.size(); ++part)
         numbers[part].assign(parts[part].vertices.size(), 0);

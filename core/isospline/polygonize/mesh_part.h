@@ -1,4 +1,4 @@
-// A part of a surface's mesh, and how parts become one.
+// Parts of a surface's mesh, and joining them.
 #pragma once
 
 #include "isospline/polygonize/lattice_field.h"
@@ -11,29 +11,29 @@
 
 namespace isospline {
 
-/// Of a vertex that no other part has.
+/// The key of a vertex that no other part has.
 inline constexpr CrossingKey no_key = ~CrossingKey{0};
 
-/// Which part of the solid's boundary a face is on: the isosurface, or the cap of the clip's half-space `label - 1`.
+/// The part of the solid's boundary that a face is on: the isosurface, or the cap of the clip's half-space `label - 1`.
 using FaceLabel = std::uint32_t;
 inline constexpr FaceLabel on_isosurface = 0;
 
 /// Triangles with vertices in lattice space.
 struct MeshPart {
     std::vector<glm::dvec3> vertices;
-    std::vector<CrossingKey> keys; ///< one a vertex
+    std::vector<CrossingKey> keys; ///< one per vertex
     std::vector<glm::uvec3> faces;
-    std::vector<FaceLabel> labels; ///< one a face, or none where all faces are on the isosurface
+    std::vector<FaceLabel> labels; ///< one per face, or empty if all faces are on the isosurface
 };
 
 /// Triangles that share vertices.
 struct LabeledMesh {
     std::vector<glm::dvec3> vertices;
     std::vector<glm::uvec3> faces;
-    std::vector<FaceLabel> labels; ///< one a face
+    std::vector<FaceLabel> labels; ///< one per face
 };
 
-/// Puts parts together: vertices with the same key are one. Vertices and faces are in the order of the parts.
+/// Joins parts: vertices with the same key are one. Vertices and faces are in the order of the parts.
 LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress = {});
 
 } // namespace isospline

@@ -1,4 +1,4 @@
-// How a TetrahedronMesher halves edges.
+// Halving of edges by a TetrahedronMesher.
 #include "isospline/polygonize/flatness.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
 
@@ -10,7 +10,7 @@ namespace isospline {
 
 namespace {
 
-/// Edges are not halved where they are shorter than this, in lattice units.
+/// Edges shorter than this, in lattice units, are not halved.
 constexpr double shortest_edge = 1.0 / 32.0;
 
 constexpr std::size_t edges_of_tetrahedron[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
@@ -71,9 +71,7 @@ void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles)
     const glm::dvec3 middle = 0.5 * (nodes_[first].position + nodes_[second].position);
     middles[edge] = add_node(middle, false);
 
-    // All cubes that have the edge have its middle too.
-    const Volume& volume = field_.surface().volume();
-    const Mask& mask = field_.surface().options().shell.mask;
+    // All cubes that share the edge get its middle.
     const int subdivision = field_.subdivision();
     const glm::dvec3 steps = static_cast<double>(subdivision) * middle;
     const glm::ivec3 last(glm::floor(steps)), first_cube(glm::ceil(steps) - 1.0);
@@ -84,7 +82,7 @@ void TetrahedronMesher<Degree>::halve(EdgeId edge, Nodes& middles)
                 const bool is_in_domain = cube.x >= 0 && cube.y >= 0 && cube.z >= 0 && cube.x + 1 < field_.nodes().x &&
                                           cube.y + 1 < field_.nodes().y && cube.z + 1 < field_.nodes().z;
                 if (!is_in_domain || cubes_.kind(cube) != CubeKind::plain ||
-                    (!mask.empty() && is_cut_by_mask(cube / subdivision, mask, volume)))
+                    !field_.surface().kept_cells().contains(cube / subdivision))
                     continue;
                 cubes_.refine(cube);
                 add_cube(cube);
@@ -122,7 +120,7 @@ void TetrahedronMesher<Degree>::refine(const std::vector<glm::ivec3>& cubes, dou
             throw Cancelled();
         middles.clear();
         is_fine.resize(tetrahedra_.size(), 0);
-        for (std::size_t i = 0; i < is_fine.size(); ++i) { // cubes that halve() adds come next time
+        for (std::size_t i = 0; i < is_fine.size(); ++i) { // cubes added by halve() are handled next time
             const Tetrahedron corners = tetrahedra_[i];
             if (is_fine[i] == 0 && is_too_coarse(corners, tolerance))
                 halve(longest_edge(corners, nullptr), middles);

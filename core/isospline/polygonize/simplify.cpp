@@ -1,12 +1,11 @@
 #include "isospline/polygonize/simplify.h"
 
-#include "isospline/math/affine.h"
 #include "isospline/math/point_triangle.h"
 #include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/merge_vertices.h"
-#include "isospline/query/closest_point.h"
+#include "isospline/polygonize/nearness.h"
 #include "isospline/query/lattice_metric.h"
-#include "isospline/util/parallel.h"
+#include "isospline/util/progress.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -17,8 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
-#include <mutex>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -30,34 +27,7 @@ namespace {
 
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-/// How far Newton's method may lead, in lattice units.
-constexpr double search_reach = 4.0;
-
-using Corners = std::array<glm::dvec3, 3>;
-
-/// Calls `visit` with points of a triangle that are at most `spacing` apart along its edges, corners left out, until it
-/// returns false; tells whether it never did.
-template <typename Visit>
-bool for_each_sample(const Corners& corners, double spacing, const Visit& visit)
-{
-    if (!visit((corners[0] + corners[1] + corners[2]) / 3.0))
-        return false;
-    const double longest = std::max({glm::distance(corners[0], corners[1]), glm::distance(corners[1], corners[2]),
-                                     glm::distance(corners[2], corners[0])});
-    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, 1024);
-    for (int i = 0; i <= steps; ++i)
-        for (int j = 0; i + j <= steps; ++j) {
-            const int k = steps - i - j;
-            if (i == steps || j == steps || k == steps)
-                continue;
-            const glm::dvec3 weights = glm::dvec3(i, j, k) / static_cast<double>(steps);
-            if (!visit(weights.x * corners[0] + weights.y * corners[1] + weights.z * corners[2]))
-                return false;
-        }
-    return true;
-}
-
-/// The sum of squared distances from planes, and how many of them there are, by area.
+/// The sum of squared distances from planes, weighted by area, and the sum of the weights.
 struct Quadric {
     glm::dmat3 a{0.0};
     glm::dvec3 b{0.0};
@@ -83,15 +53,22 @@ struct Quadric {
     }
 };
 
-/// One run of simplify().
+bool is_left(const glm::uvec3& face)
+{
+    return face.x != face.y && face.y != face.z && face.z != face.x;
+}
+
+/// One run of simplify(). The queue has each vertex once, with the neighbor into which its collapse changes the mesh
+/// least.
 template <int Degree>
 class Simplification {
 public:
     Simplification(const LatticeField<Degree>& field, LabeledMesh& mesh, double tolerance)
-        : field_(field), metric_(field.surface().volume().lattice_to_world()), tolerance_(tolerance),
-          lattice_(mesh.vertices), editable_(lattice_.size(), std::move(mesh.faces), std::move(mesh.labels)),
-          world_(lattice_.size()), quadrics_(lattice_.size()), stamps_(lattice_.size(), 0),
-          next_sample_(lattice_.size(), none), first_sample_(editable_.faces().size(), none)
+        : metric_(field.surface().volume().lattice_to_world()), tolerance_(tolerance),
+          nearness_(field, metric_, tolerance), lattice_(mesh.vertices),
+          editable_(lattice_.size(), std::move(mesh.faces), std::move(mesh.labels)), world_(lattice_.size()),
+          quadrics_(lattice_.size()), stamps_(lattice_.size(), 0), next_sample_(lattice_.size(), none),
+          first_sample_(editable_.faces().size(), none)
     {
         for (std::size_t i = 0; i < lattice_.size(); ++i)
             world_[i] = metric_.to_world * lattice_[i];
@@ -109,51 +86,89 @@ public:
     double finish(LabeledMesh& mesh) &&;
 
 private:
+    struct Target {
+        double cost;
+        std::uint32_t vertex;
+
+        bool operator<(const Target& other) const
+        {
+            return std::tie(cost, vertex) < std::tie(other.cost, other.vertex);
+        }
+    };
     struct Candidate {
         double cost;
-        std::uint32_t from, to, stamp;
+        std::uint32_t vertex, stamp;
 
-        bool operator<(const Candidate& other) const // the least cost is on top
+        bool operator<(const Candidate& other) const // the smallest cost is on top
         {
-            return std::tie(cost, from, to) > std::tie(other.cost, other.from, other.to);
+            return std::tie(cost, vertex) > std::tie(other.cost, other.vertex);
         }
     };
 
-    void push(std::uint32_t from, std::uint32_t to);
+    void find_neighbors(std::uint32_t vertex);
+    void find_targets(std::uint32_t vertex);
+    void push(std::uint32_t vertex);
     Corners corners(const std::vector<glm::dvec3>& positions, const glm::uvec3& face) const
     {
         return {positions[face.x], positions[face.y], positions[face.z]};
     }
     bool keeps_shape(std::uint32_t from, std::uint32_t to);
-    bool is_near_surface(const Corners& lattice, bool by_estimate) const;
+    bool is_near_surface(double spacing, bool (Nearness<Degree>::*is_near)(const glm::dvec3&) const) const;
     bool try_collapse(std::uint32_t from, std::uint32_t to);
 
-    const LatticeField<Degree>& field_;
     LatticeMetric metric_;
     double tolerance_;
+    Nearness<Degree> nearness_;
     std::vector<glm::dvec3> lattice_;
     EditableMesh editable_;
-    std::vector<glm::dvec3> world_; ///< but for a translation
+    std::vector<glm::dvec3> world_; ///< up to a translation
     std::vector<Quadric> quadrics_;
-    std::vector<std::uint32_t> stamps_;
+    std::vector<std::uint32_t> stamps_; ///< how often each vertex was pushed
     std::priority_queue<Candidate> queue_;
-    // Vertices that went are a linked list at each face, that of the nearest face.
+    // Each face has a linked list of the removed vertices nearest to it.
     std::vector<std::uint32_t> next_sample_, first_sample_;
-    std::vector<std::pair<std::uint32_t, glm::uvec3>> changed_;  ///< faces that a collapse changes, as they become
+    std::vector<std::uint32_t> neighbors_;
+    std::vector<Target> targets_;                                ///< for one vertex, the cheapest first
+    std::vector<std::pair<std::uint32_t, glm::uvec3>> changed_;  ///< faces that a collapse changes, after the change
     std::vector<std::pair<std::uint32_t, std::uint32_t>> moved_; ///< samples, and the face that each goes to
 };
 
 template <int Degree>
-void Simplification<Degree>::push(std::uint32_t from, std::uint32_t to)
+void Simplification<Degree>::find_neighbors(std::uint32_t vertex)
 {
-    const double mean_square = quadrics_[from].mean_square(world_[to]);
-    if (mean_square > tolerance_ * tolerance_)
-        return;
-    const glm::dvec3 edge = world_[to] - world_[from];
-    queue_.push({mean_square + 1e-6 * glm::dot(edge, edge), from, to, stamps_[from] + stamps_[to]});
+    neighbors_.clear();
+    for (const std::uint32_t index : editable_.faces_of(vertex))
+        for (int corner = 0; corner < 3; ++corner)
+            if (const std::uint32_t other = editable_.faces()[index][corner]; other != vertex)
+                neighbors_.push_back(other);
+    std::sort(neighbors_.begin(), neighbors_.end());
+    neighbors_.erase(std::unique(neighbors_.begin(), neighbors_.end()), neighbors_.end());
 }
 
-/// Whether no face turns over, or becomes much thinner than it was.
+template <int Degree>
+void Simplification<Degree>::find_targets(std::uint32_t vertex)
+{
+    find_neighbors(vertex);
+    targets_.clear();
+    for (const std::uint32_t other : neighbors_) {
+        const double mean_square = quadrics_[vertex].mean_square(world_[other]);
+        const glm::dvec3 edge = world_[other] - world_[vertex];
+        if (mean_square <= tolerance_ * tolerance_)
+            targets_.push_back({mean_square + 1e-6 * glm::dot(edge, edge), other});
+    }
+    std::sort(targets_.begin(), targets_.end());
+}
+
+template <int Degree>
+void Simplification<Degree>::push(std::uint32_t vertex)
+{
+    find_targets(vertex);
+    ++stamps_[vertex];
+    if (!targets_.empty())
+        queue_.push({targets_.front().cost, vertex, stamps_[vertex]});
+}
+
+/// Whether no face is flipped, or becomes much thinner.
 template <int Degree>
 bool Simplification<Degree>::keeps_shape(std::uint32_t from, std::uint32_t to)
 {
@@ -165,7 +180,7 @@ bool Simplification<Degree>::keeps_shape(std::uint32_t from, std::uint32_t to)
             if (before[corner] == from)
                 after[corner] = to;
         changed_.push_back({index, after});
-        if (after.x == after.y || after.y == after.z || after.z == after.x)
+        if (!is_left(after))
             continue;
         const auto shape_of = [&](const glm::uvec3& face) {
             const auto [a, b, c] = corners(world_, face);
@@ -184,19 +199,16 @@ bool Simplification<Degree>::keeps_shape(std::uint32_t from, std::uint32_t to)
     return true;
 }
 
+/// Checks the faces that a collapse changes.
 template <int Degree>
-bool Simplification<Degree>::is_near_surface(const Corners& lattice, bool by_estimate) const
+bool Simplification<Degree>::is_near_surface(double spacing,
+                                             bool (Nearness<Degree>::*is_near)(const glm::dvec3&) const) const
 {
-    constexpr double spacing = 0.5;
-    return for_each_sample(lattice, spacing, [&](const glm::dvec3& at) {
-        if (!by_estimate) {
-            const auto foot = field_.project(at, search_reach, metric_);
-            return foot && metric_.length(*foot - at) <= tolerance_;
-        }
-        const PointInCell point(field_.surface(), at);
-        const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
-        const glm::dvec3 gradient = glm::dvec3(slope[0], slope[1], slope[2]) * metric_.to_lattice;
-        return value * value <= tolerance_ * tolerance_ * glm::dot(gradient, gradient);
+    return std::all_of(changed_.begin(), changed_.end(), [&](const auto& change) {
+        const auto& [index, face] = change;
+        return !is_left(face) || editable_.labels()[index] != on_isosurface ||
+               for_each_sample(corners(lattice_, face), spacing,
+                               [&](const glm::dvec3& at) { return (nearness_.*is_near)(at); });
     });
 }
 
@@ -205,9 +217,11 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
 {
     if (!editable_.can_collapse(from, to) || !keeps_shape(from, to))
         return false;
-    const auto is_left = [](const glm::uvec3& face) {
-        return face.x != face.y && face.y != face.z && face.z != face.x;
-    };
+    // A cheap estimate at few points rules out most collapses that exceed the tolerance.
+    constexpr double first_spacing = 2.0;
+    if (!is_near_surface(first_spacing, &Nearness<Degree>::is_likely))
+        return false;
+
     // Each sample goes to the face that is nearest to it.
     moved_.clear();
     const auto find_face = [&](std::uint32_t sample) {
@@ -233,12 +247,8 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
             if (!find_face(sample))
                 return false;
 
-    // The estimate of a distance, |f - level| over the slope, is cheap, and rules most collapses out that are too far.
-    for (const bool by_estimate : {true, false})
-        for (const auto& [index, face] : changed_)
-            if (is_left(face) && editable_.labels()[index] == on_isosurface &&
-                !is_near_surface(corners(lattice_, face), by_estimate))
-                return false;
+    if (!is_near_surface(measured_spacing, &Nearness<Degree>::is_near))
+        return false;
 
     for (const auto& [index, face] : changed_)
         first_sample_[index] = none;
@@ -249,41 +259,33 @@ bool Simplification<Degree>::try_collapse(std::uint32_t from, std::uint32_t to)
     editable_.collapse(from, to);
     quadrics_[to].add(quadrics_[from]);
     ++stamps_[from];
-    ++stamps_[to];
     return true;
 }
 
 template <int Degree>
 void Simplification<Degree>::run(const Progress& progress)
 {
-    for (const glm::uvec3& face : editable_.faces())
-        for (int corner = 0; corner < 3; ++corner) {
-            push(face[corner], face[(corner + 1) % 3]);
-            push(face[(corner + 1) % 3], face[corner]); // twice for inner edges, once for borders
-        }
-    const std::size_t vertex_count = lattice_.size();
-    std::vector<std::uint32_t> around;
+    const auto vertex_count = static_cast<std::uint32_t>(lattice_.size());
+    for (std::uint32_t vertex = 0; vertex < vertex_count; ++vertex)
+        push(vertex);
     for (std::size_t collapses = 0, steps = 0; !queue_.empty(); ++steps) {
-        if (steps % 4096 == 0 && progress &&
+        if (steps % 1024 == 0 && progress &&
             !progress(static_cast<double>(collapses) / static_cast<double>(vertex_count)))
             throw Cancelled();
         const Candidate candidate = queue_.top();
         queue_.pop();
-        const auto [cost, from, to, stamp] = candidate;
-        if (stamp != stamps_[from] + stamps_[to] || !try_collapse(from, to))
+        if (candidate.stamp != stamps_[candidate.vertex])
+            continue;
+        find_targets(candidate.vertex);
+        const std::vector<std::uint32_t> around = neighbors_;
+        const bool is_collapsed = std::any_of(targets_.begin(), targets_.end(), [&](const Target& target) {
+            return try_collapse(candidate.vertex, target.vertex);
+        });
+        if (!is_collapsed)
             continue;
         ++collapses;
-        around.clear();
-        for (const std::uint32_t index : editable_.faces_of(to))
-            for (int corner = 0; corner < 3; ++corner)
-                if (editable_.faces()[index][corner] != to)
-                    around.push_back(editable_.faces()[index][corner]);
-        std::sort(around.begin(), around.end());
-        around.erase(std::unique(around.begin(), around.end()), around.end());
-        for (const std::uint32_t other : around) {
-            push(to, other);
-            push(other, to);
-        }
+        for (const std::uint32_t vertex : around) // faces or the quadric of these have changed
+            push(vertex);
     }
 }
 
@@ -312,47 +314,8 @@ double simplify(const LatticeField<Degree>& field, LabeledMesh& mesh, double tol
     return std::move(simplification).finish(mesh);
 }
 
-template <int Degree>
-double distance_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, const Progress& progress)
-{
-    const Volume& volume = field.surface().volume();
-    const LatticeMetric metric(volume.lattice_to_world());
-    double largest = 0.0;
-    std::mutex mutex;
-    parallel_for(
-        mesh.faces.size(), 1024,
-        [&](std::size_t begin, std::size_t end) {
-            std::unique_ptr<ClosestPointFinder> finder;
-            double most = 0.0;
-            for (std::size_t i = begin; i < end; ++i) {
-                if (mesh.labels[i] != on_isosurface)
-                    continue;
-                const glm::uvec3& face = mesh.faces[i];
-                for_each_sample({mesh.vertices[face.x], mesh.vertices[face.y], mesh.vertices[face.z]}, 0.25,
-                                [&](const glm::dvec3& at) {
-                                    if (const auto foot = field.project(at, search_reach, metric)) {
-                                        most = std::max(most, metric.length(*foot - at));
-                                    } else {
-                                        if (!finder)
-                                            finder = std::make_unique<ClosestPointFinder>(field.surface());
-                                        most = std::max(
-                                            most, (*finder)(transform_point(volume.lattice_to_world(), at)).distance);
-                                    }
-                                    return true;
-                                });
-            }
-            const std::lock_guard lock(mutex);
-            largest = std::max(largest, most);
-        },
-        progress);
-    return largest;
-}
-
 template double simplify(const LatticeField<1>&, LabeledMesh&, double, const Progress&);
 template double simplify(const LatticeField<2>&, LabeledMesh&, double, const Progress&);
 template double simplify(const LatticeField<3>&, LabeledMesh&, double, const Progress&);
-template double distance_from_surface(const LatticeField<1>&, const LabeledMesh&, const Progress&);
-template double distance_from_surface(const LatticeField<2>&, const LabeledMesh&, const Progress&);
-template double distance_from_surface(const LatticeField<3>&, const LabeledMesh&, const Progress&);
 
 } // namespace isospline

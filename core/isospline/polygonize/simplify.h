@@ -1,4 +1,4 @@
-// As few triangles as keep a mesh near the surface.
+// Simplification of a mesh within a distance from the surface.
 #pragma once
 
 #include "isospline/polygonize/lattice_field.h"
@@ -7,15 +7,11 @@
 namespace isospline {
 
 /// Collapses edges of a mesh, those that change it least first (M. Garland, P. Heckbert, "Surface simplification using
-/// quadric error metrics", SIGGRAPH 1997), as long as both distances stay within `tolerance`, world units: those of the
-/// vertices that go, which are points of the surface, from the mesh, and those of points of the mesh, at most half
-/// a cell apart, from the surface. Vertices that stay do not move. Returns the largest distance of a vertex that went.
+/// quadric error metrics", SIGGRAPH 1997). Two distances stay within `tolerance`, in world units: the distance of
+/// removed vertices, which are points of the surface, from the mesh; and the distance of changed faces from the
+/// surface, at points at most measured_spacing apart. Remaining vertices do not move. Returns the largest distance of a
+/// removed vertex.
 template <int Degree>
 double simplify(const LatticeField<Degree>& field, LabeledMesh& mesh, double tolerance, const Progress& progress);
-
-/// The largest distance of the mesh's faces from the surface, world units, among points at most a quarter of a cell
-/// apart, caps left out.
-template <int Degree>
-double distance_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, const Progress& progress);
 
 } // namespace isospline

@@ -1,4 +1,4 @@
-// Which cubes of a lattice are cut into tetrahedra.
+// The cubes of a lattice that are split into tetrahedra.
 #pragma once
 
 #include "isospline/brick/cutout.h"
@@ -13,19 +13,19 @@
 
 namespace isospline {
 
-/// Points this near a plane are on it, in lattice units.
+/// Points this close to a plane count as on it, in lattice units.
 inline constexpr double on_plane_margin = 1e-9;
 
 enum class CubeKind {
-    plain,   ///< has one loop of vertices, or some
-    special, ///< is cut into tetrahedra
+    plain,   ///< has one or more loops of vertices
+    special, ///< is split into tetrahedra
     outside  ///< of the clip
 };
 
-/// Special are cubes that a plane of the clip cuts, and those that are refined.
+/// Special cubes are those that a plane of the clip cuts, and those that are refined.
 class SpecialCubes {
 public:
-    /// Of a clip in lattice space. The half-spaces, whose normals have length one, must outlive it.
+    /// For a clip in lattice space. The half-spaces, whose normals have length one, must outlive it.
     SpecialCubes(const std::vector<HalfSpace>& half_spaces, int subdivision)
         : half_spaces_(half_spaces), edge_(1.0 / subdivision)
     {
@@ -33,7 +33,7 @@ public:
 
     const std::vector<HalfSpace>& half_spaces() const { return half_spaces_; }
 
-    /// Has a cube refined; false where it was before.
+    /// Marks a cube as refined; false if it already was.
     bool refine(const glm::ivec3& cube)
     {
         if (!refined_.insert(crossing_key(cube, 0)).second)
@@ -43,20 +43,20 @@ public:
         return true;
     }
 
-    /// Of the cube whose lower corner is a node.
+    /// The kind of the cube whose lower corner is a node.
     CubeKind kind(const glm::ivec3& cube) const
     {
         const CubeKind by_clip = kind_by_clip(cube, glm::ivec3(1));
         return by_clip == CubeKind::plain && refined_.count(crossing_key(cube, 0)) != 0 ? CubeKind::special : by_clip;
     }
 
-    /// Whether all cubes in and beside a box of at most 8 x 8 x 8 that begins at a multiple of 8 are plain.
+    /// Whether all cubes in and next to a box of at most 8 x 8 x 8 that begins at a multiple of 8 are plain.
     bool all_plain_about(const glm::ivec3& first, const glm::ivec3& size) const
     {
         return kind_by_clip(first - 1, size + 2) == CubeKind::plain && near_refined_.count(group_key(first)) == 0;
     }
 
-    /// Of cubes in a box: special where one of them may be.
+    /// The kind of the cubes in a box: special if one of them may be.
     CubeKind kind_by_clip(const glm::ivec3& first, const glm::ivec3& size) const
     {
         CubeKind kind = CubeKind::plain;
@@ -73,7 +73,7 @@ public:
     }
 
 private:
-    /// Of 8 x 8 x 8 cubes.
+    /// The kinds of 8 x 8 x 8 cubes.
     static CrossingKey group_key(const glm::ivec3& cube) { return crossing_key(glm::max(cube, 0) / 8, 0); }
 
     const std::vector<HalfSpace>& half_spaces_;

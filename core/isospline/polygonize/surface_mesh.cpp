@@ -5,6 +5,7 @@
 #include "isospline/polygonize/lattice_mesher.h"
 #include "isospline/polygonize/merge_vertices.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/nearness.h"
 #include "isospline/polygonize/simplify.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/spline/degree.h"
@@ -19,22 +20,23 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace isospline {
 
 namespace {
 
-/// Edges shorter than this part of a cell are collapsed.
+/// Edges shorter than this fraction of a cell are collapsed.
 constexpr double shortest_edge = 1e-3;
 
-/// The mesh of the lattice, refined where it is too coarse for the tolerance, if there is one.
+/// The mesh of the lattice, refined where it is too coarse for the tolerance, if one is given.
 template <int Degree>
 LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
 {
-    // So fine a lattice that few cubes have to be refined.
+    // Choose a lattice so fine that few cubes have to be refined.
     constexpr int finest = 8;
-    constexpr std::size_t most_coarse = 3; // of so many cubes, one
+    constexpr std::size_t most_coarse = 3; // one of this number of cubes
     int subdivision = 1;
     CoarseCubes coarse;
     while (tolerance) {
@@ -58,28 +60,30 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
     return mesh;
 }
 
-/// Collapses edges until fewer faces would be too far from the surface; returns the distance that is measured.
+/// A mesh within the tolerance with few faces, and the distance that is measured.
 template <int Degree>
-double simplify_within(const IsosurfaceSnapshot& surface, LabeledMesh& mesh, double tolerance, const Progress& progress)
+std::pair<LabeledMesh, double> simplified_mesh(const IsosurfaceSnapshot& surface, double tolerance,
+                                               const Progress& progress)
 {
-    // Samples that are closer to each other may show that the mesh has gone too far.
-    constexpr double first_part = 0.9, less = 0.7;
+    // The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
+    // samples. Collapses keep the measured distance within the tolerance. If a face of the lattice's mesh exceeds it,
+    // the lattice is made finer.
+    constexpr double part_of_simplification = 0.9, less = 0.5;
     constexpr int attempts = 4;
     const LatticeField<Degree> field(surface, 1);
-    const LabeledMesh whole = mesh;
-    double part = first_part;
-    for (int attempt = 0; attempt < attempts; ++attempt, part *= less) {
-        mesh = whole;
-        const double of_vertices = simplify(field, mesh, part * tolerance, part_of(progress, 0.0, 0.9));
-        const double of_faces = distance_from_surface(field, mesh, part_of(progress, 0.9, 1.0));
-        if (const double distance = std::max(of_vertices, of_faces); distance <= tolerance)
-            return distance;
+    double part_of_lattice = 0.7;
+    for (int attempt = 1;; ++attempt, part_of_lattice *= less) {
+        LabeledMesh mesh = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(progress, 0.0, 0.3));
+        const double of_vertices =
+            simplify(field, mesh, part_of_simplification * tolerance, part_of(progress, 0.3, 0.9));
+        const double of_faces = distance_from_surface(field, mesh, tolerance, part_of(progress, 0.9, 1.0));
+        const double distance = std::max(of_vertices, of_faces);
+        if (distance <= tolerance || attempt == attempts)
+            return {std::move(mesh), distance};
     }
-    mesh = whole;
-    return distance_from_surface(field, mesh, part_of(progress, 0.9, 1.0));
 }
 
-/// From lattice space to the world, with normals.
+/// Maps a mesh from lattice space to the world, and adds normals.
 template <int Degree>
 SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const Progress& progress)
 {
@@ -88,7 +92,7 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
     SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces), 0.0};
     result.normals.resize(result.vertices.size());
 
-    // Vertices of caps alone have a cap's normal; where gradients vanish, normals are those of faces.
+    // Vertices on caps only have a cap's normal; if gradients vanish, normals are those of faces.
     std::vector<FaceLabel> label(result.vertices.size(), ~FaceLabel{0});
     for (std::size_t face = 0; face < result.faces.size(); ++face)
         for (int corner = 0; corner < 3; ++corner)
@@ -125,13 +129,12 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
     if (tolerance)
         check_positive("tolerance", *tolerance);
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
-        // The mesh of the lattice leaves some of the tolerance to simplification.
-        constexpr double part_of_lattice = 0.7;
-        const auto of_lattice = tolerance ? std::optional(part_of_lattice * *tolerance) : std::nullopt;
-        LabeledMesh mesh = lattice_mesh<degree>(surface, of_lattice, part_of(progress, 0.0, tolerance ? 0.3 : 0.9));
+        LabeledMesh mesh;
         double distance = std::numeric_limits<double>::quiet_NaN();
         if (tolerance)
-            distance = simplify_within<degree>(surface, mesh, *tolerance, part_of(progress, 0.3, 0.9));
+            std::tie(mesh, distance) = simplified_mesh<degree>(surface, *tolerance, part_of(progress, 0.0, 0.9));
+        else
+            mesh = lattice_mesh<degree>(surface, tolerance, part_of(progress, 0.0, 0.9));
         SurfaceMesh result = to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
         result.distance = distance;
         return result;

@@ -16,19 +16,19 @@ struct SurfaceMesh {
     std::vector<glm::dvec3> vertices;
     std::vector<glm::dvec3> normals; ///< unit, outward
     std::vector<glm::uvec3> faces;
-    /// The largest distance between the surface and the mesh, either way, that was measured; world units. Not a number
-    /// where none was.
+    /// The largest measured distance between the surface and the mesh, in both directions, world units; NaN if it was
+    /// not measured.
     double distance;
 };
 
-/// The mesh of a surface, clipped and capped as it is.
+/// The mesh of a surface, with its clip and caps.
 ///
-/// Vertices are roots of f - level, up to rounding, or on caps. Edges have two faces, or one where the surface ends: at
-/// the border of the volume, at cells that a mask cuts away, and at a clip that is not capped.
+/// Vertices are roots of f - level, up to rounding, or on caps. Edges have two faces, or one at an end of the
+/// surface: the border of the volume, cells that a mask removes, and a clip that is not capped.
 ///
-/// Without a tolerance, the lattice is that of the cells: what passes between the corners of cells is not seen. With a
-/// tolerance, world units, there are as many vertices where the surface bends as keep the mesh near it, and few
-/// elsewhere. Throws std::invalid_argument for a tolerance that is not positive.
+/// Without a tolerance, the lattice is that of the cells; features between the corners of cells are missed. With a
+/// tolerance, world units, the mesh has many vertices where the surface is curved, to stay within the tolerance, and
+/// few elsewhere. Throws std::invalid_argument for a tolerance that is not positive.
 SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance = std::nullopt,
                     const Progress& progress = {});
 

@@ -1,4 +1,4 @@
-// Tetrahedra whose corners are numbered nodes: how a plane cuts them.
+// Tetrahedra with numbered nodes as corners, and cutting them by a plane.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@ using Tetrahedron = std::array<NodeId, 4>;
 inline constexpr std::array<std::array<std::size_t, 3>, 4> tetrahedron_faces{
     {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 
-/// Sorts the corners by a rank, the highest first, and keeps the tetrahedron's orientation. Ranks are not all
-/// different.
+/// Sorts the corners by a rank, the highest first, and keeps the tetrahedron's orientation. Ranks may
+/// be equal.
 template <typename Rank>
 void sort_corners(Tetrahedron& tetrahedron, const Rank& rank)
 {
@@ -36,14 +36,14 @@ void sort_corners(Tetrahedron& tetrahedron, const Rank& rank)
         }
 }
 
-/// Calls `visit` with three tetrahedra that a prism consists of, whose edges lead from `lower[i]` to `upper[i]`. A
+/// Calls `visit` with the three tetrahedra of a prism whose edges lead from `lower[i]` to `upper[i]`. A
 /// four-sided face is cut along the diagonal from its smallest node, so that prisms agree on the faces they share
 /// (J. Dompierre et al., "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
 template <typename Visit>
 void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> upper, const Visit& visit)
 {
     if (std::min({upper[0], upper[1], upper[2]}) < std::min({lower[0], lower[1], lower[2]})) {
-        std::swap(lower, upper); // upside down, which takes a reflection to keep the orientation
+        std::swap(lower, upper); // upside down; a reflection keeps the orientation
         std::swap(lower[1], lower[2]);
         std::swap(upper[1], upper[2]);
     }
@@ -60,7 +60,7 @@ void for_each_part_of_prism(std::array<NodeId, 3> lower, std::array<NodeId, 3> u
     visit(Tetrahedron{lower[0], upper[1], upper[2], upper[0]});
 }
 
-/// Calls `visit` with the tetrahedra that a half-space leaves of one. `side(node)` is positive, zero or negative for
+/// Calls `visit` with the tetrahedra that a half-space keeps of one. `side(node)` is positive, zero or negative for
 /// nodes inside, on the plane or outside; `cut(inner, outer)` is the node where the plane cuts an edge.
 template <typename Side, typename Cut, typename Visit>
 void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, const Visit& visit)
@@ -68,7 +68,7 @@ void cut_tetrahedron(Tetrahedron corners, const Side& side, const Cut& cut, cons
     sort_corners(corners, side);
     const auto [a, b, c, d] = corners;
     const auto inner = std::count_if(corners.begin(), corners.end(), [&](NodeId node) { return side(node) > 0; });
-    const auto to_plane = [&](NodeId node) { return side(node) < 0 ? cut(a, node) : node; };
+    const auto to_plane = [&](NodeId node) { return side(node) < 0 ? cut(corners[0], node) : node; };
     if (inner == 0)
         return;
     if (side(d) >= 0) {

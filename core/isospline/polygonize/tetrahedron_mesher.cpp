@@ -12,18 +12,18 @@ namespace isospline {
 
 namespace {
 
-/// Calls `visit(cell)` for the cells of a brick that may hold surface or, where the surface is capped, solid.
+/// Calls `visit(cell)` for the cells of a brick that may contain surface or, if the surface is capped, solid.
 template <typename Visit>
 void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& brick, const BrickRanges::Range& range,
                                const Visit& visit)
 {
     const Volume& volume = surface.volume();
-    const Mask& mask = surface.options().shell.mask;
     const double threshold = surface.threshold();
     const bool is_mixed = range.straddles(threshold);
     const bool above_is_solid = surface.options().inside == Inside::above;
     if (!is_mixed && !(surface.options().capped && (static_cast<double>(range.lower) >= threshold) == above_is_solid))
         return;
+    const CoefficientBox coefficients = volume.box(brick.first, brick.size);
     const BrickCells mixed = is_mixed ? surface.bricks().cells(brick) : BrickCells{};
     glm::ivec3 at;
     for (at.z = 0; at.z < brick.size.z; ++at.z)
@@ -31,10 +31,10 @@ void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& b
             for (at.x = 0; at.x < brick.size.x; ++at.x) {
                 const glm::ivec3 cell = brick.first + at;
                 const bool is_in_set = (mixed[static_cast<std::size_t>(at.z)] >> (at.x + brick_size * at.y) & 1u) != 0;
-                const double any_coefficient = volume.cell_coefficients(cell.x, cell.y, cell.z)[0];
+                const double any_coefficient = *coefficients.from(at.x, at.y, at.z).first;
                 const bool may_be_solid = surface.options().capped &&
                                           (any_coefficient >= threshold) == above_is_solid &&
-                                          (mask.empty() || !is_cut_by_mask(cell, mask, volume));
+                                          surface.kept_cells().contains(cell);
                 if (is_in_set || may_be_solid)
                     visit(cell);
             }
@@ -141,7 +141,7 @@ std::uint32_t TetrahedronMesher<Degree>::crossing(NodeId a, NodeId b)
     const Node& first = nodes_[std::min(a, b)];
     const Node& second = nodes_[std::max(a, b)];
     if (first.is_of_lattice && second.is_of_lattice) {
-        // The cubes beside have it as well.
+        // The neighbouring cubes get it as well.
         const double steps = field_.subdivision();
         const glm::ivec3 from(glm::round(steps * first.position)), to(glm::round(steps * second.position));
         const glm::ivec3 lower = glm::min(from, to), change = glm::max(from, to) - lower;
@@ -195,7 +195,7 @@ void TetrahedronMesher<Degree>::add_caps(const Tetrahedron& corners)
         const auto solid = std::count_if(at.begin(), at.end(), is_solid);
         if (solid == 0)
             continue;
-        // The odd one out comes first.
+        // The corner with the different sign comes first.
         while (solid < 3 && (is_solid(at[0]) != (solid == 1) || is_solid(at[1]) == (solid == 1)))
             std::rotate(at.begin(), at.begin() + 1, at.end());
         const auto [a, b, c] = at;

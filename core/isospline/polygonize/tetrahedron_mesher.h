@@ -1,4 +1,4 @@
-// The mesh of an isosurface, and of its caps, in cubes that are cut into tetrahedra.
+// The mesh of an isosurface, and of its caps, in cubes that are split into tetrahedra.
 #pragma once
 
 #include "isospline/polygonize/mesh_part.h"
@@ -16,19 +16,19 @@ namespace isospline {
 
 /// Meshes special cubes.
 ///
-/// Each cube is six tetrahedra about its diagonal (Kuhn). Where the mesh would be too coarse, edges are halved, the
-/// longest first; planes of the clip cut what there is then, by the signs at corners; and what is left is marched by
-/// the signs of f - level. Tetrahedra that share a face share what becomes of it, so the mesh is a manifold whatever
-/// the signs are, and vertices where a cap ends at the surface are on both.
+/// Each cube is split into six tetrahedra around its diagonal (Kuhn). Where the mesh would be too coarse, edges are
+/// halved, the longest first. Then planes of the clip cut the tetrahedra, by the signs at corners, and the rest is
+/// marched by the signs of f - level. Tetrahedra treat a shared face identically, so the mesh is a manifold for all
+/// signs, and vertices where a cap meets the surface are on both.
 template <int Degree>
 class TetrahedronMesher {
 public:
     TetrahedronMesher(const LatticeField<Degree>& field, SpecialCubes& cubes) : field_(field), cubes_(cubes) {}
 
-    /// Takes the cubes that the clip cuts and that hold surface or, where the surface is capped, solid.
+    /// Adds the cubes that the clip cuts and that contain surface or, if the surface is capped, solid.
     void add_clipped_cubes(const Progress& progress);
-    /// Takes these cubes as well, and halves edges until the surface in no tetrahedron is farther than `tolerance`,
-    /// world units, from a plane, or edges are as short as that and crossed, or as a 32nd of a cell.
+    /// Adds these cubes, and halves edges. It ends when, in each tetrahedron, the surface is within `tolerance` (world
+    /// units) of a plane, or crossed edges are as short as the tolerance, or edges are 1/32 of a cell long.
     void refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress);
     MeshPart march(const Progress& progress);
 
@@ -50,7 +50,7 @@ private:
     NodeId add_node(const glm::dvec3& position, bool is_of_lattice);
 
     bool is_too_coarse(const Tetrahedron& corners, double tolerance) const;
-    /// The longest edge; of several, the same for all tetrahedra that have them.
+    /// The longest edge; among equal ones, the choice is the same for all tetrahedra that share them.
     EdgeId longest_edge(const Tetrahedron& corners, const Nodes* among) const;
     void halve(EdgeId edge, Nodes& middles);
     void split(const Tetrahedron& corners, const Nodes& middles, std::vector<Tetrahedron>& parts) const;

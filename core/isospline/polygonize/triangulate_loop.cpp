@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t most_vertices = 18;
 constexpr double forbidden = std::numeric_limits<double>::infinity();
 
-/// Triangulations of the polygons that diagonals cut off, from short ones to all of the loop.
+/// Triangulations of the polygons that diagonals cut off, from small ones to the whole loop.
 class Triangulation {
 public:
     Triangulation(std::span<const CubeEdge> loop, std::span<const glm::dvec3> positions) : size_(loop.size())

@@ -9,12 +9,12 @@
 
 namespace isospline {
 
-/// Its coordinates (u, v), the point being (1 - u - v) a + u b + v c: C. Ericson, Real-Time Collision Detection, 2005,
-/// section 5.1.5. Corners in a row give a point of the longest side.
+/// The coordinates (u, v) of the point (1 - u - v) a + u b + v c: C. Ericson, Real-Time Collision Detection, 2005,
+/// section 5.1.5. Collinear corners give a point of the longest side.
 inline glm::dvec2 closest_on_triangle(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
                                       const glm::dvec3& c)
 {
-    // The nearest points of the sides, and the foot of the perpendicular where that is inside.
+    // The nearest points of the sides, and the foot of the perpendicular if it is inside.
     const auto along = [&](const glm::dvec3& from, const glm::dvec3& to) {
         const glm::dvec3 side = to - from;
         const double square = glm::dot(side, side);

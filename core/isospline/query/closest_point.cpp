@@ -29,13 +29,13 @@ struct ClosestPointFinder::Search {
 
 template <int Degree>
 struct ClosestPointFinder::SearchOfDegree final : Search {
-    /// Boxes are not halved more often than this, 32 times along each axis.
+    /// The largest number of times that a box is halved: 32 along each axis.
     static constexpr int max_depth = 96;
     static constexpr std::size_t face_count = 6;
 
-    /// What is yet to be looked at: a node of the tree, or a box.
+    /// A part that has not been examined yet: a node of the tree, or a box.
     struct Item {
-        double bound; ///< on its distance, world units
+        double bound; ///< lower bound on its distance, world units
         std::uint32_t index;
         bool is_box;
 
@@ -58,20 +58,20 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         half_spaces.insert(half_spaces.end(), surface.clip_lattice().begin(), surface.clip_lattice().end());
     }
 
-    CellCoefficients coefficients(std::uint32_t row) const
+    VolumeCell coefficients(std::uint32_t row) const
     {
-        return {surface.volume(), surface.threshold(), surface.shell().cells()[row]};
+        return VolumeCell(surface.volume(), surface.threshold(), surface.shell().cells()[row]);
     }
 
-    /// A cell, whose planes `half_spaces` then has.
-    CellCoefficients enter(std::uint32_t row)
+    /// Enters a cell; `half_spaces` then has its faces.
+    VolumeCell enter(std::uint32_t row)
     {
-        const CellCoefficients cell = coefficients(row);
+        const glm::dvec3 lower(glm::ivec3(surface.shell().cells()[row]));
         for (std::size_t i = 0; i < surface.clip_lattice().size(); ++i) {
             const HalfSpace& cut = surface.clip_lattice()[i];
-            half_spaces[face_count + i].offset = cut.offset - glm::dot(cut.normal, cell.lower);
+            half_spaces[face_count + i].offset = cut.offset - glm::dot(cut.normal, lower);
         }
-        return cell;
+        return coefficients(row);
     }
 
     std::span<const HalfSpace> cuts() const { return std::span(half_spaces).subspan(face_count); }
@@ -113,7 +113,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         push(bound, index, true);
     }
 
-    /// Looks for a nearer point of the surface, from the middle of a box.
+    /// Searches for a nearer point of the surface, starting from the middle of a box.
     void descend_from(const SurfaceBox<Degree>& box, const CellCoefficients& cell)
     {
         const glm::dvec3 point_local = point - cell.lower;
@@ -143,7 +143,8 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         push_box(half_of<Degree>(box, longest, true), cell, bound);
     }
 
-    /// Looks for the nearest point around the point; whether it is proven to be that. If not, it is one to begin with.
+    /// Searches for the nearest point, starting at the point itself. Returns whether the result is proven to be the
+    /// nearest; otherwise it is a first candidate.
     bool find_locally()
     {
         proof.clear();
@@ -156,11 +157,10 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         return proof.is_nearest();
     }
 
-    /// Whether mask and clip leave a point.
+    /// Whether a point is in a cell that the mask keeps, and in the clip.
     bool is_shown(const Foot& candidate) const
     {
-        const Mask& mask = surface.options().shell.mask;
-        if (!mask.empty() && is_cut_by_mask(candidate.cell, mask, surface.volume()))
+        if (!surface.kept_cells().contains(candidate.cell))
             return false;
         const glm::dvec3 lattice = glm::dvec3(candidate.cell) + candidate.local;
         return std::all_of(surface.clip_lattice().begin(), surface.clip_lattice().end(), [&](const HalfSpace& cut) {
@@ -183,7 +183,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         if (!nodes->empty())
             push_node(0);
 
-        // Nearest first, until what is left cannot be nearer by more than the tolerance.
+        // Nearest part first, until no part can be nearer by more than the tolerance.
         double undecided = std::numeric_limits<double>::infinity();
         for (int count = 0; !queue.empty();) {
             const Item item = queue.front();
@@ -195,7 +195,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
             if (node == nullptr) {
                 const SurfaceBox<Degree> box = boxes[item.index];
                 free_boxes.push_back(item.index);
-                const CellCoefficients cell = enter(box.row);
+                const VolumeCell cell = enter(box.row);
                 if (!nearest.is_known || (box.depth > 0 && box.depth % 6 == 0))
                     descend_from(box, cell);
                 if (box.depth < max_depth)
@@ -208,9 +208,12 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
                 push_node(node->first);
             } else {
                 for (std::uint32_t row = node->first; row < node->first + node->count; ++row) {
-                    if (proof.clears(surface.shell().cells()[row], glm::dvec3(0.0), glm::dvec3(1.0)))
+                    const Cell cell_index = surface.shell().cells()[row];
+                    const glm::dvec3 lower(static_cast<glm::ivec3>(cell_index));
+                    if (!(metric.distance_bound(point, {lower, lower + 1.0}) <= limit()) ||
+                        proof.clears(cell_index, glm::dvec3(0.0), glm::dvec3(1.0)))
                         continue;
-                    const CellCoefficients cell = enter(row);
+                    const VolumeCell cell = enter(row);
                     push_box(surface_box<Degree>(cell, row), cell, 0.0);
                 }
                 count += static_cast<int>(node->count);
@@ -219,7 +222,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         if (!queue.empty())
             undecided = std::min(undecided, queue.front().bound);
 
-        // A point that came to a face of its cell may have a nearer one behind that face.
+        // If a point ended on a face of its cell, a nearer one may be behind that face.
         for (int count = 0; count < 32 && !nearest.is_free && !queue.empty() && queue.front().bound < limit();
              ++count) {
             const Item item = queue.front();
@@ -231,14 +234,14 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         return result(point_world, undecided);
     }
 
-    /// The answer, given that all of the surface is as far as `proven`, or as the nearest point.
+    /// The result, given that no part of the surface is nearer than `proven` or the nearest point.
     ClosestPoint result(const glm::dvec3& point_world, double proven) const
     {
         ClosestPoint answer;
         answer.error = proven < limit() ? limit() - proven : 0.0;
         if (!nearest.is_known)
             return answer;
-        const CellCoefficients cell(surface.volume(), surface.threshold(), nearest.cell);
+        const VolumeCell cell(surface.volume(), surface.threshold(), nearest.cell);
         Hit hit;
         set_surface_normal(hit, scalar::gradient_in_cell<Degree>(cell, nearest.local), surface.options().inside,
                            to_lattice);
@@ -249,7 +252,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         return answer;
     }
 
-    /// The nearest point that is known.
+    /// The nearest point so far.
     struct Nearest {
         double distance = std::numeric_limits<double>::infinity();
         glm::ivec3 cell{0};
@@ -262,19 +265,19 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     ClosestPointOptions options;
     const glm::dmat4 to_world, to_lattice; ///< from the lattice to the space of the points, and back
     const LatticeMetric metric;
-    const std::vector<CellTree::Node>* nodes = nullptr; ///< of the shell, once they are needed
+    const std::vector<CellTree::Node>* nodes = nullptr; ///< of the shell's tree, once they are needed
     FootProof<Degree> proof;
     glm::dvec3 point{0.0}; ///< lattice space
     Nearest nearest;
     std::vector<Item> queue; ///< a heap
     std::vector<SurfaceBox<Degree>> boxes;
     std::vector<std::uint32_t> free_boxes; ///< items of `boxes` that may be used again
-    std::vector<HalfSpace> half_spaces;    ///< faces of the cell that was entered, then cuts, in its local coordinates
+    std::vector<HalfSpace> half_spaces;    ///< faces of the entered cell, then cuts, in its local coordinates
 };
 
 ClosestPointFinder::ClosestPointFinder(const IsosurfaceSnapshot& surface, const ClosestPointOptions& options,
                                        const glm::dmat4& transform)
-    : max_distance_(options.max_distance)
+    : max_distance_(options.max_distance), caps_(surface, transform)
 {
     if (!(options.max_distance >= 0.0))
         throw_invalid("max_distance", "a number of at least 0", options.max_distance);
@@ -291,12 +294,18 @@ ClosestPointFinder::ClosestPointFinder(ClosestPointFinder&&) noexcept = default;
 
 ClosestPoint ClosestPointFinder::operator()(const glm::dvec3& point_world)
 {
-    return search_->find(point_world, max_distance_);
+    return within(point_world, max_distance_);
 }
 
 ClosestPoint ClosestPointFinder::within(const glm::dvec3& point_world, double max_distance)
 {
-    return search_->find(point_world, max_distance);
+    const auto on_cap = caps_.closest(point_world, max_distance);
+    if (!on_cap)
+        return search_->find(point_world, max_distance);
+    const ClosestPoint on_surface = search_->find(point_world, on_cap->distance);
+    if (on_surface.distance <= on_cap->distance)
+        return on_surface;
+    return {on_cap->position, on_cap->normal, on_cap->distance, on_surface.error, on_cap->primitive_id};
 }
 
 } // namespace isospline

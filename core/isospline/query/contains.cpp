@@ -23,8 +23,7 @@ bool contains(const IsosurfaceSnapshot& surface, const glm::dvec3& position_worl
         if (!(lattice[axis] >= 0.0 && lattice[axis] <= shape[axis]))
             return false;
     const PointInCell point(surface, lattice);
-    const Mask& mask = options.shell.mask;
-    if (!mask.empty() && is_cut_by_mask(point.index, mask, volume))
+    if (!surface.kept_cells().contains(point.index))
         return false;
 
     const double value = dispatch_degree(

@@ -17,16 +17,16 @@
 
 namespace isospline {
 
-/// Of one point at a time, by bounds on second derivatives of f.
+/// A proof for one point at a time, by bounds on second derivatives of f.
 template <int Degree>
 class FootProof {
 public:
     FootProof(const IsosurfaceSnapshot& surface, const LatticeMetric& metric) : surface_(surface), metric_(metric) {}
 
-    /// Forgets the foot: nothing is proven without one.
+    /// Forgets the foot; without a foot nothing is proven.
     void clear() { foot_.reset(); }
 
-    /// Of a point in lattice space and its foot.
+    /// Starts the proof for a point in lattice space and its foot.
     void begin(const glm::dvec3& point, const Foot& foot)
     {
         point_ = point;
@@ -39,10 +39,10 @@ public:
         has_bend_.fill(false);
     }
 
-    /// Whether the foot is shown to be the nearest point of the whole surface.
+    /// Whether the foot is proven to be the nearest point of the whole surface.
     bool is_nearest()
     {
-        // All cells that the ball about the point touches.
+        // All cells that the ball around the point touches.
         const double distance = foot_->distance * (1.0 + 1e-9);
         glm::dvec3 reach;
         for (int axis = 0; axis < 3; ++axis)
@@ -64,7 +64,7 @@ public:
         return true;
     }
 
-    /// Whether a box of a cell is shown to hold no point of the surface that is nearer than the foot.
+    /// Whether a box of a cell is proven to contain no point of the surface that is nearer than the foot.
     bool clears(const glm::ivec3& cell, const glm::dvec3& lower, const glm::dvec3& size)
     {
         if (!foot_ || bend_in(cell) == nullptr)
@@ -92,10 +92,11 @@ public:
     }
 
 private:
-    /// Cells about that of the foot that are looked at.
+    /// The number of cells around the foot's cell that are examined.
     static constexpr int reach_of_foot = 3;
 
-    /// How f bends in a cell, against the point's side of the surface at the foot; null in cells far from that.
+    /// The bound on second derivatives of f in a cell; null in cells far from the foot. The sign of f is that of the
+    /// point's side of the surface at the foot.
     const HessianBound* bend_in(const glm::ivec3& cell)
     {
         const glm::ivec3 from_foot = cell - foot_->cell;
@@ -109,21 +110,21 @@ private:
             has_bend_[item] = true;
             const glm::dvec3 nearest_in_cell =
                 glm::clamp(foot_->local - glm::dvec3(from_foot), glm::dvec3(0.0), glm::dvec3(1.0));
-            bends_[item] = HessianBound::at<Degree>(CellCoefficients(surface_.volume(), surface_.threshold(), cell),
+            bends_[item] = HessianBound::at<Degree>(VolumeCell(surface_.volume(), surface_.threshold(), cell),
                                                     nearest_in_cell, is_above_ ? -1.0 : 1.0, metric_, frame_);
         }
         return &bends_[item];
     }
 
-    /// Whether a cell bends so little that no part of the surface that is nearer than the foot is in it, given that all
-    /// cells in between bend as little. Looked at is what is at most `along` from the foot in the direction to the
-    /// point, `across` from that, and `reach` along the axes of the lattice.
+    /// Whether the second derivatives in a cell are so small that it contains no part of the surface nearer than the
+    /// foot, given that they are as small in all cells between. Only points are considered that are at most `along`
+    /// from the foot in the direction to the point, `across` from that line, and `reach` along the axes of the lattice.
     ///
-    /// With the gradient g at the foot q and the distance d, a nearer point q + v_t + v_n n, n being the direction to
-    /// the point, has v_n > 0 and |v_t|^2 < 2 d v_n - v_n^2. On the point's side of the surface f there, but for its
-    /// sign, is at least |g| v_n - (t |v_t|^2 + 2 m |v_t| v_n + n v_n^2) / 2 by Taylor's theorem, t, m and n being the
-    /// bounds of Bend, t >= 0. That is more than v_n (|g| - t d - m |v_t| - (n - t) v_n / 2). The gradient has to be
-    /// continuous: at degree 1 it is so in a cell alone.
+    /// Let g be the gradient at the foot q, d the distance, and n the direction to the point. A nearer point
+    /// q + v_t + v_n n has v_n > 0 and |v_t|^2 < 2 d v_n - v_n^2. By Taylor's theorem, f there, with the sign of the
+    /// point's side, is at least |g| v_n - (t |v_t|^2 + 2 m |v_t| v_n + b v_n^2) / 2, where t >= 0, m and b are the
+    /// tangential, mixed and normal bounds. That is more than v_n (|g| - t d - m |v_t| - (b - t) v_n / 2). The gradient
+    /// must be continuous: at degree 1 it is continuous only within a cell.
     bool is_flat(const glm::ivec3& cell, double along, double across, const glm::dvec3& reach)
     {
         const HessianBound* const bound = bend_in(cell);
@@ -141,10 +142,10 @@ private:
     glm::dvec3 point_{0.0};
     std::optional<Foot> foot_;
     double slope_ = 0.0;    ///< length of the gradient at the foot
-    bool is_above_ = false; ///< whether f grows from there to the point
-    glm::dmat3 frame_{1.0}; ///< the direction to the point, and two across it
+    bool is_above_ = false; ///< whether f increases from there to the point
+    glm::dmat3 frame_{1.0}; ///< the direction to the point, and two perpendicular to it
     static constexpr int bend_count = (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1) * (2 * reach_of_foot + 1);
-    std::array<HessianBound, bend_count> bends_; ///< by cell about the foot's, where has_bend_
+    std::array<HessianBound, bend_count> bends_; ///< for the cells around the foot's cell, where has_bend_ is set
     std::array<bool, bend_count> has_bend_{};
 };
 

@@ -1,4 +1,4 @@
-// From a point to the point of the surface that is, locally, the nearest, across cells.
+// Descent from a point to the locally nearest point of the surface, across cells.
 #pragma once
 
 #include "isospline/cell/jet.h"
@@ -17,7 +17,7 @@
 
 namespace isospline {
 
-/// A point of the surface where the gradient points to, or away from, the point that it is the foot of.
+/// A point of the surface whose gradient points to, or away from, the given point.
 struct Foot {
     glm::ivec3 cell;
     glm::dvec3 local;
@@ -25,8 +25,8 @@ struct Foot {
     double distance;
 };
 
-/// Newton's method on the conditions of Lagrange, from the point itself, with steps of at most the edge of a cell.
-/// Nothing where it does not end on the surface within the domain.
+/// Newton's method on Lagrange's conditions, starting at the point itself, with steps of at most the edge of a cell.
+/// Nothing if it does not end on the surface within the domain.
 template <int Degree>
 inline std::optional<Foot> find_foot(const IsosurfaceSnapshot& surface, const LatticeMetric& metric,
                                      const glm::dvec3& point)
@@ -65,11 +65,11 @@ inline std::optional<Foot> find_foot(const IsosurfaceSnapshot& surface, const La
         x = glm::clamp(length > 1.0 ? x + step / length : x + step, glm::dvec3(0.0), shape);
         if (length > 1e-12) {
             if (x == before)
-                return std::nullopt; // held by the border of the domain
+                return std::nullopt; // blocked by the border of the domain
             continue;
         }
 
-        // On the surface, and the foot of a perpendicular.
+        // It is on the surface, and it is the foot of a perpendicular.
         const PointInCell end(surface, x);
         const auto [value, gradient] = scalar::value_and_gradient_in_cell<Degree>(end.cell, end.local);
         const glm::dvec3 slope(gradient[0], gradient[1], gradient[2]);

@@ -1,4 +1,4 @@
-// How much f can bend in a part of a cell.
+// A bound on the second derivatives of f in a part of a cell.
 #pragma once
 
 #include "isospline/cell/jet.h"
@@ -16,16 +16,17 @@
 
 namespace isospline {
 
-/// Bounds on a quadratic form v^T M v at v = v_t + v_n n, n being a unit vector and v_t across it: it is at most
-/// tangential |v_t|^2 + 2 mixed |v_t| |v_n| + normal v_n^2.
+/// Bounds on a quadratic form v^T M v at v = v_t + v_n n, for a unit vector n and v_t perpendicular to it: it is at
+/// most tangential |v_t|^2 + 2 mixed |v_t| |v_n| + normal v_n^2.
 struct Bend {
     double tangential, mixed, normal;
 };
 
-/// Second derivatives of f in a cell, from those at one of its points and bounds on third derivatives: these are means
-/// of third differences of the coefficients.
+/// Second derivatives of f in a cell, from those at one of its points and bounds on third derivatives. Third
+/// derivatives are weighted means of third differences of the coefficients.
 struct HessianBound {
-    /// `sign` times f; the columns of the frame, in world coordinates, are n and two unit vectors across it.
+    /// For `sign` times f; the columns of the frame, in world coordinates, are n and two unit vectors perpendicular to
+    /// it.
     template <int Degree>
     static HessianBound at(const CellCoefficients& cell, const glm::dvec3& local, double sign,
                            const LatticeMetric& metric, const glm::dmat3& frame)
@@ -62,10 +63,10 @@ struct HessianBound {
         return bound;
     }
 
-    /// Where coordinates are at most `reach` from the point's.
+    /// The bound where coordinates differ from the point's by at most `reach`.
     Bend bend(const glm::dvec3& reach, const LatticeMetric& metric) const
     {
-        // A matrix whose entries are at most those of `change` adds at most its largest row sum in the world.
+        // A matrix with entries of at most those of `change` adds at most the largest row sum, in the world.
         glm::dmat3 change(0.0);
         for (int a = 0; a < 3; ++a)
             for (int b = 0; b < 3; ++b)
@@ -80,7 +81,7 @@ struct HessianBound {
     }
 
     glm::dmat3 hessian;                                        ///< in the frame
-    std::array<std::array<std::array<double, 3>, 3>, 3> third; ///< bounds on third derivatives, by local coordinates
+    std::array<std::array<std::array<double, 3>, 3>, 3> third; ///< bounds on third derivatives, in local coordinates
 };
 
 } // namespace isospline

@@ -10,9 +10,9 @@ namespace isospline {
 LatticeMetric::LatticeMetric(const glm::dmat4& lattice_to_world)
     : to_world(lattice_to_world), to_lattice(glm::inverse(to_world)), gram(glm::transpose(to_world) * to_world)
 {
-    // With the edges' lengths S and the cosines C between them, gram = S C S, so that |L v|^2 is at least the least
-    // eigenvalue of C times |S v|^2. Of it there are two lower bounds: Gershgorin's, exact where C is the identity, and
-    // det C / (3/2)^2, as the product of the other two eigenvalues is at most the square of their mean.
+    // With the edges' lengths S and the cosines C between them, gram = S C S, so |L v|^2 is at least the smallest
+    // eigenvalue of C times |S v|^2. That eigenvalue has two lower bounds: Gershgorin's, exact if C is the identity,
+    // and det C / (3/2)^2, because the product of the other two eigenvalues is at most the square of their mean.
     const glm::dvec3 edges(glm::length(to_world[0]), glm::length(to_world[1]), glm::length(to_world[2]));
     const auto cosine = [&](int a, int b) { return gram[a][b] / (edges[a] * edges[b]); };
     const double xy = cosine(0, 1), yz = cosine(1, 2), zx = cosine(2, 0);

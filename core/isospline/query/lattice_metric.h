@@ -1,4 +1,4 @@
-// World distances, in lattice coordinates.
+// World distances computed in lattice coordinates.
 #pragma once
 
 #include "isospline/math/box.h"
@@ -14,7 +14,7 @@ struct LatticeMetric {
 
     double length(const glm::dvec3& vector_lattice) const { return glm::length(to_world * vector_lattice); }
 
-    /// At most the world distance of a point from a box, and equal to it where the volume's axes are orthogonal.
+    /// A lower bound on the world distance of a point from a box, exact if the volume's axes are orthogonal.
     double distance_bound(const glm::dvec3& point_lattice, const Box& box) const
     {
         return glm::length(stretch * (point_lattice - glm::clamp(point_lattice, box.lower, box.upper)));

@@ -1,4 +1,4 @@
-// The solid that an isosurface bounds, for what is measured of it.
+// The solid that an isosurface bounds, for measuring it.
 #pragma once
 
 #include "isospline/measure/solid.h"
@@ -6,15 +6,12 @@
 
 namespace isospline {
 
-/// Of a surface, which must outlive it.
+/// The solid of a surface, which must outlive it.
 inline Solid solid_of(const IsosurfaceSnapshot& surface)
 {
-    return {surface.volume(),
-            *surface.shared_ranges(),
-            surface.threshold(),
-            surface.options().inside == Inside::above ? 1.0 : -1.0,
-            surface.options().shell.mask,
-            surface.clip_lattice()};
+    return {surface.volume(),     *surface.shared_ranges(),
+            surface.threshold(),  surface.options().inside == Inside::above ? 1.0 : -1.0,
+            surface.kept_cells(), surface.clip_lattice()};
 }
 
 } // namespace isospline

@@ -1,4 +1,4 @@
-// A part of a cell, with f - level on it: how near the surface in it can be to a point.
+// A part of a cell with f - level on it, and a lower bound on the distance of its surface from a point.
 #pragma once
 
 #include "isospline/brick/cutout.h"
@@ -27,7 +27,7 @@ struct SurfaceBox {
     BernsteinBox<Degree> b; ///< f - level on it
     glm::dvec3 lower, size; ///< local coordinates of the cell
     std::uint32_t row;      ///< of the cell, in Shell::cells()
-    int depth;              ///< how many times it was halved
+    int depth;              ///< the number of times it was halved
 
     bool has_surface() const
     {
@@ -36,7 +36,7 @@ struct SurfaceBox {
     }
 };
 
-/// All of a cell.
+/// The whole of a cell.
 template <int Degree>
 inline SurfaceBox<Degree> surface_box(const CellCoefficients& cell, std::uint32_t row)
 {
@@ -50,7 +50,7 @@ inline SurfaceBox<Degree> surface_box(const CellCoefficients& cell, std::uint32_
     return box;
 }
 
-/// One half of a box, cut across an axis.
+/// One half of a box, split along an axis.
 template <int Degree>
 inline SurfaceBox<Degree> half_of(const SurfaceBox<Degree>& box, int axis, bool upper)
 {
@@ -67,9 +67,9 @@ struct UnitSlab {
     double lower, upper;
 };
 
-/// A slab that holds the surface in a box, in coordinates t of the box. As in brick/block.cpp: with the linear function
-/// l along the mean gradient, whose Bernstein coefficients are its values at (i, j, k) / n, f - l lies between the
-/// least and the largest of the differences of coefficients.
+/// A slab that contains the surface in a box, in coordinates t of the box. As in brick/block.cpp: let l be the linear
+/// function along the mean gradient; its Bernstein coefficients are its values at (i, j, k) / n. Then f - l lies
+/// between the smallest and the largest difference of coefficients.
 template <int Degree>
 inline UnitSlab slab_of(const SurfaceBox<Degree>& box)
 {
@@ -98,10 +98,10 @@ inline UnitSlab slab_of(const SurfaceBox<Degree>& box)
     return slab;
 }
 
-/// The least <cost, t> of a slab's points; infinite where it has none.
+/// The smallest <cost, t> over a slab's points; infinite if it has none.
 ///
-/// A linear program with one constraint: from the cheapest corner, coordinates go to their other end in the order of
-/// what a unit of <normal, t> costs along them, until the slab is reached.
+/// A linear program with one constraint: starting from the cheapest corner, coordinates move to their other end, in the
+/// order of their cost per unit of <normal, t>, until the slab is reached.
 inline double least_over(const UnitSlab& slab, const glm::dvec3& cost)
 {
     glm::dvec3 corner(0.0);
@@ -129,29 +129,29 @@ inline double least_over(const UnitSlab& slab, const glm::dvec3& cost)
     return total;
 }
 
-/// A half-space, as seen from a point: the x with <normal, L (x - point)> >= offset; the normal has length one.
+/// A half-space relative to a point: the x with <normal, L (x - point)> >= offset; the normal has length one.
 struct CutInWorld {
     glm::dvec3 normal;
     double offset;
 };
 
-/// A lower bound on the world distance of the surface in a box, in all half-spaces, from a point; infinite where there
-/// is none. All is in local coordinates of the cell.
+/// A lower bound on the world distance from a point to the surface in a box and in all half-spaces; infinite if there
+/// is no such surface. Everything is in local coordinates of the cell.
 ///
-/// The surface is in the convex set of points that the box, its slab and the half-spaces have in common. For every unit
-/// vector u the distance from that set is at least the least <u, x - point> over it. u is taken to be the direction to
-/// the middle of the slab within the half-spaces, that across the slab, and that to the nearest point of the box. With
-/// a multiplier for each half-space the least is again one over the slab alone; multipliers are those that leave least
-/// of u but a multiple of the slab's normal, and any that are not negative are right.
+/// The surface is in a convex set: the intersection of the box, its slab and the half-spaces. For every unit vector u,
+/// the distance from that set is at least the minimum of <u, x - point> over it. Three directions are tried for u: to
+/// the middle of the slab within the half-spaces, perpendicular to the slab, and to the nearest point of the box. With
+/// a multiplier for each half-space, the minimum is again one over the slab alone. Any multipliers that are not
+/// negative give a valid bound; those are chosen that make u as parallel to the slab's normal as possible.
 ///
-/// The set's extent along the surface being h, its thickness h^2 and the error of the first u being h over the
-/// distance, the bound is off by a multiple of h^2: few boxes of each size are left, also where the surface is parallel
-/// to the sphere about the point.
+/// If the set's extent along the surface is h, its thickness is about h^2 and the error of the first u is h over the
+/// distance. So the error of the bound is a multiple of h^2, and few boxes of each size remain, even if the surface is
+/// parallel to the sphere around the point.
 template <int Degree>
 inline double distance_bound(const SurfaceBox<Degree>& box, const LatticeMetric& metric, const glm::dvec3& point_local,
                              std::span<const HalfSpace> half_spaces = {})
 {
-    constexpr std::size_t capacity = 8; // more half-spaces than that are left out, which is right as well
+    constexpr std::size_t capacity = 8; // further half-spaces are left out; the bound remains valid
     constexpr int rounds = 8;
     const UnitSlab slab = slab_of<Degree>(box);
     const glm::dvec3 across = (slab.normal / box.size) * metric.to_lattice; // gradient of <normal, t> in the world

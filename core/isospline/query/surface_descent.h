@@ -1,4 +1,4 @@
-// From a point of a cell to the point of the surface in it that is, locally, the nearest to another.
+// Descent from a point of a cell to the point of its surface that is locally the nearest to another point.
 #pragma once
 
 #include "isospline/brick/cutout.h"
@@ -22,21 +22,21 @@
 
 namespace isospline {
 
-/// Points that a descent finds are in the cell and in the half-spaces up to this, in lattice units.
+/// Points that a descent finds are in the cell and in the half-spaces up to this tolerance, in lattice units.
 inline constexpr double descent_margin = 1e-11;
 
-/// What a descent found, in local coordinates of the cell.
+/// The result of a descent, in local coordinates of the cell.
 struct DescentEnd {
     glm::dvec3 position;
     bool is_free; ///< not on the plane of a half-space
 };
 
-/// Newton's method on the conditions of Lagrange for the least |L (x - point)|^2 / 2 with f(x) = level, from the middle
-/// of a box, with steps of at most the box's size. Nothing where it does not end on the surface.
+/// Newton's method on Lagrange's conditions for the least |L (x - point)|^2 / 2 with f(x) = level, from the middle
+/// of a box, with steps of at most the box's size. Nothing if it does not end on the surface.
 ///
-/// Where the surface bends so that the Newton step would lead to a maximum or a saddle, the step is that for a plane.
-/// One that would leave a half-space ends on its plane and goes on along it until it is pulled off it: minima on the
-/// faces of the cell and on cuts are found as well.
+/// If the curvature of the surface would lead the Newton step to a maximum or a saddle, the step for a plane is taken.
+/// A step that would leave a half-space ends on its plane, and the descent continues along the plane until the
+/// multiplier changes sign. So minima on the faces of the cell and on cuts are found as well.
 template <int Degree>
 inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const LatticeMetric& metric,
                                          const std::vector<HalfSpace>& half_spaces, const glm::dvec3& point,
@@ -80,20 +80,20 @@ inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const Lat
             return glm::dvec3(system[0][capacity], system[1][capacity], system[2][capacity]);
         };
 
-        // The last steps only lead back to the surface.
+        // The last steps only return to the surface.
         const bool restores = iteration >= first_restoration;
         const glm::dmat3 flat = scale * metric.gram, curved = flat + multiplier * jet.hessian;
         const glm::dvec3 pull = restores ? glm::dvec3(0.0) : scale * (metric.gram * (point - x));
         bool solved = !restores && solve_step(curved, pull);
         if (solved) {
             const glm::dvec3 along =
-                step_of_solution() + (jet.value / (slope * slope)) * jet.gradient; // about in the tangent plane
+                step_of_solution() + (jet.value / (slope * slope)) * jet.gradient; // approximately in the tangent plane
             solved = glm::dot(along, curved * along) >= 0.0;
         }
         if (!solved && !solve_step(flat, pull))
             return std::nullopt;
 
-        // Planes that hold the step back from the surface's other side of them, by the sign of their multipliers, go.
+        // Drop active constraints whose multipliers are negative.
         const auto holds = [&](std::size_t plane) { return system[4 + plane][capacity] <= 1e-12; };
         if (!restores && active_count > 0 && iteration < first_restoration / 2) {
             const std::size_t before = active_count;
@@ -114,7 +114,7 @@ inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const Lat
         if (length > longest_step)
             step *= longest_step / length;
 
-        // How much of it can be taken.
+        // The largest part of the step that stays in all half-spaces.
         double part = 1.0;
         const HalfSpace* met = nullptr;
         for (const HalfSpace& half_space : half_spaces) {
@@ -137,7 +137,7 @@ inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const Lat
             break;
     }
 
-    // Whether it is the nearest point or not, it must be one of the surface.
+    // The result need not be the nearest point, but it must be on the surface.
     const double residual = scalar::value_in_cell<Degree>(cell, x);
     if (!(std::abs(residual) <= descent_margin * glm::length(scalar::gradient_in_cell<Degree>(cell, x))))
         return std::nullopt;
@@ -147,8 +147,8 @@ inline std::optional<DescentEnd> descend(const CellCoefficients& cell, const Lat
     return DescentEnd{x, active_count == 0};
 }
 
-/// Some point of the surface in a box, between corners where f - level has opposite signs; nothing where there are none
-/// such or the point is not in all half-spaces.
+/// Some point of the surface in a box, between corners where f - level has opposite signs. Nothing if there are no such
+/// corners, or if the point is not in all half-spaces.
 template <int Degree>
 inline std::optional<DescentEnd> any_point(const CellCoefficients& cell, const std::vector<HalfSpace>& half_spaces,
                                            const SurfaceBox<Degree>& box)

@@ -1,5 +1,7 @@
-// The cameras that a picture can be taken with. What they mean for rays and matrices is in projection.h.
+// The cameras. projection.h defines their rays and matrices.
 #pragma once
+
+#include "isospline/render/lens_distortion.h"
 
 #include <glm/vec3.hpp>
 
@@ -8,18 +10,18 @@
 
 namespace isospline {
 
-/// The side, or diagonal, of the image that a field of view is measured along.
+/// The side, or diagonal, of the image along which a field of view is measured.
 enum class FieldOfViewAxis { vertical, horizontal, diagonal };
 
-/// An eye that looks at a target: a pinhole, or a thin lens where the aperture is open. Pixels are square.
+/// An eye that looks at a target: a pinhole, or a thin lens if the aperture is not zero. Pixels are square.
 struct PerspectiveCamera {
     glm::dvec3 eye{0.0, -1.0, 0.0};
     glm::dvec3 target{0.0};
     glm::dvec3 up{0.0, 0.0, 1.0}; ///< any vector that the image shows pointing upwards
     double field_of_view = 30.0;  ///< whole angle in degrees, above 0 and below 180
     FieldOfViewAxis field_of_view_axis = FieldOfViewAxis::vertical;
-    double aperture_radius = 0.0; ///< of the lens about the eye, world units; 0 is a pinhole, all in focus
-    /// Of the plane in focus, along the viewing direction; by default the target's.
+    double aperture_radius = 0.0; ///< of the lens around the eye, world units; 0 is a pinhole
+    /// The distance of the plane in focus, along the viewing direction; by default that of the target.
     std::optional<double> focus_distance = std::nullopt;
 };
 
@@ -30,11 +32,14 @@ struct ProjectionPlaneCamera {
     glm::dvec3 corner{-0.5, 0.0, 0.5}; ///< top left corner of the image
     glm::dvec3 right{1.0, 0.0, 0.0};   ///< along the top edge, the whole width of the image
     glm::dvec3 down{0.0, 0.0, -1.0};   ///< along the left edge, the whole height of the image
+    /// The distortion of the lens: the object that appears at P is on the ray of another point of the plane. It is
+    /// defined in OpenCV's camera space: x along `right`, z along the plane's normal away from the eye.
+    LensDistortion distortion{};
 
     static ProjectionPlaneCamera from_center(const glm::dvec3& eye, const glm::dvec3& center, const glm::dvec3& right,
                                              const glm::dvec3& down)
     {
-        return {eye, center - 0.5 * (right + down), right, down};
+        return {eye, center - 0.5 * (right + down), right, down, {}};
     }
 };
 

@@ -17,16 +17,16 @@
 
 namespace isospline {
 
-/// What an image holds beside its colour. What is not asked for is neither computed nor stored.
+/// The layers of an image besides its colour. Only requested layers are computed and stored.
 struct Layers {
     bool depth = false, position = false, normal = false, albedo = false, gradient_magnitude = false, curvature = false;
     bool ambient_occlusion = false;
     bool direct = false, variance = false; ///< of path traced images only
     bool geometry_ids = false, primitive_ids = false;
 
-    int ambient_occlusion_samples = 16; ///< rays a hit that Image::ambient_occlusion is the mean of, 1 to 65536
+    int ambient_occlusion_samples = 16; ///< rays per hit for Image::ambient_occlusion, 1 to 65536
 
-    /// Whether any is of what the rays through the centres of the pixels find.
+    /// Whether any layer comes from the rays through the centres of the pixels.
     bool any_of_centers() const
     {
         return depth || position || normal || albedo || gradient_magnitude || curvature || ambient_occlusion ||
@@ -34,19 +34,25 @@ struct Layers {
     }
 };
 
-/// How colour is stored.
+/// A rectangle of the pixels of a picture.
+struct Window {
+    glm::ivec2 first{0}; ///< column and row of its top left pixel
+    glm::ivec2 size{0};
+};
+
+/// The storage of colour.
 enum class ColorEncoding {
     linear, ///< Image::color
     srgb8   ///< Image::srgb8, a quarter of the memory
 };
 
-/// Colour, and what the rays through the centres of the pixels found; rows from the top, pixels of a row from the left.
-/// Layers that were not asked for are empty.
+/// Colour, and layers from the rays through the centres of the pixels; rows from the top, pixels of a row from the
+/// left. Layers that were not requested are empty.
 struct Image {
     Image() = default;
     /// An image of rays that all missed.
     explicit Image(glm::ivec2 image_size, const Layers& layers = {}, ColorEncoding encoding = ColorEncoding::linear)
-        : size(image_size)
+        : size(image_size), full_size(image_size)
     {
         const auto make = [this]<typename Element>(bool wanted, std::vector<Element>& layer, const Element& miss) {
             if (wanted)
@@ -79,22 +85,25 @@ struct Image {
     }
 
     glm::ivec2 size{0};
-    std::vector<glm::vec4> color;             ///< linear, premultiplied by the last part, coverage
-    std::vector<glm::u8vec4> srgb8;           ///< as to_srgb8() makes it of that; one of both is there
-    std::vector<float> depth;                 ///< as Projection::depth(), world units; infinite on a miss
+    std::vector<glm::vec4> color;             ///< linear, premultiplied by coverage, the last component
+    std::vector<glm::u8vec4> srgb8;           ///< to_srgb8() of `color`; only one of the two is stored
+    std::vector<float> depth;                 ///< like Projection::depth(), world units; infinite on a miss
     std::vector<glm::vec3> position;          ///< world space; zero on a miss
     std::vector<glm::vec3> normal;            ///< unit, outward, world space; zero on a miss
     std::vector<glm::vec3> albedo;            ///< linear colour of the surface itself; zero on a miss
     std::vector<float> gradient_magnitude;    ///< of an isosurface's f, per world unit; zero on a miss and for meshes
     std::vector<glm::vec2> curvature;         ///< mean and Gaussian; zero on a miss and for meshes
-    std::vector<float> ambient_occlusion;     ///< openness, as of AmbientOcclusion; zero on a miss
-    std::vector<glm::vec3> direct;            ///< the part of the colour that is light after one hit at most
-    std::vector<glm::vec3> variance;          ///< of the colour, which is an estimate; infinite where nothing is known
+    std::vector<float> ambient_occlusion;     ///< openness, like AmbientOcclusion; zero on a miss
+    std::vector<glm::vec3> direct;            ///< the part of the colour from light after at most one hit
+    std::vector<glm::vec3> variance;          ///< of the colour, which is an estimate; infinite if unknown
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint64_t> primitive_ids; ///< invalid_primitive_id on a miss
 
-    std::size_t covered_count = 0; ///< pixels that surfaces cover, if only in part
+    std::size_t covered_count = 0; ///< pixels that surfaces cover, at least in part
 
+    // Data of the whole picture, if the image is a window of it.
+    glm::ivec2 full_size{0};                ///< its size
+    glm::ivec2 first{0};                    ///< the position of the image's first pixel in it
     glm::dmat4 world_to_camera{1.0};        ///< as Projection::world_to_camera()
     std::optional<glm::dmat4> world_to_ndc; ///< as Projection::world_to_ndc()
     double pixel_aspect_ratio = 1.0;

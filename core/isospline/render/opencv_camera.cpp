@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <variant>
 
 namespace isospline {
@@ -62,8 +63,8 @@ ProjectionPlaneCamera from_opencv(const OpenCvCamera& camera, glm::ivec2 size)
     const glm::dmat3 to_plane = to_world * glm::inverse(camera.intrinsics) * raster_to_pixel(camera.pixel_center);
     const glm::dvec3 eye = -(to_world * camera.translation);
     const ProjectionPlaneCamera plane{eye, eye + to_plane[2], static_cast<double>(size.x) * to_plane[0],
-                                      static_cast<double>(size.y) * to_plane[1]};
-    Projection(plane, size); // which checks the size
+                                      static_cast<double>(size.y) * to_plane[1], camera.distortion};
+    Projection(plane, size); // which checks size and distortion
     return plane;
 }
 
@@ -73,7 +74,11 @@ OpenCvCamera to_opencv(const Camera& camera, glm::ivec2 size, double pixel_cente
         throw_invalid("camera", "a pinhole", "one that is orthographic or panoramic");
     if (!is_finite(pixel_center))
         throw_invalid("pixel_center", "a finite number", pixel_center);
-    const Projection projection(camera, size);
+    Camera pinhole = camera;
+    LensDistortion distortion;
+    if (auto* const plane = std::get_if<ProjectionPlaneCamera>(&pinhole))
+        std::swap(distortion, plane->distortion);
+    const Projection projection(pinhole, size);
     const glm::dmat3 rotation = glm::transpose(glm::dmat3(projection.right(), -projection.up(), projection.forward()));
     if (glm::determinant(rotation) < 0.0)
         throw_invalid("camera", "one whose image is not mirrored", "edges that turn the other way around");
@@ -87,7 +92,7 @@ OpenCvCamera to_opencv(const Camera& camera, glm::ivec2 size, double pixel_cente
     glm::dmat3 intrinsics = raster_to_pixel(pixel_center) * glm::inverse(raster_to_camera);
     intrinsics[0][1] = intrinsics[0][2] = intrinsics[1][2] = 0.0;
     intrinsics[2][2] = 1.0;
-    return {intrinsics, rotation, -(rotation * corner.origin), pixel_center};
+    return {intrinsics, rotation, -(rotation * corner.origin), pixel_center, distortion};
 }
 
 } // namespace isospline

@@ -23,13 +23,13 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The bounce from which on paths may end by chance.
+/// From this bounce on, paths may end at random (Russian roulette).
 constexpr int first_roulette = 3;
 
 /// Veach's power heuristic, for one sample of each kind.
 double power_heuristic(double density, double other)
 {
-    // The quotient of densities does not overflow where their squares would.
+    // The quotient of densities does not overflow, unlike their squares.
     const double ratio = other / density;
     return 1.0 / (1.0 + ratio * ratio);
 }
@@ -54,15 +54,15 @@ std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec
     return sample(light, u);
 }
 
-/// A path on its way.
+/// A path in progress.
 struct Path {
     std::size_t index;   ///< of its camera ray
     glm::dvec3 position; ///< that the ray leaves: its origin is off the surface
     glm::dvec3 throughput{1.0};
-    double density = infinity; ///< that the material drew the ray's direction with; infinite for a camera ray
+    double density = infinity; ///< of the ray's direction in the material; infinite for a camera ray
 };
 
-/// Light that counts if nothing is in between.
+/// Light that counts unless a surface is between.
 struct Candidate {
     std::size_t index; ///< of its camera ray
     const Emitter* light;
@@ -76,7 +76,7 @@ public:
         : scene_(scene), lookup_(scene), path_tracer_(path_tracer), projection_(projection), random_(random),
           results_(results)
     {
-        // Lights that next-event estimation chooses from, each with the same chance.
+        // Lights for next-event estimation, chosen with equal probability.
         for (const Emitter& light : path_tracer.lights) {
             const auto* environment = std::get_if<EnvironmentLight>(&light);
             if (!environment || environment->map)
@@ -111,7 +111,7 @@ public:
     }
 
 private:
-    /// Once they have been cast: that of a direction with another rounding might hit something else.
+    /// Called after the rays have been cast: a direction with another rounding might hit something else.
     void normalize_camera_rays()
     {
         for (std::size_t i = 0; i < rays_.size(); ++i) {
@@ -123,10 +123,10 @@ private:
         }
     }
 
-    /// The chance of a light to be chosen, for the density of what meets it otherwise.
+    /// The probability of choosing a light, for the density of other rays that meet it.
     double chance() const { return 1.0 / static_cast<double>(chosen_from_.size()); }
 
-    /// Adds light that a path has after it was scattered so many times.
+    /// Adds light to a path that was scattered `scatterings` times.
     void add(std::size_t index, const glm::dvec3& radiance, int scatterings)
     {
         results_[index].radiance += radiance;
@@ -134,7 +134,7 @@ private:
             results_[index].direct += radiance;
     }
 
-    /// Adds light that the ray itself meets; returns whether it goes on to a surface.
+    /// Adds light that the ray itself meets; returns whether it continues to a surface.
     bool arrive(const Path& path, const Ray& ray, const Hit& hit, int bounce)
     {
         const bool from_camera = path.density == infinity;
@@ -180,7 +180,7 @@ private:
         const glm::dvec3 origin = scene_.offset_position(hit, frame.z);
         RandomSequence& random = random_[path.index];
 
-        // Numbers are drawn whether they are used or not, so that a number means the same in all scenes.
+        // All numbers are drawn, even unused ones, so that each has the same meaning in all scenes.
         const double which_light = random.next();
         const glm::dvec2 on_light = random.next2();
         const double which_lobe = random.next();
@@ -238,7 +238,7 @@ private:
                 add(candidates_[i].index, candidates_[i].radiance, bounce + 1);
     }
 
-    /// Lights have no place in the scene, but they end rays as surfaces do. None hides itself.
+    /// Lights are not in the scene, but they end rays like surfaces. No light hides itself.
     bool is_hidden_by_light(const Ray& shadow_ray, const Emitter* source) const
     {
         Ray unit = shadow_ray;

@@ -1,4 +1,4 @@
-// The paths of some pixels, traced together: one batch of rays a bounce.
+// The paths of some pixels, traced together: one batch of rays per bounce.
 #pragma once
 
 #include "isospline/math/random.h"
@@ -17,16 +17,16 @@ namespace isospline {
 class Projection;
 class SceneSnapshot;
 
-/// What came along one path.
+/// The result of one path.
 struct PathResult {
     glm::dvec3 radiance{0.0};
-    glm::dvec3 direct{0.0}; ///< the part of it that was scattered once at most
-    bool covered = false;   ///< whether the camera's ray met a surface, a light, or an environment that is visible
+    glm::dvec3 direct{0.0}; ///< the part that was scattered at most once
+    bool covered = false;   ///< whether the camera's ray met a surface, a light, or a visible environment
 };
 
-/// Traces one path from each of the rays, whose directions need not be of unit length; `random` has one sequence each.
-/// The lights, materials and bounces are those of the path tracer, which must be valid. The
-/// projection tells the depth of points.
+/// Traces one path from each of the rays, whose directions need not be of unit length; `random` has one sequence
+/// each. The lights, materials and bounces are those of the path tracer, which must be valid. The projection gives the
+/// depth of points.
 void trace_paths(const SceneSnapshot& scene, const PathTracer& path_tracer, const Projection& projection,
                  std::span<const Ray> camera_rays, std::span<RandomSequence> random, std::span<PathResult> results);
 

@@ -27,10 +27,10 @@ std::int64_t separation(std::int64_t n, std::int64_t k)
     return smallest;
 }
 
-/// The odd number, coprime to n, that gives the lattice whose points keep farthest apart.
+/// The odd number, coprime to n, whose lattice has the largest minimum distance of points.
 std::int64_t lattice_generator(std::int64_t n)
 {
-    // Good generators are many; the search of large lattices ends after the first few hundred.
+    // There are many good generators; the search in large lattices ends after a few hundred.
     std::int64_t best = 1;
     std::int64_t best_separation = 0;
     for (std::int64_t k = 1; k < std::min<std::int64_t>(2 * n, 1024); k += 2) {
@@ -76,7 +76,7 @@ std::vector<PixelSample> pixel_samples(int count, bool with_lens)
     };
     const bool has_centre = count % 2 == 1 && !with_lens;
     std::vector<PixelSample> samples{{glm::dvec2(0.5), has_centre ? 1.0 / count : 0.0, std::nullopt}};
-    // Places on the lens: the additive recurrence of the plastic number, whose terms stay apart from each other.
+    // Positions on the lens: the additive recurrence of the plastic number, whose terms are well separated.
     const glm::dvec2 lens_step(0.7548776662466927, 0.5698402909980532);
     for (std::int64_t i = 0; i < count; ++i) {
         PixelSample sample{{coordinate(2 * i + 1), coordinate((2 * i + 1) * generator)}, 1.0 / count, std::nullopt};

@@ -5,13 +5,18 @@
 #include "isospline/render/renderer.h"
 #include "isospline/render/tiles.h"
 #include "isospline/scene/scene.h"
+#include "isospline/util/check.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -21,7 +26,7 @@ namespace isospline {
 
 namespace {
 
-/// What of a material a picture of the centres shows: its colour, as albedo.
+/// The part of a material that a picture of the centres shows: its colour, as albedo.
 Phong unlit(const Material& material)
 {
     Phong phong;
@@ -31,11 +36,12 @@ Phong unlit(const Material& material)
     return phong;
 }
 
-RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const glm::vec4& background,
-                           const Layers& layers)
+RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const Window& window,
+                           const glm::vec4& background, const Layers& layers)
 {
     RenderOptions options;
     options.size = size;
+    options.crop = window;
     options.shading = unlit(path_tracer.material);
     for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
         options.shading_of_geometry.emplace(geometry_id, unlit(material));
@@ -45,7 +51,7 @@ RenderOptions centers_only(const PathTracer& path_tracer, glm::ivec2 size, const
     return options;
 }
 
-/// A path tracer with a material for every object of a scene, and with depths that fit to it.
+/// A path tracer with a material for every object of a scene, and with limits of depth that fit it.
 PathTracer prepared(PathTracer path_tracer, const SceneSnapshot& scene, const Projection& projection)
 {
     for (const auto& [geometry_id, material] : path_tracer.material_of_geometry)
@@ -66,12 +72,19 @@ PathTracer prepared(PathTracer path_tracer, const SceneSnapshot& scene, const Pr
     return path_tracer;
 }
 
+/// The variance of the mean over n samples, at least 2.
+glm::dvec3 variance_of_mean(const PathSums::Sum& sum, double n)
+{
+    const glm::dvec3 mean = sum.radiance / n;
+    return glm::max(sum.squares / n - mean * mean, 0.0) / (n - 1.0);
+}
+
 } // namespace
 
 ProgressiveRenderer::ProgressiveRenderer(Scene& scene, const Camera& camera, glm::ivec2 size, PathTracer path_tracer,
-                                         glm::vec4 background, const Layers& layers)
-    : scene_(scene), camera_(camera), projection_(camera, size), path_tracer_(std::move(path_tracer)),
-      background_(background), layers_(layers)
+                                         glm::vec4 background, const Layers& layers, const std::optional<Window>& crop)
+    : scene_(scene), camera_(camera), projection_(camera, size), window_(rendered_window(crop, size)),
+      path_tracer_(std::move(path_tracer)), background_(background), layers_(layers)
 {
     validate(path_tracer_);
     validate_background(background);
@@ -88,18 +101,48 @@ void ProgressiveRenderer::reset(const Camera& camera)
 
 void ProgressiveRenderer::reset()
 {
-    centers_ = blank_image(projection_, layers_);
+    centers_ = blank_image(projection_, window_, layers_);
     has_centers_ = false;
     snapshot_.reset();
-    sums_.assign(centers_.pixel_count(), Sum());
-    directs_.assign(layers_.direct ? sums_.size() : 0, glm::dvec3(0.0));
-    tile_samples_.assign(Tiles(projection_.size()).count(), 0);
-    through_centers_ = false;
+    clear_sums(false);
+}
+
+void ProgressiveRenderer::clear_sums(bool through_centers)
+{
+    path_sums_.sums.assign(centers_.pixel_count(), PathSums::Sum());
+    path_sums_.directs.assign(layers_.direct ? centers_.pixel_count() : 0, glm::dvec3(0.0));
+    path_sums_.tile_samples.assign(Tiles(window_.size).count(), 0);
+    path_sums_.through_centers = through_centers;
+}
+
+void ProgressiveRenderer::resume(PathSums path_sums, const char* parameter, const Progress& progress)
+{
+    const auto check = [&](const char* what, std::size_t expected, std::size_t got) {
+        if (got != expected)
+            throw_invalid(parameter, std::to_string(expected) + " " + what, got);
+    };
+    check("pixels", path_sums_.sums.size(), path_sums.sums.size());
+    check("pixels of direct light", path_sums_.directs.size(), path_sums.directs.size());
+    check("tiles", path_sums_.tile_samples.size(), path_sums.tile_samples.size());
+    for (const int samples : path_sums.tile_samples)
+        if (samples < 0)
+            throw_invalid(parameter, "tiles of at least 0 samples", samples);
+    for (const PathSums::Sum& sum : path_sums.sums) {
+        check_not_negative(parameter, sum.radiance);
+        check_not_negative(parameter, sum.squares);
+        check_not_negative(parameter, sum.covered);
+    }
+    for (const glm::dvec3& direct : path_sums.directs)
+        check_not_negative(parameter, direct);
+
+    reset();
+    begin(progress);
+    path_sums_ = std::move(path_sums);
 }
 
 int ProgressiveRenderer::samples() const
 {
-    return *std::min_element(tile_samples_.begin(), tile_samples_.end());
+    return *std::min_element(path_sums_.tile_samples.begin(), path_sums_.tile_samples.end());
 }
 
 void ProgressiveRenderer::step(int samples, const Progress& progress)
@@ -111,24 +154,20 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
     const int wanted = this->samples() + samples;
     if (!has_centers_)
         begin(part_of(progress, 0.0, 0.05));
-    else if (!scene_.is_current(*snapshot_))
-        throw std::logic_error("the scene has changed since the first step: reset() the renderer before the next");
+    else
+        check_current();
 
-    // A picture of one sample shows what its ids tell. Samples of more are anywhere in the pixel, and that one is none
-    // of them.
-    if (const bool through_centers = wanted == 1; through_centers != through_centers_) {
-        through_centers_ = through_centers;
-        sums_.assign(sums_.size(), Sum());
-        directs_.assign(directs_.size(), glm::dvec3(0.0));
-        tile_samples_.assign(tile_samples_.size(), 0);
-    }
+    // A picture with one sample agrees with its ids. With more samples, they are anywhere in the pixel, and the first
+    // one is not one of them.
+    if (const bool through_centers = wanted == 1; through_centers != path_sums_.through_centers)
+        clear_sums(through_centers);
 
-    // Sample by sample, so that all of the picture is equally good wherever it is cancelled.
+    // Sample by sample, so that the whole picture has the same quality whenever it is cancelled.
     const Progress of_samples = part_of(progress, 0.05, 1.0);
     const int first = this->samples(), count = wanted - first;
     for (int done = 0; done < count; ++done)
         parallel_for(
-            tile_samples_.size(), 1,
+            path_sums_.tile_samples.size(), 1,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t tile = begin; tile < end; ++tile)
                     render_tile(tile, first + done + 1);
@@ -136,13 +175,26 @@ void ProgressiveRenderer::step(int samples, const Progress& progress)
             part_of(of_samples, static_cast<double>(done) / count, static_cast<double>(done + 1) / count));
 }
 
+void ProgressiveRenderer::check_current() const
+{
+    if (has_centers_ && !scene_.is_current(*snapshot_))
+        throw std::logic_error("the scene has changed since the first step: reset() the renderer before the next");
+}
+
+const PathSums& ProgressiveRenderer::path_sums() const
+{
+    check_current();
+    return path_sums_;
+}
+
 void ProgressiveRenderer::begin(const Progress& progress)
 {
     snapshot_ = scene_.snapshot(part_of(progress, 0.0, 0.5));
     prepared_ = prepared(path_tracer_, *snapshot_, projection_);
     if (layers_.any_of_centers())
-        centers_ = render(*snapshot_, camera_, centers_only(prepared_, projection_.size(), background_, layers_),
-                          part_of(progress, 0.5, 1.0));
+        centers_ =
+            render(*snapshot_, camera_, centers_only(prepared_, projection_.size(), window_, background_, layers_),
+                   part_of(progress, 0.5, 1.0));
     for (glm::vec3& albedo : centers_.albedo)
         albedo = glm::min(albedo, 1.0f);
     has_centers_ = true;
@@ -150,34 +202,35 @@ void ProgressiveRenderer::begin(const Progress& progress)
 
 void ProgressiveRenderer::render_tile(std::size_t tile, int samples)
 {
-    const glm::ivec2 size = projection_.size();
-    std::vector<glm::ivec2> pixels;
-    Tiles(size).get_pixels(tile, pixels);
+    std::vector<glm::ivec2> pixels; // of the window
+    Tiles(window_.size).get_pixels(tile, pixels);
     std::vector<Ray> rays;
     std::vector<RandomSequence> random;
     std::vector<PathResult> results;
-    for (int& sample = tile_samples_[tile]; sample < samples; ++sample) {
+    for (int& sample = path_sums_.tile_samples[tile]; sample < samples; ++sample) {
         rays.clear();
         random.clear();
-        for (const glm::ivec2& pixel : pixels) {
+        for (const glm::ivec2& local : pixels) {
+            const glm::ivec2 pixel = window_.first + local;
             RandomSequence sequence(pixel, static_cast<std::uint32_t>(sample), path_tracer_.seed);
             const glm::dvec2 in_pixel = sequence.next2(), on_lens = sequence.next2();
-            rays.push_back(through_centers_ ? projection_.ray(glm::dvec2(pixel) + 0.5, glm::dvec2(0.0))
-                                            : projection_.ray(glm::dvec2(pixel) + in_pixel, to_disc(on_lens)));
+            rays.push_back(path_sums_.through_centers
+                               ? projection_.ray(glm::dvec2(pixel) + 0.5, glm::dvec2(0.0))
+                               : projection_.ray(glm::dvec2(pixel) + in_pixel, to_disc(on_lens)));
             random.push_back(sequence);
         }
         results.resize(rays.size());
         trace_paths(*snapshot_, prepared_, projection_, rays, random, results);
 
         for (std::size_t i = 0; i < pixels.size(); ++i) {
-            const std::size_t pixel = static_cast<std::size_t>(pixels[i].y) * static_cast<std::size_t>(size.x) +
+            const std::size_t pixel = static_cast<std::size_t>(pixels[i].y) * static_cast<std::size_t>(window_.size.x) +
                                       static_cast<std::size_t>(pixels[i].x);
-            Sum& sum = sums_[pixel];
+            PathSums::Sum& sum = path_sums_.sums[pixel];
             sum.radiance += results[i].radiance;
             sum.squares += results[i].radiance * results[i].radiance;
             sum.covered += results[i].covered;
             if (layers_.direct)
-                directs_[pixel] += results[i].direct;
+                path_sums_.directs[pixel] += results[i].direct;
         }
     }
 }
@@ -189,29 +242,45 @@ Image ProgressiveRenderer::image(ColorEncoding encoding) const
     Layers of_samples;
     of_samples.direct = layers_.direct;
     of_samples.variance = layers_.variance;
-    Image blank(projection_.size(), of_samples, encoding);
+    Image blank(window_.size, of_samples, encoding);
     image.color.swap(blank.color);
     image.srgb8.swap(blank.srgb8);
     image.direct.swap(blank.direct);
     image.variance.swap(blank.variance);
-    const glm::ivec2 size = projection_.size();
+    const glm::ivec2 size = window_.size;
     const Tiles tiles(size);
-    for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) {
+    for (std::size_t pixel = 0; pixel < path_sums_.sums.size(); ++pixel) {
         const auto x = pixel % static_cast<std::size_t>(size.x), y = pixel / static_cast<std::size_t>(size.x);
-        const double n = tile_samples_[tiles.tile_of({x, y})];
+        const double n = path_sums_.tile_samples[tiles.tile_of({x, y})];
         if (n == 0.0)
             continue;
-        const Sum& sum = sums_[pixel];
+        const PathSums::Sum& sum = path_sums_.sums[pixel];
         image.covered_count += sum.covered > 0.0;
         const glm::dvec3 mean = sum.radiance / n;
         const double coverage = sum.covered / n, behind = (1.0 - coverage) * static_cast<double>(background_.a);
         image.set_color(pixel, glm::vec4(mean + behind * glm::dvec3(background_), coverage + behind));
         if (layers_.direct)
-            image.direct[pixel] = glm::vec3(directs_[pixel] / n);
+            image.direct[pixel] = glm::vec3(path_sums_.directs[pixel] / n);
         if (layers_.variance && n > 1.0)
-            image.variance[pixel] = glm::vec3(glm::max(sum.squares / n - mean * mean, 0.0) / (n - 1.0));
+            image.variance[pixel] = glm::vec3(variance_of_mean(sum, n));
     }
     return image;
+}
+
+double ProgressiveRenderer::noise() const
+{
+    const double n = samples();
+    const auto& counts = path_sums_.tile_samples;
+    if (n < 2.0 || std::adjacent_find(counts.begin(), counts.end(), std::not_equal_to<>()) != counts.end())
+        return std::numeric_limits<double>::infinity();
+    double sum_of_squares = 0.0;
+    for (const PathSums::Sum& sum : path_sums_.sums) {
+        const auto shown = [](const glm::dvec3& color) { return glm::sqrt(glm::min(color, 1.0)); };
+        const glm::dvec3 mean = sum.radiance / n;
+        const glm::dvec3 change = shown(mean + glm::sqrt(variance_of_mean(sum, n))) - shown(mean);
+        sum_of_squares += glm::dot(change, change);
+    }
+    return std::sqrt(sum_of_squares / (3.0 * static_cast<double>(path_sums_.sums.size())));
 }
 
 } // namespace isospline

@@ -94,6 +94,43 @@ void Projection::set_up(const ProjectionPlaneCamera& camera)
     forward_ = distance > 0.0 ? normal : -normal;
     right_ = glm::normalize(camera.right);
     up_ = glm::normalize(glm::dot(camera.down, right_) * right_ - camera.down);
+
+    distortion_ = camera.distortion;
+    has_distortion_ = !distortion_.is_none();
+    if (has_distortion_)
+        check_distortion();
+}
+
+void Projection::check_distortion() const
+{
+    for (const double coefficient : distortion_.coefficients)
+        if (!is_finite(coefficient))
+            throw_invalid("distortion", "finite numbers", coefficient);
+    // All ways from the middle end on the border.
+    constexpr int steps = 16;
+    for (int i = 0; i <= steps; ++i)
+        for (int side = 0; side < 4; ++side) {
+            const double along = static_cast<double>(i) / steps, across = side < 2 ? 0.0 : 1.0;
+            const glm::dvec2 raster =
+                glm::dvec2(size_) * (side % 2 == 0 ? glm::dvec2(along, across) : glm::dvec2(across, along));
+            if (!distortion_.reaches(on_unit_plane(corner_ + raster.x * pixel_right_ + raster.y * pixel_down_)))
+                throw_invalid("distortion", "coefficients that do not fold the image of this size",
+                              "a fold between its middle and pixel (" + to_text(raster.x) + ", " + to_text(raster.y) +
+                                  ")");
+        }
+}
+
+glm::dvec2 Projection::on_unit_plane(const glm::dvec3& offset) const
+{
+    return glm::dvec2(glm::dot(offset, right_), -glm::dot(offset, up_)) / glm::dot(offset, forward_);
+}
+
+glm::dvec3 Projection::undistorted(const glm::dvec3& offset) const
+{
+    const glm::dvec2 distorted = on_unit_plane(offset);
+    // Beyond the image, where lens filters may ask, there may be no such point.
+    const glm::dvec2 point = distortion_.undistort(distorted).value_or(distorted);
+    return glm::dot(offset, forward_) * (point.x * right_ - point.y * up_ + forward_);
 }
 
 void Projection::look_at(const glm::dvec3& target, const glm::dvec3& up)
@@ -155,7 +192,7 @@ glm::dmat4 Projection::world_to_camera() const
 
 std::optional<glm::dmat4> Projection::world_to_ndc() const
 {
-    if (kind_ == Kind::panoramic)
+    if (kind_ == Kind::panoramic || has_distortion_)
         return std::nullopt;
     // A point is E + a right + b down + c corner in a perspective, which lies at (a/c, b/c) of the image and c times as
     // deep as the plane; with parallel rays it is E + corner + a right + b down + c forward, which lies at (a, b).

@@ -20,7 +20,7 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
     std::vector<Ray> translucent;
     std::vector<std::uint8_t> is_translucent(ray_count);
     for (std::size_t i = 0; i < ray_count; ++i) {
-        is_translucent[i] = batch.hits[i] && opacity_of(batch.hits[i]) < 1.0;
+        is_translucent[i] = batch.hits[i] && opacity_of(batch.hits[i], batch.rays[i]) < 1.0;
         if (is_translucent[i])
             translucent.push_back(batch.rays[i]);
     }
@@ -35,10 +35,10 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
         if (!is_translucent[i])
             continue;
         const auto end = next + *count++;
-        if (next != end || opacity_of(batch.hits[i]) == 0.0)
+        if (next != end || opacity_of(batch.hits[i], batch.rays[i]) == 0.0)
             batch.hits[i].clear();
         for (double opacity = 0.0; next != end && opacity < 1.0; ++next) {
-            opacity = opacity_of(next->hit);
+            opacity = opacity_of(next->hit, batch.rays[i]);
             if (opacity == 0.0)
                 continue;
             if (!batch.hits[i]) {

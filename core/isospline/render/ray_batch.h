@@ -1,4 +1,4 @@
-// What camera rays meet, one surface after the other where they show through.
+// The hits of camera rays, through translucent surfaces.
 #pragma once
 
 #include "isospline/math/ray.h"
@@ -14,25 +14,25 @@ namespace isospline {
 
 class SceneSnapshot;
 
-/// One ray through each of some pixels, and what it meets first.
+/// One ray through each of some pixels, and its first hit.
 ///
-/// What a ray meets behind a translucent surface comes after all of these, ray by ray and from front to back, each hit
-/// with its ray and its pixel.
+/// Hits behind translucent surfaces follow after all first hits, ray by ray and from front to back, each with its ray
+/// and its pixel.
 struct RayBatch {
     std::vector<glm::ivec2> pixels;
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<std::size_t> behind; ///< hits behind that of ray i: from behind[i] to behind[i + 1]; none if empty
 
-    /// Leaves one ray for each of the first `count` pixels.
+    /// Reduces the batch to one ray for each of the first `count` pixels.
     void resize(std::size_t count);
 };
 
-/// From 0 to 1, of the surface that was hit.
-using OpacityOf = std::function<double(const Hit& hit)>;
+/// The opacity, from 0 to 1, of the surface that a ray hit.
+using OpacityOf = std::function<double(const Hit& hit, const Ray& ray)>;
 
-/// Appends what the rays of a batch meet up to their first opaque surface. Surfaces of opacity 0 are as if they were
-/// not there: where one was met first, that hit becomes the next one, or a miss.
+/// Appends the hits of a batch's rays up to their first opaque surface. Surfaces of opacity 0 are ignored: if the first
+/// hit is on one, it is replaced by the next hit, or by a miss.
 void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of);
 
 } // namespace isospline

@@ -20,20 +20,22 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
 
 namespace isospline {
 
 namespace {
 
-/// A shading that is checked and has its lights, and what is asked about it at every hit.
+/// A checked shading with its lights, and values that are needed at every hit.
 struct Appearance {
     Shading shading;
-    double opacity;
+    std::optional<double> even_opacity; ///< nothing if it varies from point to point
     bool needs_curvature;
-    Shading openness; ///< the model of Image::ambient_occlusion, as translucent as the one that is shown
 };
 
-/// What one thread needs while it renders tile after tile.
+/// The memory of one thread that renders tile after tile.
 struct Workspace {
     explicit Workspace(const SceneSnapshot& scene) : caster(scene, RayCaster::Rays::coherent) {}
 
@@ -45,13 +47,15 @@ struct Workspace {
     PhongColors colors_of_points;
 };
 
-/// One picture in the making; its tiles may be rendered in any order and by any thread.
+/// A picture in progress; its tiles may be rendered in any order and by any thread.
 class Renderer {
 public:
-    Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options)
-        : scene_(scene), lookup_(scene), projection_(camera, options.size), layers_(options.layers),
+    /// `fragments` are filled as well, if they are not null.
+    Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments* fragments)
+        : scene_(scene), lookup_(scene), projection_(camera, options.size),
+          window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tiles_(options.size)
+          tiles_(window_.size), fragments_(fragments)
     {
         validate_background(background_);
         validate(layers_);
@@ -59,14 +63,20 @@ public:
             throw_invalid("layers", "direct and variance of path traced pictures only",
                           layers_.direct ? "direct of another" : "variance of another");
 
-        const DepthRange depths = [&] { return projection_.depth_range(scene.bounds()); };
+        const DepthRange depths = [&] {
+            if (fragments)
+                throw_invalid("shading", "limits of ColorByDepth for parts of a scene", "none");
+            return projection_.depth_range(scene.bounds());
+        };
         appearance_ = prepared(options.shading, depths);
         for (const auto& [geometry_id, shading] : options.shading_of_geometry) {
             if (!scene.contains(geometry_id))
                 throw_invalid("shading", "geometry ids of objects in the scene", geometry_id);
             appearance_of_geometry_.emplace(geometry_id, prepared(shading, depths));
         }
-        image_ = blank_image(projection_, layers_, options.encoding);
+        image_ = blank_image(projection_, window_, layers_, options.encoding);
+        if (fragments)
+            prepare_fragments();
     }
 
     std::size_t tile_count() const { return tiles_.count(); }
@@ -87,11 +97,9 @@ private:
         if (auto* phong = std::get_if<Phong>(&shading); phong && !phong->lights)
             phong->lights = camera_lights(projection_.right(), projection_.up(), projection_.forward());
         needs_visibility_ = needs_visibility_ || Visibility::is_needed_by(shading);
-        AmbientOcclusion openness;
-        openness.samples = layers_.ambient_occlusion_samples;
-        openness.opacity = opacity(shading);
-        all_opaque_ = all_opaque_ && openness.opacity == 1.0;
-        return {shading, openness.opacity, needs_curvature(shading), openness};
+        const std::optional<double> opacity = even_opacity(shading);
+        all_opaque_ = all_opaque_ && opacity == 1.0;
+        return {shading, opacity, needs_curvature(shading)};
     }
 
     const Appearance& appearance_of(const Hit& hit) const
@@ -102,8 +110,8 @@ private:
 
     std::size_t index(const glm::ivec2& pixel) const
     {
-        return static_cast<std::size_t>(pixel.y) * static_cast<std::size_t>(projection_.size().x) +
-               static_cast<std::size_t>(pixel.x);
+        const glm::vec<2, std::size_t> place(pixel - window_.first);
+        return place.y * static_cast<std::size_t>(window_.size.x) + place.x;
     }
 
     SurfacePoint point_of(const Hit& hit, const Ray& ray, bool with_curvature) const
@@ -113,6 +121,26 @@ private:
         return point;
     }
 
+    double opacity_of(const Hit& hit, const Ray& ray) const
+    {
+        const Appearance& appearance = appearance_of(hit);
+        return appearance.even_opacity ? *appearance.even_opacity
+                                       : opacity(appearance.shading, point_of(hit, ray, false));
+    }
+
+    /// Empty if all surfaces are opaque.
+    OpacityOf opacities() const
+    {
+        return all_opaque_ ? OpacityOf() : [this](const Hit& hit, const Ray& ray) { return opacity_of(hit, ray); };
+    }
+
+    std::size_t fragment(std::size_t sample, const glm::ivec2& pixel) const
+    {
+        return sample * image_.pixel_count() + index(pixel);
+    }
+
+    void prepare_fragments();
+    void store_fragments(std::size_t sample, const RayBatch& batch);
     void store_openness(RayBatch batch, std::size_t ray_count);
     void shade_hits(const Visibility& visibility, Workspace& workspace) const;
     glm::dvec4 color_of_ray(const Workspace& workspace, std::size_t ray) const;
@@ -122,14 +150,16 @@ private:
     const SceneSnapshot& scene_;
     SurfaceLookup lookup_;
     Projection projection_;
+    Window window_;
     Layers layers_;
     std::vector<PixelSample> samples_;
     bool needs_visibility_ = false, all_opaque_ = true;
     Appearance appearance_;
     std::map<std::uint32_t, Appearance> appearance_of_geometry_;
     glm::vec4 background_;
-    Tiles tiles_;
+    Tiles tiles_; ///< of the window
     Image image_;
+    Fragments* fragments_;
     std::atomic<std::size_t> covered_count_ = 0;
 };
 
@@ -137,8 +167,10 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
 {
     RayBatch& batch = workspace.batch;
     tiles_.get_pixels(tile, batch.pixels);
+    for (glm::ivec2& pixel : batch.pixels)
+        pixel += window_.first;
 
-    // One batch of rays a sample; the first goes through the centres, and may be for the layers alone.
+    // One batch of rays per sample; the first goes through the centres, and may be for the layers only.
     const std::size_t ray_count = batch.pixels.size();
     workspace.colors_of_pixels.assign(ray_count, glm::dvec4(0.0));
     for (std::size_t number = 0; number < samples_.size(); ++number) {
@@ -153,7 +185,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         }
         workspace.caster.cast(batch.rays, batch.hits);
         if (!all_opaque_)
-            append_hits_behind(batch, scene_, [this](const Hit& hit) { return appearance_of(hit).opacity; });
+            append_hits_behind(batch, scene_, opacities());
 
         if (for_layers) {
             if (layers_.ambient_occlusion)
@@ -162,17 +194,24 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
                 if (batch.hits[i])
                     store_layers(index(batch.pixels[i]), batch.hits[i], batch.rays[i]);
         }
+        if (fragments_)
+            store_fragments(number, batch);
         if (sample.weight == 0.0)
             continue;
         Visibility visibility;
         if (needs_visibility_)
             visibility = {scene_, batch,
-                          [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, all_opaque_,
+                          [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, opacities(),
                           static_cast<std::uint32_t>(number)};
         shade_hits(visibility, workspace);
-        for (std::size_t i = 0; i < ray_count; ++i)
-            if (batch.hits[i])
-                workspace.colors_of_pixels[i] += sample.weight * color_of_ray(workspace, i);
+        for (std::size_t i = 0; i < ray_count; ++i) {
+            if (!batch.hits[i])
+                continue;
+            const glm::dvec4 color = color_of_ray(workspace, i);
+            workspace.colors_of_pixels[i] += sample.weight * color;
+            if (fragments_)
+                fragments_->colors[fragment(number, batch.pixels[i])] = glm::dvec3(color);
+        }
     }
 
     std::size_t covered_count = 0;
@@ -183,7 +222,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
     covered_count_ += covered_count;
 }
 
-/// The colours of all hits of the batch; those of Phong's model that nothing hides light from come side by side.
+/// The colours of all hits of the batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
 void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) const
 {
     const RayBatch& batch = workspace.batch;
@@ -226,14 +265,14 @@ void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) co
     shade_points();
 }
 
-/// What a ray sees, front to back, each surface over those behind it: premultiplied colour, and coverage.
+/// The composited colour of a ray's hits, each surface over those behind it: premultiplied colour, and coverage.
 glm::dvec4 Renderer::color_of_ray(const Workspace& workspace, std::size_t ray) const
 {
     const RayBatch& batch = workspace.batch;
     glm::dvec3 color(0.0);
     double transmittance = 1.0;
     const auto add = [&](std::size_t i) {
-        const double opacity = appearance_of(batch.hits[i]).opacity;
+        const double opacity = opacity_of(batch.hits[i], batch.rays[i]);
         color += transmittance * opacity * workspace.colors_of_hits[i];
         transmittance *= 1.0 - opacity;
     };
@@ -244,13 +283,40 @@ glm::dvec4 Renderer::color_of_ray(const Workspace& workspace, std::size_t ray) c
     return {color, 1.0 - transmittance};
 }
 
-/// How much the first hits of a batch, one a ray, see of the sky.
+void Renderer::prepare_fragments()
+{
+    if (!all_opaque_ || needs_visibility_ || layers_.ambient_occlusion)
+        throw_invalid("shading", "opaque surfaces without shadows and ambient occlusion for parts of a scene",
+                      all_opaque_ ? "another that casts shadow rays" : "an opacity below 1");
+    const std::size_t count = samples_.size() * image_.pixel_count();
+    *fragments_ = {};
+    for (const PixelSample& sample : samples_)
+        fragments_->weights.push_back(sample.weight);
+    fragments_->t.assign(count, std::numeric_limits<double>::infinity());
+    fragments_->geometry_ids.assign(count, invalid_id);
+    fragments_->primitive_ids.assign(count, invalid_primitive_id);
+    fragments_->colors.assign(count, glm::dvec3(0.0));
+}
+
+void Renderer::store_fragments(std::size_t sample, const RayBatch& batch)
+{
+    for (std::size_t i = 0; i < batch.hits.size(); ++i) {
+        const std::size_t place = fragment(sample, batch.pixels[i]);
+        fragments_->t[place] = batch.hits[i].t;
+        fragments_->geometry_ids[place] = batch.hits[i].geometry_id;
+        fragments_->primitive_ids[place] = batch.hits[i].primitive_id;
+    }
+}
+
+/// The openness to the sky of the first hits of a batch, one per ray.
 void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
 {
     batch.resize(ray_count);
+    AmbientOcclusion openness;
+    openness.samples = layers_.ambient_occlusion_samples;
+    const Shading shading = openness;
     const Visibility sky(
-        scene_, batch, [this](const Hit& hit) -> const Shading& { return appearance_of(hit).openness; }, all_opaque_,
-        0);
+        scene_, batch, [&](const Hit&) -> const Shading& { return shading; }, opacities(), 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
             image_.ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));
@@ -279,41 +345,14 @@ void Renderer::store_layers(std::size_t pixel, const Hit& hit, const Ray& ray)
 
 void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
 {
-    // Sums of weights may miss 1 by rounding.
+    // Sums of weights may differ from 1 by rounding.
     const double coverage = std::abs(color.a - 1.0) < 1e-9 ? 1.0 : color.a;
     const double behind = (1.0 - coverage) * background_.a;
     image_.set_color(pixel, glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind));
 }
 
-} // namespace
-
-void validate_background(const glm::vec4& background)
+Image render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& progress)
 {
-    for (int part = 0; part < 4; ++part)
-        if (!(std::isfinite(background[part]) && background[part] >= 0.0f))
-            throw_invalid("background", "finite numbers of at least 0", background[part]);
-    if (background.a > 1.0f)
-        throw_invalid("background", "an opacity of at most 1", background.a);
-}
-
-void validate(const Layers& layers)
-{
-    if (layers.ambient_occlusion_samples < 1 || layers.ambient_occlusion_samples > 65536)
-        throw_invalid("ambient_occlusion_samples", "rays a hit, from 1 to 65536", layers.ambient_occlusion_samples);
-}
-
-Image blank_image(const Projection& projection, const Layers& layers, ColorEncoding encoding)
-{
-    Image image(projection.size(), layers, encoding);
-    image.world_to_camera = projection.world_to_camera();
-    image.world_to_ndc = projection.world_to_ndc();
-    image.pixel_aspect_ratio = projection.pixel_aspect_ratio();
-    return image;
-}
-
-Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
-{
-    Renderer renderer(scene, camera, options);
     tbb::enumerable_thread_specific<Workspace> workspaces([&] { return Workspace(scene); });
     parallel_for(
         renderer.tile_count(), 1,
@@ -324,6 +363,19 @@ Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptio
         },
         progress);
     return std::move(renderer).take_image();
+}
+
+} // namespace
+
+Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
+{
+    return render(scene, Renderer(scene, camera, options, nullptr), progress);
+}
+
+Image render_part(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments& fragments,
+                  const Progress& progress)
+{
+    return render(scene, Renderer(scene, camera, options, &fragments), progress);
 }
 
 } // namespace isospline

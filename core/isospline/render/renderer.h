@@ -1,4 +1,4 @@
-// Pictures of what rays find.
+// Rendering of pictures.
 #pragma once
 
 #include "isospline/render/camera.h"
@@ -9,8 +9,11 @@
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <vector>
 
 namespace isospline {
 
@@ -18,14 +21,29 @@ class Projection;
 class SceneSnapshot;
 
 struct RenderOptions {
-    glm::ivec2 size{640, 360}; ///< width and height in pixels; the default is the paper's
+    glm::ivec2 size{640, 360};  ///< width and height in pixels; the default is the paper's
+    std::optional<Window> crop; ///< the part of the picture that is rendered; by default all
     Shading shading = Phong{};
     std::map<std::uint32_t, Shading> shading_of_geometry; ///< by geometry id, instead of `shading`
-    glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of what shows where no surface is
-    int samples = 1;            ///< rays of a pixel that make its colour
-    Layers layers;              ///< all but those of path traced images
+    glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of the background
+    int samples = 1;            ///< rays per pixel for its colour
+    Layers layers;              ///< all except those of path traced images
     ColorEncoding encoding = ColorEncoding::linear;
 };
+
+/// The first hits of a picture's rays: all samples of a pixel one after the other, pixels row by row. The nearest
+/// fragments of a scene's parts give the picture of the scene.
+struct Fragments {
+    std::vector<double> weights; ///< of each sample in the colour of a pixel
+    std::vector<double> t;       ///< infinite on a miss
+    std::vector<std::uint32_t> geometry_ids;
+    std::vector<std::uint64_t> primitive_ids;
+    std::vector<glm::dvec3> colors; ///< linear; zero where the sample has no weight
+};
+
+/// The window of a picture that is rendered. Throws std::invalid_argument for a crop that is empty or extends beyond
+/// the picture.
+Window rendered_window(const std::optional<Window>& crop, const glm::ivec2& size);
 
 /// Throws std::invalid_argument for numbers that are negative or not finite, and for an opacity above 1.
 void validate_background(const glm::vec4& background);
@@ -33,19 +51,26 @@ void validate_background(const glm::vec4& background);
 /// Throws std::invalid_argument for a number of rays outside of 1 to 65536.
 void validate(const Layers& layers);
 
-/// An image of a camera whose rays all missed.
-Image blank_image(const Projection& projection, const Layers& layers = {},
+/// A window of an image in which all rays missed.
+Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},
                   ColorEncoding encoding = ColorEncoding::linear);
 
-/// Renders a scene as it is in a snapshot, in parallel tiles; the image is the same for any number of threads, bit for
+/// Renders a snapshot of a scene in parallel tiles; the image is the same for any number of threads, bit for
 /// bit.
 ///
-/// Colour is the mean over the samples of a pixel, over the background; its alpha is the part of the pixel that
-/// surfaces cover, raised by an opaque background to 1. What a ray meets from front to back, up to the first opaque
-/// surface, is composited by the over operator. Light is attenuated by the surfaces that it goes through on its way to
-/// a point. Layers come from the ray through the pixel's centre, and are of the first surface whose opacity is not 0.
-/// Throws std::invalid_argument for bad options, and Cancelled where `progress` returns false.
+/// Colour is the mean over the samples of a pixel, over the background. Alpha is the part of the pixel that surfaces
+/// cover, or 1 with an opaque background. The surfaces along a ray, from front to back up to the first opaque one, are
+/// composited by the over operator. Light is attenuated by translucent surfaces on its way to a point. Layers come from
+/// the ray through the pixel's centre, and show the first surface whose opacity is not 0. The pixels of a crop are
+/// those of the whole picture, bit for bit. Throws std::invalid_argument for bad options, and Cancelled if `progress`
+/// returns false.
 Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
              const Progress& progress = {});
+
+/// The same for a part of a larger scene, with the fragments from which the picture of the larger scene is composed.
+/// Also throws std::invalid_argument for shadings whose colours depend on more than the first hit of a ray: those that
+/// are not opaque, that cast shadow rays, or whose limits of depth are fitted to the scene.
+Image render_part(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments& fragments,
+                  const Progress& progress = {});
 
 } // namespace isospline

@@ -13,8 +13,8 @@ namespace isospline {
 
 namespace {
 
-/// Rounds the encoded value of a linear one: looks up that of the lower end of the bin it is in, from where at most a
-/// few thresholds lie below it.
+/// Encodes a linear value and rounds the result. It looks up the code of the lower end of the value's bin; at most a
+/// few thresholds of the bin are below the value.
 class Encoder {
 public:
     Encoder()

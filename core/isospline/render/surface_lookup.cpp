@@ -13,7 +13,7 @@ namespace isospline {
 
 namespace {
 
-/// Weights of the corners of a triangle at a point of its plane, by areas; equal where the triangle has none.
+/// Weights of the corners of a triangle at a point of its plane, by areas; equal if the triangle has no area.
 glm::dvec3 barycentric(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c)
 {
     const glm::dvec3 normal = glm::cross(b - a, c - a);
@@ -31,8 +31,8 @@ glm::dvec3 unit(const glm::dvec3& vector)
     return length > 0.0 ? vector / length : glm::dvec3(0.0);
 }
 
-/// A shading normal that is on the viewer's side of the surface where the face's normal is, and on the other where that
-/// is: one that has tipped over the horizon is taken back to it.
+/// A shading normal on the same side as the face's normal, as seen by the viewer: one that is beyond the horizon is
+/// moved back to it.
 glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal, const glm::dvec3& to_viewer)
 {
     const double side = glm::dot(face_normal, to_viewer) < 0.0 ? -1.0 : 1.0;

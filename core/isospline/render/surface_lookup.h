@@ -1,4 +1,4 @@
-// What a scene knows of a point of its surfaces beyond where a ray hit it.
+// Properties of a scene's surfaces at hits.
 #pragma once
 
 #include "isospline/scene/scene_snapshot.h"
@@ -15,17 +15,17 @@
 
 namespace isospline {
 
-/// Looks up, for hits of a scene, normals and colours that lie between the vertices of a mesh, and curvatures and caps
-/// of isosurfaces.
+/// Looks up, for hits of a scene, normals and colours interpolated between the vertices of a mesh, and curvatures and
+/// caps of isosurfaces.
 class SurfaceLookup {
 public:
     explicit SurfaceLookup(const SceneSnapshot& scene);
 
-    /// Whether a hit says all of its point but the curvature: it is not on a cap, and not of a mesh with normals or
-    /// colours of its own.
+    /// Whether a hit has everything except the curvature: it is not on a cap, and not on a mesh with its own normals or
+    /// colours.
     bool is_plain(const Hit& hit) const { return hit.primitive_id < entry(hit.geometry_id).plain_primitives; }
 
-    /// Completes a point, whose position, normal and direction to the viewer are given.
+    /// Completes a point with given position, normal and direction to the viewer.
     void complete(SurfacePoint& point, const Hit& hit, bool with_curvature) const;
 
 private:
@@ -33,12 +33,12 @@ private:
         std::shared_ptr<const IsosurfaceSnapshot> surface;
         std::shared_ptr<const Mesh> mesh;
         glm::dmat4 scene_to_object{1.0}; ///< to the mesh's space, or to index space
-        std::uint64_t plain_primitives;  ///< ids below it are of plain hits
+        std::uint64_t plain_primitives;  ///< ids below it belong to plain hits
     };
 
     const Entry& entry(std::uint32_t geometry_id) const
     {
-        // Mostly no object has been removed, so that ids count up from 0.
+        // In most scenes no object has been removed, so ids count up from 0.
         if (geometry_id < ids_.size() && ids_[geometry_id] == geometry_id)
             return entries_[geometry_id];
         return entries_[static_cast<std::size_t>(std::lower_bound(ids_.begin(), ids_.end(), geometry_id) -

@@ -1,4 +1,4 @@
-// An image in square tiles: what threads take turns at.
+// An image in square tiles, the units of work of threads.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -24,8 +24,8 @@ public:
                static_cast<std::size_t>(pixel.x / side);
     }
 
-    /// Sets `pixels` to those of a tile that are in the image, along its Z-order curve: pixels that follow each other
-    /// are neighbours in both directions, so that their rays go well together in one packet.
+    /// Sets `pixels` to the pixels of a tile that are in the image, in Z-order: consecutive pixels are neighbours in
+    /// both directions, so that their rays form coherent packets.
     void get_pixels(std::size_t tile, std::vector<glm::ivec2>& pixels) const
     {
         const auto in_row = static_cast<std::size_t>(count_.x);

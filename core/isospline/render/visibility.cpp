@@ -13,12 +13,12 @@ namespace isospline {
 
 namespace {
 
-/// The way from a hit to a light.
+/// The segment from a hit to a light.
 Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& light)
 {
     const glm::dvec3 origin = scene.offset_position(hit, light.position - hit.position);
     const glm::dvec3 to_light = light.position - origin;
-    // A light on the point itself is one that nothing is before.
+    // A light at the point itself is not hidden.
     return to_light == glm::dvec3(0.0) ? Ray{origin, {0.0, 0.0, 1.0}, 0.0, 0.0} : Ray{origin, to_light, 0.0, 1.0};
 }
 
@@ -27,8 +27,7 @@ Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& 
     return {scene.offset_position(hit, light.to_light), light.to_light};
 }
 
-/// Directions to the sky, in the order of Fibonacci's lattice on the unit square, shifted by chance from pixel to
-/// pixel.
+/// Directions to the sky, in the order of Fibonacci's lattice on the unit square, with a random shift for each pixel.
 void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& hit, const glm::dvec3& normal,
                 const AmbientOcclusion& occlusion, RandomSequence random)
 {
@@ -43,11 +42,11 @@ void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& h
     }
 }
 
-/// The part of the light that gets along each ray; without opacities, all or nothing.
-std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf* opacity_of)
+/// The transmitted part of the light along each ray; without opacities, all or nothing.
+std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf& opacity_of)
 {
     std::vector<double> result(rays.size(), 1.0);
-    if (opacity_of == nullptr) {
+    if (!opacity_of) {
         std::vector<std::uint8_t> occluded(rays.size());
         scene.test_occlusions(rays, occluded);
         for (std::size_t i = 0; i < rays.size(); ++i)
@@ -60,7 +59,7 @@ std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const R
     auto next = crossings.cbegin();
     for (std::size_t i = 0; i < rays.size(); ++i)
         for (const auto end = next + counts[i]; next != end; ++next)
-            result[i] *= 1.0 - (*opacity_of)(next->hit);
+            result[i] *= 1.0 - opacity_of(next->hit, rays[i]);
     return result;
 }
 
@@ -73,7 +72,7 @@ bool Visibility::is_needed_by(const Shading& shading)
 }
 
 Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-                       const std::function<const Shading&(const Hit&)>& shading_of, bool all_opaque,
+                       const std::function<const Shading&(const Hit&)>& shading_of, const OpacityOf& opacity_of,
                        std::uint32_t sample)
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
@@ -96,8 +95,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
             to_sky_[i] = {first, shadow_rays.size() - first};
         }
     }
-    const OpacityOf opacity_of = [&](const Hit& hit) { return opacity(shading_of(hit)); };
-    transmittances_ = transmittances(scene, shadow_rays, all_opaque ? nullptr : &opacity_of);
+    transmittances_ = transmittances(scene, shadow_rays, opacity_of);
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const

@@ -1,4 +1,4 @@
-// What hits see: their lights, and the sky, through what is translucent.
+// The visibility of lights and of the sky from hits, through translucent surfaces.
 #pragma once
 
 #include "isospline/render/ray_batch.h"
@@ -21,11 +21,13 @@ public:
     /// Whether a model's colour depends on more than the point that it shades.
     static bool is_needed_by(const Shading& shading);
 
-    /// Looks from all hits of the rays of some pixels' `sample`; misses are left out. `shading_of` is the model of a
-    /// hit, with its lights; unless all of them are opaque, light loses what is absorbed by every surface on its way.
+    /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out. `shading_of` is the model of a
+    /// hit, with its lights. Every surface on the way absorbs light by `opacity_of`, which is empty if all surfaces are
+    /// opaque.
     Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-               const std::function<const Shading&(const Hit&)>& shading_of, bool all_opaque, std::uint32_t sample);
-    /// Nothing is hidden.
+               const std::function<const Shading&(const Hit&)>& shading_of, const OpacityOf& opacity_of,
+               std::uint32_t sample);
+    /// All lights and the sky are visible.
     Visibility() = default;
 
     /// The parts of a SurfacePoint for the i-th hit.

@@ -24,10 +24,10 @@ namespace {
 
 using Count = std::shared_ptr<std::atomic<std::ptrdiff_t>>;
 
-/// What this thread allocates for.
+/// The counter that this thread's allocations are added to.
 thread_local Count current_count;
 
-/// The first error that Embree has reported on this thread. Nothing is allocated to keep it.
+/// The first error that Embree has reported on this thread. Storing it does not allocate.
 struct Error {
     RTCError code;
     char message[256];
@@ -49,7 +49,7 @@ bool count_bytes(void*, ssize_t bytes, bool) noexcept
     return true;
 }
 
-/// Where the threads of one commit work, and no others: what any of them allocates is counted.
+/// The threads of one commit work in an arena of their own, so that their allocations can be counted.
 class BuildArena : public tbb::task_arena, public tbb::task_scheduler_observer {
 public:
     BuildArena() : tbb::task_scheduler_observer(static_cast<tbb::task_arena&>(*this)) { observe(true); }
@@ -67,14 +67,14 @@ public:
             current_count = nullptr;
     }
 
-    /// What the threads that came to help have allocated since the last call.
+    /// Bytes that the helping threads have allocated since the last call.
     std::ptrdiff_t take_count() { return count_->exchange(0); }
 
 private:
     Count count_ = std::make_shared<std::atomic<std::ptrdiff_t>>(0);
 };
 
-/// Arenas that no commit uses now. They are kept, as TBB keeps memory for each that there has ever been.
+/// Arenas that no commit uses now. They are reused, because TBB keeps memory for every arena that was ever made.
 class IdleArenas {
 public:
     static IdleArenas& instance()
@@ -88,7 +88,7 @@ public:
         {
             const std::lock_guard lock(moment_mutex(this));
             if (generation_ != fork_generation()) {
-                // The threads that are said to work there are not in this process.
+                // The threads registered there do not exist in this process.
                 for (auto& arena : arenas_)
                     static_cast<void>(arena.release());
                 arenas_.clear();
@@ -114,8 +114,8 @@ private:
     std::vector<std::unique_ptr<BuildArena>> arenas_;
 };
 
-/// Hands reports of Embree's to a Progress. No exception may cross Embree's frames: what the callback throws is carried
-/// around them.
+/// Passes Embree's progress reports to a Progress. No exception may cross Embree's frames, so an exception of the
+/// callback is stored and thrown later.
 struct Monitor {
     const Progress& progress;
     std::mutex mutex;
@@ -136,12 +136,12 @@ struct Monitor {
     }
 };
 
-/// Throws where the locks of Embree may be those of threads that this process does not have.
+/// Throws if threads that do not exist in this process may hold Embree's locks.
 void check_fork()
 {
     if (!is_whole_after_fork())
         throw std::runtime_error("this process was forked while another thread was at work in isospline: it cannot "
-                                 "build scenes; fork when nothing runs, or start processes by \"spawn\"");
+                                 "build scenes; fork while no call is running, or start processes with \"spawn\"");
 }
 
 } // namespace

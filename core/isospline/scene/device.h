@@ -1,4 +1,4 @@
-// The Embree device, whose errors are exceptions and whose memory is counted.
+// The Embree device: turns its errors into exceptions and counts its memory.
 #pragma once
 
 #include "isospline/scene/embree_api.h"
@@ -10,8 +10,8 @@
 
 namespace isospline {
 
-/// Counts what Embree allocates, less what it frees, for the thread that this lives on and for the threads that build
-/// for it in Device::commit(). Of two that live on one thread, the younger counts.
+/// Counts the bytes that Embree allocates minus those that it frees: on the thread that created this object and on the
+/// threads that build for it in Device::commit(). If a thread has several such objects, the newest one counts.
 class EmbreeMemory {
 public:
     EmbreeMemory();
@@ -25,8 +25,9 @@ private:
     std::shared_ptr<std::atomic<std::ptrdiff_t>> count_, before_;
 };
 
-/// The device that all scenes of a process share, as Embree has room for a thousand at most. The environment variable
-/// ISOSPLINE_EMBREE may hold Embree's configuration, such as isa=avx2. Any number of threads may use it at a time.
+/// The device that all scenes of a process share, because Embree allows only about a thousand devices. The environment
+/// variable ISOSPLINE_EMBREE may hold Embree's configuration, for example isa=avx2. Any number of threads may use the
+/// device at the same time.
 class Device {
 public:
     static Device& shared();
@@ -38,14 +39,14 @@ public:
     /// Rays of a packet: 16, 8 or 4.
     int packet_size() const { return packet_size_; }
 
-    /// Builds a scene's acceleration structure. Throws Cancelled where the progress callback returns false.
+    /// Builds a scene's acceleration structure. Throws Cancelled if the progress callback returns false.
     void commit(RTCScene scene, const Progress& progress = {}) const;
 
-    /// Forgets what Embree has reported on this thread: an error that nobody asked for is not the next one's.
+    /// Clears the errors that Embree has reported on this thread, so that an old error is not taken for a new one.
     void forget_errors() const;
 
-    /// Throws what Embree has reported on this thread since the last call: std::bad_alloc where memory ran out, else
-    /// std::runtime_error.
+    /// Throws the first error that Embree has reported on this thread since the last call: std::bad_alloc if memory ran
+    /// out, otherwise std::runtime_error.
     void check() const;
 
 private:

@@ -1,4 +1,4 @@
-// The one place that knows of Embree's versions: 3.13 and 4 behind the same few names.
+// The only file that depends on Embree's version: 3.13 and 4 behind the same names.
 #pragma once
 
 #if ISOSPLINE_EMBREE_VERSION_MAJOR >= 4
@@ -25,7 +25,7 @@ using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Relea
 
 #if ISOSPLINE_EMBREE_VERSION_MAJOR >= 4
 
-/// What a query carries to its callbacks; derive from it to carry more.
+/// The context that a query passes to its callbacks. Derive from it to pass more.
 using QueryContext = RTCRayQueryContext;
 
 inline void initialize(QueryContext& context)
@@ -49,7 +49,7 @@ inline void occluded(RTCScene scene, QueryContext& context, RTCRay& ray)
     rtcOccluded1(scene, &ray, &arguments);
 }
 
-/// Rays that begin and run close together, in a packet of 4, 8 or 16.
+/// A packet of 4, 8 or 16 coherent rays.
 template <int Size>
 inline void intersect_coherent(RTCScene scene, QueryContext& context, const int* valid, RTCRayHitNt<Size>& packet)
 {
@@ -98,7 +98,7 @@ inline void intersect_coherent(RTCScene scene, QueryContext& context, const int*
 
 #endif
 
-/// The widest packet that the device traverses as it is: 16, 8 or 4 rays.
+/// The widest packet that the device traverses without splitting it: 16, 8 or 4 rays.
 inline int native_packet_size(RTCDevice device)
 {
     if (rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED))

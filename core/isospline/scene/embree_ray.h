@@ -12,23 +12,23 @@
 
 namespace isospline {
 
-/// The next larger number in single precision, of a t that is not negative: the hit itself stays within the ray. It is
-/// a normal number, as denormal ones may be taken for zero.
+/// The next larger number in single precision, for t >= 0, so that the hit itself stays within the ray. The result is a
+/// normal number, because subnormal ones may be treated as zero.
 inline float rounded_up(double t)
 {
     const float next = std::bit_cast<float>(std::bit_cast<std::uint32_t>(static_cast<float>(t) + 0.0f) + 1u);
     return std::max(next, std::numeric_limits<float>::min());
 }
 
-/// The next smaller one, but not below zero.
+/// The next smaller number in single precision, but at least zero.
 inline float rounded_down(double t)
 {
     const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(t) + 0.0f);
     return std::bit_cast<float>(bits - (bits != 0u));
 }
 
-/// A component of a unit direction. Embree takes 1e-18 for what is smaller, whatever its sign, and a packet whose rays
-/// seem to go the other way misses all that is there.
+/// A component of a unit direction. Embree replaces smaller components by +1e-18, even negative ones. Packets whose
+/// rays then seem to go the opposite way would miss objects.
 inline float direction_single(double component)
 {
     const auto single = static_cast<float>(component);

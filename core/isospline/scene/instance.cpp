@@ -17,10 +17,10 @@ namespace isospline {
 
 namespace {
 
-/// Products of three lengths, which tests of triangles compute, are finite in single precision.
+/// Small enough that products of three lengths, which triangle tests compute, are finite in single precision.
 constexpr double largest_length = 1e12;
 
-/// Largest change of a local coordinate by a world vector of length one.
+/// The largest change of a local coordinate by a world vector of length one.
 double stretch(const glm::dmat4& world_to_local)
 {
     double largest = 0.0;
@@ -32,10 +32,10 @@ double stretch(const glm::dmat4& world_to_local)
 
 /// Rounding error, in an object's local space, of a ray that Embree traverses in single precision.
 ///
-/// In a scene of radius R about its centre, rays begin within 2 R of the centre and end within 2 R. Going to local
-/// space, each coordinate is a sum of three products and a translation, of size up to 2 R m + T, m being the map's
-/// stretch and T its translation: one rounding for each factor and one for each operation, at most six. The direction's
-/// rounding, six more, grows over a length of at most 4 R.
+/// In a scene of radius R around its centre, rays begin and end within 2 R of the centre. In local space, each
+/// coordinate is a sum of three products and a translation. Its size is up to 2 R m + T, where m is the map's stretch
+/// and T its translation. It has one rounding for each factor and one for each operation, at most six. The direction
+/// has six more, whose effect grows over a length of at most 4 R.
 double traversal_rounding_error(double radius, const glm::dmat4& centred_to_local)
 {
     constexpr double unit_roundoff = 0x1p-24;

@@ -1,4 +1,4 @@
-// An object at its place in a scene.
+// An object placed in a scene.
 #pragma once
 
 #include "isospline/scene/object.h"
@@ -13,24 +13,24 @@
 
 namespace isospline {
 
-/// The box, in the scene's world space, of an object that is placed there.
+/// The box of a placed object, in the scene's world space.
 Box placed_bounds(const Object& object, const glm::dmat4& transform);
-/// One that holds that of every level.
+/// A box that contains the object's boxes at all levels.
 Box placed_domain(const LocalSpace& local, const glm::dmat4& transform);
 
-/// The placement of an object in a scene. Throws std::invalid_argument where single precision cannot hold rays there.
+/// The placement of an object in a scene. Throws std::invalid_argument if single precision cannot represent rays there.
 Placement placed(const LocalSpace& local, const glm::dmat4& transform, const RayFrame& frame, std::uint32_t id);
 
-/// Part of one scene snapshot, or of several in a row: it never changes.
+/// A part of one scene snapshot, or of several consecutive ones. It never changes.
 struct Instance {
-    /// Hands the placement and the object's Embree scene, which must be built, on to Embree.
+    /// Passes the placement and the object's Embree scene, which must be built, to Embree.
     Instance(std::uint32_t id, std::shared_ptr<const Object> object, SnapshotObject shown, const Placement& placement,
              const glm::dvec3& centre);
 
-    /// Whether one of this object, so placed, would be the same but for what sees it.
+    /// Whether an instance of this object with this placement would be the same, except for the rays that see it.
     bool is_same(const Object& other_object, const Placement& other_placement) const;
 
-    std::uint32_t id; ///< the geometry id that hits tell
+    std::uint32_t id; ///< the geometry id in hits
     std::shared_ptr<const Object> object;
     SnapshotObject shown;
     Placement placement;

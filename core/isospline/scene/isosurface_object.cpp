@@ -1,6 +1,7 @@
 #include "isospline/scene/isosurface_object.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/query/reach.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/scene/user_geometry.h"
 #include "isospline/trace/surface_hit.h"
@@ -17,10 +18,10 @@ namespace isospline {
 
 namespace {
 
-/// Room for scenes of some hundred cells across, at no cost that shows.
+/// Enough for scenes of some hundred cells across, without a measurable cost.
 constexpr double least_box_margin = 0x1p-10;
 
-/// Bit i for lane i, for loops that a compiler makes vectors of.
+/// Bit i for lane i, for loops that compilers vectorise.
 constexpr auto lane_bits = [] {
     std::array<LaneMask, LatticeRayPacket::capacity> bits{};
     for (std::size_t lane = 0; lane < bits.size(); ++lane)
@@ -38,7 +39,7 @@ IsosurfaceObject::IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> sur
 
 bool IsosurfaceObject::fits(double rounding_error_local) const
 {
-    // Margins are built with room to grow, so that adding and moving objects does not rebuild all others.
+    // Margins are larger than needed, so that adding and moving objects does not rebuild all others.
     return rounding_error_local <= box_margin_ &&
            (box_margin_ <= least_box_margin || rounding_error_local >= box_margin_ / 16.0);
 }
@@ -59,10 +60,12 @@ std::size_t IsosurfaceObject::own_memory() const
 
 Box IsosurfaceObject::bounds() const
 {
-    Box bounds = surface_->bounds_lattice();
-    for (const Box& box : isospline::cap_boxes(*surface_))
-        bounds.extend(box);
-    return bounds;
+    return bounds_lattice(*surface_);
+}
+
+std::vector<double> IsosurfaceObject::reach(std::span<const glm::dvec3> directions, const Progress& progress) const
+{
+    return reach_lattice(*surface_, directions, progress);
 }
 
 void IsosurfaceObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
@@ -106,8 +109,8 @@ Box IsosurfaceObject::box(unsigned int primitive) const
     return {box.lower - box_margin_, box.upper + box_margin_};
 }
 
-// What is behind a cap that a ray comes in through is not looked at; a cap that it goes out through is the first hit
-// only if no root is, and gives way to one at the same t.
+// If a ray enters through a cap, nothing behind the cap is tested. A cap through which it leaves is the first hit only
+// if there is no root; a root at the same t comes first.
 std::optional<IsosurfaceObject::CapHit> IsosurfaceObject::first_cap(const CappedChord& chord, bool enters_cap,
                                                                     double t_limit) const
 {
@@ -140,8 +143,8 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         return;
     }
 
-    // Nothing counts behind the nearest hit so far, kept exactly. The ray in a cell does not end there, though: a root
-    // would depend, in its last bit, on the order in which cells are visited.
+    // The nearest hit so far ends the search, at its exact t. The ray inside a cell does not end there, however:
+    // otherwise the last bit of a root would depend on the order in which cells are visited.
     struct Visit {
         const IsosurfaceObject& object;
         RayQuery& query;

@@ -1,4 +1,4 @@
-// An isosurface as Embree user geometry: boxes of octets of bricks, in lattice space, then those of its caps.
+// An isosurface as Embree user geometry: boxes of octets in lattice space, then boxes of its caps.
 #pragma once
 
 #include "isospline/cell/intersector.h"
@@ -29,6 +29,7 @@ public:
     void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
                   const RootPacket& roots, const Placement& placement) const override;
     Box bounds() const override;
+    std::vector<double> reach(std::span<const glm::dvec3> directions, const Progress& progress) const override;
     bool is_entering(const Hit& hit, const Ray& ray_world, bool rising) const override;
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                const Placement& placement) const override;
@@ -46,7 +47,7 @@ private:
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
     bool is_occluded(unsigned int primitive, RayQuery& query) const;
 
-    /// The first cap along a chord, if any, as a root.
+    /// The first cap along a chord, if there is one, as a root.
     struct CapHit {
         RootInCell root;
         std::uint64_t primitive;

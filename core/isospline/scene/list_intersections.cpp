@@ -85,7 +85,7 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     embree::intersect(top, query, ray_hit);
     query.rethrow();
 
-    // Instance by instance, in the order that the ray meets them in.
+    // Instance by instance, in the order in which the ray meets the crossings.
     std::sort(query.all->begin(), query.all->end(), [](const RawCrossing& a, const RawCrossing& b) {
         return std::tuple(a.slot, a.t_begin, a.t(), a.primitive) < std::tuple(b.slot, b.t_begin, b.t(), b.primitive);
     });
@@ -104,7 +104,7 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     for (const ChordOfInstance& chord : query.chords)
         add_caps(chord, ray, query.prepared, crossings);
 
-    // Then all by t, as cast_rays() has it: see precedes(). What one instance has at the same t stays together.
+    // Then sort all by t, as in cast_rays(): see precedes(). Crossings of one instance at the same t stay together.
     for (std::size_t i = 1; i < crossings.size(); ++i) {
         const Hit &before = crossings[i - 1].crossing.hit, &hit = crossings[i].crossing.hit;
         if (hit.geometry_id == before.geometry_id && hit.t == before.t)
@@ -124,7 +124,7 @@ void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vec
                                std::span<std::uint32_t> counts) const
 {
     ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
-    constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // of Open3D, too
+    constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // the same limit as in Open3D
     RayQuery query(instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;

@@ -9,7 +9,7 @@ namespace isospline {
 
 namespace {
 
-/// Checks what there is one of for each vertex, if any.
+/// Checks an attribute that has one entry per vertex or is empty.
 void check_attribute(const char* parameter, const std::vector<glm::dvec3>& values, std::size_t vertex_count)
 {
     if (!values.empty() && values.size() != vertex_count)

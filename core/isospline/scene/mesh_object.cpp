@@ -13,13 +13,14 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace isospline {
 
 namespace {
 
-/// Room for scenes of some times the size of the mesh, in units of that.
+/// Enough for scenes several times as large as the mesh, in units of the mesh's size.
 constexpr double least_box_margin = 0x1p-16;
 
 glm::dvec3 centre_of(const Mesh& mesh)
@@ -43,7 +44,7 @@ MeshObject::MeshObject(std::shared_ptr<const Mesh> mesh)
 
 bool MeshObject::fits(double rounding_error_local) const
 {
-    // Margins are built with room to grow, as those of isosurfaces.
+    // Margins are larger than needed, as those of isosurfaces.
     const double least = least_box_margin * glm::length(mesh_->bounds().size());
     return rounding_error_local <= box_margin_ && (box_margin_ <= least || rounding_error_local >= box_margin_ / 16.0);
 }
@@ -52,6 +53,18 @@ embree::GeometryHandle MeshObject::make_geometry(const Device& device, const Bui
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin * glm::length(mesh_->bounds().size()));
     return UserGeometry<MeshObject>::make(device, *this, mesh_->faces().size());
+}
+
+std::vector<double> MeshObject::reach(std::span<const glm::dvec3> directions, const Progress&) const
+{
+    std::vector<double> reach(directions.size(), -std::numeric_limits<double>::infinity());
+    for (std::uint64_t face = 0; face < mesh_->faces().size(); ++face) {
+        const auto [a, b, c] = triangle(face);
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            for (const glm::dvec3& corner : {a, b, c})
+                reach[i] = std::max(reach[i], glm::dot(directions[i], corner - centre_));
+    }
+    return reach;
 }
 
 Box MeshObject::box(unsigned int primitive) const
@@ -156,7 +169,7 @@ void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, con
     const glm::dmat3 linear(placement.transform);
     const glm::dvec3 normal = glm::cross(linear * (b - a), linear * (c - a));
     const double length = glm::length(normal);
-    // A mirroring transform turns the order of the corners around.
+    // A mirroring transform reverses the order of the corners.
     hit.normal = length > 0.0 ? normal / (glm::determinant(linear) < 0.0 ? -length : length) : glm::dvec3(0.0);
 }
 

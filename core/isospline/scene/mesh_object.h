@@ -1,5 +1,5 @@
-// A mesh as Embree user geometry: one box a triangle, in the mesh's own space moved so that its box is centred: single
-// precision then spends its digits on the shape. Triangles are met in double precision, by the rule of
+// A mesh as Embree user geometry: one box a triangle. The mesh's own space is moved so that its box is centred, so that
+// single precision spends its digits on the shape. Triangles are intersected in double precision, by the rule of
 // trace/triangle.h.
 #pragma once
 
@@ -25,6 +25,7 @@ public:
 
     bool fits(double rounding_error_local) const override;
     Box bounds() const override { return local().domain; }
+    std::vector<double> reach(std::span<const glm::dvec3> directions, const Progress& progress) const override;
     void complete(Hit& hit, const Ray& ray_world, const glm::dvec3& gradient_local,
                   const Placement& placement) const override;
     void complete(std::span<Hit> hits, const RayPacket& rays_world, const double* t, LaneMask lanes,
@@ -46,12 +47,12 @@ private:
         return {vertices[face.x], vertices[face.y], vertices[face.z]};
     }
 
-    /// Whether a ray meets one of its triangles before another.
+    /// Whether a ray meets one of the mesh's triangles before another.
     bool is_before(const TriangleRay& ray, const TriangleHit& first, std::uint64_t first_primitive,
                    const TriangleHit& second, std::uint64_t second_primitive) const;
-    /// A hit of one of its triangles within the limits of a ray, if there is one.
+    /// The hit of a triangle within the limits of a ray, if there is one.
     std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive) const;
-    /// Whether a hit, at t of the prepared ray, takes the place of the nearest so far.
+    /// Whether a hit, at t of the prepared ray, replaces the nearest hit so far.
     bool takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
                      double nearest_t, const HitIds& nearest_ids) const;
 

@@ -1,4 +1,4 @@
-// What rays carry through Embree for meshes: themselves in the mesh's own space, and the nearest triangle so far.
+// Data that rays carry through Embree for meshes: the ray in the mesh's own space, and the nearest triangle so far.
 #pragma once
 
 #include "isospline/scene/embree_api.h"
@@ -9,7 +9,7 @@
 
 namespace isospline {
 
-/// A ray in the space of an instance's mesh: as given where the instance is not moved.
+/// A ray in the space of an instance's mesh; the given ray if the instance is not moved.
 inline TriangleRay ray_in_mesh(const Ray& ray_world, const Placement& placement)
 {
     const glm::dvec3 translation(placement.transform[3]);

@@ -1,5 +1,5 @@
-// Where rays that leave a surface begin: off it by a bound on the rounding error of what would find it again. The
-// bounds are derived in docs/method.md, "Rays that leave a surface".
+// The origins of rays that leave a surface. They are off the surface by a bound on the rounding error of tests that
+// would find it again. docs/method.md, "Rays that leave a surface", derives the bounds.
 #include "isospline/cell/value-inl.h"
 #include "isospline/cell/value_error.h"
 #include "isospline/math/affine.h"
@@ -22,7 +22,7 @@ namespace isospline {
 
 namespace {
 
-/// Looks at one isosurface from points about its hits, in the scene's world space.
+/// Evaluates one isosurface at points near its hits, in the scene's world space.
 template <int Degree>
 class Clearance {
 public:
@@ -40,7 +40,7 @@ public:
         }
     }
 
-    /// By how much side * (f - level) is proven to be above zero, in every cell that a ray from here may be solved in.
+    /// A lower bound on side * (f - level) here, in every cell in which a ray from here may be solved.
     double operator()(const glm::dvec3& position, double side) const
     {
         const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
@@ -49,29 +49,29 @@ public:
         for (int z = first.z; z <= last.z; ++z)
             for (int y = first.y; y <= last.y; ++y)
                 for (int x = first.x; x <= last.x; ++x) {
-                    const CellCoefficients cell(surface_.volume(), surface_.threshold(), glm::ivec3(x, y, z));
+                    const VolumeCell cell(surface_.volume(), surface_.threshold(), glm::ivec3(x, y, z));
                     const double value = scalar::value_in_cell<Degree>(cell, lattice - cell.lower);
                     least = std::min(least, side * value - value_error<Degree>(cell, coordinate_error_));
                 }
         return least;
     }
 
-    /// By how much a point is proven to be in a half-space of lattice space.
+    /// A lower bound on the distance of a point inside a half-space of lattice space from its plane.
     double operator()(const glm::dvec3& position, const HalfSpace& half_space) const
     {
         const glm::dvec3 lattice = transform_point(to_lattice_, position - centre_);
         return glm::dot(half_space.normal, lattice) - half_space.offset - 4.0 * coordinate_error_;
     }
 
-    /// Of the hit's own cell: at degree 1 that of a neighbour at the same point is another one.
+    /// The gradient in the hit's own cell. At degree 1, a neighbour has another gradient at the same point.
     glm::dvec3 gradient_lattice(const glm::dvec3& position, const glm::ivec3& hit_cell) const
     {
-        const CellCoefficients cell(surface_.volume(), surface_.threshold(), hit_cell);
+        const VolumeCell cell(surface_.volume(), surface_.threshold(), hit_cell);
         return scalar::gradient_in_cell<Degree>(cell, transform_point(to_lattice_, position - centre_) - cell.lower);
     }
 
 private:
-    /// Where rounding may put a point of the ray.
+    /// The largest distance by which rounding may move a point of the ray.
     double reach() const { return 2.0 * coordinate_error_; }
 
     glm::ivec3 cell_at(const glm::dvec3& lattice) const
@@ -85,13 +85,13 @@ private:
     double coordinate_error_ = 0.0;
 };
 
-/// `gradient` is in world space, and `side` that of the gradient, 1 or -1, where it does not vanish; `cell_size` is the
-/// least length of a cell in world units, along any direction.
+/// `gradient` is in world space. `side`, 1 or -1, is relative to the gradient if it does not vanish. `cell_size` is the
+/// smallest length of a cell in world units, along any direction.
 template <int Degree>
 glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm::dvec3& gradient, double side,
                                   const glm::dvec3& position, const glm::dvec3& towards, double cell_size)
 {
-    // Along the gradient; where it vanishes, along the ray, to the side that the ray turns out to go to.
+    // Go along the gradient. If it vanishes, go along the ray and use the side on which the ray turns out to be.
     const double slope = glm::length(gradient);
     glm::dvec3 away = (side / slope) * gradient;
     if (!(slope > 0.0)) {
@@ -103,7 +103,7 @@ glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm:
     const double lacking = -clearance(position, side);
     if (lacking < 0.0)
         return position;
-    // Half of the first step would do if f were linear and positions were not rounded.
+    // If f were linear and positions were exact, half of the first step would be enough.
     const double position_rounding =
         8.0 * 0x1p-53 * std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)});
     const double first_step =
@@ -113,17 +113,17 @@ glm::dvec3 offset_from_isosurface(const Clearance<Degree>& clearance, const glm:
         if (clearance(moved, side) > 0.0)
             return moved;
     }
-    // f is the level, as far as rounding can tell, over a quarter of a cell: there is no side to be on.
+    // Within rounding, f equals the level over a quarter of a cell: there are no sides.
     return position + first_step * away;
 }
 
-/// Something that is to hold where a ray begins: a clearance above zero, which grows in a direction.
+/// A condition for the origin of a ray: a clearance must be above zero. It grows in a direction.
 struct Condition {
     std::function<double(const glm::dvec3& position)> clearance;
-    glm::dvec3 direction; ///< unit, or zero where it is not known
+    glm::dvec3 direction; ///< unit, or zero if it is not known
 };
 
-/// Goes as far as it takes until all conditions hold, in the middle between the directions of those that do not.
+/// Moves a position until all conditions hold, along the mean direction of the conditions that do not.
 glm::dvec3 offset_until_all_hold(const std::vector<Condition>& conditions, const glm::dvec3& position,
                                  const glm::dvec3& towards, double cell_size)
 {
@@ -162,7 +162,7 @@ glm::dvec3 unit_or_zero(const glm::dvec3& vector)
     return length > 0.0 ? vector / length : glm::dvec3(0.0);
 }
 
-/// The largest length of a matrix's columns; a vector is stretched by sqrt(3) times it at most.
+/// The largest length of a matrix's columns. The matrix stretches a vector by at most sqrt(3) times this length.
 double norm_of(const glm::dmat3& matrix)
 {
     double largest = 0.0;
@@ -182,7 +182,7 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
     return dispatch_degree(surface_->volume().degree(), [&](auto degree) {
         const glm::dmat4& to_lattice = placement.centred_to_local;
         const Clearance<degree> clearance(*surface_, to_lattice, frame, hit.position);
-        // The normal decides, as its user sees it: the gradient here is rounded otherwise.
+        // The normal that the user sees decides; the gradient here has different rounding.
         const bool outward = glm::dot(hit.normal, towards) >= 0.0;
         const double side = outward == (surface_->options().inside == Inside::below) ? 1.0 : -1.0;
         const auto in_half_space = [&](const HalfSpace& half_space) {
@@ -225,7 +225,7 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
         return hit.position;
     const glm::dvec3 normal = (glm::dot(cross, hit.normal) < 0.0 ? -1.0 : 1.0) / doubled_area * cross;
 
-    // By how much rounding on the way to the mesh's own space may move a ray, in world units.
+    // A bound on how far rounding in the map to the mesh's own space may move a ray, in world units.
     constexpr double unit_roundoff = 0x1p-53;
     const double a_b = glm::length(b - a), b_c = glm::length(c - b), c_a = glm::length(a - c);
     const double condition = 3.0 * norm_of(glm::dmat3(placement.transform)) * norm_of(placement.linear_inverse);
@@ -233,7 +233,7 @@ glm::dvec3 MeshObject::offset_position(const Hit& hit, const glm::dvec3& towards
                           glm::length(glm::dvec3(placement.transform[3])) + std::max({a_b, b_c, c_a});
     const double distance = 128.0 * unit_roundoff * condition * condition * places;
 
-    // From edges the point keeps the same distance, so that it is inside also of the triangles behind them.
+    // Keep the same distance from edges, so that the point is also inside of the triangles behind them.
     glm::dvec3 position = hit.position - centre;
     position -= glm::dot(position - a, normal) * normal;
     const double perimeter = a_b + b_c + c_a;

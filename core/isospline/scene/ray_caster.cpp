@@ -13,7 +13,7 @@ namespace isospline {
 
 namespace {
 
-/// Sets what is known of a hit before its object completes it: of a mesh, t is that of its triangle.
+/// Sets the parts of a hit that are known before its object completes it. For a mesh, t is that of its triangle.
 void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_mesh, std::uint32_t geometry_id)
 {
     hit.clear();
@@ -54,7 +54,7 @@ struct RayCaster::Impl {
 
     const SceneSnapshot::Impl& scene;
     bool complete;
-    int packet_size = 0; ///< 0 where rays are traced one by one
+    int packet_size = 0; ///< 0 if rays are traced one by one
     RayQuery query;
     PreparedPacket prepared;
     std::optional<PacketQuery> packet_query;

@@ -12,14 +12,13 @@ namespace isospline {
 
 class SceneSnapshot;
 
-/// The workspace of one thread that casts many rays at a snapshot, which must live as long. Rays and hits of a packet
-/// stay in the cache from where they are made to where they are used.
+/// The working memory of one thread that casts many rays at a snapshot. The snapshot must outlive it. Rays and hits of
+/// a packet stay in the cache from where they are made to where they are used.
 class RayCaster {
 public:
-    /// Which rays a packet holds, and how they are traced: one by one, or together where they begin and run close to
-    /// each other. The hits are the same.
+    /// How the rays of a packet are traced: incoherent rays one by one, coherent rays together. The hits are the same.
     enum class Rays { incoherent, coherent };
-    /// What is set of a hit: t, uv and ids, or all.
+    /// The parts of a hit that are set: t, uv and ids, or all.
     enum class Parts { t_and_ids, all };
 
     explicit RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts = Parts::all);
@@ -27,18 +26,18 @@ public:
     RayCaster(const RayCaster&) = delete;
     RayCaster& operator=(const RayCaster&) = delete;
 
-    /// Rays that a packet may hold: the lanes of the device.
+    /// The largest number of rays in a packet: the lanes of the device.
     int width() const;
 
-    /// First crossing of each ray of a packet within its [t_near, t_far]. Returns the lanes that hit, whose hits are
-    /// set; others are left alone. Throws std::invalid_argument for a ray whose origin or direction is not finite or
-    /// whose direction is zero; `index`, the number of the packet's first ray, tells which.
+    /// First crossing of each ray of a packet within its [t_near, t_far]. Returns the lanes that hit and sets their
+    /// hits; other hits are unchanged. Throws std::invalid_argument for a ray whose origin or direction is not finite
+    /// or whose direction is zero. `index` is the number of the packet's first ray, for this message.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
-    /// The same for any number of rays, packet by packet; hits are misses where rays do not hit.
+    /// The same for any number of rays, packet by packet. Hits of rays that hit nothing are set to misses.
     void cast(std::span<const Ray> rays, std::span<Hit> hits);
 
-    /// The lanes whose rays cross anything that test_occlusions() of the snapshot sees. One by one.
+    /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Rays are traced one by one.
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 
 private:

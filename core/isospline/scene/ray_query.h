@@ -1,7 +1,7 @@
-// What rays carry through Embree: themselves in double precision, and the nearest roots found so far.
+// Data that rays carry through Embree: the rays in double precision, and the nearest roots found so far.
 //
-// Embree traverses boxes in single precision; cells are solved in double precision on the rays kept here. The context
-// that Embree hands to the callbacks is the base of these objects.
+// Embree traverses boxes in single precision. Cells are solved in double precision with the rays kept here. These
+// objects derive from the context that Embree passes to the callbacks.
 #pragma once
 
 #include "isospline/cell/lattice_ray.h"
@@ -25,10 +25,10 @@
 
 namespace isospline {
 
-/// Instances by their slots, the numbers that Embree tells: in the order of their geometry ids.
+/// Instances by slot, the number that Embree reports, in the order of their geometry ids.
 using Instances = std::span<const std::shared_ptr<const Instance>>;
 
-/// A crossing as a cell or a triangle has it.
+/// A crossing with a cell or a triangle.
 struct RawCrossing {
     double t() const
     {
@@ -37,21 +37,21 @@ struct RawCrossing {
     }
 
     std::variant<CrossingInCell, TriangleHit> found;
-    double t_begin; ///< of the cell's segment, by which crossings at the same t follow each other; of a mesh, t
+    double t_begin; ///< begin of the cell's segment, which orders crossings at the same t; for a mesh, t
     std::uint32_t slot;
     std::uint64_t primitive;
 };
 
-/// What was hit, but for where.
+/// The ids of a hit.
 struct HitIds {
     std::uint32_t slot = RTC_INVALID_GEOMETRY_ID;
     bool is_cap = false;
     std::uint64_t primitive = 0;
 };
 
-/// Whether one of two hits at the same t is the hit of the ray, and not the other: the one with the smaller geometry
-/// id, then with the smaller primitive id. A cap gives way to what is not one. Where caps of several instances
-/// coincide, as those of skin and bone in one clip do, the last one added is seen.
+/// Whether the first of two hits at the same t is the hit of the ray, and not the second. It is the one with the
+/// smaller geometry id, then the one with the smaller primitive id. A cap comes after all others. If caps of several
+/// instances coincide, as those of skin and bone in one clip, the one that was added last is visible.
 inline bool precedes(const HitIds& a, const HitIds& b)
 {
     if (a.is_cap != b.is_cap)
@@ -61,18 +61,18 @@ inline bool precedes(const HitIds& a, const HitIds& b)
     return a.is_cap == (a.slot > b.slot);
 }
 
-/// What the clip of a capped isosurface leaves of a ray that is to be listed.
+/// The part of a ray that the clip of a capped isosurface keeps, for lists of crossings.
 struct ChordOfInstance {
     CappedChord chord;
     const IsosurfaceSnapshot* surface;
     std::uint32_t slot;
 };
 
-/// What is common to queries of one ray and of a packet: the first exception of a callback, which must not cross
-/// Embree's frames.
+/// The common part of queries of one ray and of a packet: the first exception of a callback. It must not cross Embree's
+/// frames.
 struct Query : embree::QueryContext {
-    /// Calls `body` from a callback for `count` rays that end at t_far. Where that throws, now or in a callback before,
-    /// the rays end.
+    /// Calls `body` from a callback for `count` rays that end at t_far. If it throws, or an earlier callback did, the
+    /// rays end.
     template <typename Body>
     void guard(float* t_far, unsigned int count, const Body& body) noexcept
     {
@@ -86,7 +86,7 @@ struct Query : embree::QueryContext {
         std::fill_n(t_far, count, -std::numeric_limits<float>::infinity());
     }
 
-    /// To be called after the traversal.
+    /// Call this after the traversal.
     void rethrow() const
     {
         if (raised)
@@ -100,7 +100,7 @@ struct Query : embree::QueryContext {
 struct RayQuery : Query {
     explicit RayQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
-    /// To be called with the ray as given when `prepared` is set.
+    /// Call this with the given ray after `prepared` is set.
     void begin(const Ray& ray)
     {
         given = &ray;
@@ -113,7 +113,7 @@ struct RayQuery : Query {
 
     bool has_hit() const { return nearest_ids.slot != RTC_INVALID_GEOMETRY_ID; }
 
-    /// Keeps a hit, and ends Embree's ray there, where it is nearer than the nearest so far.
+    /// Keeps a hit if it is nearer than the nearest so far, and ends Embree's ray there.
     void record(const RootInCell& root, const HitIds& ids, RTCRay& ray)
     {
         if (!(root.t < nearest.t || (root.t == nearest.t && (!has_hit() || precedes(ids, nearest_ids)))))
@@ -127,11 +127,11 @@ struct RayQuery : Query {
         ray.tfar = std::min(ray.tfar, rounded_up(root.t));
     }
 
-    /// Makes `in_lattice` and what follows it those of an instance. The ray stays in one instance for many cells, so
-    /// the last one is remembered.
+    /// Sets `in_lattice` and the members after it for an instance. The ray stays in one instance for many cells, so the
+    /// last instance is remembered.
     void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
 
-    /// Makes `in_mesh` the ray in the space of an instance of a mesh.
+    /// Sets `in_mesh` to the ray in the space of an instance of a mesh.
     void enter_mesh(std::uint32_t slot)
     {
         if (slot == slot_in_mesh)
@@ -145,23 +145,23 @@ struct RayQuery : Query {
     PreparedRay prepared;
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRay in_mesh;
-    MeshHit nearest_in_mesh; ///< of meshes, the last that was the nearest hit
-    RootInCell nearest;      ///< the nearest hit so far; t is the ray's t_far where there is none
+    MeshHit nearest_in_mesh; ///< the last hit of a mesh that was the nearest hit
+    RootInCell nearest;      ///< the nearest hit so far; t is the ray's t_far if there is none
     HitIds nearest_ids;
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
-    LatticeRay in_lattice; ///< limited to what the clip leaves
+    LatticeRay in_lattice; ///< limited to the part that the clip keeps
     bool clip_leaves_any = false;
-    CappedChord chord;                       ///< of a capped surface: what the clip leaves
-    bool enters_cap = false;                 ///< whether it begins on a cap, behind which nothing is the first
-    std::vector<RawCrossing>* all = nullptr; ///< where crossings go if all are wanted, and none ends the ray
-    std::vector<ChordOfInstance> chords;     ///< in this case, those of capped surfaces
+    CappedChord chord;                       ///< of a capped surface: the part that the clip keeps
+    bool enters_cap = false;                 ///< whether it begins on a cap, which is then the first hit
+    std::vector<RawCrossing>* all = nullptr; ///< list for all crossings; if set, none ends the ray
+    std::vector<ChordOfInstance> chords;     ///< in this case, the chords of capped surfaces
 };
 
 /// The query of a packet of rays.
 struct PacketQuery : Query {
     explicit PacketQuery(Instances instances_by_slot) : instances(instances_by_slot) { embree::initialize(*this); }
 
-    /// To be called with the rays as given when `prepared` is set.
+    /// Call this with the given rays after `prepared` is set.
     void begin(const RayPacket& rays, LaneMask used_lanes)
     {
         given = &rays;
@@ -174,12 +174,12 @@ struct PacketQuery : Query {
         cached_slot = RTC_INVALID_GEOMETRY_ID;
     }
 
-    /// As of RayQuery, for all lanes.
+    /// Like that of RayQuery, for all lanes.
     void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
 
     bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
 
-    /// As of RayQuery; `t_far` is that of the lane.
+    /// Like that of RayQuery; `t_far` belongs to the lane.
     void record(int lane, const RootInCell& root, const HitIds& ids, float& t_far)
     {
         if (!(root.t < nearest.t[lane] ||
@@ -202,12 +202,12 @@ struct PacketQuery : Query {
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRayPacket in_mesh;
     MeshHit nearest_in_mesh[PreparedPacket::capacity];
-    RootPacket nearest; ///< as in RayQuery
+    RootPacket nearest; ///< like that of RayQuery
     HitIds nearest_ids[PreparedPacket::capacity];
     LaneMask used = 0; ///< lanes that hold a ray
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRayPacket in_lattice;
-    LaneMask clip_leaves = 0; ///< lanes of which the clip leaves anything
+    LaneMask clip_leaves = 0; ///< lanes of which the clip keeps a part
     CappedChord chords[LatticeRayPacket::capacity];
     LaneMask enters_cap = 0;
 };

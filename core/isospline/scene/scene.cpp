@@ -37,7 +37,7 @@ void check_transform(const glm::dmat4& transform)
         throw_invalid("transform", "an invertible map", "determinant " + std::to_string(determinant));
 }
 
-/// What the last placement to be checked was of: many instances of one object are often added in a row.
+/// The object whose placement was checked last: often many instances of one object are added in a row.
 struct CheckedObject {
     std::weak_ptr<const void> shown;
     LocalSpace local;
@@ -49,26 +49,26 @@ struct Scene::Impl {
     explicit Impl(const BuildOptions& options) : build_options(options) {}
 
     std::uint32_t add(PlacedObject given);
-    /// Throws std::invalid_argument for a placement that does not do in any scene.
+    /// Throws std::invalid_argument for a placement that is not valid in any scene.
     void check_alone(const PlacedObject& given, std::uint32_t id);
     bool is_current(const SceneSnapshot* snapshot) const;
     std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress);
 
-    /// These need the mutex. Entries that are given away do not change.
+    /// These need the mutex. Entries that a build is using do not change.
     const PlacedObject& entry(std::uint32_t id) const;
     Entries& entries_to_edit();
 
     const BuildOptions build_options;
     Turn turn;
 
-    /// Of all below, for moments only.
+    /// Guards all members below; held only for moments.
     std::mutex& mutex() const { return moment_mutex(this); }
 
     std::shared_ptr<Entries> entries = std::make_shared<Entries>();
     std::uint32_t next_id = 0;
     std::uint64_t version = 1; ///< of the entries
     std::shared_ptr<const SceneSnapshot> newest;
-    Objects left_over; ///< what a build that threw had built: the next one may need it
+    Objects left_over; ///< finished objects of a build that threw; the next build may use them
     std::uint64_t build_count = 0;
     CheckedObject checked;
 };
@@ -101,7 +101,7 @@ const PlacedObject& Scene::Impl::entry(std::uint32_t id) const
 
 Entries& Scene::Impl::entries_to_edit()
 {
-    if (entries.use_count() > 1) // a build reads them
+    if (entries.use_count() > 1) // a build is using them
         entries = std::make_shared<Entries>(*entries);
     ++version;
     return *entries;
@@ -117,7 +117,8 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
     check_alone(given, likely_id);
     const std::lock_guard lock(mutex());
     if (next_id == invalid_id)
-        throw_invalid("object", "fewer than " + std::to_string(invalid_id) + " added to one scene, ever", next_id);
+        throw_invalid("object", "fewer than " + std::to_string(invalid_id) + " objects in the scene's lifetime",
+                      next_id);
     entries_to_edit().emplace(next_id, std::move(given));
     return next_id++;
 }
@@ -145,7 +146,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
     if (auto known = current())
         return known;
     const Turn::Taken taken(turn, progress);
-    if (auto known = current()) // what the thread before has built
+    if (auto known = current()) // the previous thread has built it
         return known;
 
     SnapshotBuilder builder;
@@ -172,7 +173,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
         std::unique_ptr<SceneSnapshot::Impl> built = builder.build(progress);
         built->version = built_version;
         built->next_id = ids;
-        const auto next = std::make_shared<const SceneSnapshot>(std::move(built));
+        auto next = std::make_shared<const SceneSnapshot>(std::move(built));
         keep(next, {});
         return next;
     } catch (...) {
@@ -203,7 +204,7 @@ std::uint32_t Scene::add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& tra
 
 void Scene::remove(std::uint32_t geometry_id)
 {
-    Entries::node_type removed; // goes after the lock
+    Entries::node_type removed; // destroyed after the lock is released
     const std::lock_guard lock(impl_->mutex());
     static_cast<void>(impl_->entry(geometry_id));
     removed = impl_->entries_to_edit().extract(geometry_id);

@@ -17,7 +17,7 @@
 
 namespace isospline {
 
-/// What a scene holds under a geometry id, where it is, and what sees it.
+/// An object of a scene with its placement and the rays that see it.
 struct PlacedObject {
     std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>> object;
     glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
@@ -26,48 +26,48 @@ struct PlacedObject {
 
 /// Isosurfaces and triangle meshes that rays can be cast at.
 ///
-/// Rays are cast at a snapshot of the scene. Changes (objects added, moved and removed, another level of an isosurface)
-/// are in the next snapshot, for which an isosurface or mesh is built once, however many times it has been added, and
-/// again only where its shape has changed.
+/// Rays are cast at a snapshot of the scene. The next snapshot shows all changes: objects that were added, moved and
+/// removed, and levels that were changed. Each isosurface or mesh is built once, even if it was added several times,
+/// and built again only if its shape has changed.
 ///
-/// Any number of threads may change a scene, take snapshots and use them at a time. A change waits for nobody. Of
-/// threads that want a snapshot while something has changed, one builds it and the others wait.
+/// Any number of threads may change a scene, take snapshots and use them at the same time. A change never waits. If
+/// several threads need a snapshot after a change, one builds it and the others wait.
 class Scene {
 public:
-    /// Throws std::invalid_argument for an edge of boxes that is not one of those named.
+    /// Throws std::invalid_argument for a box_edge that BuildOptions does not list.
     explicit Scene(const BuildOptions& options = {});
     ~Scene();
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
 
-    /// Adds an object, placed by `transform` (object's world space to the scene's). Returns its geometry id: ids count
-    /// up from 0 and are never used again. Throws std::invalid_argument for a transform that is singular or not affine,
-    /// and where no id is left, after 2^32 - 1 of them.
+    /// Adds an object. `transform` maps the object's world space to the scene's. Returns its geometry id: ids count up
+    /// from 0 and are never reused. Throws std::invalid_argument for a transform that is singular or not affine, and
+    /// after 2^32 - 1 objects, when no id is left.
     std::uint32_t add(std::shared_ptr<const Isosurface> surface, const glm::dmat4& transform = glm::dmat4(1.0),
                       SeenBy seen_by = {});
     std::uint32_t add(std::shared_ptr<const Mesh> mesh, const glm::dmat4& transform = glm::dmat4(1.0),
                       SeenBy seen_by = {});
 
-    /// These throw std::invalid_argument for an id that is not in the scene, and for a transform as add() does.
+    /// These throw std::invalid_argument for an id that is not in the scene, and for a transform that add() rejects.
     void remove(std::uint32_t geometry_id);
     void set_transform(std::uint32_t geometry_id, const glm::dmat4& transform);
     void set_visibility(std::uint32_t geometry_id, SeenBy seen_by);
 
-    /// The scene as it is now. Builds what has changed since the last snapshot; cheap where nothing has. Throws
-    /// Cancelled where the callback returns false, also while another thread builds; the next call then builds what
-    /// has not been.
+    /// The current state of the scene. Builds the objects that have changed since the last snapshot; cheap if none has.
+    /// Throws Cancelled if the callback returns false, even while another thread builds; the next call then builds the
+    /// rest.
     std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {});
     /// Whether nothing has changed since a snapshot of this scene.
     bool is_current(const SceneSnapshot& snapshot) const;
 
-    /// What is under a geometry id. Throws std::invalid_argument for one that is not in the scene.
+    /// The object with a geometry id. Throws std::invalid_argument for an id that is not in the scene.
     PlacedObject object(std::uint32_t geometry_id) const;
     bool contains(std::uint32_t geometry_id) const;
     /// The geometry ids, ascending.
     std::vector<std::uint32_t> ids() const;
-    /// How many there are.
+    /// The number of objects.
     std::size_t count() const;
-    /// As given.
+    /// The options that the constructor got.
     const BuildOptions& build_options() const;
 
 private:

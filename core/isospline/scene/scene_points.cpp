@@ -18,14 +18,14 @@ namespace isospline {
 
 namespace {
 
-/// At most the distance of a point from a box.
+/// A lower bound on the distance of a point from a box.
 double distance_from(const Box& box, const glm::dvec3& point)
 {
     return box.empty() ? std::numeric_limits<double>::infinity()
                        : glm::length(point - glm::clamp(point, box.lower, box.upper));
 }
 
-/// At least the largest factor by which a map changes lengths.
+/// An upper bound on the factor by which a map changes lengths.
 double largest_stretch(const glm::dmat3& map)
 {
     double squares = 0.0;
@@ -39,7 +39,7 @@ const std::shared_ptr<const Mesh>* mesh_of(const Instance& instance)
     return std::get_if<std::shared_ptr<const Mesh>>(&instance.shown.object);
 }
 
-/// A point query of Embree, and the nearest point of the mesh that it knows.
+/// A point query of Embree, and the nearest point of the mesh found so far.
 struct MeshQuery {
     const Mesh& mesh;
     const glm::dmat4& transform;
@@ -53,7 +53,7 @@ struct MeshQuery {
         return radius < 1e30 ? static_cast<float>(radius) : std::numeric_limits<float>::infinity();
     }
 
-    /// Whether the triangle is nearer than what is known.
+    /// Whether the triangle is nearer than the nearest point so far.
     bool meet(std::uint32_t face, std::uint32_t geometry_id)
     {
         const glm::uvec3& corners = mesh.faces()[face];
@@ -70,7 +70,7 @@ struct MeshQuery {
             (distance == nearest.distance && ids < std::pair(nearest.geometry_id, nearest.primitive_id));
         if (!is_nearer)
             return false;
-        // A mirroring transform turns the order of the corners around.
+        // A mirroring transform reverses the order of the corners.
         const glm::dvec3 normal = glm::cross(b - a, c - a);
         const double length = glm::length(normal) * (glm::determinant(glm::dmat3(transform)) < 0.0 ? -1.0 : 1.0);
         nearest.position = position;
@@ -104,7 +104,7 @@ struct SceneClosestPointFinder::Target {
     Box bounds;                               ///< world space
     std::optional<ClosestPointFinder> finder; ///< of an isosurface
 
-    /// Keeps the nearest point of the target where that is nearer than the one that is known.
+    /// Keeps the nearest point of the target if it is nearer than the nearest point so far.
     void meet(const glm::dvec3& point, SceneClosestPoint& nearest, double limit)
     {
         if (finder) {
@@ -132,7 +132,7 @@ struct SceneClosestPointFinder::Target {
                         1e-6 * reach, nearest};
         const bool had_none = !std::isfinite(nearest.distance);
         if (had_none)
-            nearest.distance = limit; // nothing farther is kept
+            nearest.distance = limit; // farther points are not kept
         MeshQueryOfInstance of_instance{query, instance->id};
         if (reach < 1e18) {
             RTCPointQuery point_query{};
@@ -202,7 +202,7 @@ void find_occupancy(const SceneSnapshot& scene, std::span<const glm::dvec3> poin
                 occupied[i] = 1;
     }
 
-    // Rays from the points that could be in a mesh; the direction is any that is not along an axis.
+    // Cast rays from the points that may be in a mesh. Any direction will do that is not along an axis.
     std::vector<Ray> rays;
     std::vector<std::size_t> rows;
     for (std::size_t i = 0; i < points_world.size(); ++i)
@@ -221,7 +221,8 @@ void find_occupancy(const SceneSnapshot& scene, std::span<const glm::dvec3> poin
     std::vector<std::uint32_t> counts(rays.size());
     scene.list_intersections(rays, crossings, counts);
     const Crossing* next = crossings.data();
-    std::vector<std::pair<std::uint32_t, int>> leaving; // by mesh, how much more often the ray leaves than enters
+    std::vector<std::pair<std::uint32_t, int>>
+        leaving; // for each mesh, the number of exits minus the number of entries
     for (std::size_t i = 0; i < rays.size(); ++i) {
         leaving.clear();
         for (std::uint32_t k = 0; k < counts[i]; ++k, ++next) {

@@ -1,4 +1,4 @@
-// Points and the objects of a scene: which is nearest, and whether a point is in one.
+// Queries of points in a scene: the nearest object, and whether a point is in an object.
 #pragma once
 
 #include "isospline/query/closest_point.h"
@@ -15,22 +15,22 @@
 
 namespace isospline {
 
-/// The point of a scene that is nearest to another. Errors are as of ClosestPoint, and 0 on meshes.
+/// The point of a scene that is nearest to a given one. Errors are those of ClosestPoint, and 0 on meshes.
 struct SceneClosestPoint : ClosestPoint {
     std::uint32_t geometry_id = 0xffffffff;
     glm::dvec2 uv{0.0}; ///< in the triangle of a mesh
 };
 
-/// Finds nearest points on what rays of the camera meet: on surfaces as ClosestPointFinder, on meshes by point queries
-/// of Embree, whose candidates are compared in double precision. Of objects that are equally near, it is the one with
-/// the smallest id. The snapshot must outlive it.
+/// Finds nearest points on the objects that camera rays see. On surfaces it uses ClosestPointFinder; on meshes it uses
+/// point queries of Embree and compares their candidates in double precision. If objects are equally near, the smallest
+/// id wins. The snapshot must outlive it.
 class SceneClosestPointFinder {
 public:
-    /// Throws as ClosestPointFinder.
+    /// Throws like ClosestPointFinder.
     explicit SceneClosestPointFinder(const SceneSnapshot& scene, const ClosestPointOptions& options = {});
     ~SceneClosestPointFinder();
 
-    /// Of a finite point in world space. One thread at a time.
+    /// The nearest point for a finite point in world space. One thread at a time.
     SceneClosestPoint operator()(const glm::dvec3& point_world);
 
 private:
@@ -41,9 +41,9 @@ private:
     std::vector<std::pair<double, Target*>> order_; ///< targets, the nearest box first
 };
 
-/// For each point whether it is in the solid of an isosurface, as contains() tells, or inside of a mesh, whose
-/// triangles a ray from there meets an odd number of times: 1 or 0. Meshes must be closed for that. Objects are those
-/// that rays of the camera meet.
+/// For each point, 1 if it is in the solid of an isosurface, by contains(), or inside of a mesh; otherwise 0. A point
+/// is inside of a mesh if a ray from it meets the mesh's triangles an odd number of times, so meshes must be closed.
+/// Only objects that camera rays see count.
 void find_occupancy(const SceneSnapshot& scene, std::span<const glm::dvec3> points_world,
                     std::span<std::uint8_t> occupied);
 

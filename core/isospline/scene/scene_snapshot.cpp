@@ -3,7 +3,12 @@
 #include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/util/error.h"
 
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -42,6 +47,24 @@ Box SceneSnapshot::bounds() const
     for (const auto& instance : impl_->instances)
         bounds.extend(placed_bounds(*instance->object, instance->shown.transform));
     return bounds;
+}
+
+std::vector<double> SceneSnapshot::reach(std::span<const glm::dvec3> directions, const Progress& progress) const
+{
+    std::vector<double> reach(directions.size(), -std::numeric_limits<double>::infinity());
+    std::vector<glm::dvec3> directions_local(directions.size());
+    for (const auto& instance : impl_->instances) {
+        if (!instance->shown.seen_by.camera)
+            continue;
+        const glm::dmat4 local_to_world = instance->shown.transform * instance->object->local().to_object;
+        const glm::dvec3 translation(local_to_world[3]);
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            directions_local[i] = glm::transpose(glm::dmat3(local_to_world)) * directions[i];
+        const std::vector<double> of_object = instance->object->reach(directions_local, progress);
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            reach[i] = std::max(reach[i], of_object[i] + glm::dot(directions[i], translation));
+    }
+    return reach;
 }
 
 const SnapshotObject& SceneSnapshot::object(std::uint32_t geometry_id) const

@@ -1,4 +1,4 @@
-// A scene as it is at one time.
+// The state of a scene at one time.
 #pragma once
 
 #include "isospline/math/box.h"
@@ -20,24 +20,24 @@ namespace isospline {
 
 /// Which rays meet an object.
 struct SeenBy {
-    bool camera = true; ///< those of cast_rays() and list_intersections()
-    bool shadow = true; ///< those of test_occlusions() and list_occluders()
+    bool camera = true; ///< rays of cast_rays() and list_intersections()
+    bool shadow = true; ///< rays of test_occlusions() and list_occluders()
 
     bool operator==(const SeenBy&) const = default;
 };
 
-/// An isosurface as it was at the time, or a mesh.
+/// A snapshot of an isosurface, or a mesh.
 using ShownObject = std::variant<std::shared_ptr<const IsosurfaceSnapshot>, std::shared_ptr<const Mesh>>;
 
-/// What a scene snapshot holds under a geometry id, where it is, and what sees it.
+/// An object of a scene snapshot with its placement and the rays that see it.
 struct SnapshotObject {
     ShownObject object;
     glm::dmat4 transform{1.0}; ///< the object's world space to the scene's
     SeenBy seen_by{};
 };
 
-/// What Scene::snapshot() returns: everything that rays can meet, built for them. It never changes, so that any number
-/// of threads may cast rays at it while the scene changes, and whoever holds it keeps it alive.
+/// The result of Scene::snapshot(): all objects, built for rays. It never changes, so any number of threads may cast
+/// rays at it while the scene changes. It lives as long as a pointer to it.
 class SceneSnapshot {
 public:
     struct Impl;
@@ -46,43 +46,46 @@ public:
     SceneSnapshot(const SceneSnapshot&) = delete;
     SceneSnapshot& operator=(const SceneSnapshot&) = delete;
 
-    /// First crossing of each ray within its [t_near, t_far], on the calling thread. `coherent` traces rays that follow
-    /// each other in packets, which is faster where they begin and run close together, as those of a small tile of a
-    /// picture do; the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not
-    /// finite or whose direction is zero.
+    /// First crossing of each ray within its [t_near, t_far], on the calling thread. With `coherent`, consecutive rays
+    /// are traced in packets. This is faster for rays that are close together, as those of a small tile of a picture;
+    /// the hits are the same. Throws std::invalid_argument for a ray whose origin or direction is not finite or whose
+    /// direction is zero.
     void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false) const;
 
     /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. Throws
-    /// as cast_rays() does.
+    /// like cast_rays().
     void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
 
-    /// All crossings of each ray within its [t_near, t_far], in ascending order, each once, also where it lies on a
-    /// face between cells or an edge between triangles. Appends them, and sets how many each ray has. Throws as
-    /// cast_rays() does.
+    /// All crossings of each ray within its [t_near, t_far], in ascending order. Each is listed once, even on a face
+    /// between cells or an edge between triangles. Appends them, and sets their number for each ray. Throws like
+    /// cast_rays().
     void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
                             std::span<std::uint32_t> counts) const;
 
-    /// The same of what test_occlusions() sees.
+    /// The same for the objects that test_occlusions() sees.
     void list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
                         std::span<std::uint32_t> counts) const;
 
-    /// Where a ray that leaves a hit in the direction `towards` begins: off the surface, to the side that it goes to,
-    /// just as far as rounding makes necessary (docs/method.md). Cast from there it does not meet the surface that it
-    /// leaves, but where that surface really turns back to it. Needs the hit's position, normal and ids;
-    /// throws std::invalid_argument for ids that are not the scene's.
+    /// The origin for a ray that leaves a hit in the direction `towards`. It is off the surface, on the side that the
+    /// ray goes to, by no more than rounding requires (docs/method.md). A ray from there does not meet the surface at
+    /// the hit again, but only where the surface really turns back to the ray. Needs the hit's position, normal and
+    /// ids. Throws std::invalid_argument for ids that the scene does not have.
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards) const;
 
-    /// The box, in world space, of all meshes and all cells of shells and caps; empty where there are none.
+    /// The box of all meshes, cells of shells, and caps, in world space; empty if there are none.
     Box bounds() const;
-    /// What is under a geometry id. Throws std::invalid_argument for one that is not in the snapshot.
+    /// The extent of the objects that the camera sees, to about the size of a cell: the largest <direction, x> over
+    /// their points, in world space, for each direction; minus infinity if it sees nothing.
+    std::vector<double> reach(std::span<const glm::dvec3> directions, const Progress& progress = {}) const;
+    /// The object with a geometry id. Throws std::invalid_argument for an id that is not in the snapshot.
     const SnapshotObject& object(std::uint32_t geometry_id) const;
     bool contains(std::uint32_t geometry_id) const;
     /// The geometry ids, ascending.
     std::vector<std::uint32_t> ids() const;
-    /// Acceleration structures of isosurfaces and meshes that the scene had built by then.
+    /// The number of acceleration structures of isosurfaces and meshes that the scene had built up to this snapshot.
     std::uint64_t build_count() const;
-    /// Bytes of acceleration structures, Embree's and what is kept of cells beside them. Objects that were added many
-    /// times count once.
+    /// Bytes of Embree's acceleration structures and of the cells that are kept with them. Objects that were added
+    /// several times count once.
     std::size_t memory() const;
 
 private:

@@ -1,4 +1,4 @@
-// What a scene snapshot holds, shared by the sources that implement it.
+// The members of a scene snapshot, shared by the sources that implement it.
 #pragma once
 
 #include "isospline/scene/device.h"
@@ -15,46 +15,46 @@ namespace isospline {
 struct ChordOfInstance;
 struct RayQuery;
 
-/// A crossing that is to be sorted among those of other instances.
+/// A crossing that will be sorted among crossings of other instances.
 struct ListedCrossing {
     Crossing crossing;
     bool sorts_as_cap;
 };
 
-/// An isosurface of a scene, and what it was for the snapshot.
+/// An isosurface of a scene, and its own snapshot.
 struct SurfaceAtLevel {
     std::shared_ptr<const Isosurface> surface;
     std::shared_ptr<const IsosurfaceSnapshot> shown;
 };
 
-/// A query sees one of two Embree scenes of all instances, which are the same where all see the same objects.
+/// A query uses one of two Embree scenes of all instances. They are the same if all rays see the same objects.
 struct SceneSnapshot::Impl {
-    /// The instance of a geometry id; null where there is none.
+    /// The instance with a geometry id, or null.
     const Instance* find(std::uint32_t id) const;
-    /// The same; throws std::invalid_argument, which names the parameter, where there is none.
+    /// The same; if there is none, throws std::invalid_argument that names the parameter.
     const Instance& instance(std::uint32_t id, const char* parameter) const;
 
-    /// All crossings of rays with what an Embree scene holds, for list_intersections().
+    /// All crossings of rays with the objects of an Embree scene, for list_intersections().
     void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
               std::span<std::uint32_t> counts) const;
     void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
               std::vector<ListedCrossing>& crossings) const;
-    /// Adds those with the caps of an instance to its others, which are in order.
+    /// Adds crossings with the caps of an instance to its other crossings, which are sorted.
     void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
                   std::vector<ListedCrossing>& crossings) const;
 
     std::vector<std::shared_ptr<const Instance>> instances; ///< by slot, in the order of their ids
     std::vector<SurfaceAtLevel> surfaces;                   ///< each once
-    embree::SceneHandle camera_top;                         ///< of cast_rays() and list_intersections()
-    embree::SceneHandle own_shadow_top;                     ///< null where shadow rays see what the camera does
-    RayFrame frame;            ///< of all objects, whatever their levels: rays do not depend on these
+    embree::SceneHandle camera_top;                         ///< for cast_rays() and list_intersections()
+    embree::SceneHandle own_shadow_top;                     ///< null if shadow rays see the same as the camera
+    RayFrame frame;            ///< of all objects at all levels, so that rays do not depend on levels
     std::uint64_t version = 0; ///< of the scene's edits
-    std::uint32_t next_id = 0; ///< above all ids that there have been
+    std::uint32_t next_id = 0; ///< above all ids used so far
     std::uint64_t build_count = 0;
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
-    std::size_t top_memory = 0;                         ///< of the instances and what is above them
+    std::size_t top_memory = 0;                         ///< of the instances and the top scenes
 
-    /// Of test_occlusions() and list_occluders().
+    /// For test_occlusions() and list_occluders().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }
 };
 

@@ -10,7 +10,7 @@ namespace isospline {
 
 namespace {
 
-/// An Embree scene of the instances that some rays see.
+/// An Embree scene of the instances that one kind of rays sees.
 embree::SceneHandle make_top(const std::vector<std::shared_ptr<const Instance>>& instances, bool SeenBy::*sees)
 {
     const Device& device = Device::shared();
@@ -106,7 +106,7 @@ void SnapshotBuilder::place_instances()
 
 void SnapshotBuilder::build_objects(const Progress& progress)
 {
-    // An object is built for the instance that needs the widest boxes.
+    // Build an object for the instance that needs the widest boxes.
     for (const Plan& plan : plans_) {
         Shape& shape = *plan.shape;
         if (shape.object->is_built() && shape.object->fits(shape.largest_error))
@@ -132,7 +132,7 @@ void SnapshotBuilder::make_instances()
     for (Plan& plan : plans_) {
         shadows_differ = shadows_differ || plan.shown.seen_by.camera != plan.shown.seen_by.shadow;
         const std::shared_ptr<const Object>& object = plan.shape->object;
-        // An instance that is where it was keeps its geometry.
+        // An instance that has not moved keeps its geometry.
         while (old != old_end && (*old)->id < plan.id)
             ++old;
         const bool same = old != old_end && (*old)->id == plan.id && (*old)->is_same(*object, plan.placement);
@@ -148,7 +148,7 @@ void SnapshotBuilder::make_instances()
         }
     }
     next_->camera_top = make_top(next_->instances, &SeenBy::camera);
-    // Shadow rays have a scene of their own only where they see other objects than the camera does.
+    // Shadow rays have their own scene only if they do not see the same objects as the camera.
     if (shadows_differ)
         next_->own_shadow_top = make_top(next_->instances, &SeenBy::shadow);
 

@@ -1,4 +1,4 @@
-// From what users have put into a scene to a snapshot of it.
+// Makes a snapshot from the entries of a scene.
 #pragma once
 
 #include "isospline/scene/object.h"
@@ -14,28 +14,28 @@
 
 namespace isospline {
 
-/// What users have put into a scene, by geometry id.
+/// The objects that users have added to a scene, by geometry id.
 using Entries = std::map<std::uint32_t, PlacedObject>;
 
-/// Objects by the address of what they show.
+/// Objects by the address of the isosurface or mesh that they show.
 using Objects = std::unordered_map<const void*, std::shared_ptr<const Object>>;
 
-/// An object as it is now.
+/// The current state of an object.
 ShownObject shown_now(const std::variant<std::shared_ptr<const Isosurface>, std::shared_ptr<const Mesh>>& object);
 
-/// What is shown, whatever it is.
+/// The address of the isosurface or mesh.
 std::shared_ptr<const void> address(const ShownObject& shown);
 
-/// An object that is yet to be built.
+/// An object that is not built yet.
 std::shared_ptr<Object> make_object(const ShownObject& shown);
 
-/// Throws std::invalid_argument for a placement that does not do in any scene.
+/// Throws std::invalid_argument for a placement that is not valid in any scene.
 void check_alone(const LocalSpace& local, const glm::dmat4& transform, std::uint32_t id);
 
 /// Makes one snapshot.
 struct SnapshotBuilder {
-    /// Builds what is neither part of the snapshot before nor among the known objects, to which it is added: what has
-    /// been built when this throws is there for the next builder.
+    /// Builds the objects that are neither in the previous snapshot nor among the known objects, and adds them to the
+    /// known objects. If this throws, the next builder uses those that were finished.
     std::unique_ptr<SceneSnapshot::Impl> build(const Progress& progress);
 
     std::shared_ptr<const Entries> entries;
@@ -45,10 +45,10 @@ struct SnapshotBuilder {
     BuildOptions options;
 
 private:
-    /// What the instances of one object have in common.
+    /// The common data of the instances of one object.
     struct Shape {
         std::shared_ptr<const Object> object;
-        double largest_error = 0.0; ///< of the rounding errors of its instances
+        double largest_error = 0.0; ///< largest rounding error of its instances
     };
     struct Plan {
         std::uint32_t id;
@@ -63,7 +63,7 @@ private:
     void make_instances();
 
     std::unique_ptr<SceneSnapshot::Impl> next_;
-    std::unordered_map<const void*, Shape> shapes_; ///< by the address of what they show
+    std::unordered_map<const void*, Shape> shapes_; ///< by the address of the isosurface or mesh
     std::vector<Plan> plans_;
 };
 

@@ -13,7 +13,8 @@ namespace isospline {
 
 namespace {
 
-/// The radius of the largest ball that touches the surface at a point from inside, from one that holds it.
+/// The radius of the largest ball that touches the surface at a point from inside. `radius` is that of a ball that
+/// contains it.
 double shrunk_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius)
 {
     constexpr int most_balls = 64;
@@ -23,7 +24,7 @@ double shrunk_ball(ClosestPointFinder& find, const ClosestPoint& at, double radi
         const double margin = 1e-7 * radius + other.error;
         if (!(other.distance < radius - margin))
             break;
-        // The ball through both points, with its centre on the normal.
+        // The ball through both points whose centre is on the normal.
         const glm::dvec3 between = at.position - other.position;
         const double along = glm::dot(between, at.normal);
         const double next = glm::dot(between, between) / (2.0 * along);

@@ -1,4 +1,4 @@
-// An object's primitives as Embree's user geometry: the callbacks, which isosurfaces and meshes have in common.
+// An object's primitives as Embree user geometry: the callbacks that isosurfaces and meshes share.
 #pragma once
 
 #include "isospline/scene/device.h"
@@ -19,25 +19,25 @@ inline float next_below(double value)
     return std::nextafter(static_cast<float>(value), -std::numeric_limits<float>::infinity());
 }
 
-/// Embree's callbacks for a class of objects, which has
+/// Embree's callbacks for a class of objects that has
 ///
 ///     Box box(unsigned int primitive) const;             // wide enough for rays in single precision
 ///     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
 ///     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
 ///     bool is_occluded(unsigned int primitive, RayQuery& query) const;
 ///
-/// No exception crosses Embree's frames: the query keeps it.
+/// No exception crosses Embree's frames: the query stores it.
 template <typename Shape>
 struct UserGeometry {
-    /// A geometry of `count` primitives. The object must outlive it. Throws std::invalid_argument where there are more
-    /// than Embree counts.
+    /// A geometry of `count` primitives. The object must outlive it. Throws std::invalid_argument if there are more
+    /// than Embree supports.
     static embree::GeometryHandle make(const Device& device, const Shape& shape, std::size_t count)
     {
         check_count("boxes of an object", count);
         embree::GeometryHandle geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
         device.check();
         rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned int>(count));
-        rtcSetGeometryUserData(geometry.get(), const_cast<Shape*>(&shape)); // which no callback changes
+        rtcSetGeometryUserData(geometry.get(), const_cast<Shape*>(&shape)); // no callback changes it
         rtcSetGeometryBoundsFunction(geometry.get(), set_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry.get(), intersect);
         rtcSetGeometryOccludedFunction(geometry.get(), occlude);

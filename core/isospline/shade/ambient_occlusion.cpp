@@ -1,5 +1,6 @@
 #include "isospline/shade/ambient_occlusion.h"
 
+#include "isospline/shade/opacity.h"
 #include "isospline/util/check.h"
 
 namespace isospline {
@@ -11,7 +12,7 @@ void validate(const AmbientOcclusion& occlusion)
     if (!(occlusion.distance > 0.0))
         throw_invalid("distance", "a number above 0", occlusion.distance);
     validate("color", occlusion.color);
-    check_fraction("opacity", occlusion.opacity);
+    validate_opacity(occlusion);
     if (occlusion.cap_color)
         validate("cap_color", *occlusion.cap_color);
 }

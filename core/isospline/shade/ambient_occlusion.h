@@ -1,4 +1,4 @@
-// Ambient occlusion: how open the surroundings of a point are.
+// Ambient occlusion: the openness of the surroundings of a point.
 #pragma once
 
 #include "isospline/shade/color.h"
@@ -7,22 +7,26 @@
 #include <glm/vec3.hpp>
 
 #include <limits>
+#include <optional>
 
 namespace isospline {
 
-/// I = color / pi * integral over the hemisphere about N of V(w) <N, w> dw, with V(w) = 0 where a ray in direction w
-/// meets anything within the distance, else 1: the light that a sky of one brightness gives. N is turned to the viewer.
-/// Of what is translucent, V is the part that gets through.
+/// I = color / pi * integral over the hemisphere about N of V(w) <N, w> dw, with V(w) = 0 if a ray in direction w
+/// meets anything within the distance, otherwise 1: the light of a uniform sky. N is flipped to face the viewer. For
+/// translucent surfaces, V is the transmitted fraction.
 struct AmbientOcclusion {
-    int samples = 16;                                          ///< rays a hit
-    double distance = std::numeric_limits<double>::infinity(); ///< of what can still cover the sky, world units
-    Color color = glm::dvec3(1.0);                             ///< of the surface
-    double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
-    CapColor cap_color{}; ///< of capped cuts
+    int samples = 16; ///< rays per hit
+    double distance =
+        std::numeric_limits<double>::infinity(); ///< the largest distance of surfaces that cover the sky, world units
+    Color color = glm::dvec3(1.0);               ///< of the surface
+    double opacity = 1.0;                        ///< of the surface, 0 to 1; below 1, the background shows through
+    std::optional<double> silhouette_opacity{};  ///< the opacity at the silhouette, see opacity_at(); nothing: the same
+    double silhouette_exponent = 3.0;            ///< the larger, the thinner the silhouette
+    CapColor cap_color{};                        ///< of capped cuts
 };
 
 /// Throws std::invalid_argument for a number of samples outside of 1 to 65536, a distance that is not positive, a
-/// colour that is negative or not finite, and an opacity outside of 0 to 1.
+/// colour that is negative or not finite, and as validate_opacity() does.
 void validate(const AmbientOcclusion& occlusion);
 
 /// The surface's colour without light.

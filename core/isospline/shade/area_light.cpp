@@ -12,7 +12,7 @@ namespace isospline {
 
 namespace {
 
-/// The cone of directions from a point that meet a ball; nothing from inside of it.
+/// The cone of directions from a point to a ball; nothing from inside of it.
 struct Cone {
     Cone(const SphereLight& light, const glm::dvec3& position) : to_center(light.center - position)
     {
@@ -22,7 +22,7 @@ struct Cone {
             return;
         const double sine = light.radius / distance;
         sine_squared = sine * sine;
-        // 1 - cosine, without cancellation for balls that are small or far.
+        // 1 - cosine, without cancellation for small or distant balls.
         one_less_cosine = sine_squared / (1.0 + std::sqrt(1.0 - sine_squared));
         density = 1.0 / (2.0 * pi * one_less_cosine);
     }

@@ -11,28 +11,28 @@
 
 namespace isospline {
 
-/// A parallelogram that gives light to the side that edge_u x edge_v points to, and none, and no shadow, to the other.
+/// A parallelogram that emits light on the side that edge_u x edge_v points to. It has no effect on the other side.
 struct RectangleLight {
     glm::dvec3 corner{-0.5, -0.5, 0.0};
     glm::dvec3 edge_u{1.0, 0.0, 0.0}, edge_v{0.0, 1.0, 0.0};
     glm::dvec3 radiance{1.0}; ///< linear red, green and blue, in every direction
 };
 
-/// A ball that gives light.
+/// A ball that emits light.
 struct SphereLight {
     glm::dvec3 center{0.0};
     double radius = 1.0;
     glm::dvec3 radiance{1.0}; ///< linear red, green and blue, in every direction
 };
 
-/// Throw std::invalid_argument for numbers that are not finite, a negative radiance, edges along one line, and a radius
+/// Throw std::invalid_argument for numbers that are not finite, a negative radiance, parallel edges, and a radius
 /// that is not positive.
 void validate(const RectangleLight& light);
 void validate(const SphereLight& light);
 
-/// A direction from a point to the light, from two numbers in [0, 1); nothing where it gives the point no light.
+/// A direction from a point to the light, from two numbers in [0, 1); nothing if the point gets no light from it.
 std::optional<LightSample> sample(const RectangleLight& light, const glm::dvec3& position, const glm::dvec2& u);
-/// By solid angle, of the cone that the ball fills.
+/// Uniform by solid angle in the cone of the ball.
 std::optional<LightSample> sample(const SphereLight& light, const glm::dvec3& position, const glm::dvec2& u);
 
 /// The light of a ray of unit direction, within its limits.

@@ -1,4 +1,4 @@
-// The colour of a surface: one for all of it, or one that follows from the point.
+// The colour of a surface: constant, or a function of the point.
 #pragma once
 
 #include "isospline/shade/color_map.h"
@@ -21,12 +21,12 @@ struct ColorByVolume {
     std::shared_ptr<const Volume> volume;
     ColorMap map;
     glm::dmat4 scene_to_volume{1.0}; ///< from the scene's world space to the volume's
-    glm::dmat4 volume_to_scene{1.0}; ///< its inverse, as given
+    glm::dmat4 volume_to_scene{1.0}; ///< its inverse, the original argument
 };
 
 enum class CurvatureKind { mean, gaussian, maximum, minimum };
 
-/// By a curvature of the surface; that of a mesh is zero.
+/// By a curvature of the surface; zero for a mesh.
 struct ColorByCurvature {
     CurvatureKind kind = CurvatureKind::mean;
     ColorMap map;
@@ -35,33 +35,33 @@ struct ColorByCurvature {
 /// (N + 1) / 2 of the unit outward normal N, whose x, y and z become red, green and blue.
 struct ColorByNormal {};
 
-/// By the depth of the point, as images hold it.
+/// By the depth of the point, as in images.
 struct ColorByDepth {
     ColorMap map;
-    /// Whether map.limits are to be those of the scene's box as the camera sees it; render() of a scene puts them in.
+    /// Whether map.limits are the depths of the scene's box; render() of a scene then sets them.
     bool fit_limits = false;
 };
 
-/// Linear red, green and blue, or a rule that gives them.
+/// Linear red, green and blue, or a rule for them.
 using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth>;
 
-/// The colour of what is on caps; nothing stands for the surface's own.
+/// The colour of caps; nothing means the surface's own.
 using CapColor = std::optional<Color>;
 
-/// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and as the colour map
-/// does.
+/// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and like the
+/// validation of the colour map.
 void validate(const char* parameter, const Color& color);
 
-/// Whether the colour of a point follows from its curvature.
+/// Whether the colour of a point depends on its curvature.
 bool needs_curvature(const Color& color);
 
-/// The nearest and the farthest depth of a scene, which is called for where a colour is to fit to them alone.
+/// The nearest and the farthest depth of a scene; only called if a colour has to fit them.
 using DepthRange = std::function<glm::dvec2()>;
 
-/// Puts limits into a colour by depth that is to fit to the scene.
+/// Sets the limits of a colour by depth that fits the scene.
 void fit_depth_limits(Color& color, const DepthRange& depths);
 
-/// The colour that a rule other than a constant gives.
+/// The colour by a rule other than a constant.
 glm::dvec3 color_by_rule(const Color& color, const SurfacePoint& point);
 
 /// The linear colour at a point.
@@ -71,7 +71,7 @@ inline glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
     return constant ? *constant : color_by_rule(color, point);
 }
 
-/// The same where it may be on a cap.
+/// The same for a point that may be on a cap.
 inline glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point)
 {
     return color_at(point.on_cap && cap_color ? *cap_color : color, point);

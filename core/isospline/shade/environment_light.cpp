@@ -20,11 +20,11 @@ double luminance(const glm::vec3& color)
     return glm::dot(glm::dvec3(color), glm::dvec3(0.2126, 0.7152, 0.0722));
 }
 
-/// The first of some running sums that is above u times the last, and where between it and the one before.
+/// The first running sum above u times the last one, and the position between it and the sum before.
 std::pair<std::size_t, double> draw(const double* sums, std::size_t count, double u)
 {
     const double wanted = u * sums[count - 1];
-    // Rounding may reach the last sum itself; and what has no part of the sum is never drawn.
+    // Rounding may reach the last sum itself. Items without a part of the sum are never drawn.
     auto at = static_cast<std::size_t>(std::upper_bound(sums, sums + count, wanted) - sums);
     at = std::min(at, count - 1);
     while (at > 0 && sums[at] == sums[at - 1])

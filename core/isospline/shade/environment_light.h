@@ -1,4 +1,4 @@
-// Light from infinitely far away, from all directions.
+// Light from all directions, at infinity.
 #pragma once
 
 #include "isospline/shade/light_sample.h"
@@ -14,12 +14,12 @@
 
 namespace isospline {
 
-/// An image of all directions, each pixel of one radiance: rows from z up to z down in equal steps of the angle,
-/// columns in equal steps of the azimuth. Seen from inside and upright, with x in the middle of the image and y in the
-/// middle of its left half.
+/// An image of all directions; the radiance of each pixel is constant: rows from z up to z down in equal steps of the
+/// angle, columns in equal steps of the azimuth. Seen from inside and upright, with x in the middle of the image and y
+/// in the middle of its left half.
 ///
-/// Directions are drawn in proportion to the luminance, exactly: a row by the sum of its pixels, a pixel of the row,
-/// and a direction within it, even in solid angle.
+/// Directions are drawn exactly in proportion to the luminance: a row by the sum of its pixels, a pixel of the row,
+/// and a direction within it, uniform in solid angle.
 class EnvironmentMap {
 public:
     /// Throws std::invalid_argument for a size that is not positive or not that of the pixels, and for pixels that are
@@ -31,9 +31,9 @@ public:
 
     /// Linear red, green and blue, for a unit direction.
     glm::dvec3 radiance(const glm::dvec3& direction) const { return pixels_[pixel_of(direction)]; }
-    /// Of sample(), by solid angle.
+    /// The density of sample(), by solid angle.
     double density(const glm::dvec3& direction) const;
-    /// Nothing where all of the map is black.
+    /// Nothing if all of the map is black.
     std::optional<LightSample> sample(const glm::dvec2& u) const;
 
 private:
@@ -41,13 +41,13 @@ private:
 
     glm::ivec2 size_;
     std::vector<glm::vec3> pixels_;
-    std::vector<double> row_sums_;    ///< luminance times solid angle of the rows up to and with each
-    std::vector<double> column_sums_; ///< luminance of the pixels of a row up to and with each
+    std::vector<double> row_sums_;    ///< luminance times solid angle, cumulative over rows
+    std::vector<double> column_sums_; ///< luminance, cumulative over the pixels of each row
 };
 
 struct EnvironmentLight {
-    glm::dvec3 radiance{1.0};                    ///< linear; multiplies the map where there is one
-    std::shared_ptr<const EnvironmentMap> map{}; ///< nothing stands for the same from everywhere
+    glm::dvec3 radiance{1.0};                    ///< linear; multiplies the map if there is one
+    std::shared_ptr<const EnvironmentMap> map{}; ///< nothing means the same radiance from all directions
     glm::dmat3 rotation{1.0};                    ///< columns are the world directions of the map's x, y and z
     bool visible = false;                        ///< whether the camera sees it where no surface is
 };
@@ -55,8 +55,8 @@ struct EnvironmentLight {
 /// Throws std::invalid_argument for a radiance that is negative or not finite, and for a matrix that is no rotation.
 void validate(const EnvironmentLight& light);
 
-/// The light of a unit direction; t is infinite. The density is that of sample(): 0 where there is no map, as the even
-/// light of all directions is best left to the directions that the surface draws.
+/// The light of a unit direction; t is infinite. The density is that of sample(): 0 without a map, because
+/// uniform light is best sampled by the directions that the surface draws.
 Emission emission(const EnvironmentLight& light, const glm::dvec3& direction);
 std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec2& u);
 

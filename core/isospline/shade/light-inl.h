@@ -1,4 +1,4 @@
-// Where light comes from, for one point or a point a SIMD lane. Included once for each SIMD target.
+// Directions to lights, for one point or for one point per SIMD lane. Included once for each SIMD target.
 #include "isospline/math/vector-inl.h"
 #include "isospline/shade/light.h"
 
@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// The unit vector from a point to a light; zero for a light on the point itself, which gives none.
+/// The unit vector from a point to a light; zero for a light at the point itself, which gives no light.
 template <class N>
 HWY_INLINE Vector3<N> to_light(const PositionalLight& light, const Vector3<N>& position)
 {

@@ -1,4 +1,4 @@
-// Lights: where they are, and how much of which colour they give.
+// Lights: their positions and intensities.
 #pragma once
 
 #include <glm/geometric.hpp>
@@ -15,7 +15,7 @@ struct PositionalLight {
     glm::dvec3 intensity{1.0}; ///< linear red, green and blue
 };
 
-/// A light that is infinitely far away.
+/// A light at infinity.
 struct DirectionalLight {
     explicit DirectionalLight(const glm::dvec3& given_direction = {0.0, 0.0, -1.0},
                               const glm::dvec3& given_intensity = glm::dvec3(1.0))
@@ -23,9 +23,9 @@ struct DirectionalLight {
     {
     }
 
-    glm::dvec3 direction; ///< that the light travels in, of any length
+    glm::dvec3 direction; ///< in which the light travels, of any length
     glm::dvec3 intensity; ///< linear red, green and blue
-    glm::dvec3 to_light;  ///< unit, the other way: computed once, and not at every point
+    glm::dvec3 to_light;  ///< unit, the opposite direction, computed once
 };
 
 using Light = std::variant<PositionalLight, DirectionalLight>;
@@ -33,8 +33,9 @@ using Light = std::variant<PositionalLight, DirectionalLight>;
 /// Throws std::invalid_argument for a number that is not finite, a negative intensity, or a direction of zero.
 void validate(const Light& light);
 
-/// Two directional lights that go with the viewer, for pictures that name none: a key light over the left shoulder and
-/// a fill light of a quarter of it from the right. `right`, `up` and `forward` are the unit axes of the image.
+/// Two directional lights that move with the viewer, for pictures without lights of their own: a key light over the
+/// left shoulder and a fill light of a quarter of its intensity from the right. `right`, `up` and `forward` are the
+/// unit axes of the image.
 std::vector<Light> camera_lights(const glm::dvec3& right, const glm::dvec3& up, const glm::dvec3& forward);
 
 } // namespace isospline

@@ -15,27 +15,28 @@ namespace isospline {
 ///
 /// with the half vector h, Trowbridge and Reitz's distribution D of width roughness^2 (GGX), Smith's height-correlated
 /// masking G, and Schlick's Fresnel term F(c) = F0 + (F90 - F0)(1 - c)^5. A dielectric has F0 = 0.08 specular, 0.04 by
-/// default, and F90 = min(50 F0, 1): 1 for what there is, from water's F0 = 0.02 on (S. Lagarde, C. de Rousiers,
-/// "Moving Frostbite to physically based rendering", SIGGRAPH 2014 course). A metal has F0 = base_color and F90 = 1; in
-/// between, both lie in between. Fd is F of the dielectric, at the cosine of its direction. Light is not made, and what
-/// goes one way goes the other: f(i, o) = f(o, i).
+/// default, and F90 = min(50 F0, 1): 1 for real materials, from water's F0 = 0.02 on (S. Lagarde, C. de Rousiers,
+/// "Moving Frostbite to physically based rendering", SIGGRAPH 2014 course). A metal has F0 = base_color and F90 = 1;
+/// both are interpolated between. Fd is F of the dielectric, at the cosine of its direction. The material is
+/// energy-conserving and reciprocal: f(i, o) = f(o, i).
 ///
 /// With specular = 0 and metallic = 0 it is Lambert's law, exactly.
 struct Material {
-    Color base_color = glm::dvec3(0.8); ///< at most 1; what of a rule, or of a mesh's vertices, is above is cut off
-    double metallic = 0.0;              ///< 0 to 1
-    double roughness = 0.5;             ///< 0 to 1; below 0.03 it is taken as that
-    double specular = 0.5;              ///< 0 to 1
-    CapColor cap_color = {};            ///< of capped cuts, in place of base_color
+    Color base_color =
+        glm::dvec3(0.8);     ///< at most 1; larger values from a rule, or from a mesh's vertices, are clipped
+    double metallic = 0.0;   ///< 0 to 1
+    double roughness = 0.5;  ///< 0 to 1; values below 0.03 count as 0.03
+    double specular = 0.5;   ///< 0 to 1
+    CapColor cap_color = {}; ///< of capped cuts, instead of base_color
 };
 
-/// Throws std::invalid_argument for numbers outside of these ranges, and as the colour's rule does.
+/// Throws std::invalid_argument for numbers outside of these ranges, and like the validation of the colour's rule.
 void validate(const Material& material);
 
 /// Whether the colour of a point follows from its curvature.
 bool needs_curvature(const Material& material);
 
-/// Puts limits into the colours by depth that are to fit to the scene.
+/// Sets the limits of colours by depth that fit the scene.
 void fit_depth_limits(Material& material, const DepthRange& depths);
 
 /// The base colour at a point, times that of a mesh's vertices.
@@ -53,20 +54,20 @@ public:
     /// A constant base colour needs no point.
     explicit Scattering(const Material& material, const SurfacePoint& point = {});
 
-    /// f; zero where either direction is below the surface.
+    /// f; zero if either direction is below the surface.
     glm::dvec3 evaluate(const glm::dvec3& to_viewer, const glm::dvec3& to_light) const;
-    /// Of sample(), by solid angle.
+    /// The density of sample(), by solid angle.
     double density(const glm::dvec3& to_viewer, const glm::dvec3& to_light) const;
-    /// Draws the direction of light from three numbers in [0, 1): `choice` is that of diffuse or specular. Visible
-    /// normals after E. Heitz, "Sampling the GGX distribution of visible normals", Journal of Computer Graphics
-    /// Techniques 7(4), 2018. Nothing where the direction drawn is below the surface.
+    /// Draws the direction of light from three numbers in [0, 1): `choice` decides between diffuse and specular.
+    /// Visible normals follow E. Heitz, "Sampling the GGX distribution of visible normals", Journal of Computer
+    /// Graphics Techniques 7(4), 2018. Nothing if the direction is below the surface.
     std::optional<ScatterSample> sample(const glm::dvec3& to_viewer, double choice, const glm::dvec2& u) const;
 
 private:
     Scattering(const Material& material, const glm::dvec3& base_color);
 
     glm::dvec3 fresnel(double cosine) const;
-    /// The part of the light that the coat keeps from the diffuse base.
+    /// The fraction of the light that the coat reflects, which does not reach the diffuse base.
     double coat(double cosine) const;
     double specular_share(double cosine) const;
 

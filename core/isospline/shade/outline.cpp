@@ -1,6 +1,7 @@
 #include "isospline/shade/outline.h"
 
 #include "isospline/math/power-inl.h"
+#include "isospline/shade/opacity.h"
 #include "isospline/util/check.h"
 
 #include <glm/common.hpp>
@@ -15,7 +16,7 @@ void validate(const Outline& outline)
     check_not_negative("exponent", outline.exponent);
     validate("color", outline.color);
     validate("surface_color", outline.surface_color);
-    check_fraction("opacity", outline.opacity);
+    validate_opacity(outline);
     if (outline.cap_color)
         validate("cap_color", *outline.cap_color);
 }

@@ -6,6 +6,8 @@
 
 #include <glm/vec3.hpp>
 
+#include <optional>
+
 namespace isospline {
 
 /// I = (1 - <N, V>^2)^no: bright where the surface turns away from the viewer. It needs no light, and it is the same
@@ -13,14 +15,16 @@ namespace isospline {
 ///
 /// I goes from the surface's colour (0) to the colour of the lines (1); with black and white it is the paper's form.
 struct Outline {
-    double exponent = 2.0;                 ///< no
-    Color color = glm::dvec3(1.0);         ///< of the lines
-    Color surface_color = glm::dvec3(0.0); ///< of what lies between them
-    double opacity = 1.0;                  ///< of both, 0 to 1; below 1 what is behind shows through
-    CapColor cap_color{};                  ///< of capped cuts, in place of surface_color
+    double exponent = 2.0;                      ///< no
+    Color color = glm::dvec3(1.0);              ///< of the lines
+    Color surface_color = glm::dvec3(0.0);      ///< of the surface between the lines
+    double opacity = 1.0;                       ///< of both, 0 to 1; below 1, the background shows through
+    std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette, see opacity_at(); nothing: the same
+    double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
+    CapColor cap_color{};                       ///< of capped cuts, instead of surface_color
 };
 
-/// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.
+/// Throws std::invalid_argument for numbers that are not finite or negative, and like validate_opacity().
 void validate(const Outline& outline);
 
 /// The linear colour of the surface itself, without lines, at a point.

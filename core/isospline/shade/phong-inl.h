@@ -1,4 +1,4 @@
-// Phong's formula, for one point or a point a SIMD lane. Included once for each SIMD target.
+// Phong's formula, for one point or for one point per SIMD lane. Included once for each SIMD target.
 #include "isospline/math/power-inl.h"
 #include "isospline/shade/light-inl.h"
 #include "isospline/shade/phong.h"
@@ -16,8 +16,8 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// The colour of points whose normals and directions to the viewer are unit; `lit(k)` is the part of light k that gets
-/// there.
+/// The colour of points whose normals and directions to the viewer are unit; `lit(k)` is the part of light k that
+/// reaches them.
 template <class N, class Lit>
 HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position, const Vector3<N>& normal,
                                   const Vector3<N>& to_viewer, const Vector3<N>& surface_color, const Lit& lit)
@@ -43,7 +43,7 @@ HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position
             const N n_l = dot(n, l);
             const N v_r = number<N>(2.0) * n_l * n_v - dot(l, v); // of R = 2 <N, L> N - L
             const N diffuse = lit(k) * number<N>(phong.diffuse) * select(less(zero, n_l), n_l, zero);
-            // Zero stays dark also at an exponent of zero, where 0^0 would light it.
+            // A product of zero stays dark even with an exponent of zero, where 0^0 would be 1.
             const auto shines = less(zero, v_r);
             const N highlight = power(select(shines, v_r, zero), phong.specular_exponent);
             const N specular = lit(k) * number<N>(phong.specular) * select(shines, highlight, zero);

@@ -1,5 +1,6 @@
 #include "isospline/shade/phong.h"
 
+#include "isospline/shade/opacity.h"
 #include "isospline/util/check.h"
 
 #include <cstddef>
@@ -54,7 +55,7 @@ void validate(const Phong& phong)
     check_not_negative("specular", phong.specular);
     check_not_negative("specular_exponent", phong.specular_exponent);
     check_not_negative("ambient_light", phong.ambient_light);
-    check_fraction("opacity", phong.opacity);
+    validate_opacity(phong);
     if (phong.cap_color)
         validate("cap_color", *phong.cap_color);
     if (phong.lights)

@@ -13,11 +13,11 @@
 
 namespace isospline {
 
-/// I = ka Ia + sum over k of Ik (kd <N, Lk> + ks <V, Rk>^ns), with Rk = 2 N <N, Lk> - Lk, and with negative products
-/// taken as zero, each by itself.
+/// I = ka Ia + sum over k of Ik (kd <N, Lk> + ks <V, Rk>^ns), with Rk = 2 N <N, Lk> - Lk, where each
+/// negative product counts as zero.
 ///
-/// Every I has a red, a green and a blue part; the surface's colour multiplies the ambient and the diffuse term, and
-/// not the specular one, so that highlights have the colour of the light. With the colour white it is the paper's form.
+/// Every I has red, green and blue components. The surface's colour multiplies the ambient and the diffuse term, but
+/// not the specular one, so highlights have the colour of the light. With white, this is the paper's form.
 struct Phong {
     Color color = glm::dvec3(1.0); ///< of the surface
     double ambient = 0.05;         ///< ka
@@ -25,22 +25,24 @@ struct Phong {
     double specular = 0.2;         ///< ks
     double specular_exponent = 30; ///< ns
     glm::dvec3 ambient_light{1.0}; ///< Ia
-    /// Nothing stands for camera_lights(), an empty vector for no light but the ambient one.
+    /// Nothing means camera_lights(); an empty vector means no light except the ambient one.
     std::optional<std::vector<Light>> lights;
-    /// Turns normals to the viewer where <N, V> < 0, so that the inside of an open surface is lit as its outside is.
+    /// Flips normals with <N, V> < 0 to face the viewer, so that the inside of an open surface is lit like its outside.
     bool two_sided = true;
-    bool shadows = false; ///< whether what lies between a point and a light hides it
-    double opacity = 1.0; ///< of the surface, 0 to 1; below 1 what is behind it shows through
-    CapColor cap_color{}; ///< of capped cuts
+    bool shadows = false;                       ///< whether surfaces between a point and a light hide the light
+    double opacity = 1.0;                       ///< of the surface, 0 to 1; below 1, the background shows through
+    std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette, see opacity_at(); nothing: the same
+    double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
+    CapColor cap_color{};                       ///< of capped cuts
 };
 
-/// Throws std::invalid_argument for numbers that are not finite or negative, and for an opacity above 1.
+/// Throws std::invalid_argument for numbers that are not finite or negative, and like validate_opacity().
 void validate(const Phong& phong);
 
 /// The linear colour of the surface itself at a point.
 glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point);
 
-/// The linear colour of a point in the light. Lights that are left open give none: the renderer fills them in.
+/// The linear colour of a lit point. Without lights there is only ambient light: the renderer sets camera_lights().
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
 
 /// Points that are shaded together, coordinate by coordinate; no light is hidden from them.
@@ -62,7 +64,7 @@ struct PhongPoints {
     alignas(64) double position[3][capacity] = {};      ///< world space
     alignas(64) double normal[3][capacity] = {};        ///< unit, outward
     alignas(64) double direction[3][capacity] = {};     ///< of the rays that hit, of any length
-    alignas(64) double surface_color[3][capacity] = {}; ///< as albedo()
+    alignas(64) double surface_color[3][capacity] = {}; ///< like albedo()
 };
 
 /// Linear colours of such points, in red, green and blue.
@@ -70,7 +72,7 @@ struct PhongColors {
     alignas(64) double part[3][PhongPoints::capacity];
 };
 
-/// The colours of the points, as shade() of each.
+/// The colours of the points, as by shade() for each.
 void shade(const Phong& phong, const PhongPoints& points, PhongColors& colors);
 
 } // namespace isospline

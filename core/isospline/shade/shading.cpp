@@ -6,7 +6,7 @@ namespace isospline {
 
 namespace {
 
-/// Calls `visit` with each colour of a model, const if that is.
+/// Calls `visit` with each colour of a model; const if the model is.
 template <typename Model, typename Visit>
 void for_each_color(Model& model, const Visit& visit)
 {

@@ -1,4 +1,4 @@
-// A tree of boxes over the cells of a shell, for queries by nearness.
+// A tree of boxes over the cells of a shell, for nearest point queries.
 #pragma once
 
 #include "isospline/math/box.h"
@@ -11,15 +11,15 @@
 
 namespace isospline {
 
-/// A binary tree whose leaves are blocks of 2 x 2 x 2 cells; each inner node is split at the median of its blocks along
+/// A binary tree whose leaves are blocks of 2 x 2 x 2 cells. Each inner node is split at the median of its blocks along
 /// its longest axis.
 class CellTree {
 public:
     struct Node {
         std::array<std::uint16_t, 3> lower, upper; ///< corners of the box of all cells, lattice space
-        std::uint32_t
-            first; ///< of a leaf: first row of Shell::cells(); else the second child, the first being the next
-        std::uint32_t count; ///< cells of a leaf, in a row; 0 for an inner node
+        std::uint32_t first; ///< of a leaf: first row of Shell::cells(); otherwise the second child; the first child is
+                             ///< the next node
+        std::uint32_t count; ///< number of consecutive cells of a leaf; 0 for an inner node
 
         Box box() const { return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}}; }
     };
@@ -27,7 +27,7 @@ public:
     /// `cells` are in the order of a shell.
     explicit CellTree(const std::vector<Cell>& cells);
 
-    /// The root is the first; none for a shell without cells.
+    /// The root is the first node; a shell without cells has no nodes.
     const std::vector<Node>& nodes() const { return nodes_; }
     std::size_t memory() const { return nodes_.capacity() * sizeof(Node); }
 

@@ -1,14 +1,18 @@
 #include "isospline/shell/isosurface.h"
 
+#include "isospline/measure/component_measures.h"
 #include "isospline/util/check.h"
 #include "isospline/util/fork.h"
 #include "isospline/util/turn.h"
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -59,26 +63,28 @@ void check_clip(const std::vector<HalfSpace>& clip)
 
 } // namespace
 
-/// What is found by whoever asks first.
+/// Data that the first call computes.
 struct IsosurfaceSnapshot::OnDemand {
     template <typename Item>
     struct Lazy {
+        Lazy() = default;
+        Lazy(const Lazy&) = delete;
+        Lazy& operator=(const Lazy&) = delete;
+        ~Lazy() { delete found.load(); }
+
         template <typename Find>
         const Item& get(const Progress& progress, const Find& find)
         {
-            if (!is_found) {
-                const Turn::Taken taken(turn, progress);
-                if (!is_found) {
-                    item = find();
-                    is_found = true;
-                }
-            }
-            return item;
+            if (const Item* const item = found)
+                return *item;
+            const Turn::Taken taken(turn, progress);
+            if (found == nullptr)
+                found = new Item(find());
+            return *found;
         }
 
-        Turn turn; ///< to find it
-        std::atomic<bool> is_found = false;
-        Item item;
+        Turn turn;                                ///< to compute it
+        std::atomic<const Item*> found = nullptr; ///< set in one step, so that a forked process never sees a part of it
     };
 
     Lazy<Shell> shell;
@@ -86,11 +92,22 @@ struct IsosurfaceSnapshot::OnDemand {
 };
 
 IsosurfaceSnapshot::IsosurfaceSnapshot(std::shared_ptr<const Common> common, double level, const Progress& progress)
-    : common_(std::move(common)), level_(level),
-      bricks_(volume(), common_->source, *common_->ranges, level - volume().offset(), options().shell.mask,
-              clip_lattice(), progress),
+    : common_(std::move(common)), level_(level), kept_(find_kept(progress)),
+      bricks_(volume(), *common_->ranges, level - volume().offset(), *kept_, clip_lattice(),
+              part_of(progress, options().largest > 0 ? 0.9 : 0.0, 1.0)),
       on_demand_(std::make_shared<OnDemand>())
 {
+}
+
+std::shared_ptr<const CellSet> IsosurfaceSnapshot::find_kept(const Progress& progress) const
+{
+    const auto& unmasked = common_->unmasked;
+    if (options().largest == 0)
+        return unmasked;
+    const double sign = options().inside == Inside::above ? 1.0 : -1.0;
+    const Solid solid{volume(), *common_->ranges, level_ - volume().offset(), sign, *unmasked, {}};
+    return std::make_shared<const CellSet>(
+        largest_components(solid, static_cast<std::size_t>(options().largest), part_of(progress, 0.0, 0.9)));
 }
 
 const Shell& IsosurfaceSnapshot::shell(const Progress& progress) const
@@ -98,9 +115,9 @@ const Shell& IsosurfaceSnapshot::shell(const Progress& progress) const
     return on_demand_->shell.get(progress, [&] { return Shell(volume(), bricks_, options().shell, progress); });
 }
 
-Box IsosurfaceSnapshot::bounds_lattice() const
+Box IsosurfaceSnapshot::bounds_lattice(const Progress& progress) const
 {
-    return on_demand_->bounds.get({}, [&] { return find_bounds(); });
+    return on_demand_->bounds.get(progress, [&] { return find_bounds(progress); });
 }
 
 BrickCells IsosurfaceSnapshot::cells(const Octet& octet, int child) const
@@ -111,70 +128,98 @@ BrickCells IsosurfaceSnapshot::cells(const Octet& octet, int child) const
     return cells;
 }
 
-bool IsosurfaceSnapshot::is_empty() const
+bool IsosurfaceSnapshot::is_empty(const Progress& progress) const
 {
-    for (const Octet& octet : bricks_.octets())
+    for (const Octet& octet : bricks_.octets()) {
+        report(progress, 1.0); // the first octet nearly always decides
         for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
             if (count_cells(cells(octet, std::countr_zero(rest))) > 0)
                 return false;
+    }
     return true;
 }
 
-Box IsosurfaceSnapshot::find_bounds() const
+std::vector<double> IsosurfaceSnapshot::reach_lattice(std::span<const glm::dvec3> directions,
+                                                      const Progress& progress) const
 {
-    // Along each axis bricks are looked at from both ends, until those that are left cannot widen the box.
     struct Place {
-        glm::ivec3 first; // cell
+        glm::dvec3 first; // cell
         const Octet* octet;
         int child;
+        bool is_seen;
     };
     std::vector<Place> places;
     places.reserve(bricks_.count());
     for (const Octet& octet : bricks_.octets())
         for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u) {
             const int child = std::countr_zero(rest);
-            places.push_back({bricks_.place(octet, child).first, &octet, child});
+            places.push_back({glm::dvec3(bricks_.place(octet, child).first), &octet, child, false});
         }
-    Box bounds;
-    const auto extend = [&](const Place& place) {
+    // The extent of a cube of one cell, from its first corner.
+    const auto reach_of_cell = [](const glm::dvec3& direction) {
+        return std::max(direction.x, 0.0) + std::max(direction.y, 0.0) + std::max(direction.z, 0.0);
+    };
+    std::vector<double> reach(directions.size(), -std::numeric_limits<double>::infinity());
+    const auto extend = [&](Place& place) {
+        report(progress, 0.0);
+        place.is_seen = true;
         for_each_cell(cells(*place.octet, place.child), [&](int x, int y, int z) {
-            const glm::dvec3 lower(place.first + glm::ivec3(x, y, z));
-            bounds.extend(Box{lower, lower + 1.0});
+            const glm::dvec3 first = place.first + glm::dvec3(x, y, z);
+            for (std::size_t i = 0; i < directions.size(); ++i)
+                reach[i] = std::max(reach[i], glm::dot(directions[i], first) + reach_of_cell(directions[i]));
         });
     };
-    for (int axis = 0; axis < 3; ++axis) {
-        std::sort(places.begin(), places.end(),
-                  [axis](const Place& a, const Place& b) { return a.first[axis] < b.first[axis]; });
-        for (std::size_t i = 0; i < places.size() && places[i].first[axis] < bounds.lower[axis]; ++i)
-            extend(places[i]);
-        for (std::size_t i = places.size(); i-- > 0 && places[i].first[axis] + brick_size > bounds.upper[axis];)
-            extend(places[i]);
+    // Look at the farthest bricks first, until the remaining ones cannot reach farther.
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const glm::dvec3& direction = directions[i];
+        const auto is_nearer = [&](const Place& a, const Place& b) {
+            return glm::dot(direction, a.first) < glm::dot(direction, b.first);
+        };
+        std::make_heap(places.begin(), places.end(), is_nearer);
+        for (auto end = places.end(); end != places.begin(); --end) {
+            if (glm::dot(direction, places.front().first) + brick_size * reach_of_cell(direction) <= reach[i])
+                break;
+            if (!places.front().is_seen)
+                extend(places.front());
+            std::pop_heap(places.begin(), end, is_nearer);
+        }
     }
-    return bounds;
+    return reach;
+}
+
+Box IsosurfaceSnapshot::find_bounds(const Progress& progress) const
+{
+    const std::array<glm::dvec3, 6> axes{glm::dvec3(-1.0, 0.0, 0.0), {0.0, -1.0, 0.0}, {0.0, 0.0, -1.0},
+                                         glm::dvec3(1.0, 0.0, 0.0),  {0.0, 1.0, 0.0},  {0.0, 0.0, 1.0}};
+    const std::vector<double> reach = reach_lattice(axes, progress);
+    return {-glm::dvec3(reach[0], reach[1], reach[2]), {reach[3], reach[4], reach[5]}};
 }
 
 std::size_t IsosurfaceSnapshot::memory() const
 {
-    const std::size_t of_shell = on_demand_->shell.is_found ? on_demand_->shell.item.memory() : 0;
-    return bricks_.memory() + common_->ranges->memory() + of_shell;
+    const Shell* const shell = on_demand_->shell.found;
+    const std::size_t of_shell = shell != nullptr ? shell->memory() : 0;
+    return bricks_.memory() + common_->ranges->memory() + kept_->memory() + of_shell;
 }
 
 Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,
-                       std::shared_ptr<const BrickRanges> ranges, const Progress& progress,
-                       std::shared_ptr<const CoefficientSource> source)
+                       std::shared_ptr<const BrickRanges> ranges, const Progress& progress)
 {
     check_volume(volume);
     check_shell(options.shell, *volume);
+    if (options.largest < 0)
+        throw_invalid("largest", "a number of at least 0", options.largest);
     check_clip(options.clip);
     check_level(level);
+    const double ranges_done = options.largest > 0 ? 0.2 : 0.9; // components take longer
     auto common = std::make_shared<IsosurfaceSnapshot::Common>();
     for (const HalfSpace& half_space : options.clip)
         common->clip_lattice.push_back(pull_back(half_space, volume->lattice_to_world()));
-    common->ranges = ranges ? std::move(ranges) : isospline::shared_ranges(volume);
-    common->source = source ? std::move(source) : std::make_shared<const VolumeSource>(volume);
+    common->ranges = ranges ? std::move(ranges) : isospline::shared_ranges(volume, part_of(progress, 0.0, ranges_done));
+    common->unmasked = std::make_shared<const CellSet>(options.shell.mask, *volume);
     common->options = std::move(options);
     common->volume = std::move(volume);
-    snapshot_.reset(new IsosurfaceSnapshot(std::move(common), level, progress));
+    snapshot_.reset(new IsosurfaceSnapshot(std::move(common), level, part_of(progress, ranges_done, 1.0)));
 }
 
 Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())
@@ -192,7 +237,7 @@ void Isosurface::set_level(double level, const Progress& progress)
     check_level(level);
     std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(snapshot()->common_, level, progress));
     const std::lock_guard lock(moment_mutex(this));
-    snapshot_.swap(changed); // so that the one before goes after the lock
+    snapshot_.swap(changed); // so that the previous one is destroyed after the lock is released
 }
 
 } // namespace isospline

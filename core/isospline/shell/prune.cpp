@@ -17,8 +17,8 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// Prunes cells that are added one by one. Work waits in one queue a level of subdivision; whenever a queue holds
-/// enough to fill the lanes, a batch of it is done, so that queues stay short.
+/// Prunes cells that are added one by one. Each level of subdivision has a queue. As soon as a queue can fill all
+/// lanes, a batch of it is processed, so that queues stay short.
 template <int Degree, typename Real>
 class Pruner {
     using B = Blocks<Degree, Real>;
@@ -29,8 +29,8 @@ class Pruner {
     static constexpr std::size_t children = 8;
 
 public:
-    /// Fills `kept` with the cells whose fine coefficients surely have both signs and `undecided` with those where
-    /// rounding may have hidden it; a cell can be in both.
+    /// Fills `kept` with the cells whose fine coefficients certainly have both signs, and `undecided` with the cells
+    /// where rounding may hide this. A cell can be in both.
     Pruner(double threshold, int depth, std::vector<BrickCells>& kept, std::vector<BrickCells>& undecided)
         : threshold_(static_cast<Real>(threshold)),
           threshold_rest_(static_cast<Real>(threshold - static_cast<double>(threshold_))),
@@ -42,23 +42,24 @@ public:
     void add(std::size_t cell, const Volume& volume, const glm::ivec3& position)
     {
         Queue& queue = queues_[0];
-        const float* first = volume.cell_coefficients(position.x, position.y, position.z);
+        float own[64];
+        const CoefficientView view = volume.cell(position, own);
         Real* out = queue.coefficients.get() + queue.size;
         for (int z = 0; z < coarse; ++z)
             for (int y = 0; y < coarse; ++y)
                 for (int x = 0; x < coarse; ++x, out += Queue::capacity)
-                    *out = static_cast<Real>(first[x + y * volume.row_stride() + z * volume.slice_stride()]);
+                    *out = static_cast<Real>(*view.from(x, y, z).first);
         queue.cells[queue.size++] = cell;
         work(hn::Lanes(Lanes()));
     }
 
-    /// Does what waits.
+    /// Processes everything that is queued.
     void finish() { work(1); }
 
 private:
-    /// Blocks that wait to be subdivided, each of a cell or of one of its sub-cells.
+    /// Coefficients that wait to be subdivided, each array of a cell or of one of its sub-cells.
     struct Queue {
-        /// A batch is begun as soon as there is a full one, and adds up to eight children a lane to the next queue.
+        /// A batch begins as soon as the lanes can be filled. It adds up to eight children a lane to the next queue.
         static constexpr std::size_t capacity = (children + 1) * B::most_lanes;
         std::size_t size = 0;
         hwy::AlignedFreeUniquePtr<Real[]> coefficients = zeros(coarse_count * capacity);
@@ -79,7 +80,7 @@ private:
     /// axis for f at the corners.
     static double rounding(int depth) { return (2 + 9 * depth + 12) * 0x1p-24; }
 
-    /// Does batches, those of the deepest level first, until no queue holds `enough` items.
+    /// Processes batches, the deepest level first, until no queue holds `enough` items.
     void work(std::size_t enough)
     {
         for (std::size_t level = queues_.size(); level-- > 0;)
@@ -99,7 +100,7 @@ private:
         sets[cell / 512][cell / 64 % 8] |= std::uint64_t(1) << cell % 64;
     }
 
-    /// Subdivides the last blocks of a queue, as many as there are lanes.
+    /// Subdivides the last items of a queue, as many as there are lanes.
     void batch(std::size_t level)
     {
         // Sub-cells of cells that are known to stay need no work.
@@ -111,7 +112,7 @@ private:
         queue.size -= lane_count;
         const std::size_t* cells = queue.cells + queue.size;
 
-        // Coefficients less the threshold, which takes two float32 to hold.
+        // Subtract the threshold, which needs two float32 to be exact.
         HWY_ALIGN Real block[coarse_count * B::most_lanes];
         const Real* coefficients = queue.coefficients.get() + queue.size;
         auto tolerance = hn::LoadU(lanes, queue.tolerances.get() + queue.size);
@@ -138,8 +139,8 @@ private:
         B::template subdivide<coarse, fine>(along_x, along_y);
         B::template subdivide<1, fine * fine>(along_y, finer);
 
-        // At the last level their signs decide: sub-cells share coefficients with their neighbours, so that both signs
-        // among all of them and both signs in one of the sub-cells are the same.
+        // At the last level their signs decide. Neighbouring sub-cells share coefficients, so both signs occur among
+        // all coefficients exactly if they occur in one of the sub-cells.
         if (level + 1 == queues_.size()) {
             const Signs mixed = signs_of_all<fine_count>(finer, tolerance);
             for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -151,7 +152,7 @@ private:
             return;
         }
 
-        // Both signs of f itself: the surface is there, and no subdivision would say otherwise.
+        // If f itself has both signs, the cell holds the surface; no subdivision could change that.
         HWY_ALIGN Real values_x[fine * fine * 3 * B::most_lanes];
         HWY_ALIGN Real values_y[fine * 3 * 3 * B::most_lanes];
         HWY_ALIGN Real values[3 * 3 * 3 * B::most_lanes];
@@ -212,7 +213,7 @@ private:
     static HWY_INLINE void push(Queue& queue, const std::size_t* cells, hn::Vec<Lanes> tolerance,
                                 const Real* HWY_RESTRICT finer, std::size_t child, unsigned some)
     {
-        // Whole vectors are stored, of which the first so many lanes count: there is room for them, see `capacity`.
+        // Store whole vectors, although only the first lanes count. There is room for them: see `capacity`.
         const Lanes lanes;
         const std::size_t lane_count = hn::Lanes(lanes);
         const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(some), static_cast<std::uint8_t>(some >> 8)};
@@ -257,7 +258,7 @@ void prune_degree(const Volume& volume, double threshold, int depth, std::span<c
     std::vector<BrickCells> kept(bricks.size()), undecided(bricks.size());
     prune_cells<Degree, float>(volume, threshold, depth, bricks, cells, kept, undecided);
 
-    // Again in float64 what float32 left open.
+    // Repeat in float64 what float32 could not decide.
     bool any_undecided = false;
     for (std::size_t i = 0; i < bricks.size(); ++i)
         for (std::size_t z = 0; z < undecided[i].size(); ++z) {

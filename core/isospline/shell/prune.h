@@ -1,4 +1,4 @@
-// Voxel pruning: cells that a finer representation of the spline shows to hold no surface.
+// Voxel pruning: removes cells when a finer representation of the spline proves that they hold no surface.
 #pragma once
 
 #include "isospline/brick/brick.h"
@@ -9,13 +9,14 @@ namespace isospline {
 
 class Volume;
 
-/// Pruning of paper §5, down to `depth` >= 1 levels of two-scale subdivision: of each set `cells[i]`, of the brick
-/// `bricks[i]`, those cells stay whose (2^depth + n)^3 fine coefficients, less the threshold, have both signs, zero
-/// counting as positive. The degree n is 1, 2 or 3.
+/// Pruning of paper §5 with `depth` >= 1 levels of two-scale subdivision. `cells[i]` is a set of cells of the brick
+/// `bricks[i]`. A cell stays if its (2^depth + n)^3 fine coefficients, minus the threshold, have both signs; zero
+/// counts as positive. The degree n is 1, 2 or 3.
 ///
-/// The fine coefficients are found by recursion, where it can still change the answer: a sub-cell with coefficients of
-/// one sign ends a branch, and both signs of f at the corners of sub-cells settle the whole cell. Branches are worked
-/// on side by side in SIMD lanes, in float32; cells that its rounding cannot decide are done again in float64.
+/// The fine coefficients are computed by recursion, as long as they can change the answer. A branch ends at a sub-cell
+/// whose coefficients have one sign. A whole cell is decided if f has both signs at corners of its sub-cells. Branches
+/// are processed side by side in SIMD lanes, in float32; cells that float32 cannot decide are processed again in
+/// float64.
 void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
            std::span<BrickCells> cells);
 

@@ -1,4 +1,4 @@
-// Subdivision of cells and the signs of their coefficients, a cell a SIMD lane. Included once for each target.
+// Subdivision of cells and the signs of their coefficients, one cell a SIMD lane. Included once for each target.
 #if defined(ISOSPLINE_SHELL_PRUNE_BLOCKS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_SHELL_PRUNE_BLOCKS_INL_H
 #undef ISOSPLINE_SHELL_PRUNE_BLOCKS_INL_H
@@ -20,14 +20,15 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Blocks of coefficients, one a lane: coefficient i of all lanes is the vector at i * Lanes. The functions below work
-/// along one axis of such a block, of `Inner` coefficients before that axis and `Outer` behind it.
+/// Arrays of coefficients, one a lane: coefficient i of all lanes is the vector at i * Lanes. The functions below work
+/// along one axis of such an array. `Inner` is the number of coefficients over the faster axes, `Outer` over the slower
+/// ones.
 template <int Degree, typename Real>
 struct Blocks {
     static constexpr std::size_t most_lanes = 64 / sizeof(Real);
     using Lanes = hn::CappedTag<Real, most_lanes>;
-    static constexpr int coarse = Degree + 1; ///< coefficients along an axis that reach a cell
-    static constexpr int fine = Degree + 2;   ///< those of half the spacing
+    static constexpr int coarse = Degree + 1; ///< coefficients along an axis that influence a cell
+    static constexpr int fine = Degree + 2;   ///< the same at half the spacing
 
     /// The two-scale relation.
     template <int Outer, int Inner>
@@ -88,7 +89,7 @@ struct Blocks {
                 }
     }
 
-    /// Smallest, or largest, coefficient of each of both half cells.
+    /// Smallest or largest coefficient of each half cell.
     template <int Outer, int Inner, bool Largest>
     static HWY_INLINE void extremes_of_halves(const Real* HWY_RESTRICT block, Real* HWY_RESTRICT extremes)
     {
@@ -118,8 +119,8 @@ struct Blocks {
     }
 };
 
-/// The signs in a set of numbers of which the extremes are known to within a tolerance, per lane: bit l for lane l.
-/// Numbers that are zero count as positive. With a tolerance of zero both say the same.
+/// The signs of a set of numbers whose extremes are known to within a tolerance, per lane: bit l for lane l. Zero
+/// counts as positive. With a tolerance of zero both members are equal.
 struct Signs {
     unsigned surely_mixed;
     unsigned maybe_mixed;

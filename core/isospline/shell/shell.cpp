@@ -35,7 +35,7 @@ BrickCells border_cells(const Brick& brick, const glm::ivec3& cell_shape)
 
 } // namespace
 
-// The border stays as it is where that is asked for.
+// Do not prune the border if the options ask for that.
 void prune_bricks(const Volume& volume, double threshold, const ShellOptions& options, std::span<const Brick> bricks,
                   std::span<BrickCells> cells)
 {
@@ -76,7 +76,8 @@ Shell::Shell(const Volume& volume, const Bricks& all, const ShellOptions& option
         for (unsigned rest = octet.bricks; rest != 0; rest &= rest - 1u)
             bricks.push_back(all.place(octet, std::countr_zero(rest)));
 
-    // The cells of each, as a set; chunks of bricks, whose coefficients stay in the cache from one step to the next.
+    // The set of cells of each brick. Chunks of bricks are small enough for their coefficients to stay in the cache
+    // from one step to the next.
     std::vector<BrickCells> cells(bricks.size());
     parallel_for(
         bricks.size(), 16,
@@ -88,7 +89,7 @@ Shell::Shell(const Volume& volume, const Bricks& all, const ShellOptions& option
         },
         progress);
 
-    // All sets, one behind the other.
+    // Concatenate all sets.
     std::vector<std::size_t> begin_of_brick(bricks.size());
     std::size_t count = 0;
     for (std::size_t i = 0; i < bricks.size(); ++i) {

@@ -18,25 +18,24 @@ class Volume;
 
 struct ShellOptions {
     int prune_depth = 2;      ///< levels of two-scale subdivision (paper §5), 0 to 6; 0 does not prune
-    bool prune_border = true; ///< the paper leaves the cells on the volume's border unpruned: false
+    bool prune_border = true; ///< false: cells on the volume's border are not pruned, as in the paper
     Mask mask;                ///< empty: nothing is cut away
 };
 
-/// The cells of a volume whose coefficients, less the threshold, do not all have one sign (paper §3), less those that
-/// pruning (§5) or a cutout removes. A coefficient that equals the threshold counts as above it, as in the paper.
+/// The mixed cells of a volume (paper §3), without those that pruning (§5) or a cutout removes. A coefficient that
+/// equals the threshold counts as above it, as in the paper.
 ///
-/// Cells are ordered by brick of 8 x 8 x 8 cells, as Bricks numbers them, then by block of 2 x 2 x 2 cells: neighbours
-/// in memory are neighbours in space.
+/// Cells are ordered by brick, in the order of Bricks, then by block: neighbours in memory are neighbours in space.
 class Shell {
 public:
     Shell();
-    /// Of the bricks of one level of a volume.
+    /// The shell of the bricks of one level of a volume.
     Shell(const Volume& volume, const Bricks& bricks, const ShellOptions& options, const Progress& progress = {});
 
     const std::vector<Cell>& cells() const { return cells_; }
     std::size_t count() const { return cells_.size(); }
     std::size_t memory() const { return cells_.capacity() * sizeof(Cell); }
-    /// Built by the first call, which may come from any thread; copies of a shell have it in common.
+    /// Built by the first call, from any thread; copies of a shell share it.
     const CellTree& tree() const;
 
 private:
@@ -46,7 +45,7 @@ private:
     std::shared_ptr<LazyTree> tree_;
 };
 
-/// Takes the cells of bricks out that pruning shows to hold no surface, sets `cells[i]` being of `bricks[i]`.
+/// Removes the cells that pruning proves to hold no surface. `cells[i]` is a set of cells of `bricks[i]`.
 void prune_bricks(const Volume& volume, double threshold, const ShellOptions& options, std::span<const Brick> bricks,
                   std::span<BrickCells> cells);
 

@@ -15,12 +15,12 @@ struct BasisValue {
 /// beta^n and its derivative at x, for any n >= 0, by the joint recursion of the paper's appendix.
 BasisValue bspline(int degree, double x);
 
-/// The two-scale relation (paper §5) for coefficients in a row: those of half the spacing are
-///     fine_m = sum over j of coarse_j u_(m + n - 2j),
-/// with the n+2 weights u_i = 2^-n binomial(n+1, i) given here, u_i = 0 for other i, and with both rows beginning at
-/// the first coefficient that reaches the first cell. K coarse coefficients, which reach K - n cells, so give
-/// 2 (K - n) + n fine ones. This holds for every degree: the shift that the paper prints, (n mod 2)/2, should read
-/// ((n+1) mod 2)/2, and a row that begins where its cells begin has it built in.
+/// The n+2 weights u_i = 2^-n binomial(n+1, i) of the two-scale relation (paper §5). A row of coarse coefficients gives
+/// the fine coefficients at half the spacing:
+///     fine_m = sum over j of coarse_j u_(m + n - 2j),   u_i = 0 for other i.
+/// Both rows begin at the first coefficient that influences the first cell. K coarse coefficients influence K - n cells
+/// and give 2 (K - n) + n fine ones. This holds for every degree. The paper prints the shift (n mod 2)/2, which should
+/// be ((n+1) mod 2)/2; it is not needed here, because rows begin where their cells begin.
 template <int Degree, typename Real>
 constexpr std::array<Real, Degree + 2> two_scale_weights();
 

@@ -15,10 +15,10 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-/// The n+1 weights of a cell's coefficients at local coordinate u in [0, 1], along one axis: the j-th is
-/// beta^n(u + (n-1)/2 - j), which holds for odd and even degrees alike. None is negative. Where two cells meet, the
-/// weights of the coefficients that they share, at u = 1 in one and u = 0 in the other, are the same bit for bit, and
-/// the one that is left is zero.
+/// The n+1 weights of a cell's coefficients at local coordinate u in [0, 1], along one axis. Weight j is
+/// beta^n(u + (n-1)/2 - j), for odd and even degrees. No weight is negative. Two neighbouring cells share n
+/// coefficients: their weights at u = 1 in one cell equal bit for bit those at u = 0 in the other, and the remaining
+/// weight is zero.
 template <int Degree, class N>
 HWY_INLINE constexpr std::array<N, Degree + 1> cell_weights(N u)
 {
@@ -32,13 +32,13 @@ HWY_INLINE constexpr std::array<N, Degree + 1> cell_weights(N u)
     } else if constexpr (Degree == 2) {
         return {half * v * v, mul_add(u, v, half), half * u * u};
     } else if constexpr (Degree == 3) {
-        // 2/3 - 1/2 is what is left of the weights in the middle at an end of the cell: 1/6 but for its last bits.
+        // 2/3 - 1/2 is a middle weight at an end of the cell: it is 1/6 except for its last bits.
         const N two_thirds = number<N>(2.0 / 3.0), sixth = two_thirds - half;
         const N uu = u * u, vv = v * v;
         return {sixth * v * vv, mul_add(uu, mul_sub(half, u, one), two_thirds),
                 mul_add(vv, mul_sub(half, v, one), two_thirds), sixth * u * uu};
     } else {
-        // Cox and de Boor.
+        // The recursion of Cox and de Boor.
         const auto lower = cell_weights<Degree - 1>(u);
         const N scale = number<N>(1.0 / Degree);
         std::array<N, Degree + 1> weights;
@@ -97,7 +97,7 @@ HWY_INLINE constexpr CellBasis<Degree, N> cell_basis(N u)
     return {cell_weights<Degree>(u), cell_derivatives<Degree>(u), cell_second_derivatives<Degree>(u)};
 }
 
-/// The sum of coefficient(i, j, k) x[i] y[j] z[k]; x is summed up first, then y, then z.
+/// The sum of coefficient(i, j, k) x[i] y[j] z[k]; x is summed first, then y, then z.
 template <class N, std::size_t Count, class Coefficient>
 HWY_INLINE N weighted_sum(const Coefficient& coefficient, const std::array<N, Count>& x, const std::array<N, Count>& y,
                           const std::array<N, Count>& z)
@@ -116,7 +116,7 @@ HWY_INLINE N weighted_sum(const Coefficient& coefficient, const std::array<N, Co
     return sum;
 }
 
-/// From the coefficients of uniform B-splines on a cell to those of the Bernstein polynomials there, along one axis.
+/// Converts coefficients of uniform B-splines on a cell to coefficients of Bernstein polynomials, along one axis.
 template <int Degree, class N>
 HWY_INLINE constexpr std::array<N, Degree + 1> bernstein_of_bspline(const std::array<N, Degree + 1>& c)
 {
@@ -127,7 +127,7 @@ HWY_INLINE constexpr std::array<N, Degree + 1> bernstein_of_bspline(const std::a
     } else if constexpr (Degree == 2) {
         return {half * (c[0] + c[1]), c[1], half * (c[1] + c[2])};
     } else {
-        // Knots are inserted where the cell begins and ends.
+        // Insert knots at both ends of the cell.
         const N two = number<N>(2.0), third = number<N>(1.0 / 3.0);
         const N before = third * mul_add(two, c[1], c[0]), left = third * mul_add(two, c[1], c[2]);
         const N right = third * mul_add(two, c[2], c[1]), after = third * mul_add(two, c[2], c[3]);

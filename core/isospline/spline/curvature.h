@@ -11,8 +11,8 @@
 
 namespace isospline {
 
-/// Curvatures of a surface at a point. Those that have a sign, all but the Gaussian, are positive where the surface
-/// bends away from its normal, as a sphere does from its outward normal.
+/// Curvatures of a surface at a point. The mean and the principal curvatures are positive where the surface bends away
+/// from its normal, as a sphere does from its outward normal.
 struct Curvature {
     double mean = 0.0;     ///< (k1 + k2) / 2, in units of 1 / length
     double gaussian = 0.0; ///< k1 k2, in units of 1 / length^2
@@ -25,17 +25,18 @@ private:
     double half_difference() const { return std::sqrt(std::max(mean * mean - gaussian, 0.0)); }
 };
 
-/// Curvatures of the surface f = f(x) at x, whose normal points along the gradient; zero where that vanishes.
+/// Curvatures at x of the level surface of f through x. Its normal points along the gradient. All are zero where the
+/// gradient vanishes.
 ///
 /// Mean: (|g|^2 tr H - <g, H g>) / (2 |g|^3), half the divergence of the normal. Gaussian: <g, adj(H) g> / |g|^4.
 /// R. Goldman, "Curvature formulas for implicit curves and surfaces", Computer Aided Geometric Design 22, 2005, section
-/// 4 (the mean curvature there has the other sign).
+/// 4 (its mean curvature has the opposite sign).
 inline Curvature curvature_of_level_surface(const glm::dvec3& gradient, const glm::dmat3& hessian)
 {
     const double square = glm::dot(gradient, gradient);
     if (!(square > 0.0))
         return {};
-    // With the unit normal n and H / |g|, no power of |g| overflows.
+    // The unit normal n and H / |g| avoid powers of |g|, which may overflow.
     const glm::dvec3 n = gradient / std::sqrt(square);
     const glm::dmat3 h = hessian / std::sqrt(square);
     const double trace = h[0][0] + h[1][1] + h[2][2];

@@ -1,12 +1,12 @@
-// From a degree that is known at run time to one that is a constant.
+// Turns a degree that is known at run time into a compile-time constant.
 #pragma once
 
 #include <type_traits>
 
 namespace isospline {
 
-/// Calls function(std::integral_constant<int, degree>()) and returns what that does; the degree is one from `Least` to
-/// `Most`, by default one that surfaces have.
+/// Calls function(std::integral_constant<int, degree>()) and returns its result. The degree is `Least` to `Most`; the
+/// defaults are the degrees of surfaces.
 template <int Least = 1, int Most = 3, typename Function>
 decltype(auto) dispatch_degree(int degree, const Function& function)
 {

@@ -1,4 +1,4 @@
-// What turns samples into coefficients, and what is beyond the last sample.
+// How samples become coefficients, and how they continue outside of the volume.
 #pragma once
 
 namespace isospline {

@@ -12,7 +12,7 @@ namespace isospline {
 namespace {
 
 /// Coefficients of a polynomial, lowest power first. Symmetric Laurent polynomials in z are written as polynomials in
-/// v = 2 - z - 1/z = |1 - z|^2, which is what makes the difference operator exact at the constants, v = 0.
+/// v = 2 - z - 1/z = |1 - z|^2. In this form the difference operator is exact for constants, where v = 0.
 using Polynomial = std::vector<double>;
 
 Polynomial operator*(const Polynomial& a, const Polynomial& b)
@@ -62,7 +62,7 @@ Polynomial sampled_bspline_polynomial(int degree)
     return degree < 0 ? Polynomial{1.0} : laurent(sampled_bspline(degree));
 }
 
-/// All roots, by Laguerre's method from zero and deflation, smallest roots first.
+/// All roots, smallest first: Laguerre's method starts at zero, and each root is divided out.
 std::vector<std::complex<double>> roots_of(const Polynomial& polynomial)
 {
     using Complex = std::complex<double>;
@@ -113,7 +113,7 @@ std::complex<double> pole_of(const std::complex<double>& v)
 
 RecursiveFilter design_filter(int degree, Filter filter, double smoothing)
 {
-    // The polynomial to divide by, and the one to multiply with.
+    // The denominator and the numerator.
     RecursiveFilter result;
     Polynomial divisor{1.0};
     const bool smooth = filter == Filter::smoothing && smoothing > 0.0;
@@ -148,6 +148,20 @@ RecursiveFilter design_filter(int degree, Filter filter, double smoothing)
     }
     result.gain = at_one * at_one;
     return result;
+}
+
+double filter_horizon(const RecursiveFilter& filter, double forgotten)
+{
+    if (!(filter.largest_pole > 0.0))
+        return 0.0;
+    const double steps = std::ceil(std::log(forgotten) / std::log(filter.largest_pole));
+    return filter.feedback.size() > 1 ? 2.0 * steps : steps;
+}
+
+int filter_reach(const RecursiveFilter& filter)
+{
+    const auto reach = filter.numerator.empty() ? 0.0 : static_cast<double>(filter.numerator.size() - 1);
+    return static_cast<int>(filter_horizon(filter, 0x1p-40) + reach);
 }
 
 } // namespace isospline

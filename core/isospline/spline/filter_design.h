@@ -13,12 +13,22 @@ struct RecursiveFilter {
     std::vector<double> feedback;  ///< empty: no recursion
     std::vector<double> numerator; ///< taps 0, 1, ... of one side of B; empty: B = 1
     double gain = 1.0;
-    double largest_pole = 0.0; ///< its modulus: the impulse response falls off as its powers
+    double largest_pole = 0.0; ///< its modulus: the impulse response decays like its powers
 
     bool is_identity() const { return feedback.empty() && numerator.empty(); }
 };
 
-/// The largest weight of the roughness; a volume of any size is its own mean long before.
+/// The number of steps after which the impulse response is below `forgotten` times its first value. Several poles of
+/// the same modulus decay more slowly than one; twice the steps of one pole cover this.
+double filter_horizon(const RecursiveFilter& filter, double forgotten);
+
+/// The number of samples on each side of a part of a volume that its coefficients depend on. Samples farther away
+/// change a coefficient by less than 2^-35 of the range of the samples. That is 1/1024 of the rounding of float32 if
+/// coefficients are as large as half the range. Reason: for a filter with response |h(k)| <= C |z|^|k|, these samples
+/// contribute at most C |z|^(reach + 1) / (1 - |z|) along each axis, and |z|^reach is below 2^-40.
+int filter_reach(const RecursiveFilter& filter);
+
+/// The largest weight of the roughness. Smaller weights already smooth a volume of any size to its mean.
 inline constexpr double largest_smoothing = 1e9;
 
 /// The filter of a degree.
@@ -29,9 +39,9 @@ inline constexpr double largest_smoothing = 1e9;
 /// Filter::smoothing gives, among all splines s of degree n, the minimiser of
 ///     sum over k of (f(k) - s(k))^2 + smoothing * integral of (d^m s / dx^m)^2,   m = floor(n/2) + 1,
 /// along each axis in turn. Its coefficients solve (b^n b^n + smoothing r) c = b^n f with
-/// r = |delta|^(2m) b^(2(n-m)+1), delta being the backward difference; for odd n = 2m-1, where r = |delta|^(2m) b^n,
-/// b^n cancels and the smoothing spline of the same reference is left. For degree 0, whose derivative does not exist,
-/// the roughness is the sum of the squared differences of neighbours.
+/// r = |delta|^(2m) b^(2(n-m)+1), where delta is the backward difference. For odd n = 2m-1, r = |delta|^(2m) b^n; b^n
+/// cancels, which gives the smoothing spline of the same reference. Degree 0 has no derivative: there the roughness is
+/// the sum of the squared differences of neighbours.
 RecursiveFilter design_filter(int degree, Filter filter, double smoothing);
 
 } // namespace isospline

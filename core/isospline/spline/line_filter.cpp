@@ -46,22 +46,18 @@ Matrix power(Matrix base, long long exponent)
 
 } // namespace
 
-template <typename Real>
-LineFilter<Real>::LineFilter(const RecursiveFilter& filter, int line_size, Boundary boundary)
+LineFilter::LineFilter(const RecursiveFilter& filter, int line_size, Boundary boundary)
     : size(line_size), order(static_cast<int>(filter.feedback.size())),
       reach(filter.numerator.empty() ? 0 : static_cast<int>(filter.numerator.size()) - 1)
 {
     for (std::size_t k = 0; k < filter.feedback.size(); ++k)
-        feedback[k] = static_cast<Real>(filter.feedback[k]);
+        feedback[k] = filter.feedback[k];
     for (std::size_t k = 0; k < filter.numerator.size(); ++k)
-        numerator[k] = static_cast<Real>(filter.numerator[k]);
+        numerator[k] = filter.numerator[k];
 
-    // Several poles of one modulus fall off later than one: twice the horizon covers that.
-    const double forgotten = sizeof(Real) == sizeof(float) ? 1e-9 : 1e-17;
+    const double forgotten = 1e-17;
     const long long period = size == 1 ? 1 : boundary == Boundary::periodic ? size : 2LL * size - 2;
-    double horizon = filter.largest_pole > 0.0 ? std::ceil(std::log(forgotten) / std::log(filter.largest_pole)) : 1.0;
-    if (order > 1)
-        horizon *= 2.0;
+    const double horizon = std::max(filter_horizon(filter, forgotten), 1.0);
     whole_period = !(horizon < static_cast<double>(period));
     extension = whole_period ? static_cast<int>(period) : static_cast<int>(horizon);
 
@@ -83,7 +79,7 @@ LineFilter<Real>::LineFilter(const RecursiveFilter& filter, int line_size, Bound
         solve(system, largest_order, 0.0);
         for (std::size_t i = 0; i < largest_order; ++i)
             for (std::size_t j = 0; j < largest_order; ++j)
-                to_periodic[i][j] = static_cast<Real>(system[i][largest_order + j]);
+                to_periodic[i][j] = system[i][largest_order + j];
     }
 
     const int margin = extension + reach;
@@ -94,8 +90,5 @@ LineFilter<Real>::LineFilter(const RecursiveFilter& filter, int line_size, Bound
     before = continuation_.data();
     after = before + margin;
 }
-
-template struct LineFilter<float>;
-template struct LineFilter<double>;
 
 } // namespace isospline::detail

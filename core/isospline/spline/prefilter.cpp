@@ -19,8 +19,8 @@ using detail::inside_index;
 using detail::LineFilter;
 using detail::strip_width;
 
-/// Slices that are read together where x is not the samples' fastest axis: a tile of so many samples along each axis
-/// uses every cache line of the input once.
+/// The number of slices that are read together if x is not the samples' fastest axis. A tile of this many samples along
+/// each axis uses every cache line of the input once.
 constexpr int tile_size = 16;
 
 bool x_is_fastest(const SampleView& samples)
@@ -50,7 +50,8 @@ void read_slices(const SampleView& samples, int z_begin, int z_end, double offse
                              row_at(x, y, z));
 }
 
-/// Copies what lies inside to the padding at both ends of a line of blocks, `stride` apart and `count` numbers long.
+/// Fills the padding at both ends of a line of runs of numbers, by copying from inside. The runs are `stride` apart and
+/// `count` numbers long.
 void pad(float* first, std::ptrdiff_t stride, std::ptrdiff_t count, int size, int padding, Boundary boundary)
 {
     for (int i = 1; i <= padding; ++i) {
@@ -60,16 +61,14 @@ void pad(float* first, std::ptrdiff_t stride, std::ptrdiff_t count, int size, in
     }
 }
 
-/// Filters of the three axes. `Real` is float where the filter's memory is short, double for smoothing splines, whose
-/// poles come close to the unit circle.
-template <typename Real>
+/// Filters of the three axes.
 class Prefilter {
 public:
     Prefilter(const RecursiveFilter& filter, Boundary boundary, const CoefficientArray& array)
         : array_(array), boundary_(boundary),
-          active_(!filter.is_identity()), lines_{LineFilter<Real>(filter, array.shape.x, boundary),
-                                                 LineFilter<Real>(filter, array.shape.y, boundary),
-                                                 LineFilter<Real>(filter, array.shape.z, boundary)}
+          active_(!filter.is_identity()), lines_{LineFilter(filter, array.shape.x, boundary),
+                                                 LineFilter(filter, array.shape.y, boundary),
+                                                 LineFilter(filter, array.shape.z, boundary)}
     {
         for (int axis = 0; axis < 3; ++axis)
             if (filters(axis))
@@ -86,7 +85,7 @@ public:
             },
             part_of(progress, 0.0, 0.6));
 
-        // Beyond the last row's end lies nothing that is to be filtered.
+        // The last row's padding need not be filtered.
         const auto count = static_cast<std::size_t>(padded_slice_size() + strip_width - 1) / strip_width;
         if (filters(2) || array_.padding > 0)
             parallel_for(
@@ -98,15 +97,15 @@ private:
     static constexpr std::size_t strips_at_once = 8;
 
     bool filters(int axis) const { return active_ && array_.shape[axis] > 1; }
-    const LineFilter<Real>& line(std::size_t axis) const { return lines_[axis]; }
+    const LineFilter& line(std::size_t axis) const { return lines_[axis]; }
 
     std::ptrdiff_t padded_slice_size() const { return (array_.shape.y + 2 * array_.padding) * array_.row_stride; }
 
-    /// Along x and y, slice by slice: a slice is read, filtered and padded while it is in the cache.
+    /// Filters along x and y, slice by slice: a slice is read, filtered and padded while it is in the cache.
     void filter_slices(const SampleView& samples, double offset, int z_begin, int z_end) const
     {
         read_slices(samples, z_begin, z_end, offset, gain_, array_);
-        const auto buffer = hwy::AllocateAligned<Real>(std::max(line(0).buffer_size(), line(1).buffer_size()));
+        const auto buffer = hwy::AllocateAligned<double>(std::max(line(0).buffer_size(), line(1).buffer_size()));
         for (int z = z_begin; z < z_end; ++z) {
             float* const slice = array_.origin + z * array_.slice_stride;
             for (int y = 0; filters(0) && y < array_.shape.y; y += strip_width)
@@ -123,10 +122,10 @@ private:
         }
     }
 
-    /// Along z, in strips of the padded slices.
+    /// Filters along z, in strips of the padded slices.
     void filter_strips(std::size_t begin, std::size_t end) const
     {
-        const auto buffer = hwy::AllocateAligned<Real>(line(2).buffer_size());
+        const auto buffer = hwy::AllocateAligned<double>(line(2).buffer_size());
         float* const slice = array_.origin - array_.padding * (array_.row_stride + 1);
         for (std::size_t strip = begin; strip < end; ++strip) {
             const auto first = static_cast<std::ptrdiff_t>(strip) * strip_width;
@@ -140,7 +139,7 @@ private:
     CoefficientArray array_;
     Boundary boundary_;
     bool active_;
-    std::array<LineFilter<Real>, 3> lines_;
+    std::array<LineFilter, 3> lines_;
     double gain_ = 1.0;
 };
 
@@ -149,10 +148,7 @@ private:
 void compute_coefficients(const SampleView& samples, double offset, const RecursiveFilter& filter, Boundary boundary,
                           const CoefficientArray& coefficients, const Progress& progress)
 {
-    if (filter.largest_pole < 0.3)
-        Prefilter<float>(filter, boundary, coefficients).run(samples, offset, progress);
-    else
-        Prefilter<double>(filter, boundary, coefficients).run(samples, offset, progress);
+    Prefilter(filter, boundary, coefficients).run(samples, offset, progress);
 }
 
 } // namespace isospline

@@ -12,8 +12,8 @@
 
 namespace isospline {
 
-/// Where coefficients lie in memory: that of index (x, y, z) is at origin[x + y * row_stride + z * slice_stride], and
-/// `padding` more are on each side of each axis.
+/// The layout of coefficients in memory: coefficient (x, y, z) is at origin[x + y * row_stride + z * slice_stride],
+/// with `padding` more on each side of each axis.
 struct CoefficientArray {
     float* origin = nullptr;
     glm::ivec3 shape{0};
@@ -22,9 +22,9 @@ struct CoefficientArray {
     std::ptrdiff_t slice_stride = 0;
 };
 
-/// Fills an array, padding included, with the coefficients of samples - offset. The samples go straight into the
-/// array, and strips of it are filtered in a buffer that stays in the processor's cache: besides the array, memory is
-/// needed for a few lines a thread.
+/// Fills an array, including its padding, with the coefficients of samples - offset. The samples are read directly into
+/// the array. Its strips are filtered in a buffer that stays in the processor's cache. Besides the array, memory is
+/// needed only for a few lines a thread.
 void compute_coefficients(const SampleView& samples, double offset, const RecursiveFilter& filter, Boundary boundary,
                           const CoefficientArray& coefficients, const Progress& progress = {});
 

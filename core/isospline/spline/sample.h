@@ -16,7 +16,8 @@ inline double value_at(const Volume& volume, const glm::dvec3& position_world)
     return volume.value(transform_point(volume.world_to_index(), position_world));
 }
 
-/// Gradient of f by world coordinates: J^-T times that by index coordinates, J being the linear part of index_to_world.
+/// Gradient of f by world coordinates: J^-T times the gradient by index coordinates, where J is the linear part of
+/// index_to_world.
 inline glm::dvec3 gradient_at(const Volume& volume, const glm::dvec3& position_world)
 {
     const auto& to_index = volume.world_to_index();

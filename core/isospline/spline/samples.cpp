@@ -15,15 +15,15 @@ namespace isospline {
 
 namespace {
 
-/// IEEE 754 binary16, which C++20 does not know.
+/// IEEE 754 binary16, which C++20 does not have.
 struct Half {
     std::uint16_t bits;
 };
 
 float to_number(Half half)
 {
-    // Move exponent and mantissa into place and mend the exponent's bias by a multiplication, which is exact and
-    // right for subnormal numbers too; then infinities and NaN.
+    // Move exponent and mantissa into place. Correct the exponent's bias by a multiplication, which is exact and
+    // right for subnormal numbers too. Then handle infinities and NaN.
     const std::uint32_t sign = (half.bits & 0x8000u) << 16;
     const std::uint32_t magnitude = (half.bits & 0x7fffu) << 13;
     const float scaled = std::bit_cast<float>(magnitude) * 0x1p112f;
@@ -40,7 +40,7 @@ Sample to_number(Sample sample)
 template <typename Sample>
 using Number = decltype(to_number(Sample{}));
 
-/// The type in which the offset is subtracted: float32 where it holds every sample exactly.
+/// The type in which the offset is subtracted: float32 if it holds every sample exactly.
 template <typename Sample>
 using Difference =
     std::conditional_t<(std::is_integral_v<Sample> && sizeof(Sample) > 2) || sizeof(Sample) == 8, double, float>;
@@ -87,8 +87,8 @@ Sample load(const std::byte* address, bool byte_swapped)
 
 constexpr int chunk_size = 64;
 
-/// Calls `function(pointer, count)` over the samples along one line, in chunks of at most chunk_size; samples that do
-/// not lie side by side, aligned and in this machine's byte order go through a small buffer.
+/// Calls `function(pointer, count)` for the samples along one line, in chunks of at most chunk_size. Samples that are
+/// not contiguous, aligned and in this machine's byte order are copied to a small buffer first.
 template <typename Sample, typename Function>
 void for_each_chunk(const std::byte* line, int count, std::ptrdiff_t stride, bool byte_swapped, Function function)
 {
@@ -108,12 +108,12 @@ void for_each_chunk(const std::byte* line, int count, std::ptrdiff_t stride, boo
     }
 }
 
-/// Smallest and largest of many numbers, one pair a lane so that the loop over a full chunk becomes SIMD code.
+/// Smallest and largest of many numbers: one pair a lane, so that compilers vectorise the loop over a full chunk.
 template <typename Sample>
 struct RangeLanes {
     Number<Sample> lower[chunk_size];
     Number<Sample> upper[chunk_size];
-    Number<Sample> not_finite[chunk_size] = {}; ///< turn to NaN
+    Number<Sample> not_finite[chunk_size] = {}; ///< become NaN
 
     RangeLanes()
     {
@@ -169,7 +169,7 @@ NonFiniteSample first_non_finite(const SampleView& samples)
 template <typename Sample>
 SampleRange range_of(const SampleView& samples, const Progress& progress)
 {
-    // Lines along the axis whose samples are closest in memory, slabs across the axis whose are farthest.
+    // Lines follow the axis with the smallest stride, slabs are across the axis with the largest one.
     std::array<int, 3> axes{0, 1, 2};
     std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) {
         return std::abs(samples.strides[static_cast<std::size_t>(a)]) <

@@ -1,4 +1,4 @@
-// A view of somebody else's array of samples, of any real type and any strides.
+// A view of an array of samples of any real type and any strides, which it does not own.
 #pragma once
 
 #include "isospline/util/progress.h"
@@ -20,7 +20,7 @@ struct SampleView {
     SampleType type = SampleType::float32;
     glm::ivec3 shape{0};
     std::array<std::ptrdiff_t, 3> strides{};
-    bool byte_swapped = false; ///< whether the samples have the other byte order than this machine
+    bool byte_swapped = false; ///< whether the samples' byte order is not the machine's
 };
 
 /// Smallest and largest sample.
@@ -29,7 +29,7 @@ struct SampleRange {
     double maximum;
 };
 
-/// Thrown where a sample is NaN or infinite: `index` is the first such one, z varying slowest.
+/// Thrown if a sample is NaN or infinite. `index` is the first such sample in an order where z varies slowest.
 struct NonFiniteSample : std::invalid_argument {
     NonFiniteSample(const glm::ivec3& at, double found);
 
@@ -37,11 +37,11 @@ struct NonFiniteSample : std::invalid_argument {
     double value;
 };
 
-/// Reads all samples once, in the order of memory. Throws NonFiniteSample.
+/// Reads all samples once, in memory order. Throws NonFiniteSample.
 SampleRange sample_range(const SampleView& samples, const Progress& progress = {});
 
-/// Writes (f - offset) scale for `count` samples along x from `first` on. The arithmetic is float32 for the types whose
-/// every number is one, float64 for the others.
+/// Writes (f - offset) scale for `count` samples along x, beginning at `first`. The arithmetic is float32 for types
+/// whose numbers all fit into float32, and float64 for the others.
 void read_row(const SampleView& samples, const glm::ivec3& first, int count, double offset, double scale, float* row);
 
 } // namespace isospline

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <iomanip>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -23,10 +24,10 @@ namespace isospline {
 
 namespace {
 
-/// What may be read beyond the last coefficient: see Volume::cell_coefficients().
+/// Floats that may be read beyond the last coefficient: see Volume::cell_coefficients().
 constexpr std::size_t slack = 8;
 
-/// Half the range of samples whose coefficients float32 holds with all its digits.
+/// The smallest and the largest half range of samples whose coefficients float32 holds with all its digits.
 constexpr double smallest_half_range = 0.5e-30, largest_half_range = 0.5e34;
 
 void check(const SampleView& samples, const VolumeOptions& options)
@@ -56,7 +57,7 @@ void check(const SampleView& samples, const VolumeOptions& options)
                       to_text(direction[0]) + ", " + to_text(direction[1]) + ", " + to_text(direction[2]));
 }
 
-/// `needed` bytes are more than 64 bits count where axes are long.
+/// `needed` is a double because it may exceed 64 bits for long axes.
 void check_memory(double needed)
 {
     const auto available = static_cast<double>(available_memory());
@@ -69,10 +70,11 @@ void check_memory(double needed)
     throw std::length_error(message.str());
 }
 
-/// The coefficients that reach a point along one axis, and where the point lies in their cell.
+/// The coefficients that influence a point along one axis, and the place of the point in their cell.
 template <int Degree>
 struct Support {
-    std::array<std::ptrdiff_t, Degree + 1> index; ///< from the first sample's coefficient
+    std::array<int, Degree + 1> index; ///< relative to the first sample's coefficient
+    int first;                         ///< the first index, before the boundary rule is applied
     double s = 0.0;
 
     /// `position` is in index space.
@@ -84,16 +86,18 @@ struct Support {
         double lattice = position + shift;
         double cell = std::floor(lattice);
         if (cell >= 0.0 && cell < cells) {
+            first = static_cast<int>(cell) - padding;
             for (int j = 0; j <= Degree; ++j)
-                index[static_cast<std::size_t>(j)] = static_cast<std::ptrdiff_t>(cell) - padding + j;
+                index[static_cast<std::size_t>(j)] = first + j;
         } else {
-            // Fold the position into the first period, so that its cell is a small integer; then each coefficient.
+            // Fold the position into the first period, so that its cell is a small integer. Then fold each
+            // coefficient's index.
             const double period = size == 1 ? 1.0 : boundary == Boundary::periodic ? size : 2.0 * size - 2.0;
             lattice = position - period * std::floor(position / period) + shift;
             cell = std::floor(lattice);
+            first = static_cast<int>(cell) - padding;
             for (int j = 0; j <= Degree; ++j)
-                index[static_cast<std::size_t>(j)] =
-                    detail::inside_index(static_cast<long long>(cell) - padding + j, size, boundary);
+                index[static_cast<std::size_t>(j)] = detail::inside_index(first + j, size, boundary);
         }
         s = lattice - cell;
     }
@@ -102,18 +106,28 @@ struct Support {
 template <int Degree>
 using Weights = std::array<double, Degree + 1>;
 
-/// The coefficients around a point, and their weights' derivatives of any order along each axis.
+/// The coefficients around a point, and derivatives of any order of their weights along each axis.
 template <int Degree>
 class Neighbourhood {
 public:
     Neighbourhood(const Volume& volume, const glm::dvec3& position)
         : x_(position.x, volume.shape().x, volume.boundary()), y_(position.y, volume.shape().y, volume.boundary()),
-          z_(position.z, volume.shape().z, volume.boundary()),
-          origin_(volume.cell_coefficients(Degree / 2, Degree / 2, Degree / 2)), row_stride_(volume.row_stride()),
-          slice_stride_(volume.slice_stride()), x_basis_(scalar::cell_basis<Degree>(x_.s)),
+          z_(position.z, volume.shape().z, volume.boundary()), x_basis_(scalar::cell_basis<Degree>(x_.s)),
           y_basis_(scalar::cell_basis<Degree>(y_.s)), z_basis_(scalar::cell_basis<Degree>(z_.s))
     {
+        if (volume.source() == nullptr) {
+            coefficients_ = {volume.cell_coefficients(Degree / 2, Degree / 2, Degree / 2), volume.row_stride(),
+                             volume.slice_stride()};
+            return;
+        }
+        constexpr int count = Degree + 1;
+        volume.copy({x_.first, y_.first, z_.first}, glm::ivec3(count), own_.data(), count, count * count);
+        coefficients_ = {own_.data(), count, count * count};
+        for (auto* support : {&x_, &y_, &z_})
+            std::iota(support->index.begin(), support->index.end(), 0);
     }
+    Neighbourhood(const Neighbourhood&) = delete;
+    Neighbourhood& operator=(const Neighbourhood&) = delete;
 
     const scalar::CellBasis<Degree, double>& x() const { return x_basis_; }
     const scalar::CellBasis<Degree, double>& y() const { return y_basis_; }
@@ -122,19 +136,19 @@ public:
     double sum(const Weights<Degree>& x, const Weights<Degree>& y, const Weights<Degree>& z) const
     {
         const auto coefficient = [this](std::size_t i, std::size_t j, std::size_t k) {
-            return static_cast<double>(origin_[x_.index[i] + y_.index[j] * row_stride_ + z_.index[k] * slice_stride_]);
+            return static_cast<double>(*coefficients_.from(x_.index[i], y_.index[j], z_.index[k]).first);
         };
         return scalar::weighted_sum(coefficient, x, y, z);
     }
 
 private:
     Support<Degree> x_, y_, z_;
-    const float* origin_;
-    std::ptrdiff_t row_stride_, slice_stride_;
+    CoefficientView coefficients_;                                      ///< beginning at index (0, 0, 0)
+    std::array<float, (Degree + 1) * (Degree + 1) * (Degree + 1)> own_; ///< if they are not in memory
     scalar::CellBasis<Degree, double> x_basis_, y_basis_, z_basis_;
 };
 
-/// Calls function(Neighbourhood<degree>); a position that is not finite has none.
+/// Calls function(Neighbourhood<degree>), except for a position that is not finite.
 template <typename Result, typename Function>
 Result with_neighbourhood(const Volume& volume, const glm::dvec3& position, const Result& otherwise, Function function)
 {
@@ -150,7 +164,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 void Volume::set_layout()
 {
-    // Slices a multiple of the page size apart would all fall into the same few lines of the cache.
+    // Slices that are a multiple of the page size apart would compete for the same few cache lines.
     constexpr std::size_t line = 16;
     constexpr std::size_t page = 1024;
     const auto padded = [&](int axis) { return static_cast<std::size_t>(shape_[axis] + 2 * padding()); };
@@ -195,6 +209,15 @@ Volume::Volume(const VolumeOptions& options, const VolumeSummary& summary, std::
     std::copy(stored_coefficients.begin(), stored_coefficients.end(), coefficients_.get());
 }
 
+Volume::Volume(const VolumeOptions& options, const VolumeSummary& summary,
+               std::shared_ptr<const CoefficientSource> source)
+    : options_(options), shape_(summary.shape), minimum_(summary.minimum), maximum_(summary.maximum),
+      offset_(summary.offset), source_(std::move(source))
+{
+    check({source_.get(), SampleType::float32, summary.shape, {}, false}, options);
+    set_maps();
+}
+
 Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Progress& progress)
     : options_(options), shape_(samples.shape)
 {
@@ -202,7 +225,7 @@ Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Pr
     set_layout();
     set_maps();
 
-    // Range of the samples. From float32 samples a float32 offset is taken, which loses nothing.
+    // Range of the samples. The offset of float32 samples is a float32 too, so that its subtraction loses nothing.
     const SampleRange range = sample_range(samples, part_of(progress, 0.0, 0.1));
     minimum_ = range.minimum;
     maximum_ = range.maximum;
@@ -234,7 +257,70 @@ Box Volume::bounds() const
 
 std::size_t Volume::memory() const
 {
-    return sizeof(*this) + coefficient_count_ * sizeof(float);
+    return sizeof(*this) + coefficient_count_ * sizeof(float) + (source_ ? source_->memory() : 0);
+}
+
+void Volume::copy(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
+                  std::ptrdiff_t slice_stride) const
+{
+    if (glm::all(glm::greaterThanEqual(first, glm::ivec3(0))) && glm::all(glm::lessThanEqual(first + size, shape_)))
+        return copy_inside(first, size, to, row_stride, slice_stride);
+    // Outside of the volume, indices come in runs that are consecutive after the boundary rule.
+    struct Run {
+        int at, inside, count;
+    };
+    std::array<std::vector<Run>, 3> runs;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int i = 0; i < size[axis]; ++i) {
+            std::vector<Run>& of_axis = runs[static_cast<std::size_t>(axis)];
+            const int inside = detail::inside_index(static_cast<long long>(first[axis]) + i, shape_[axis], boundary());
+            if (!of_axis.empty() && of_axis.back().inside + of_axis.back().count == inside)
+                ++of_axis.back().count;
+            else
+                of_axis.push_back({i, inside, 1});
+        }
+    for (const Run& z : runs[2])
+        for (const Run& y : runs[1])
+            for (const Run& x : runs[0])
+                copy_inside({x.inside, y.inside, z.inside}, {x.count, y.count, z.count},
+                            to + x.at + y.at * row_stride + z.at * slice_stride, row_stride, slice_stride);
+}
+
+void Volume::copy_inside(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
+                         std::ptrdiff_t slice_stride) const
+{
+    if (source_)
+        return source_->copy(first, size, to, row_stride, slice_stride);
+    const glm::ivec3 stored = first + padding();
+    for (int z = 0; z < size.z; ++z)
+        for (int y = 0; y < size.y; ++y)
+            std::copy_n(cell_coefficients(stored.x, stored.y + y, stored.z + z), size.x,
+                        to + y * row_stride + z * slice_stride);
+}
+
+CoefficientView Volume::copy_of_cell(const glm::ivec3& cell, float* own) const
+{
+    const int count = degree() + 1, row = std::max(count, 4);
+    std::fill_n(own, row * count * count, 0.0f); // rows may be read beyond their end; the numbers there are not used
+    copy(cell - padding(), glm::ivec3(count), own, row, static_cast<std::ptrdiff_t>(row) * count);
+    return {own, row, static_cast<std::ptrdiff_t>(row) * count};
+}
+
+CoefficientBox Volume::box(const glm::ivec3& first_cell, const glm::ivec3& cells) const
+{
+    if (source_ == nullptr)
+        return {{cell_coefficients(first_cell.x, first_cell.y, first_cell.z), row_stride_, slice_stride_}, {}, 0};
+    const glm::vec<3, std::size_t> size(cells + degree());
+    const std::size_t count = size.x * size.y * size.z + slack;
+    CoefficientBox box;
+    box.copy.reset(new float[count]);
+    box.copied_bytes = count * sizeof(float);
+    std::fill_n(box.copy.get() + count - slack, slack, 0.0f);
+    box.first = box.copy.get();
+    box.row_stride = static_cast<std::ptrdiff_t>(size.x);
+    box.slice_stride = static_cast<std::ptrdiff_t>(size.x * size.y);
+    copy(first_cell - padding(), glm::ivec3(size), box.copy.get(), box.row_stride, box.slice_stride);
+    return box;
 }
 
 double Volume::value(const glm::dvec3& position_index) const

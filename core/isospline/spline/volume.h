@@ -3,6 +3,8 @@
 
 #include "isospline/math/box.h"
 #include "isospline/math/grid.h"
+#include "isospline/spline/coefficient_source.h"
+#include "isospline/spline/coefficient_view.h"
 #include "isospline/spline/filter.h"
 #include "isospline/spline/samples.h"
 #include "isospline/util/progress.h"
@@ -19,8 +21,8 @@
 
 namespace isospline {
 
-/// Order of the axes of the arrays that a user hands over and gets back: "zyx" is [z, y, x], as of NumPy arrays made by
-/// ITK, VTK, tifffile and zarr, "xyz" is [x, y, z], as of nibabel.
+/// Order of the axes of the user's arrays. "zyx" is [z, y, x], as in NumPy arrays from ITK, VTK, tifffile and zarr;
+/// "xyz" is [x, y, z], as in arrays from nibabel.
 enum class Axes { zyx, xyz };
 
 struct VolumeOptions {
@@ -31,16 +33,16 @@ struct VolumeOptions {
     Boundary boundary = Boundary::mirror;
     Filter filter = Filter::interpolate;
     double smoothing = 0.0; ///< weight of the roughness, at least 0; used by Filter::smoothing
-    Axes axes = Axes::zyx;  ///< kept for bindings that exchange arrays; nothing in C++ depends on it
+    Axes axes = Axes::zyx;  ///< for bindings that exchange arrays; C++ does not use it
 };
 
-/// What a volume remembers of its samples beside the coefficients.
+/// The facts about the samples that a volume keeps besides the coefficients.
 struct VolumeSummary {
     glm::ivec3 shape{0};
     double minimum = 0.0, maximum = 0.0, offset = 0.0;
 };
 
-/// Samples along an axis are at most so many: indices and periods stay well within an int.
+/// The largest number of samples along an axis, so that indices and periods fit into an int.
 inline constexpr int largest_sample_count = 1 << 28;
 
 /// A B-spline model of a volume. Immutable: any number of threads may read it.
@@ -49,19 +51,22 @@ inline constexpr int largest_sample_count = 1 << 28;
 /// (i, j, k) is the unit cube [i, i+1] x [j, j+1] x [k, k+1]: lattice = index + lattice_shift(). *World space* is
 /// origin + direction * diag(spacing) * index.
 ///
-/// Coefficients are stored less `offset()`, the middle of the samples' range, so that float32 spends its digits on
-/// the variation: f = offset + sum c beta. The prefilter keeps constants, which makes this exact.
+/// The offset, the middle of the samples' range, is subtracted from stored coefficients, so that float32 spends its
+/// digits on the variation: f = offset + sum c beta. This is exact because the prefilter keeps constants.
 class Volume {
 public:
     /// Computes the coefficients. Throws std::invalid_argument for an empty view, a sample that is not finite (the
-    /// first such index is named), a range that float32 cannot hold (below 1e-30 or above 1e34), a degree outside of
-    /// 0-5, a spacing that is not positive, a singular direction or a smoothing that does not fit the filter, and
-    /// std::length_error, before the work begins, where the coefficients would not fit into the machine's memory.
+    /// message names the first such index), a range that float32 cannot hold (below 1e-30 or above 1e34), a degree
+    /// outside of 0-5, a spacing that is not positive, a singular direction or a smoothing that does not fit the
+    /// filter. Throws std::length_error before it begins if the coefficients do not fit into the machine's memory.
     Volume(const SampleView& samples, const VolumeOptions& options = {}, const Progress& progress = {});
 
-    /// The same volume once more, from what `summary()` and `stored_coefficients()` of another one are, as after a
-    /// journey to another process. Throws std::invalid_argument where they do not belong together.
+    /// A copy of a volume from its `summary()` and `stored_coefficients()`, for example in another process. Throws
+    /// std::invalid_argument if the arguments do not belong together.
     Volume(const VolumeOptions& options, const VolumeSummary& summary, std::span<const float> stored_coefficients);
+
+    /// A volume whose coefficients are not in memory. Throws std::invalid_argument like the other constructors.
+    Volume(const VolumeOptions& options, const VolumeSummary& summary, std::shared_ptr<const CoefficientSource> source);
 
     int degree() const { return options_.degree; }
     Boundary boundary() const { return options_.boundary; }
@@ -73,7 +78,7 @@ public:
     /// Cells along x, y, z: as many as samples for even degrees, one fewer for odd ones.
     glm::ivec3 cell_shape() const { return degree() % 2 == 0 ? shape_ : shape_ - 1; }
     std::uint64_t cell_count() const { return place_count(cell_shape()); }
-    /// The primitive id of a cell, its place in the grid of all cells: the same for every level.
+    /// The primitive id of a cell: its place in the grid of all cells. It is the same for every level.
     std::uint64_t primitive_id(const glm::ivec3& cell) const { return place_in(cell_shape(), cell); }
     /// The cell of a primitive id below cell_count().
     glm::ivec3 cell_at(std::uint64_t primitive_id) const { return at_place(cell_shape(), primitive_id); }
@@ -81,7 +86,7 @@ public:
     double minimum() const { return minimum_; }
     double maximum() const { return maximum_; }
 
-    /// What is to be added to an index to get lattice coordinates: 1/2 for even degrees, 0 for odd ones.
+    /// Lattice coordinates minus index coordinates: 1/2 for even degrees, 0 for odd ones.
     double lattice_shift() const { return degree() % 2 == 0 ? 0.5 : 0.0; }
     const glm::dmat4& index_to_world() const { return index_to_world_; }
     const glm::dmat4& world_to_index() const { return world_to_index_; }
@@ -92,20 +97,39 @@ public:
 
     /// f = offset + sum c beta.
     double offset() const { return offset_; }
-    /// The (n+1)^3 coefficients of a cell begin here: the one at (i, j, k) of them is at
-    /// [i + j * row_stride() + k * slice_stride()]. Four floats may be read from the beginning of every row, also where
-    /// n+1 is less (eight where n+1 is more than four).
+    /// The source of the coefficients, or null if all are in memory.
+    const CoefficientSource* source() const { return source_.get(); }
+    MemoryBudget* budget() const { return source_ ? source_->budget() : nullptr; }
+    /// The coefficients that influence a cell, in memory or copied to `own`: (n+1)^2 rows of at least four.
+    CoefficientView cell(const glm::ivec3& cell, float* own) const
+    {
+        if (source_ == nullptr)
+            return {cell_coefficients(cell.x, cell.y, cell.z), row_stride_, slice_stride_};
+        return copy_of_cell(cell, own);
+    }
+    /// Copies the coefficients of a box of samples, continued by the boundary rule. The coefficient of index
+    /// first + (x, y, z) goes to to[x + y * row_stride + z * slice_stride].
+    void copy(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
+              std::ptrdiff_t slice_stride) const;
+    /// The coefficients that influence a box of cells, at least one cell along each axis.
+    CoefficientBox box(const glm::ivec3& first_cell, const glm::ivec3& cells) const;
+
+    // Only for a volume in memory:
+    /// The beginning of the (n+1)^3 coefficients of a cell: coefficient (i, j, k) is at
+    /// [i + j * row_stride() + k * slice_stride()]. Four floats may be read from the beginning of every row, even if
+    /// n+1 is less; eight if n+1 is more than four.
     const float* cell_coefficients(int x, int y, int z) const
     {
         return coefficients_.get() + x + y * row_stride_ + z * slice_stride_;
     }
     std::ptrdiff_t row_stride() const { return row_stride_; }
     std::ptrdiff_t slice_stride() const { return slice_stride_; }
-    /// Coefficients on each side that the boundary rule gives: n/2, rounded down.
+    /// All stored coefficients, including the padding.
+    std::span<const float> stored_coefficients() const { return {coefficients_.get(), coefficient_count_}; }
+
+    /// The number of coefficients on each side that the boundary rule adds: n/2, rounded down.
     int padding() const { return degree() / 2; }
     VolumeSummary summary() const { return {shape_, minimum_, maximum_, offset_}; }
-    /// All that is stored: the coefficients with their padding.
-    std::span<const float> stored_coefficients() const { return {coefficients_.get(), coefficient_count_}; }
     /// Bytes held by this object.
     std::size_t memory() const;
 
@@ -120,12 +144,16 @@ private:
     void set_layout();
     void set_maps();
     void allocate();
+    CoefficientView copy_of_cell(const glm::ivec3& cell, float* own) const;
+    void copy_inside(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
+                     std::ptrdiff_t slice_stride) const;
 
     VolumeOptions options_;
     glm::ivec3 shape_{0};
     double minimum_ = 0.0, maximum_ = 0.0, offset_ = 0.0;
     glm::dmat4 index_to_world_{1.0}, world_to_index_{1.0}, lattice_to_world_{1.0}, world_to_lattice_{1.0};
-    std::unique_ptr<float[]> coefficients_;
+    std::shared_ptr<const CoefficientSource> source_;
+    std::unique_ptr<float[]> coefficients_; ///< null if there is a source
     std::size_t coefficient_count_ = 0;
     std::ptrdiff_t row_stride_ = 0, slice_stride_ = 0;
 };

@@ -1,8 +1,8 @@
-// Eight cubes that fill one of twice their edge, as one ray or many meet them. Included once for each target.
+// Eight cubes that fill a cube of twice their edge, for tests against one or many rays. Included once for each target.
 //
-// A ray meets the planes of a cube at t = q + k |1 / d|, q being where it meets the plane that it enters by, k the way
-// from there in cells. So all that distinguishes the eight is, along each axis, whether it is the nearer or the
-// farther half.
+// A ray meets the planes of a cube at t = q + k |1 / d|, where q is the t of the plane through which it enters and k
+// the distance from there in cells. So the eight cubes only differ in whether they are in the nearer or the farther
+// half along each axis.
 #if defined(ISOSPLINE_TRACE_BRICK_CUBES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_TRACE_BRICK_CUBES_INL_H
 #undef ISOSPLINE_TRACE_BRICK_CUBES_INL_H
@@ -32,8 +32,8 @@ alignas(32) constexpr float half_of_child[2][3][8] = {
     {{0, 1, 0, 1, 0, 1, 0, 1}, {0, 0, 1, 1, 0, 0, 1, 1}, {0, 0, 0, 0, 1, 1, 1, 1}},
     {{1, 0, 1, 0, 1, 0, 1, 0}, {1, 1, 0, 0, 1, 1, 0, 0}, {1, 1, 1, 1, 0, 0, 0, 0}}};
 
-// The same set of children in the order that a ray meets them in: child i becomes bit i ^ flip, bits of `flip` being
-// the axes along which the ray goes down.
+// The same set of children in the order in which a ray meets them: child i becomes bit i ^ flip. The bits of `flip` are
+// the axes along which the ray's direction is negative.
 HWY_INLINE unsigned front_to_back(unsigned children, unsigned flip)
 {
     if (flip & 1u)
@@ -53,13 +53,13 @@ alignas(64) constexpr float place_of_block[2][2][16] = {
     {{0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3}, {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}},
     {{3, 2, 1, 0, 3, 2, 1, 0, 3, 2, 1, 0, 3, 2, 1, 0}, {3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0}}};
 
-// The block that is as far from the first one that a ray may enter as `block` is from block 0.
+// The block with the same distance from the first block that a ray may enter as `block` has from block 0.
 HWY_INLINE unsigned flipped_block(unsigned block, unsigned flip)
 {
     return block ^ ((flip & 1u) * 3u | (flip >> 1 & 1u) * 12u | (flip >> 2) * 48u);
 }
 
-// As front_to_back(), of the blocks of a brick.
+// Like front_to_back(), for the blocks of a brick.
 HWY_INLINE std::uint64_t blocks_front_to_back(std::uint64_t blocks, unsigned flip)
 {
     if ((blocks & (blocks - 1u)) == 0)
@@ -79,7 +79,7 @@ HWY_INLINE std::uint64_t blocks_front_to_back(std::uint64_t blocks, unsigned fli
     return blocks;
 }
 
-// A margin in units of <normal, x>, given that along an axis: normals have three components of at most 31.
+// A margin in units of <normal, x>, from the margin along an axis: normals have three components of at most 31.
 HWY_INLINE float slab_margin_of(float margin)
 {
     return 96.0f * margin;

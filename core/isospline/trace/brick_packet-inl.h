@@ -1,7 +1,7 @@
 // A packet of rays through the bricks of a box. Included once for each target.
 //
-// Down to the cells the rays are met together: SIMD lanes are the eight cubes, and each is tested against the range of
-// the rays' t. Then each cell is tested against its rays: SIMD lanes are the rays.
+// Down to the cells, all rays are tested together: SIMD lanes are the eight cubes, and each is tested against the range
+// of the rays' t. Then each cell is tested against its rays: SIMD lanes are the rays.
 #if defined(ISOSPLINE_TRACE_BRICK_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_TRACE_BRICK_PACKET_INL_H
 #undef ISOSPLINE_TRACE_BRICK_PACKET_INL_H
@@ -25,8 +25,8 @@ class PacketDescent {
     using Rays = hn::CappedTag<float, capacity>;
     using R = hn::Vec<Rays>;
 
-    // The least and the largest t at which one of the rays enters a cube along each axis, and the way to that plane
-    // from the one that the box is entered by, in cells.
+    // The smallest and the largest t at which one of the rays enters a cube along each axis, and the distance of that
+    // plane from the one where the box is entered, in cells.
     struct Entry {
         float least[3], most[3];
         float way[3];
@@ -41,7 +41,7 @@ public:
             farther_[axis] = half_of_child[flip >> axis & 1u][axis];
     }
 
-    // Makes the rays ready for a cube of `edge` cells, which `first` is the first cell of.
+    // Prepares the rays for a cube of `edge` cells whose first cell is `first`.
     Entry enter(const glm::ivec3& first, int edge)
     {
         const hn::CappedTag<double, capacity> doubles;
@@ -154,7 +154,7 @@ public:
     }
 
 private:
-    // Where the rays enter the cube that is so many times `edge` farther along each axis.
+    // Where the rays enter the cube that is the given multiples of `edge` farther along each axis.
     HWY_INLINE Entry advance(const Entry& entry, const glm::uvec3& by, int edge) const
     {
         Entry inner;
@@ -194,7 +194,7 @@ private:
         t_end_ = hn::GetLane(hn::MaxOfLanes(d, end));
     }
 
-    // Calls `visit` for the children of a cube, of half its edge, that a ray may meet.
+    // Calls `visit` for the children of a cube, with half its edge, that a ray may meet.
     template <class Visit>
     HWY_INLINE void for_each_met(const Entry& entry, int half, unsigned present, const Visit& visit)
     {
@@ -224,7 +224,7 @@ private:
         }
     }
 
-    // The rays that meet a cell and are in its slab for a part of their way through it.
+    // The rays that meet a cell and are in its slab for a part of their segment in it.
     HWY_INLINE LaneMask lanes_of_cell(const Block& block, int cell, const glm::ivec3& from_corner,
                                       const Entry& entry) const
     {
@@ -277,9 +277,10 @@ private:
 void trace_packet(const Bricks& bricks, const ShellBox& box, const LatticeRayPacket& rays, float margin,
                   LaneMask active, const PacketVisitor& visitor)
 {
+    const MemoryBudget::InUse in_use(bricks.budget());
     const Octet& octet = bricks.octets()[box.octet];
     while (active != 0) {
-        // Rays of the first one's signs.
+        // The rays with the signs of the first one.
         LaneMask lanes = active;
         unsigned flip = 0;
         const hn::CappedTag<float, LatticeRayPacket::capacity> d;

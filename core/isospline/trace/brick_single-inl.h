@@ -27,7 +27,7 @@ public:
     RayDescent(const Bricks& bricks, const LatticeRay& ray, float margin, double t_limit, const RayVisitor& visitor)
         : bricks_(bricks), ray_(ray), margin_(margin), t_limit_(static_cast<float>(t_limit)), visitor_(visitor)
     {
-        // Not above the limit itself, which a hit may be at.
+        // Not above the limit itself, because a hit may be there.
         const float begin = static_cast<float>(ray.t_near);
         t_near_ = begin - 0x1p-23f * (begin < 0.0f ? -begin : begin);
         for (int axis = 0; axis < 3; ++axis) {
@@ -90,7 +90,7 @@ private:
         return entry;
     }
 
-    // Where the ray enters the cube that is so many times `edge` farther along each axis.
+    // Where the ray enters the cube that is the given multiples of `edge` farther along each axis.
     HWY_INLINE Entry advance(const Entry& entry, const glm::uvec3& by, int edge) const
     {
         Entry inner;
@@ -99,7 +99,7 @@ private:
         return inner;
     }
 
-    // About where the ray enters a cube.
+    // The approximate t where the ray enters a cube.
     HWY_INLINE float first_t(const Entry& entry) const
     {
         float t = entry.t[0] - margin_t_[0];
@@ -110,7 +110,7 @@ private:
         return t;
     }
 
-    // Narrows [t_near, t_far] to the children of a cube, of half its edge, from lane `first` on.
+    // Narrows [t_near, t_far] to the children of a cube, with half its edge, from lane `first` on.
     HWY_INLINE void meet(const Entry& entry, int half, std::size_t first, V& t_near, V& t_far) const
     {
         const Children d;
@@ -162,7 +162,7 @@ private:
         }
     }
 
-    // The cells of which the ray is in the slab for a part of its way through them.
+    // The cells whose slab contains a part of the ray's segment in the cell.
     void descend_block(const MadeBrick& brick, int index, unsigned cells, const Entry& entry)
     {
         Block own;
@@ -222,6 +222,7 @@ private:
 void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,
                const RayVisitor& visitor)
 {
+    const MemoryBudget::InUse in_use(bricks.budget());
     RayDescent descent(bricks, ray, margin, t_limit, visitor);
     const Octet& octet = bricks.octets()[box.octet];
     if (box.halvings == 0)

@@ -18,10 +18,11 @@ namespace isospline {
 
 namespace {
 
-/// Where a point is, as far as double precision can tell.
+/// Where a point is, as far as double precision can decide.
 enum class Side { outside, undecided, inside };
 
-/// Of the solid: in the domain, as far as double precision can tell, not cut away by the mask, on the inner side.
+/// Whether a point is in the solid: in the domain, as far as double precision can decide, in a cell that the mask
+/// keeps, and on the inner side.
 Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double t)
 {
     const Volume& volume = surface.volume();
@@ -35,8 +36,7 @@ Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double
         if (!(lattice[axis] >= -coordinate_error && lattice[axis] <= shape[axis] + coordinate_error))
             return Side::outside;
     const PointInCell point(surface, lattice);
-    const Mask& mask = surface.options().shell.mask;
-    if (!mask.empty() && is_cut_by_mask(point.index, mask, volume))
+    if (!surface.kept_cells().contains(point.index))
         return Side::outside;
 
     return dispatch_degree(volume.degree(), [&](auto degree) {
@@ -45,15 +45,15 @@ Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double
         const double inward = surface.options().inside == Inside::above ? value : -value;
         if (inward > error)
             return Side::inside;
-        // A cell that is wholly at the level has no error, and no inside.
+        // A cell that is completely at the level has no error, and no inside.
         return inward > -error ? Side::undecided : Side::outside;
     });
 }
 
-/// Room for rounding where boxes are narrowed.
+/// Margin for rounding when boxes are narrowed.
 constexpr double box_margin = 1e-6;
 
-/// Whether the coefficients of a brick, as far as rounding can tell, leave any of it to the solid.
+/// Whether the coefficients of a brick, within rounding, allow it to contain a part of the solid.
 bool may_hold_solid(const BrickRanges::Range& range, double threshold, Inside inside)
 {
     const double lower = static_cast<double>(range.lower) - threshold;
@@ -62,13 +62,13 @@ bool may_hold_solid(const BrickRanges::Range& range, double threshold, Inside in
     return inside == Inside::above ? upper > -error : lower < error;
 }
 
-/// Narrows a box, axis by axis, to what a half-space can leave of it.
+/// Narrows a box, axis by axis, to the part that a half-space can keep.
 void narrow(Box& box, const HalfSpace& half_space)
 {
     const glm::dvec3& normal = half_space.normal;
     const glm::dvec3 most = glm::max(normal * box.lower, normal * box.upper);
     for (int axis = 0; axis < 3; ++axis) {
-        // Narrowing by other axes is enough where this one hardly matters.
+        // Narrowing by the other axes is enough if this one hardly matters.
         if (std::abs(normal[axis]) < 1e-3)
             continue;
         const double rest = half_space.offset - (most.x + most.y + most.z - most[axis]);
@@ -125,7 +125,7 @@ std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
         const auto child = static_cast<int>(index % 8);
         const glm::ivec3 position = 2 * at_place(ranges.shape(), index / 8) + child_position(child);
         const Brick brick = brick_at(surface.volume().cell_shape(), position);
-        if (glm::any(glm::lessThanEqual(brick.size, glm::ivec3(0))) ||
+        if (glm::any(glm::lessThanEqual(brick.size, glm::ivec3(0))) || surface.kept_cells().has_none_of(brick) ||
             !may_hold_solid(ranges.octets()[index / 8].brick(index % 8), surface.threshold(), surface.options().inside))
             continue;
         const Box cells{glm::dvec3(brick.first), glm::dvec3(brick.first + brick.size)};

@@ -1,4 +1,4 @@
-// What every ray query asks of its rays.
+// The check that every ray query makes of its rays.
 #pragma once
 
 #include "isospline/math/ray.h"
@@ -12,7 +12,7 @@
 
 namespace isospline {
 
-/// Returns the length of the ray's direction. Throws std::invalid_argument where the ray's origin or direction is not
+/// Returns the length of the ray's direction. Throws std::invalid_argument if the ray's origin or direction is not
 /// finite or the direction is zero; `index` names the ray in the error.
 inline double check_ray(const Ray& ray, std::size_t index)
 {
@@ -20,7 +20,7 @@ inline double check_ray(const Ray& ray, std::size_t index)
     if (!(length > 0.0 && std::isfinite(length)))
         throw_invalid("rays", "finite directions that are not zero",
                       "one of length " + std::to_string(length) + " in ray " + std::to_string(index));
-    // A product with zero is not zero for what is not finite.
+    // Zero times a number that is not finite is NaN, not zero.
     if (!(glm::dot(ray.origin, glm::dvec3(0.0)) == 0.0))
         throw_invalid("rays", "finite origins", "one that is not, in ray " + std::to_string(index));
     return length;

@@ -1,4 +1,4 @@
-// What a ray found.
+// The results of rays.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -9,7 +9,7 @@
 
 namespace isospline {
 
-/// The ids of a miss.
+/// The ids in a miss.
 inline constexpr std::uint32_t invalid_id = 0xffffffffu; ///< of a geometry
 inline constexpr std::uint64_t invalid_primitive_id = 0xffffffffffffffffu;
 
@@ -21,11 +21,11 @@ struct Hit {
     double gradient_magnitude = 0.0; ///< |gradient of f| in world units; 0 for a mesh
     glm::vec2 uv{0.0f};              ///< weights of a triangle's second and third corner; 0 for an isosurface
     std::uint32_t geometry_id = invalid_id;
-    /// Of an isosurface: Volume::primitive_id() of the cell, or that of a cap, IsosurfaceSnapshot::is_cap(); triangle
-    /// of a mesh.
+    /// For an isosurface, Volume::primitive_id() of the cell, or the id of a cap, IsosurfaceSnapshot::is_cap(); for a
+    /// mesh, the triangle.
     std::uint64_t primitive_id = invalid_primitive_id;
 
-    /// Makes it a miss.
+    /// Makes this a miss.
     void clear()
     {
         t = std::numeric_limits<double>::infinity();
@@ -39,7 +39,7 @@ struct Hit {
     explicit operator bool() const { return geometry_id != invalid_id; }
 };
 
-/// One of all crossings of a ray with a scene.
+/// One crossing in a list of all crossings of a ray with a scene.
 struct Crossing {
     Hit hit;
     bool entering; ///< the ray goes to the inner side: <normal, direction> < 0

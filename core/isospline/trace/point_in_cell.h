@@ -1,4 +1,4 @@
-// A point of a volume's domain, as a place in one of its cells.
+// A point of a volume's domain as a position in one of its cells.
 #pragma once
 
 #include "isospline/cell/coefficients.h"
@@ -9,8 +9,8 @@
 
 namespace isospline {
 
-/// The cell that holds a point, in lattice space, and the point in it. The last cell along an axis has both of its
-/// faces; a point that is not in the domain goes to the cell that is next to it.
+/// The cell that contains a point of lattice space, and the point's position in it. The last cell along an axis
+/// includes both of its faces; a point outside of the domain belongs to the nearest cell.
 struct PointInCell {
     PointInCell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
         : index(glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape() - 1))),
@@ -19,7 +19,7 @@ struct PointInCell {
     }
 
     glm::ivec3 index;
-    CellCoefficients cell;
+    VolumeCell cell;
     glm::dvec3 local;
 };
 

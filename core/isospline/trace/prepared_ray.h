@@ -1,6 +1,6 @@
-// Rays made ready for many cells: relative to the centre of the scene, of unit direction, and begun where their line
-// enters the scene's box. Rounding then depends on the size of the scene, and neither on the distance of the eye nor on
-// the limits of the ray.
+// Rays prepared for many cells: relative to the centre of the scene, with unit direction, and starting where their line
+// enters the scene's box. Rounding then depends on the size of the scene, but not on the distance of the eye or on the
+// limits of the ray.
 #pragma once
 
 #include "isospline/cell/lattice_ray_packet.h"
@@ -15,14 +15,14 @@
 
 namespace isospline {
 
-/// Where rays are prepared for.
+/// The space that rays are prepared for.
 struct RayFrame {
     RayFrame() = default;
-    /// Of what is in this box in world space.
+    /// For objects in this box in world space.
     explicit RayFrame(const Box& bounds);
 
     glm::dvec3 centre{0.0};
-    Box box;             ///< a little larger than the bounds, relative to the centre; empty where these are
+    Box box;             ///< a little larger than the bounds, relative to the centre; empty if these are
     double radius = 0.0; ///< of the bounds
 };
 
@@ -32,15 +32,15 @@ inline Box domain_lattice(const Volume& volume)
     return {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())};
 }
 
-/// From the space of prepared rays to an object's, given the map from there to world space.
+/// The map from the space of prepared rays to an object's space, given the map from there to world space.
 glm::dmat4 centred_to_local(const glm::dmat4& local_to_world, const RayFrame& frame);
 
 struct PreparedRay {
-    Ray ray; ///< limited to the box and, with room for rounding, to the limits
+    Ray ray; ///< limited to the box and, with a margin for rounding, to the limits
     RayLimits limits;
 };
 
-/// The same for up to 16 rays, one a lane.
+/// The same for up to 16 rays, one per lane.
 struct PreparedPacket {
     static constexpr int capacity = packet_capacity;
 
@@ -60,19 +60,19 @@ struct PreparedPacket {
     RayLimitsPacket limits;
 };
 
-/// Prepares a ray; false where it misses the box. Throws std::invalid_argument for a ray that is not finite or has no
+/// Prepares a ray; false if it misses the box. Throws std::invalid_argument for a ray that is not finite or has no
 /// direction; `index` names it in the error.
-bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedRay& prepared);
+bool prepare(const Ray& ray, std::size_t index, const RayFrame& frame, PreparedRay& result);
 
-/// Prepares the rays of a packet, each as prepare() would, bit for bit. `index` is the first one's. Returns those that
-/// do not miss the box.
-LaneMask prepare_packet(const RayPacket& rays, std::size_t index, const RayFrame& frame, PreparedPacket& prepared);
+/// Prepares the rays of a packet, with the results of prepare(), bit for bit. `index` is that of the first ray. Returns
+/// the rays that do not miss the box.
+LaneMask prepare_packet(const RayPacket& rays, std::size_t index, const RayFrame& frame, PreparedPacket& packet);
 
 /// The ray in the lattice space of a volume of `shape` cells, given the map from the space of prepared rays.
-LatticeRay to_lattice(const PreparedRay& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape);
+LatticeRay to_lattice(const PreparedRay& ready, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape);
 
 /// The same for a packet, bit for bit.
-void to_lattice(const PreparedPacket& prepared, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape,
+void to_lattice(const PreparedPacket& packet, const glm::dmat4& centred_to_lattice, const glm::ivec3& shape,
                 LatticeRayPacket& rays);
 
 } // namespace isospline

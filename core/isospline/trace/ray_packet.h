@@ -1,4 +1,4 @@
-// Rays that are cast together, axis by axis: what cameras and arrays of rays are turned into.
+// Rays that are cast together, stored axis by axis. Cameras and arrays of rays are converted to packets.
 #pragma once
 
 #include "isospline/cell/lattice_ray_packet.h"

@@ -11,7 +11,7 @@ namespace isospline {
 
 namespace {
 
-/// Appends the cubes of a brick, of an eighth of it or less, that hold any of its cells.
+/// Appends the cubes of a brick, an eighth of it or less, that contain any of its cells.
 void append(const BrickCells& cells, ShellBox box, int halvings, std::vector<ShellBox>& boxes)
 {
     std::uint64_t blocks = 0;

@@ -1,9 +1,5 @@
 #include "isospline/trace/surface_hit.h"
 
-#include "isospline/math/affine.h"
-
-#include <glm/geometric.hpp>
-
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/trace/surface_hit.cpp"
@@ -11,41 +7,50 @@
 
 #include <hwy/highway.h>
 
+#include "isospline/math/vector-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The operations of set_surface_normal(), Ray::at() and GLM's products, in their order.
+template <class N>
+struct SurfaceNormal {
+    Vector3<N> unit;
+    N gradient_magnitude;
+};
+
+// Lattice coordinates are a function of world coordinates: the chain rule is the transpose of that map.
+template <class N>
+HWY_INLINE SurfaceNormal<N> surface_normal(const Vector3<N>& gradient_lattice, double outward,
+                                           const glm::dmat4& world_to_lattice)
+{
+    const Vector3<N> gradient = transformed_gradient(world_to_lattice, gradient_lattice);
+    const N magnitude = square_root(dot(gradient, gradient)), zero = number<N>(0.0);
+    const N scale = number<N>(outward) / magnitude;
+    const auto has_direction = less(zero, magnitude);
+    const auto unit = [&](std::size_t axis) HWY_ATTR { return select(has_direction, scale * gradient[axis], zero); };
+    return {{unit(0), unit(1), unit(2)}, magnitude};
+}
+
 void packet_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* HWY_RESTRICT t, const RootPacket& roots,
                  double outward, const glm::dmat4& world_to_lattice)
 {
     const hn::CappedTag<double, LatticeRayPacket::capacity> d;
     using V = hn::Vec<decltype(d)>;
-    const auto sum_of_products = [](V ax, V bx, V ay, V by, V az, V bz) HWY_ATTR {
-        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
-    };
     for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
-        V from[3], gradient[3];
-        for (int axis = 0; axis < 3; ++axis)
-            from[axis] = hn::Load(d, roots.gradient[axis] + first);
-        for (int axis = 0; axis < 3; ++axis) {
-            const glm::dvec4& column = world_to_lattice[axis];
-            gradient[axis] = sum_of_products(hn::Set(d, column.x), from[0], hn::Set(d, column.y), from[1],
-                                             hn::Set(d, column.z), from[2]);
-        }
-        const V magnitude =
-            hn::Sqrt(sum_of_products(gradient[0], gradient[0], gradient[1], gradient[1], gradient[2], gradient[2]));
-        const V scale = hn::Div(hn::Set(d, outward), magnitude);
-        const auto has_direction = hn::Gt(magnitude, hn::Zero(d));
+        const Vector3<V> gradient = {hn::Load(d, roots.gradient[0] + first), hn::Load(d, roots.gradient[1] + first),
+                                     hn::Load(d, roots.gradient[2] + first)};
+        const auto normal = surface_normal(gradient, outward, world_to_lattice);
         const V of_hit = hn::Load(d, t + first);
-        for (int axis = 0; axis < 3; ++axis) {
-            hn::Store(hn::IfThenElseZero(has_direction, hn::Mul(scale, gradient[axis])), d, hits.normal[axis] + first);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            hn::Store(normal.unit[axis], d, hits.normal[axis] + first);
+            // Like Ray::at().
             const V way = hn::Mul(of_hit, hn::Load(d, rays.direction[axis] + first));
             hn::Store(hn::Add(hn::Load(d, rays.origin[axis] + first), way), d, hits.position[axis] + first);
         }
-        hn::Store(magnitude, d, hits.gradient_magnitude + first);
+        hn::Store(normal.gradient_magnitude, d, hits.gradient_magnitude + first);
     }
 }
 
@@ -69,11 +74,10 @@ double outward(Inside inside)
 
 void set_surface_normal(Hit& hit, const glm::dvec3& gradient_lattice, Inside inside, const glm::dmat4& world_to_lattice)
 {
-    // Lattice coordinates are a function of world coordinates: the chain rule is the transpose of that map.
-    const glm::dvec3 gradient = transform_gradient(world_to_lattice, gradient_lattice);
-    const double magnitude = glm::length(gradient);
-    hit.gradient_magnitude = magnitude;
-    hit.normal = magnitude > 0.0 ? (outward(inside) / magnitude) * gradient : glm::dvec3(0.0);
+    const auto normal =
+        scalar::surface_normal(scalar::constant_vector<double>(gradient_lattice), outward(inside), world_to_lattice);
+    hit.normal = {normal.unit[0], normal.unit[1], normal.unit[2]};
+    hit.gradient_magnitude = normal.gradient_magnitude;
 }
 
 void set_surface_hits(SurfaceHitPacket& hits, const RayPacket& rays, const double* t, const RootPacket& roots,

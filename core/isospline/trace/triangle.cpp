@@ -10,7 +10,7 @@ namespace isospline {
 
 namespace {
 
-/// Of a t that double precision tells, in units of the triangle's extent.
+/// The error of a t in double precision, in units of the triangle's extent.
 constexpr double largest_t_error = 0x1p-24;
 
 using ExactVector = std::array<Expansion, 3>;
@@ -53,11 +53,12 @@ int exact_side(const glm::dvec3& origin, const glm::dvec3& direction, const glm:
 {
     if (const int sign = edge_function(origin, direction, a, b).sign(); sign != 0)
         return sign;
-    // Where the origin moves by m, det(d, a - o, b - o) grows by <m, (a - b) x d>.
+    // If the origin moves by m, det(d, a - o, b - o) grows by <m, (a - b) x d>.
     return first_sign(cross(exact_difference(a, b), exact(direction)));
 }
 
-/// The t at which a line meets a triangle's plane, as a quotient, and how both change where the origin moves.
+/// The t at which a line meets a triangle's plane, as a quotient, and the derivatives of both with respect to the
+/// origin.
 struct ExactPlane {
     ExactPlane(const TriangleRay& ray, const Triangle& triangle)
         : normal(cross(exact_difference(triangle.b, triangle.a), exact_difference(triangle.c, triangle.a))),
@@ -69,7 +70,7 @@ struct ExactPlane {
     Expansion distance, speed;
 };
 
-/// Where a ray crosses a triangle, but for the last roundings.
+/// Where a ray crosses a triangle, before the last roundings.
 TriangleHit exact_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage)
 {
     const ExactPlane plane(ray, triangle);
@@ -105,7 +106,7 @@ Passage exact_passage(const glm::dvec3& origin, const glm::dvec3& direction, con
 
 TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage)
 {
-    // From a point of the line that is close to the triangle, so that little is lost to a distant origin.
+    // Computed from a point of the line close to the triangle, so that a distant origin costs little precision.
     const glm::dvec3& d = ray.direction;
     const double inverse_square = 1.0 / glm::dot(d, d);
     const glm::dvec3 to_middle = (triangle.a + triangle.b + triangle.c) / 3.0 - ray.origin;
@@ -113,7 +114,7 @@ TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passa
     const glm::dvec3 from = ray.origin + t_middle * d;
     const glm::dvec3 a = triangle.a - from, b = triangle.b - from, c = triangle.c - from;
 
-    // Weights of the corners, none below zero: the exact ones are not.
+    // Weights of the corners, clamped at zero: the exact ones are not negative.
     const auto sign = static_cast<double>(passage);
     const double weight_a = std::max(sign * glm::dot(glm::cross(d, b), c), 0.0);
     const double weight_b = std::max(sign * glm::dot(glm::cross(d, c), a), 0.0);
@@ -123,7 +124,7 @@ TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passa
     const double t_b = glm::dot(b, d) * inverse_square;
     const double t_c = glm::dot(c, d) * inverse_square;
 
-    // Places are off by the rounding of `from`, weights by that of the edge functions as well.
+    // Positions have the rounding error of `from`, weights that of the edge functions as well.
     const auto size = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
     const double extent = std::max({size(a), size(b), size(c)});
     const double place_error = 8.0 * 0x1p-53 * (size(ray.origin) + size(from) + extent);
@@ -143,7 +144,7 @@ std::weak_ordering exact_order(const TriangleRay& ray, const Triangle& first, co
     const int side = p.speed.sign() * q.speed.sign();
     if (const int sign = side * (p.distance * q.speed - q.distance * p.speed).sign(); sign != 0)
         return sign <=> 0;
-    // Where the origin moves by m, a distance shrinks by <m, normal>.
+    // If the origin moves by m, a distance shrinks by <m, normal>.
     ExactVector difference;
     for (std::size_t axis = 0; axis < 3; ++axis)
         difference[axis] = q.normal[axis] * p.speed - p.normal[axis] * q.speed;

@@ -1,10 +1,10 @@
-// Rays and triangles, by one rule that is exact: a ray through a closed mesh enters and leaves it in turn, each
-// crossing is in one triangle, and neither vertices nor edges nor faces that hold the ray are special cases.
+// Rays and triangles, by one exact rule: a ray through a closed mesh alternately enters and leaves it, and each
+// crossing is in one triangle. Rays through vertices, along edges and in faces are not special cases.
 //
-// A line passes an edge on the side that the sign of an edge function tells. Signs are computed in double precision
-// where that is sure of them, and exactly where it is not. Where one is zero, it is that of the line moved by (e, e^2,
-// e^3) for a vanishing e > 0: H. Edelsbrunner, E. P. Muecke, "Simulation of simplicity", ACM Transactions on Graphics
-// 9(1), 1990. A line that has moved so meets no edge, so it meets faces in their inside only.
+// The sign of an edge function tells on which side a line passes an edge. Signs are computed in double precision if its
+// error bound allows, and otherwise exactly. A sign of zero is replaced by that of the line moved by (e, e^2, e^3) for
+// an infinitesimal e > 0: H. Edelsbrunner, E. P. Muecke, "Simulation of simplicity", ACM Transactions on Graphics 9(1),
+// 1990. A line moved in this way meets no edge, only the interior of faces.
 #pragma once
 
 #include "isospline/math/ray.h"
@@ -23,40 +23,41 @@ struct Triangle {
     glm::dvec3 a, b, c;
 };
 
-/// A ray as it meets triangles: its direction has a largest component of 1 to 2, so that nothing under- or overflows.
+/// A ray scaled for triangles: the largest component of its direction is between 1 and 2, to avoid under- and overflow.
 struct TriangleRay {
     TriangleRay() = default;
     explicit TriangleRay(const Ray& ray);
 
-    /// Whether t, of the ray as given, is within its limits, which belong to it.
+    /// Whether t, of the original ray, is within its limits, inclusively.
     bool has(double t) const { return t >= t_near && t <= t_far; }
 
     glm::dvec3 origin, direction;
-    double scale;         ///< a power of two: t of the ray as given is that of this one times it
-    double t_near, t_far; ///< of the ray as given
+    double scale;         ///< a power of two: t of the original ray is t of this one times `scale`
+    double t_near, t_far; ///< of the original ray
 };
 
 /// Where a ray crosses a triangle.
 struct TriangleHit {
-    double t;       ///< of the ray as given
-    double t_error; ///< how far from that the exact one may be
+    double t;       ///< of the original ray
+    double t_error; ///< bound on the error of t
     glm::dvec2 uv;  ///< weights of the second and the third corner
     bool entering;  ///< against the normal
 };
 
 /// Which way a line goes through a triangle.
 enum class Passage : int {
-    against_normal = -1, ///< it enters what the triangle bounds; corners are counter-clockwise as seen from outside
+    against_normal =
+        -1, ///< the line enters the solid that the triangle bounds; corners are counter-clockwise as seen from outside
     none = 0,
     along_normal = 1
 };
 
-/// How a line goes through a triangle where double precision is not sure. Never through one without an area, nor
-/// through one in whose plane it is.
+/// How a line goes through a triangle, computed exactly, for cases that double precision cannot decide. A line never
+/// goes through a triangle without area, nor through one whose plane contains it.
 Passage exact_passage(const glm::dvec3& origin, const glm::dvec3& direction, const Triangle& triangle);
 
-/// det(direction, p, q) is off by less than this times the square of the largest component of p and q where the largest
-/// of the direction is at most 2: six products, each with seven roundings.
+/// The error of det(direction, p, q) is less than this times the square of the largest component of p and q, if the
+/// largest component of the direction is at most 2: six products, each with seven roundings.
 inline constexpr double edge_function_error = 2.0 * 6.0 * 8.0 * 0x1p-53;
 
 inline Passage passage(const glm::dvec3& origin, const glm::dvec3& direction, const Triangle& triangle)
@@ -78,12 +79,11 @@ inline Passage passage(const glm::dvec3& origin, const glm::dvec3& direction, co
     return exact_passage(origin, direction, triangle);
 }
 
-/// Where a ray, of any length, crosses a triangle that its line goes through; t is off by 2^-24 of the triangle's
-/// extent at most.
+/// Where a ray, of any length, crosses a triangle that its line goes through. The error of t is at most 2^-24 of the
+/// triangle's extent.
 TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage);
 
-/// Which of two triangles that a line goes through it meets first, exactly; they are equivalent where they are in one
-/// plane.
+/// Which of two triangles on a line it meets first, computed exactly; triangles in one plane are equivalent.
 std::weak_ordering exact_order(const TriangleRay& ray, const Triangle& first, const Triangle& second);
 
 } // namespace isospline

@@ -15,7 +15,7 @@
 #define ISOSPLINE_TRACE_SURE_PASSAGES
 namespace isospline {
 
-// What double precision is sure of, and the lanes where it is not.
+// The passages that double precision decides, and the lanes where it cannot.
 struct SurePassages {
     LanePassages passages;
     LaneMask unsure = 0;

@@ -1,4 +1,4 @@
-// Rays that meet a triangle together, one a SIMD lane.
+// Rays that are tested against a triangle together, one per SIMD lane.
 #pragma once
 
 #include "isospline/cell/lattice_ray_packet.h"
@@ -6,7 +6,7 @@
 
 namespace isospline {
 
-/// Up to 16 rays as they meet triangles; lanes that hold no ray are harmless.
+/// Up to 16 rays scaled for triangles; lanes without a ray are harmless.
 struct TriangleRayPacket {
     static constexpr int capacity = LatticeRayPacket::capacity;
 
@@ -43,7 +43,7 @@ struct LanePassages {
     LaneMask against_normal = 0, along_normal = 0;
 };
 
-/// How the lines of `lanes` go through a triangle, each as passage() has it.
+/// How the lines of `lanes` go through a triangle, each with the result of passage().
 LanePassages passages(const TriangleRayPacket& rays, const Triangle& triangle, LaneMask lanes);
 
 } // namespace isospline

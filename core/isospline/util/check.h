@@ -1,4 +1,4 @@
-// Checks of numbers and vectors that come from outside.
+// Checks of numbers and vectors that callers pass in.
 #pragma once
 
 #include "isospline/util/error.h"
@@ -58,7 +58,7 @@ inline void check_not_negative(const char* parameter, const glm::dvec3& vector)
         throw_invalid(parameter, "finite numbers of at least 0", to_text(vector));
 }
 
-/// Of what is numbered in 32 bits, by Embree or in faces; the largest number stands for none.
+/// Checks the count of items that have 32-bit indices, in Embree or in faces; the largest index means none.
 inline void check_count(const char* parameter, std::uint64_t count)
 {
     constexpr std::uint64_t most = 0xffffffff;

@@ -7,7 +7,7 @@
 
 namespace isospline {
 
-/// Bad input, said the same way everywhere: `level: expected a finite number, got nan`.
+/// An error for bad input, worded the same way everywhere: `level: expected a finite number, got nan`.
 template <typename Got>
 [[noreturn]] void throw_invalid(const char* parameter, const std::string& expected, const Got& got)
 {
@@ -22,7 +22,7 @@ namespace detail {
 
 } // namespace isospline
 
-/// Checks an invariant `a op b` in builds without NDEBUG; prints both operands and aborts where it is broken.
+/// Checks an invariant `a op b` in builds without NDEBUG; prints both operands and aborts if it does not hold.
 #ifdef NDEBUG
 #define ISOSPLINE_ASSERT(a, op, b) static_cast<void>(0)
 #else

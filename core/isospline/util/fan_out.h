@@ -1,4 +1,4 @@
-// Where one thread hands work to others through a library, told to ThreadSanitizer.
+// Tells ThreadSanitizer that one thread hands work to others through a library.
 #pragma once
 
 #if defined(__SANITIZE_THREAD__)
@@ -15,13 +15,14 @@
 
 namespace isospline {
 
-/// What happens before a FanOut's life begins happens before all of its tasks, and these before what follows its life.
+/// Work before the construction of a FanOut happens before all of its tasks, and these before work after its
+/// destruction.
 ///
-/// TBB and Embree see to that, but ThreadSanitizer cannot see it in libraries that are built without it. It is told
-/// nothing about the order of two tasks, so that it still finds races between them. Costs nothing in other builds.
+/// TBB and Embree guarantee that, but ThreadSanitizer cannot see it in libraries that are built without it. It is told
+/// nothing about the order of two tasks, so it still finds races between them. Other builds are not affected.
 ///
-/// Tasks know a FanOut by an address, as they must not read anything before they have begun: its own, or one that it is
-/// given where tasks do not know its own.
+/// Tasks identify a FanOut by an address, because they must not read anything before they have begun: the FanOut's own
+/// address, or a given one if the tasks do not know its own.
 class FanOut {
 public:
     FanOut(const FanOut&) = delete;
@@ -40,7 +41,7 @@ public:
         __tsan_acquire(end_of(address_));
     }
 
-    /// Lives while one of the tasks runs.
+    /// An object that lives while one of the tasks runs.
     class Task {
     public:
         explicit Task(const FanOut& fan_out) : Task(&fan_out) {}

@@ -16,13 +16,14 @@ namespace isospline {
 
 namespace {
 
+std::mutex the_operation_mutex;
 std::array<std::mutex, 32> moment_mutexes;
 std::atomic<unsigned int> generation = 0;
 std::atomic<int> in_parallel = 0;
 std::atomic<bool> workers_were_started = false, workers_are_lost = false, is_whole = true;
 
-/// Whether all other threads of the process sleep, and so hold none of the spin locks of TBB and Embree, whose workers
-/// go on for a while after the end of a loop.
+/// Whether all other threads of the process sleep, and so hold none of the spin locks of TBB and Embree. The workers of
+/// these libraries run on for a while after the end of a loop.
 bool others_sleep()
 {
     const std::string self = std::to_string(gettid());
@@ -40,10 +41,10 @@ bool others_sleep()
     return !error;
 }
 
-bool is_quiet = true; ///< as of the fork that goes on
+bool is_quiet = true; ///< for the fork in progress
 
-/// Milliseconds that a fork waits for workers that have nothing left to do to fall asleep: a few on a quiet machine; on
-/// a busy one they wait for a core to do so.
+/// Milliseconds that a fork waits for idle workers to fall asleep. A few are enough on a quiet machine; on a busy one,
+/// the workers first have to wait for a core.
 constexpr int longest_wait = 1000;
 
 void before_fork()
@@ -54,14 +55,16 @@ void before_fork()
         if (!is_quiet)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+    the_operation_mutex.lock();
     for (std::mutex& mutex : moment_mutexes)
         mutex.lock();
 }
 
-void unlock_moments()
+void after_fork()
 {
     for (std::mutex& mutex : moment_mutexes)
         mutex.unlock();
+    the_operation_mutex.unlock();
 }
 
 void in_child()
@@ -70,10 +73,10 @@ void in_child()
     workers_are_lost = workers_are_lost || workers_were_started;
     is_whole = is_whole && is_quiet;
     in_parallel = 0;
-    unlock_moments();
+    after_fork();
 }
 
-[[maybe_unused]] const int registered = pthread_atfork(before_fork, unlock_moments, in_child);
+[[maybe_unused]] const int registered = pthread_atfork(before_fork, after_fork, in_child);
 
 } // namespace
 
@@ -84,8 +87,13 @@ unsigned int fork_generation()
 
 std::mutex& moment_mutex(const void* address)
 {
-    // Objects are farther from each other than their addresses' last bits tell.
+    // Objects are larger than 64 bytes, so the last six bits of their addresses do not distinguish them.
     return moment_mutexes[(reinterpret_cast<std::uintptr_t>(address) >> 6) % moment_mutexes.size()];
+}
+
+std::mutex& operation_mutex()
+{
+    return the_operation_mutex;
 }
 
 InParallel::InParallel()

@@ -27,7 +27,7 @@ std::size_t available_memory()
 #ifdef __linux__
 void prefer_huge_pages(void* data, std::size_t size)
 {
-    // Whole pages inside of the array only; what surrounds it is not ours to give advice on.
+    // Only whole pages inside of the array: the memory around it may belong to others.
     const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
     const auto address = reinterpret_cast<std::uintptr_t>(data);
     const auto begin = (address + page - 1) / page * page, end = (address + size) / page * page;

@@ -5,12 +5,12 @@
 
 namespace isospline {
 
-/// Bytes that may be allocated now without swapping, as the operating system estimates them; the largest number where
-/// it does not say.
+/// The operating system's estimate of the bytes that can be allocated without swapping; the largest number if it has no
+/// estimate.
 std::size_t available_memory();
 
-/// Asks the operating system for huge pages under a large array that is yet to be written: fewer page faults while it
-/// is filled, fewer misses of the address cache while it is read at random. Does nothing where there is no such thing.
+/// Asks the operating system for huge pages for a large array that has not been written yet: this saves page faults
+/// while it is filled, and TLB misses while it is read at random. Does nothing if the system has no huge pages.
 void prefer_huge_pages(void* data, std::size_t size);
 
 } // namespace isospline

@@ -40,11 +40,9 @@ void on_this_thread(std::size_t count, std::size_t grain, const std::function<vo
 {
     for (std::size_t begin = 0; begin < count; begin += grain) {
         body(begin, std::min(begin + grain, count));
-        if (progress && !progress(static_cast<double>(std::min(begin + grain, count)) / static_cast<double>(count)))
-            throw Cancelled();
+        report(progress, static_cast<double>(std::min(begin + grain, count)) / static_cast<double>(count));
     }
-    if (progress && !progress(1.0))
-        throw Cancelled();
+    report(progress, 1.0);
 }
 
 } // namespace
@@ -62,7 +60,7 @@ void parallel_for(std::size_t count, std::size_t grain, const std::function<void
         return;
     }
 
-    // One thread at a time reports; the others go on with their work instead of waiting for it.
+    // One thread at a time reports; the others continue with their work instead of waiting.
     std::atomic<bool> cancelled = false;
     std::atomic<std::size_t> finished = 0;
     std::mutex reporting;

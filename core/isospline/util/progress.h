@@ -10,8 +10,8 @@ namespace isospline {
 /// threads at a time, but may be called from any of them.
 using Progress = std::function<bool(double fraction)>;
 
-/// The report of one part of an operation, which takes it from fraction `begin` to fraction `end`; none where
-/// `progress` is none. `progress` must outlive it.
+/// A callback for one part of an operation, from fraction `begin` to fraction `end`; empty if `progress` is empty.
+/// `progress` must outlive it.
 inline Progress part_of(const Progress& progress, double begin, double end)
 {
     if (!progress)
@@ -23,5 +23,12 @@ inline Progress part_of(const Progress& progress, double begin, double end)
 struct Cancelled : std::runtime_error {
     Cancelled() : std::runtime_error("cancelled by the progress callback") {}
 };
+
+/// Reports a fraction if there is a callback, and throws Cancelled if the callback returns false.
+inline void report(const Progress& progress, double fraction)
+{
+    if (progress && !progress(fraction))
+        throw Cancelled();
+}
 
 } // namespace isospline

@@ -1,43 +1,40 @@
-// Waiting for other threads, in a way that can be cancelled.
+// Waiting for other threads with the possibility to cancel.
 #pragma once
 
 #include "isospline/util/fork.h"
 #include "isospline/util/progress.h"
 
-#include <atomic>
 #include <chrono>
 #include <thread>
 
 namespace isospline {
 
-/// What one thread at a time may do, for as long as it takes: a mutex whose wait can be cancelled. A forked process
-/// takes it from a thread of its parent's, which it does not have.
+/// A mutex for long operations, whose wait can be cancelled. A forked process takes the mutex over if a thread of its
+/// parent held it, because that thread does not exist in the child.
 class Turn {
 public:
-    /// Taken by one thread, to the end of its life.
+    /// Holds the turn for one thread as long as it lives.
     class Taken {
     public:
-        /// Waits until no other has it, asks `progress`, if any, again and again, and throws Cancelled where that
-        /// returns false.
+        /// Waits until no other thread holds it. Meanwhile it calls `progress`, if any, repeatedly, and throws
+        /// Cancelled if that returns false.
         Taken(Turn& turn, const Progress& progress) : turn_(turn)
         {
-            const unsigned int mine = fork_generation() + 1;
             for (;;) {
-                unsigned int taken_by = turn_.taken_by_;
-                if (taken_by != mine && turn_.taken_by_.compare_exchange_strong(taken_by, mine)) {
-                    was_abandoned_ = taken_by != 0;
+                const TakeoverMutex::Attempt attempt = turn_.mutex_.attempt();
+                if (attempt != TakeoverMutex::Attempt::failed) {
+                    was_abandoned_ = attempt == TakeoverMutex::Attempt::taken_over;
                     return;
                 }
-                if (progress && !progress(0.0))
-                    throw Cancelled();
+                report(progress, 0.0);
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }
         }
-        ~Taken() { turn_.taken_by_ = 0; }
+        ~Taken() { turn_.mutex_.unlock(); }
         Taken(const Taken&) = delete;
         Taken& operator=(const Taken&) = delete;
 
-        /// Whether the thread before had not finished when this process was forked.
+        /// Whether the previous thread had not finished when this process was forked.
         bool was_abandoned() const { return was_abandoned_; }
 
     private:
@@ -46,7 +43,7 @@ public:
     };
 
 private:
-    std::atomic<unsigned int> taken_by_ = 0; ///< 1 + the fork generation of who has it
+    TakeoverMutex mutex_;
 };
 
 } // namespace isospline

@@ -1,6 +1,6 @@
-"""Volumes and meshes of other libraries, each by its own module, as methods of `Volume`, `Mesh` and `Isosurface`.
+"""Volumes and meshes of other libraries, as methods of `Volume`, `Mesh` and `Isosurface`. Each has its own module.
 
-None of the libraries is imported before a method that needs it is called.
+A library is only imported when a method that needs it is called.
 """
 
 from .._core import Isosurface, Mesh, Volume

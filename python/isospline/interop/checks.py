@@ -1,14 +1,14 @@
-"""What all conversions have in common: their checks, and the last step."""
+"""Functions that all conversions share: checks, and the last step."""
 
 from __future__ import annotations
 
 import contextlib
 
-# Options of `Volume` that the other library's object decides.
+# Options of `Volume` that the other library's object determines.
 _PLACE = ("spacing", "origin", "direction", "axes")
 
 
-# The extras of isospline that bring a library.
+# The extra of isospline that installs a library.
 _EXTRAS = {
     **dict.fromkeys(("SimpleITK", "nibabel", "vtkmodules"), "io"),
     **dict.fromkeys(("meshio", "pyvista", "trimesh", "xarray"), "interop"),
@@ -17,18 +17,18 @@ _EXTRAS = {
 
 @contextlib.contextmanager
 def library_of(what):
-    """Say which library is missing, and how to get it."""
+    """Name a missing library, and how to install it."""
     try:
         yield
     except ModuleNotFoundError as error:
-        extra = _EXTRAS.get(error.name.partition(".")[0])
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
         hint = f": pip install isospline[{extra}]" if extra else ""
         raise ModuleNotFoundError(f"{what} needs the package {error.name}{hint}", name=error.name) from error
 
 
 @contextlib.contextmanager
 def errors_name(parameter):
-    """Begin what is said of a wrong value with the name of the parameter."""
+    """Put the name of the parameter in front of error messages."""
     try:
         yield
     except ValueError as error:
@@ -38,15 +38,15 @@ def errors_name(parameter):
 
 
 def to_volume(volume_type, data, parameter, options):
-    """Model a `VolumeData`, whose place no option may change."""
+    """Model a `VolumeData`; options may not change its place."""
     for name in _PLACE:
         if name in options:
-            raise TypeError(f"{name}: expected none beside that of {parameter}, got {options[name]!r}")
+            raise TypeError(f"{name}: expected none, as {parameter} has it, got {options[name]!r}")
     return volume_type(data.data, spacing=data.spacing, origin=data.origin, direction=data.direction, **options)
 
 
 def to_mesh(mesh_type, vertices, faces, parameter, options):
-    """Make a mesh of triangles, of which there must be some."""
+    """Make a mesh of at least one triangle."""
     if len(faces) == 0:
         raise ValueError(f"{parameter}: expected faces, got none ({len(vertices)} vertices)")
     return mesh_type(vertices, faces, **options)

@@ -1,4 +1,4 @@
-"""What users hand over in place of volumes, meshes and objects of scenes."""
+"""Conversion of other types to volumes, meshes and objects of scenes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from .._core import Isosurface, Mesh, Scene, Volume
 from ..mistakes import sentence
 
-# The class method that takes over a mesh of a library, by the package of its type.
+# The class method that converts a library's mesh, by the package of its type.
 _MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}
 
 
 def as_volume(value, parameter):
-    """A volume, of a `VolumeData` or an array indexed [z, y, x] too."""
+    """A volume; also from a `VolumeData` or an array indexed [z, y, x]."""
     from ..io import VolumeData
 
     if isinstance(value, Volume):
@@ -25,7 +25,7 @@ def as_volume(value, parameter):
 
 
 def as_mesh(value, parameter):
-    """A mesh, of those of other libraries too."""
+    """A mesh; also from meshes of other libraries."""
     if isinstance(value, Mesh):
         return value
     for kind in type(value).__mro__:
@@ -37,7 +37,7 @@ def as_mesh(value, parameter):
 
 
 def as_placed_objects(objects):
-    """Pairs of an object and its transform or None, of one object or several, with or without transforms."""
+    """Pairs of an object and its transform or None, from one or several objects with or without transforms."""
     if isinstance(objects, Scene):
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects))
     if isinstance(objects, (Isosurface, Mesh)) or type(objects).__module__.partition(".")[0] in _MESHES:

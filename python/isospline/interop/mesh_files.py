@@ -30,18 +30,18 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     ``.stl``, ``.ply``, ``.obj``, ``.off``, ``.glb``,           STL, PLY, Wavefront, OFF, glTF,          trimesh
     ``.gltf``, ``.3mf``, ``.dae``                               3MF, COLLADA
     ``.vtk``, ``.vtp``, ``.vtu``                                VTK surfaces and grids                   VTK
-    ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      what meshers and finite elements use     meshio
+    ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
-    Faces keep the order of the file, and vertices are not merged. Larger faces are cut into triangles; of solid cells
-    without faces, the surface is taken. Coordinates are those of the file.
+    Faces keep the order of the file, and vertices are not merged. Larger faces are cut into triangles. If a file has
+    solid cells and no faces, their surface is used. Coordinates are those of the file.
 
     Parameters
     ----------
     path : str or path-like
-        A file whose suffix tells its format.
+        A file; its suffix determines the format.
     **options
-        Of `Mesh`.
+        Options of `Mesh`.
 
     Returns
     -------
@@ -50,12 +50,12 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     Raises
     ------
     OSError
-        Where the file is missing or the system does not let it be read.
+        If the file is missing or cannot be read.
     ValueError
-        Where the file is none of the formats, is broken, or holds no faces. The message names the path.
+        If the file has none of these formats, is broken, or has no faces. The message names the path.
     ImportError
-        Where a library that reads the format is not installed; ``pip install isospline[interop]`` brings all but those
-        of 3MF and COLLADA, which trimesh names.
+        If the library for the format is not installed. ``pip install isospline[interop]`` installs all except those for
+        3MF and COLLADA, which trimesh names.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
             raise
         if isinstance(error, MemoryError):
             raise MemoryError(f"{printable(path)}: {error}") from error
-        # The libraries raise what they like for a broken file.
+        # Libraries raise many kinds of exceptions for a broken file.
         reason = str(error).strip().removeprefix("mesh: ") or type(error).__name__
         raise ValueError(f"{printable(path)}: cannot be read as a mesh: {reason}") from error
 
@@ -91,7 +91,7 @@ def _read_trimesh(path, options):
     import trimesh
 
     check_before(path)
-    # Unprocessed: trimesh would drop vertices that are not finite, and merge those that are close.
+    # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
     return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
 
 
@@ -100,7 +100,11 @@ def _read_vtk(path, options):
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
     check_before(path)
-    readers = {".vtk": vtkDataSetReader, ".vtp": vtkXMLPolyDataReader, ".vtu": vtkXMLUnstructuredGridReader}
+    readers: dict[str, Any] = {
+        ".vtk": vtkDataSetReader,
+        ".vtp": vtkXMLPolyDataReader,
+        ".vtu": vtkXMLUnstructuredGridReader,
+    }
     reader = readers[path.suffix.lower()]()
     with messages() as text:
         reader.SetFileName(utf8(path))
@@ -121,13 +125,13 @@ def _read_meshio(path, options):
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             mesh = _read_msh(path) if path.suffix.lower() == ".msh" else meshio.read(utf8(path))
     except SystemExit:
-        # Where none of its readers can, meshio prints why and leaves.
+        # If no reader succeeds, meshio prints the reasons and exits.
         raise ValueError(" ".join(said.getvalue().split()) or f"meshio has no reader for {os.fspath(path)}") from None
     return mesh_from_meshio(Mesh, mesh, **options)
 
 
 def _read_msh(path):
-    """Read a file of Gmsh or of Ansys, which have the same suffix."""
+    """Read a file of Gmsh or Ansys; both have the same suffix."""
     import meshio
 
     with open(path, "rb") as file:

@@ -1,22 +1,23 @@
-"""What is checked of a mesh file before the library that reads its format, which would crash, wait or guess."""
+"""Checks of mesh files before a library reads them, which would otherwise crash, hang or guess."""
 
 from __future__ import annotations
 
 import io
 import os
 import re
+from typing import Any
 
 from ..io.vtk_legacy import check_counts
 from ..io.vtk_xml import check_vtk_xml
 
-# Bytes of a header, or a trailer, to look at.
+# Bytes of a header or trailer that are checked.
 HEADER_LIMIT = 1 << 16
 
 
 def check_ply(path):
-    """Check that an ASCII file has all elements: trimesh takes those that there are."""
+    """Check that an ASCII file has all elements: trimesh ignores missing ones."""
     with open(path, "rb") as file:
-        header = []
+        header: list[bytes] = []
         while not header or header[-1] != b"end_header":
             line = file.readline(HEADER_LIMIT)
             if not line or len(header) > 10_000:
@@ -40,8 +41,8 @@ def check_ply(path):
 
 
 def _elements(words):
-    """Name, number and properties of each element; a property is whether it is a list."""
-    elements = []
+    """Name, number and properties of each element; a property is True if it is a list."""
+    elements: list[Any] = []
     for line in words:
         if line[:1] == ["element"]:
             if len(line) != 3 or not re.fullmatch(r"\d{1,18}", line[2]):
@@ -67,7 +68,7 @@ def _is_complete(numbers, properties):
 
 
 def check_stl(path):
-    """Check that an ASCII file has its end; the size of a binary one is checked by trimesh."""
+    """Check that an ASCII file is complete; trimesh checks the size of a binary one."""
     size = os.path.getsize(path)
     with open(path, "rb") as file:
         beginning = file.read(84)
@@ -82,7 +83,7 @@ def check_stl(path):
 
 
 def check_off(path):
-    """Check that a file has as many lines of vertices and faces as it says, and the last of them whole."""
+    """Check that a file has all lines of vertices and faces, and that the last line is complete."""
     with open(path, "rb") as file:
         lines = [line for line in (line.partition(b"#")[0].split() for line in file) if line]
     words = [word for line in lines[:2] for word in line if not word.upper().endswith(b"OFF")][:2]
@@ -112,20 +113,20 @@ def check_gmsh(path):
 
 
 def check_nastran(path):
-    """Check that a file has data behind its header: meshio looks for them until it finds some."""
+    """Check that a file has data after its header: meshio searches for them without end."""
     with open(path, "rb") as file:
         begun = False
         for line in iter(lambda: file.readline(HEADER_LIMIT), b""):
             if begun and len(line) >= 4 and not line.startswith((b"$", b"//", b"#")):
                 return
             begun = begun or line.strip().startswith(b"BEGIN BULK")
-    raise ValueError("expected data behind BEGIN BULK: the file is truncated or damaged")
+    raise ValueError("expected data after BEGIN BULK: the file is truncated or damaged")
 
 
 class EndingFile(io.BufferedReader):
-    """A file whose end a reader is told of a few times and not for ever.
+    """A file that raises an error if a reader reads at its end too many times.
 
-    Some readers of meshio look for a bracket, or for an end of a section, until they find one.
+    Some readers of meshio search for a bracket, or the end of a section, without end.
     """
 
     PATIENCE = 100
@@ -151,13 +152,20 @@ class EndingFile(io.BufferedReader):
 
 
 _GUARDS = {
-    ".bdf": check_nastran, ".fem": check_nastran, ".nas": check_nastran, ".off": check_off, ".ply": check_ply,
-    ".stl": check_stl, ".vtk": check_counts, ".vtp": check_vtk_xml, ".vtu": check_vtk_xml,
-}  # fmt: skip
+    ".bdf": check_nastran,
+    ".fem": check_nastran,
+    ".nas": check_nastran,
+    ".off": check_off,
+    ".ply": check_ply,
+    ".stl": check_stl,
+    ".vtk": check_counts,
+    ".vtp": check_vtk_xml,
+    ".vtu": check_vtk_xml,
+}
 
 
 def check_before(path):
-    """Check what the reader of a format does not."""
+    """Do the checks that the reader of a format does not do."""
     guard = _GUARDS.get(path.suffix.lower())
     if guard is not None:
         guard(path)

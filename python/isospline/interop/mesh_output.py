@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 
@@ -13,17 +14,17 @@ from .checks import library_of
 
 
 def to_trimesh(self):
-    """The mesh as one of trimesh, vertices and faces as they are.
+    """Convert to a mesh of trimesh, with the same vertices and faces.
 
     Returns
     -------
     trimesh.Trimesh
-        With vertex normals and colours where there are some. Not processed: no vertices are merged.
+        With vertex normals and colours if the mesh has them. It is not processed: no vertices are merged.
 
     Raises
     ------
     ImportError
-        Where trimesh is not installed: ``pip install isospline[interop]``.
+        If trimesh is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -39,17 +40,17 @@ def to_trimesh(self):
 
 
 def to_pyvista(self):
-    """The mesh as a surface of PyVista, and so of VTK.
+    """Convert to a surface of PyVista, and so of VTK.
 
     Returns
     -------
     pyvista.PolyData
-        With point data "Normals", active, and "colors", sRGB from 0 to 255, where there are some.
+        With the point data "Normals", active, and "colors", sRGB from 0 to 255, if the mesh has them.
 
     Raises
     ------
     ImportError
-        Where PyVista is not installed: ``pip install isospline[interop]``.
+        If PyVista is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -70,17 +71,17 @@ def to_pyvista(self):
 
 
 def to_meshio(self):
-    """The mesh as one of meshio.
+    """Convert to a mesh of meshio.
 
     Returns
     -------
     meshio.Mesh
-        One block of triangles, with point data "normals", and "colors", linear, where there are some.
+        One block of triangles, with the point data "normals" and "colors", linear, if the mesh has them.
 
     Raises
     ------
     ImportError
-        Where meshio is not installed: ``pip install isospline[interop]``.
+        If meshio is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -92,16 +93,17 @@ def to_meshio(self):
         import meshio
     data = {"normals": self.normals, "colors": self.colors}
     return meshio.Mesh(
-        np.array(self.vertices), [("triangle", self.faces.astype(np.int64))],
+        np.array(self.vertices),
+        [("triangle", self.faces.astype(np.int64))],
         point_data={name: np.array(values) for name, values in data.items() if values is not None},
-    )  # fmt: skip
+    )
 
 
 def write_mesh(self, path):
-    """Write the mesh to a file, which appears whole or not at all.
+    """Write the mesh to a file, completely or not at all.
 
     ========  ====================================================================  =========
-    suffix    what is stored                                                        by
+    suffix    contents                                                              by
     ========  ====================================================================  =========
     ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
     ``.ply``  binary; vertices, faces, normals and colours, in float64              meshio
@@ -116,11 +118,11 @@ def write_mesh(self, path):
     Raises
     ------
     ValueError
-        For another suffix, and where the mesh has no faces.
+        For another suffix, and if the mesh has no faces.
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     ImportError
-        Where the library is not installed: ``pip install isospline[interop]``.
+        If the library is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -147,12 +149,12 @@ def write_surface(self, path, tolerance=None, *, progress=None):
     tolerance : float, optional
         The largest distance between surface and mesh, world units; see `to_mesh`.
     progress : callable, optional
-        Called with the finished fraction; cancels where it returns a false value other than None.
+        Called with the finished fraction; cancels if it returns a false value other than None.
 
     Raises
     ------
     ValueError, OSError, ImportError
-        As `to_mesh` and `Mesh.write`.
+        As in `to_mesh` and `Mesh.write`.
 
     Examples
     --------
@@ -188,8 +190,10 @@ def _write_ply(mesh, path):
     import meshio
 
     output = mesh.to_meshio()
-    output.cells[0].data = output.cells[0].data.astype(np.int32)  # PLY has no longer ones, which meshio warns of
-    data = {}
+    output.cells[0].data = output.cells[0].data.astype(
+        np.int32
+    )  # PLY has no 64-bit integers, and meshio warns about them
+    data: dict[str, Any] = {}
     if mesh.normals is not None:
         data |= dict(zip(("nx", "ny", "nz"), np.ascontiguousarray(mesh.normals.T)))
     if mesh.colors is not None:
@@ -199,7 +203,7 @@ def _write_ply(mesh, path):
 
 
 def _srgb_colors(mesh):
-    """(V, 3) uint8 colours, which files have, or None."""
+    """(V, 3) uint8 colours for files, or None."""
     if mesh.colors is None:
         return None
     return np.rint(255 * np.clip(linear_to_srgb(np.asarray(mesh.colors)), 0, 1)).astype(np.uint8)
@@ -212,5 +216,5 @@ _WRITERS = {
     ".glb": _write_trimesh("glb", include_normals=True),
 }
 
-#: Suffixes of the files that meshes are written to.
+#: Suffixes of mesh files that can be written.
 MESHES = tuple(_WRITERS)

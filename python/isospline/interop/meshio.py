@@ -10,16 +10,16 @@ from .vtk import check_indices, mesh_from_vtk
 
 
 def mesh_from_meshio(cls, mesh, **options):
-    """Take over the faces of a meshio mesh, or where it has none, the surface of its solid cells.
+    """Convert the faces of a meshio mesh or, if it has none, the surface of its solid cells.
 
     VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out.
 
     Parameters
     ----------
     mesh : meshio.Mesh
-        Of two or three coordinates a point; z is 0 where there are two.
+        With two or three coordinates per point; with two, z is 0.
     **options
-        Of `Mesh`.
+        Options of `Mesh`.
 
     Returns
     -------
@@ -28,11 +28,11 @@ def mesh_from_meshio(cls, mesh, **options):
     Raises
     ------
     TypeError
-        Where `mesh` is something else.
+        If `mesh` is something else.
     ValueError
-        Where it has neither faces nor solid cells, or a vertex that is not finite.
+        If it has neither faces nor solid cells, or a vertex that is not finite.
     ImportError
-        Where meshio or PyVista is not installed: ``pip install isospline[interop]``.
+        If meshio or PyVista is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -49,13 +49,13 @@ def mesh_from_meshio(cls, mesh, **options):
         for block in mesh.cells:
             for indices in _index_arrays(block):
                 check_indices(indices, len(mesh.points))
-        # PyVista would copy all data as well, and write cell sets into the mesh that it is given.
+        # PyVista would also copy all data, and write cell sets into the original mesh.
         grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, block.data) for block in mesh.cells]))
     return mesh_from_vtk(cls, grid, **options)
 
 
 def _index_arrays(block):
-    """The vertex indices of a block of cells; polyhedra have lists of faces."""
+    """The vertex indices of a block of cells. Polyhedra have lists of faces."""
     if block.type.startswith("polyhedron"):
         return [np.asarray(face) for cell in block.data for face in cell]
     return [np.asarray(block.data)]

@@ -8,19 +8,19 @@ from .checks import errors_name, library_of, to_volume
 
 
 def volume_from_nibabel(cls, image, **options):
-    """Model the samples of a nibabel image, where its affine puts them, in LPS.
+    """Model the samples of a nibabel image, at the positions given by its affine, in LPS.
 
-    The affine of nibabel leads to a world whose x and y run to the patient's right and front (RAS). As `read_volume`
-    does, this negates both, so that the volume lies where one from SimpleITK or DICOM lies:
+    In the world of nibabel, x and y run to the patient's right and front (RAS). Both are negated here, as in
+    `read_volume`, so that the volume has the same place as one from SimpleITK or DICOM:
     ``volume.affine == diag(-1, -1, 1, 1) @ image.affine``.
 
     Parameters
     ----------
     image : nibabel.spatialimages.SpatialImage
-        Of three axes and one real number a sample. Later axes of length one are dropped. Samples are scaled as its
-        header says.
+        With three axes and one real number a sample. Further axes of length one are dropped. Samples are scaled by the
+        scaling in its header.
     **options
-        Of `Volume`, but for the place: ``degree=3``.
+        Options of `Volume`, except the place: ``degree=3``.
 
     Returns
     -------
@@ -29,11 +29,11 @@ def volume_from_nibabel(cls, image, **options):
     Raises
     ------
     TypeError
-        Where `image` is something else.
+        If `image` is something else.
     ValueError
-        Where it is a series or in colours, has no affine, or holds numbers that are not finite.
+        If it is a series, has colours, has no affine, or has numbers that are not finite.
     ImportError
-        Where nibabel is not installed: ``pip install isospline[io]``.
+        If nibabel is not installed: ``pip install isospline[io]``.
 
     Examples
     --------

@@ -11,37 +11,37 @@ from .._core import INVALID_ID, Isosurface, Mesh, Scene
 from ..signatures import explained_methods
 from .trimesh import check_trimesh, mesh_from_trimesh
 
-# Neither along an axis nor along a diagonal, where rays meet edges.
+# Not along an axis or a diagonal, where rays often meet edges.
 _DIRECTION = np.array([0.4395064455, 0.617598629942, 0.652231566745])
 
 
 @explained_methods
 class RayMeshIntersector:
-    """Rays cast as ``trimesh.ray.ray_pyembree.RayMeshIntersector`` casts them, at isosurfaces as well.
+    """Ray queries with the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, for isosurfaces as well.
 
-    What is written for ``mesh.ray`` of trimesh runs on it, and where a trimesh mesh is the geometry, it takes that
-    place: ``mesh.ray = RayMeshIntersector(mesh)``. Each crossing is found once, on an edge too, in double precision,
-    and those of a ray come in their order along it. Rays whose direction is zero miss. It can be copied, which shares
-    the geometry, and pickled where the geometry can, as meshes of trimesh do.
+    Code written for ``mesh.ray`` of trimesh works with it, and it can replace that attribute of a trimesh mesh:
+    ``mesh.ray = RayMeshIntersector(mesh)``. Each crossing is found once, even on an edge, in double precision, and the
+    crossings of a ray are sorted along it. Rays whose direction is zero miss. Copies share the geometry. It can be
+    pickled if the geometry can, as meshes of trimesh can.
 
     Parameters
     ----------
     geometry : Scene, Isosurface, Mesh, trimesh.Trimesh or trimesh.Scene
-        Of trimesh's, changes are seen by the next query.
+        Changes of trimesh's objects take effect at the next query.
     scale_to_box : bool
-        Without effect: trimesh scales meshes for the sake of single precision.
+        Has no effect: trimesh scales meshes because of single precision.
 
     Attributes
     ----------
     mesh : Scene, Isosurface, Mesh, trimesh.Trimesh or trimesh.Scene
         The geometry.
     scene : Scene
-        What the rays are cast at.
+        The scene in which the rays are cast.
 
     Notes
     -----
-    ``index_tri`` is the row of a mesh's faces, or the primitive id of an isosurface's cell, of which `Volume.cell_at`
-    makes its indices; where the scene has several objects, `Scene.list_intersections` tells them apart.
+    ``index_tri`` is the row of a mesh's faces, or the primitive id of an isosurface's cell; `Volume.cell_at` converts
+    it to the cell's indices. If the scene has several objects, `Scene.list_intersections` distinguishes them.
 
     Examples
     --------
@@ -68,11 +68,12 @@ class RayMeshIntersector:
             )
         self.mesh = geometry
         self._scale_to_box = scale_to_box
-        self._scene = self._hash = None
+        self._scene: Scene | None = None
+        self._hash: int | None = None  # of the trimesh object from which the scene was made
 
     @property
     def scene(self) -> Scene:
-        """What the rays are cast at."""
+        """The scene in which the rays are cast."""
         if self._is_of_trimesh:
             current = hash(self.mesh)
             if self._scene is None or self._hash != current:
@@ -91,19 +92,24 @@ class RayMeshIntersector:
         return self.__copy__()
 
     def intersects_id(
-        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, *,
-        max_hits: int | None = None, return_locations: bool = False,
-    ) -> tuple[NDArray[Any], ...]:  # fmt: skip
-        """The faces and cells that rays cross.
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        *,
+        max_hits: int | None = None,
+        return_locations: bool = False,
+    ) -> tuple[NDArray[Any], ...]:
+        """Find the faces and cells that rays cross.
 
         Parameters
         ----------
         ray_origins, ray_directions : (N, 3) array_like, world units
             Directions need not have length one.
         multiple_hits : bool
-            All crossings of a ray, or the first one only.
+            Whether to return all crossings of a ray, or only the first one.
         max_hits : int, optional
-            At most so many crossings of a ray, the first ones.
+            The largest number of crossings of a ray; the first ones are returned.
         return_locations : bool
             Whether to return the positions as well.
 
@@ -114,14 +120,14 @@ class RayMeshIntersector:
         index_ray : (M,) int64 array
             Row of the ray, ascending; crossings of one ray are in their order along it.
         locations : (M, 3) float64 array, world units
-            Where `return_locations` is set.
+            Only with `return_locations`.
         """
         rays, rows = _rays(ray_origins, ray_directions)
         if multiple_hits:
-            hits = self.scene.list_intersections(rays)
-            index_ray, index_tri, t = hits["ray_ids"], hits["primitive_ids"], hits["t_hit"]
+            crossings = self.scene.list_intersections(rays)
+            index_ray, index_tri, t = crossings["ray_ids"], crossings["primitive_ids"], crossings["t_hit"]
             if max_hits is not None:
-                first = np.arange(len(t)) - hits["ray_splits"][index_ray] < max_hits
+                first = np.arange(len(t)) - crossings["ray_splits"][index_ray] < max_hits
                 index_ray, index_tri, t = index_ray[first], index_tri[first], t[first]
         else:
             hits = self.scene.cast_rays(rays)
@@ -133,19 +139,23 @@ class RayMeshIntersector:
         return index_tri, rows[index_ray], rays[index_ray, :3] + t[:, None] * rays[index_ray, 3:]
 
     def intersects_location(
-        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, *,
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        *,
         max_hits: int | None = None,
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:  # fmt: skip
-        """Where rays cross: locations, index_ray and index_tri of `intersects_id`, in this order."""
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+        """Find the crossings of rays: locations, index_ray and index_tri of `intersects_id`, in this order."""
         index_tri, index_ray, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=max_hits
         )
         return locations, index_ray, index_tri
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int64]:
-        """(N,) int64 array: the first face or cell of each ray, -1 where it misses."""
+        """(N,) int64 array: the first face or cell of each ray; -1 if it misses."""
         rays, rows = _rays(ray_origins, ray_directions)
-        first = np.full(len(ray_origins), -1, dtype=np.int64)
+        first = np.full(np.shape(ray_origins)[0], -1, dtype=np.int64)
         hits = self.scene.cast_rays(rays)
         first[rows] = np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
         return first
@@ -153,15 +163,15 @@ class RayMeshIntersector:
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """(N,) bool array: whether each ray crosses anything."""
         rays, rows = _rays(ray_origins, ray_directions)
-        crosses = np.zeros(len(ray_origins), dtype=bool)
+        crosses = np.zeros(np.shape(ray_origins)[0], dtype=np.bool_)
         crosses[rows] = self.scene.test_occlusions(rays)
         return crosses
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points are inside of any object: whether a ray from there crosses its surface an odd number of times.
+        """Whether points are inside of any object. Rays from them then cross its surface an odd number of times.
 
-        Objects must be closed: a mesh without holes, an isosurface that ends before its volume does and is not cut.
-        Points on a surface may be in or out.
+        Objects must be closed: meshes without holes, and isosurfaces that do not reach the border of their volume and
+        are not cut. Points on a surface may be inside or outside.
 
         Parameters
         ----------
@@ -171,11 +181,11 @@ class RayMeshIntersector:
         -------
         (N,) bool array
         """
-        points = _rows(points, "points")
-        contains = np.zeros(len(points), dtype=bool)
+        positions = _rows(points, "points")
+        contains = np.zeros(len(positions), dtype=np.bool_)
         lower, upper = self.scene.bounds
-        near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
-        hits = self.scene.list_intersections(np.hstack([points[near], np.broadcast_to(_DIRECTION, (len(near), 3))]))
+        near = np.flatnonzero(((positions >= lower) & (positions <= upper)).all(axis=1))
+        hits = self.scene.list_intersections(np.hstack([positions[near], np.broadcast_to(_DIRECTION, (len(near), 3))]))
         crossed = np.stack([hits["ray_ids"], hits["geometry_ids"].astype(np.int64)], axis=1)
         objects, counts = np.unique(crossed, axis=0, return_counts=True)
         contains[near[objects[counts % 2 == 1, 0]]] = True
@@ -183,7 +193,7 @@ class RayMeshIntersector:
 
 
 def _rays(origins, directions):
-    """(N, 6) rays, as the scene takes them, and their rows: those whose direction is zero are left out."""
+    """(N, 6) rays for the scene, without those whose direction is zero, and their original rows."""
     origins, directions = _rows(origins, "ray_origins"), _rows(directions, "ray_directions")
     if len(origins) != len(directions):
         raise ValueError(f"ray_directions: expected as many as ray_origins, {len(origins)}, got {len(directions)}")

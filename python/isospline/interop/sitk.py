@@ -8,14 +8,14 @@ from .checks import errors_name, library_of, to_volume
 
 
 def volume_from_sitk(cls, image, **options):
-    """Model the samples of a SimpleITK image, where ``TransformContinuousIndexToPhysicalPoint`` puts them.
+    """Model the samples of a SimpleITK image, at the positions of ``TransformContinuousIndexToPhysicalPoint``.
 
     Parameters
     ----------
     image : SimpleITK.Image
-        Of three axes and one real number a sample. Later axes of length one are dropped.
+        With three axes and one real number a sample. Further axes of length one are dropped.
     **options
-        Of `Volume`, but for the place: ``degree=3``.
+        Options of `Volume`, except the place: ``degree=3``.
 
     Returns
     -------
@@ -24,11 +24,11 @@ def volume_from_sitk(cls, image, **options):
     Raises
     ------
     TypeError
-        Where `image` is something else.
+        If `image` is something else.
     ValueError
-        Where it is flat, a series, in colours, or holds complex numbers or numbers that are not finite.
+        If it is flat, a series, has colours, or has complex numbers or numbers that are not finite.
     ImportError
-        Where SimpleITK is not installed: ``pip install isospline[io]``.
+        If SimpleITK is not installed: ``pip install isospline[io]``.
 
     Examples
     --------

@@ -9,7 +9,7 @@ from .checks import library_of, to_mesh
 
 
 def check_trimesh(mesh):
-    """Check that it is a mesh or a scene of trimesh, and tell whether it is a scene."""
+    """Check that `mesh` is a trimesh mesh or scene, and return whether it is a scene."""
     with library_of("Mesh.from_trimesh"):
         import trimesh
     check_type(mesh, "mesh", (trimesh.Trimesh, trimesh.Scene), "a trimesh.Trimesh or trimesh.Scene")
@@ -17,14 +17,14 @@ def check_trimesh(mesh):
 
 
 def mesh_from_trimesh(cls, mesh, **options):
-    """Take over a mesh of trimesh, vertices and faces as they are.
+    """Convert a trimesh mesh, without changes of vertices and faces.
 
     Parameters
     ----------
     mesh : trimesh.Trimesh or trimesh.Scene
-        Of a scene, all meshes where its graph places them, one after the other.
+        For a scene, all meshes, placed by its graph, one after the other.
     **options
-        Of `Mesh`.
+        Options of `Mesh`.
 
     Returns
     -------
@@ -33,11 +33,11 @@ def mesh_from_trimesh(cls, mesh, **options):
     Raises
     ------
     TypeError
-        Where `mesh` is something else, such as a point cloud.
+        If `mesh` is something else, such as a point cloud.
     ValueError
-        Where it has no faces, or a vertex that is not finite.
+        If it has no faces, or a vertex that is not finite.
     ImportError
-        Where trimesh is not installed: ``pip install isospline[interop]``.
+        If trimesh is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------

@@ -10,17 +10,17 @@ from .checks import errors_name, library_of, to_mesh, to_volume
 
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
-    """Model an array of VTK's image data, where ``GetPoint`` puts its samples.
+    """Model an array of VTK's image data, at the positions of ``GetPoint``.
 
     Parameters
     ----------
     image_data : vtkImageData
         With any extent, spacing, origin and direction matrix.
     scalars : str, optional
-        Name of the array, of points or else of cells, whose samples lie in the middle; by default the active scalars,
-        else the only array.
+        Name of an array of point data or cell data; samples of cells are in their middle. By default the active
+        scalars, otherwise the only array.
     **options
-        Of `Volume`, but for the place: ``degree=3``.
+        Options of `Volume`, except the place: ``degree=3``.
 
     Returns
     -------
@@ -29,11 +29,11 @@ def volume_from_vtk(cls, image_data, scalars=None, **options):
     Raises
     ------
     TypeError
-        Where `image_data` is something else.
+        If `image_data` is something else.
     ValueError
-        Where it has no such array, or one of vectors or of numbers that are not finite.
+        If it has no such array, or the array has vectors or numbers that are not finite.
     ImportError
-        Where VTK is not installed: ``pip install isospline[io]``.
+        If VTK is not installed: ``pip install isospline[io]``.
 
     Examples
     --------
@@ -55,17 +55,17 @@ def volume_from_vtk(cls, image_data, scalars=None, **options):
 
 
 def mesh_from_vtk(cls, mesh, **options):
-    """Take over a surface of VTK.
+    """Convert a surface of VTK.
 
-    VTK cuts polygons and strips into triangles, in the order of the cells; triangles are taken over as they are. Lines
-    and single points are left out.
+    VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
+    points are left out.
 
     Parameters
     ----------
     mesh : vtkPolyData, vtkUnstructuredGrid or vtkStructuredGrid
-        Of grids, their faces are taken, or where they have none, the surface of their solid cells.
+        For grids, their faces are used or, if they have none, the surface of their solid cells.
     **options
-        Of `Mesh`.
+        Options of `Mesh`.
 
     Returns
     -------
@@ -74,11 +74,11 @@ def mesh_from_vtk(cls, mesh, **options):
     Raises
     ------
     TypeError
-        Where `mesh` is something else.
+        If `mesh` is something else.
     ValueError
-        Where it has no faces, or a vertex that is not finite.
+        If it has no faces, or a vertex that is not finite.
     ImportError
-        Where VTK is not installed: ``pip install isospline[io]``.
+        If VTK is not installed: ``pip install isospline[io]``.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def mesh_from_vtk(cls, mesh, **options):
 
 
 def check_connectivity(mesh):
-    """Check the vertex indices of all cells: VTK's filters read memory wherever one leads."""
+    """Check the vertex indices of all cells: VTK's filters would read memory out of bounds."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 
     count = mesh.GetPoints().GetNumberOfPoints() if mesh.GetPoints() is not None else 0
@@ -121,11 +121,11 @@ def check_connectivity(mesh):
 
 
 def _check_cells(cells, count):
-    """Check the offsets and the indices of an array of cells; returns the number of indices of each."""
+    """Check the offsets and indices of an array of cells; returns the number of indices of each cell."""
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, int)
     indices, offsets = _numbers(cells.GetConnectivityArray()), _numbers(cells.GetOffsetsArray())
-    # Compared, as differences of wild numbers overflow.
+    # Compare, because differences of arbitrary numbers can overflow.
     if offsets[0] != 0 or offsets[-1] != len(indices) or (offsets[1:] < offsets[:-1]).any():
         raise ValueError("expected offsets of cells that ascend from 0 to the number of indices, got others")
     check_indices(indices, count)
@@ -133,14 +133,14 @@ def _check_cells(cells, count):
 
 
 def check_indices(indices, count):
-    """Check that indices are those of so many vertices."""
+    """Check that indices are below the number of vertices."""
     if indices.size and not (indices.min() >= 0 and indices.max() < count):
         wrong = indices[(indices < 0) | (indices >= count)].flat[0]
         raise ValueError(f"expected vertex indices from 0 to {count} - 1, got {wrong}")
 
 
 def _check_cell_types(grid, sizes):
-    """Check that cells have as many indices as their type needs."""
+    """Check that cells have the number of indices that their type needs."""
     from vtkmodules.vtkCommonDataModel import vtkGenericCell
 
     if len(sizes) == 0:
@@ -159,7 +159,7 @@ def _check_cell_types(grid, sizes):
 
 
 def _numbers(array):
-    """An array of VTK, also one that computes its values."""
+    """The numbers of a VTK array, including one that computes its values."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonCore import vtkIdTypeArray
 
@@ -171,12 +171,12 @@ def _numbers(array):
 
 
 def surface(grid):
-    """The faces of a grid, or where it has none, the surface of its solid cells."""
+    """The faces of a grid or, if it has none, the surface of its solid cells."""
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
     from vtkmodules.vtkFiltersExtraction import vtkExtractCellsByType
     from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
-    # A solid that comes with its boundary, as meshers write it, would have every face twice.
+    # Meshers write solids together with their boundary; every face would then occur twice.
     if isinstance(grid, vtkUnstructuredGrid):
         faces = vtkExtractCellsByType()
         for cell_type in flat_cell_types():
@@ -207,7 +207,7 @@ def triangles(poly_data):
 
 
 def flat_cell_types():
-    """VTK's types of cells that are faces: triangles, polygons, curved ones."""
+    """VTK's cell types that are faces: triangles, polygons and curved faces."""
     from vtkmodules.vtkCommonDataModel import VTK_NUMBER_OF_CELL_TYPES, vtkGenericCell
 
     cells = ((cell_type, vtkGenericCell.InstantiateCell(cell_type)) for cell_type in range(VTK_NUMBER_OF_CELL_TYPES))

@@ -1,4 +1,4 @@
-"""Arrays of xarray, placed by their coordinates."""
+"""Arrays of xarray, whose coordinates give the place of the samples."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from ..io.volume_data import VolumeData
 from ..parameters import check_type
 from .checks import errors_name, library_of, to_volume
 
-# Part of a step that a coordinate may be away from its place in an even series; many are stored as decimal text.
+# The largest deviation of a coordinate from an even series, as a fraction of a step; many are stored as decimal text.
 TOLERANCE = 0.01
 
 
 def volume_from_xarray(cls, array, dims=None, **options):
-    """Model an array of xarray, where its coordinates put the samples.
+    """Model an array of xarray, at the positions given by its coordinates.
 
-    Coordinates may run upwards or downwards; dimensions without any count from 0. An attribute ``direction``, the
-    matrix that ``itk.xarray_from_image`` stores in the order of the array's axes, turns the axes about the first
-    sample as ITK does.
+    Coordinates may be ascending or descending; dimensions without coordinates count from 0. An attribute ``direction``,
+    which ``itk.xarray_from_image`` stores in the order of the array's axes, rotates the axes about the first sample, as
+    in ITK.
 
     Parameters
     ----------
     array : xarray.DataArray
-        Of real numbers. Other dimensions than the three must have length one.
+        An array of real numbers. Dimensions other than x, y and z must have length one.
     dims : (str, str, str), optional
         Names of the dimensions along x, y and z; by default x, y and z in lower or upper case.
     **options
-        Of `Volume`, but for the place: ``degree=3``.
+        Options of `Volume`, except the place: ``degree=3``.
 
     Returns
     -------
@@ -36,11 +36,11 @@ def volume_from_xarray(cls, array, dims=None, **options):
     Raises
     ------
     TypeError
-        Where `array` is something else, such as a Dataset.
+        If `array` is something else, such as a Dataset.
     ValueError
-        Where it lacks one of the dimensions or has more, or where coordinates are not evenly spaced numbers.
+        If it lacks one of the dimensions or has more, or if coordinates are not evenly spaced numbers.
     ImportError
-        Where xarray is not installed: ``pip install isospline[interop]``.
+        If xarray is not installed: ``pip install isospline[interop]``.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def volume_from_xarray(cls, array, dims=None, **options):
         array = array.isel(others).transpose(..., *reversed(dims))
         check_samples(array.shape, array.dtype, mapped=True)
         first, step = np.transpose([_even(dim, array[dim].values) for dim in dims])
-    # Coordinates that run downwards mirror the axis.
+    # Descending coordinates mirror the axis.
     direction = _direction(array.attrs) * np.where(step < 0, -1.0, 1.0)
     data = VolumeData(array.values, tuple(np.abs(step).tolist()), tuple(first.tolist()), direction)
     return to_volume(cls, data, "array", options)
@@ -95,7 +95,7 @@ def _even(dim, coordinates):
 
 
 def _direction(attributes):
-    """ITK's direction matrix, whose rows and columns xarray has in the order of the array's axes."""
+    """ITK's direction matrix. Its rows and columns in xarray are in the order of the array's axes."""
     direction = attributes.get("direction")
     if np.shape(direction) not in ((3, 3), (4, 4)):
         return np.eye(3)

@@ -1,4 +1,4 @@
-"""Volumes from files: each format by its own module, all of them behind `read_volume`."""
+"""Volumes from files: each format has its own module, and `read_volume` reads all of them."""
 
 from .read import read_volume
 from .volume_data import VolumeData

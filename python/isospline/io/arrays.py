@@ -1,4 +1,4 @@
-"""Files that hold an array and nothing else: .npy and headerless raw."""
+"""Files that contain only an array: .npy and headerless raw files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def read_npy(path):
 # Shape, x first, and type in the name of a raw file.
 _NAMED = re.compile(r"(?<!\d)(\d+)x(\d+)x(\d+)_(u?int(?:8|16|32|64)|float(?:32|64))(?![a-z0-9])", re.IGNORECASE)
 
-#: How both ways to tell a shape order it.
+#: The order of a shape in Python and on the command line.
 ORDER = "shape=(nz, ny, nx) in Python, --shape NX,NY,NZ on the command line"
 
 
@@ -38,7 +38,7 @@ def read_raw(path, shape, dtype, offset):
     if shape is None or dtype is None:
         missing = "shape" if shape is None else "dtype"
         raise ValueError(
-            f"expected the shape and the type of the samples, which the file does not tell: {missing}= ({ORDER})"
+            f"expected the shape and the type of the samples, which the file does not store: {missing}= ({ORDER})"
         )
     shape, dtype = tuple(int(count) for count in shape), np.dtype(dtype)
     check_samples(shape, dtype, mapped=True)

@@ -1,4 +1,4 @@
-"""What must be true of a file before it is read, and what its header must say before its samples are."""
+"""Checks of a file before it is read, and of its header before its samples are read."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ import psutil
 from ..parameters import printable
 
 _KINDS = (
-    (stat.S_ISFIFO, "a pipe"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"), (stat.S_ISSOCK, "a socket"),
-)  # fmt: skip
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
 
 
 def check_file(path):
-    """Check that a path leads to a file that can be opened and has an end, and return its size."""
+    """Check that a path is a regular file that can be opened, and return its size."""
     status = os.stat(path)
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
@@ -30,7 +33,7 @@ def check_file(path):
 
 
 def utf8(path):
-    """The path as the text that libraries take; they abort or look for another file where it is not UTF-8."""
+    """The path as text for libraries. They abort, or look for another file, if it is not UTF-8."""
     text = os.fspath(path)
     try:
         text.encode()
@@ -54,7 +57,7 @@ def check_samples(shape, dtype, *, mapped=False):
 
 
 def check_memory(needed, what):
-    """Check that as many bytes fit into memory."""
+    """Check that this number of bytes fits into memory."""
     available = available_memory()
     if needed > available:
         raise MemoryError(

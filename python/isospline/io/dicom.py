@@ -1,4 +1,4 @@
-"""DICOM, a series of slices or one file of several frames: by SimpleITK, which uses GDCM."""
+"""DICOM, a series of slices or one file of several frames, read by SimpleITK, which uses GDCM."""
 
 from __future__ import annotations
 
@@ -11,68 +11,82 @@ from . import itk
 from .checks import check_file, utf8
 from .dicom_elements import DIRECTORY_CLASS, begins_as_dicom, check_elements
 
-# Suffixes of files that a folder of slices holds, however they begin.
+# Suffixes of files that count as slices, even without the preamble of DICOM.
 SUFFIXES = (".dcm", ".dicom", ".ima")
-# Part of the distance of slices that a slice may be away from its place in an even series. Positions are stored as
-# decimal text, often rounded to 1/100 mm.
+# The largest deviation of a slice from its place in an even series, as a fraction of the distance of slices. Positions
+# are stored as decimal text, often rounded to 1/100 mm.
 TOLERANCE = 0.02
 
 
 def read_file(path):
-    """Read a single file: an enhanced one of several frames, or one slice."""
+    """Read a single file: an enhanced file with several frames, or one slice."""
     check_elements(path)
     with itk.quiet():
         reader = itk.open_header(path, "GDCMImageIO")
         itk.check_header(reader)
-        return itk.to_volume_data(reader.Execute())
+        return itk.to_volume_data(reader.Execute()).replace(patient=True)
 
 
 def read_folder(path, name=None):
     """Read the only series of a folder, or the one whose Series Instance UID is `name`."""
     import SimpleITK
 
-    slices = _slices_of(path)
     with itk.quiet():
-        series = SimpleITK.ImageSeriesReader.GetGDCMSeriesIDs(utf8(path))
-        _check_all_found(path, slices, series)
-        if not series:
-            raise ValueError("expected a folder that holds a DICOM series or TIFF slices, got one without any")
-        if name is None and len(series) > 1:
-            raise ValueError(f"expected one series, or its UID as name, got {len(series)}: {', '.join(series)}")
-        if name is not None and name not in series:
-            raise ValueError(f"expected name to be the UID of a series, {', '.join(series)}, got {name}")
-        files = SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(utf8(path), name or series[0])
+        files, frame = find_series(path, name)
         if len(files) == 1:
             return read_file(files[0])
-
-        headers = []
-        for file in files:
-            with _errors_name(file):
-                headers.append(itk.open_header(file, "GDCMImageIO"))
-        itk.check_header(headers[0], slices=len(files))
-        step = _check_slices(headers)
         reader = SimpleITK.ImageSeriesReader()
         reader.SetImageIO("GDCMImageIO")
         reader.SetFileNames(files)
         try:
             volume = itk.to_volume_data(reader.Execute())
         except RuntimeError:
-            # ITK does not say which of the files it was.
+            # ITK does not say which file is broken.
             for file in files:
-                with _errors_name(file):
+                with errors_name(file):
                     read_file(file)
             raise
+    return volume.replace(patient=True, **frame)
 
-    # The third axis runs along the slices' positions, which a tilted gantry moves off their normal.
+
+def find_series(path, name=None, mapped=False):
+    """The files of a series of slices, in order, and its spacing, origin and direction; checked, but not read.
+
+    A single file may have several slices and its own frame.
+    """
+    import SimpleITK
+
+    slices = _slices_of(path)
+    series = SimpleITK.ImageSeriesReader.GetGDCMSeriesIDs(utf8(path))
+    _check_all_found(path, slices, series)
+    if not series:
+        raise ValueError("expected a folder that holds a DICOM series or TIFF slices, got one without any")
+    if name is None and len(series) > 1:
+        raise ValueError(f"expected one series, or its UID as name, got {len(series)}: {', '.join(series)}")
+    if name is not None and name not in series:
+        raise ValueError(f"expected name to be the UID of a series, {', '.join(series)}, got {name}")
+    files = SimpleITK.ImageSeriesReader.GetGDCMSeriesFileNames(utf8(path), name or series[0])
+    if len(files) == 1:
+        return files, {}
+
+    headers = []
+    for file in files:
+        with errors_name(file):
+            headers.append(itk.open_header(file, "GDCMImageIO"))
+    itk.check_header(headers[0], slices=len(files), mapped=mapped)
+    step = _check_slices(headers)
+
+    # The third axis runs along the slices' positions; with a tilted gantry, this is not their normal.
     first = headers[0]
     distance = float(np.linalg.norm(step))
     direction = np.reshape(first.GetDirection(), (3, 3)).copy()
     direction[:, 2] = step / distance
-    return volume.replace(spacing=(*first.GetSpacing()[:2], distance), origin=first.GetOrigin(), direction=direction)
+    spacing = (*first.GetSpacing()[:2], distance)
+    return files, {"spacing": spacing, "origin": first.GetOrigin(), "direction": direction}
 
 
 def _slices_of(folder):
-    """The DICOM files of a folder, all of them sound: GDCM would leave out those that it cannot read."""
+    """The DICOM files of a folder, after checking all of them: GDCM would leave out files that it cannot read."""
     slices = []
     for file in sorted(folder.iterdir()):
         if file.is_dir() or file.name.startswith("."):
@@ -80,7 +94,7 @@ def _slices_of(folder):
         check_file(file)
         if not (begins_as_dicom(file) or file.suffix.lower() in SUFFIXES):
             continue
-        with _errors_name(file):
+        with errors_name(file):
             utf8(file)
             if check_elements(file) != DIRECTORY_CLASS:
                 slices.append(file)
@@ -88,7 +102,7 @@ def _slices_of(folder):
 
 
 def _check_all_found(folder, slices, series):
-    """Check that GDCM has taken every slice for a part of a series."""
+    """Check that GDCM has assigned every slice to a series."""
     import SimpleITK
 
     found = set()
@@ -101,8 +115,8 @@ def _check_all_found(folder, slices, series):
 
 
 @contextlib.contextmanager
-def _errors_name(file):
-    """Begin what is said of a broken slice with its name."""
+def errors_name(file):
+    """Put the name of a broken slice in front of the error message."""
     try:
         yield
     except (ValueError, RuntimeError) as error:
@@ -111,7 +125,7 @@ def _errors_name(file):
 
 
 def _check_slices(headers):
-    """Check that slices lie evenly along a line, and return the vector from one to the next."""
+    """Check that slices are evenly spaced along a line, and return the vector from one to the next."""
     first = headers[0]
     for header in headers[1:]:
         for what in ("Size", "Spacing", "Direction"):

@@ -1,4 +1,4 @@
-"""The elements of a DICOM file (PS3.5 §7), checked before GDCM reads it: it allocates whatever a length says."""
+"""Checks of the elements of a DICOM file (PS3.5 §7) before GDCM reads it: GDCM allocates any length unchecked."""
 
 from __future__ import annotations
 
@@ -12,27 +12,48 @@ from .checks import check_memory
 UNDEFINED = 0xFFFFFFFF
 _ITEM, _ITEM_END, _SEQUENCE_END = (0xFFFE, 0xE000), (0xFFFE, 0xE00D), (0xFFFE, 0xE0DD)
 _TRANSFER_SYNTAX, _MEDIA_CLASS, _PIXELS = (0x0002, 0x0010), (0x0002, 0x0002), (0x7FE0, 0x0010)
-# Attributes that say how many bytes the pixels have.
+# Attributes that determine the number of bytes of the pixels.
 _SIZES = {(0x0028, 0x0002): "samples", (0x0028, 0x0010): "rows", (0x0028, 0x0011): "columns", (0x0028, 0x0100): "bits"}
 _FRAMES = (0x0028, 0x0008)
 _LONG = (b"OB", b"OD", b"OF", b"OL", b"OV", b"OW", b"SQ", b"SV", b"UC", b"UN", b"UR", b"UT", b"UV")
-_SHORT = (b"AE", b"AS", b"AT", b"CS", b"DA", b"DS", b"DT", b"FD", b"FL", b"IS", b"LO", b"LT", b"PN", b"SH", b"SL",
-          b"SS", b"ST", b"TM", b"UI", b"UL", b"US")  # fmt: skip
+_SHORT = (
+    b"AE",
+    b"AS",
+    b"AT",
+    b"CS",
+    b"DA",
+    b"DS",
+    b"DT",
+    b"FD",
+    b"FL",
+    b"IS",
+    b"LO",
+    b"LT",
+    b"PN",
+    b"SH",
+    b"SL",
+    b"SS",
+    b"ST",
+    b"TM",
+    b"UI",
+    b"UL",
+    b"US",
+)
 _IMPLICIT, _BIG, _DEFLATED = "1.2.840.10008.1.2", "1.2.840.10008.1.2.2", "1.2.840.10008.1.2.1.99"
 DIRECTORY_CLASS = "1.2.840.10008.1.3.10"
-# Sequences within sequences.
+# The largest depth of nested sequences.
 DEPTH_LIMIT = 32
 
 
 def begins_as_dicom(path):
-    """Whether a file has the preamble of DICOM files, or ends within it."""
+    """Whether a file has the preamble of DICOM files, or ends inside it."""
     with open(path, "rb") as file:
         beginning = file.read(132)
     return beginning[128:] == b"DICM" or (len(beginning) < 132 and not beginning[:128].strip(b"\0"))
 
 
 def check_elements(path):
-    """Check that all elements of a file end within it, and that its pixels are there.
+    """Check that all elements of a file end within it, and that it has pixels.
 
     Returns the UID of its kind (Media Storage SOP Class), or an empty text.
     """
@@ -63,7 +84,7 @@ def _inflated(content):
 
 
 class _Walker:
-    """Walks over the elements of a data set; keeps those that describe its pixels."""
+    """Visits the elements of a data set, and keeps those that describe its pixels."""
 
     def __init__(self, content, order, explicit):
         self._content, self._explicit = content, explicit
@@ -72,7 +93,7 @@ class _Walker:
         self._found = {}
 
     def walk(self, position, end, *, only_group=None, depth=0, until=None):
-        """Go over elements up to `end`, or up to the tag `until`; returns where they end."""
+        """Visit elements up to `end`, or up to the tag `until`; returns the position behind them."""
         while position < end:
             tag = self._unpack(self._tag, position, end)
             if only_group is not None and tag[0] != only_group:
@@ -94,14 +115,14 @@ class _Walker:
                 position = begin + length
                 if kind == b"SQ":
                     self._items(begin, position, depth, bounded=True)
-            if depth == 0 and (tag == _PIXELS or tag in _SIZES or tag == _FRAMES or tag[0] == 0x0002):
+            if depth == 0 and (tag in (_PIXELS, _FRAMES) or tag in _SIZES or tag[0] == 0x0002):
                 self._found[tag] = (begin, length)
         if until is not None:
             raise ValueError(f"expected {_text(until)} at the end of items: the file is truncated or damaged")
         return position
 
     def _header(self, tag, position, end):
-        """Kind (VR) of an element, length and first byte of its value."""
+        """Kind (VR) of an element, and the length and first byte of its value."""
         if self._explicit and tag[0] != 0xFFFE:
             kind = self._content[position + 4 : position + 6]
             if kind in _LONG:
@@ -112,9 +133,9 @@ class _Walker:
         return b"", self._unpack(self._long, position + 4, end)[0], position + 8
 
     def _items(self, position, end, depth, *, fragments=False, implicit=False, bounded=False):
-        """Go over the items of a sequence, or the fragments of compressed pixels, to their end."""
+        """Visit the items of a sequence, or the fragments of compressed pixels."""
         if depth >= DEPTH_LIMIT:
-            raise ValueError(f"expected sequences within sequences of depth {DEPTH_LIMIT} at most")
+            raise ValueError(f"expected nested sequences of a depth of at most {DEPTH_LIMIT}")
         explicit, self._explicit = self._explicit, self._explicit and not implicit
         while position < end:
             tag = self._unpack(self._tag, position, end)
@@ -149,7 +170,7 @@ class _Walker:
         return self._content[begin : begin + (length or 0)].decode("latin-1").strip("\0 ")
 
     def check_pixels(self):
-        """Check that pixels that are not compressed have as many bytes as the attributes say."""
+        """Check that uncompressed pixels have the number of bytes that the attributes give."""
         begin, length = self._found.get(_PIXELS, (0, None))
         if length is None:
             return

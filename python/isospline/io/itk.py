@@ -1,4 +1,4 @@
-"""What NRRD, MetaImage and DICOM have in common: SimpleITK."""
+"""Functions of SimpleITK that NRRD, MetaImage and DICOM share."""
 
 from __future__ import annotations
 
@@ -10,9 +10,17 @@ from .checks import check_components, check_samples, utf8
 from .volume_data import VolumeData
 
 _TYPES = {
-    "sitkUInt8": "u1", "sitkInt8": "i1", "sitkUInt16": "u2", "sitkInt16": "i2", "sitkUInt32": "u4", "sitkInt32": "i4",
-    "sitkUInt64": "u8", "sitkInt64": "i8", "sitkFloat32": "f4", "sitkFloat64": "f8",
-}  # fmt: skip
+    "sitkUInt8": "u1",
+    "sitkInt8": "i1",
+    "sitkUInt16": "u2",
+    "sitkInt16": "i2",
+    "sitkUInt32": "u4",
+    "sitkInt32": "i4",
+    "sitkUInt64": "u8",
+    "sitkInt64": "i8",
+    "sitkFloat32": "f4",
+    "sitkFloat64": "f8",
+}
 
 
 def open_header(path, image_io):
@@ -26,9 +34,9 @@ def open_header(path, image_io):
     return reader
 
 
-def check_header(reader, slices=1):
-    """Check what the header says of the samples, `slices` times as many."""
-    _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices)
+def check_header(reader, slices=1, mapped=False):
+    """Check the samples' shape and type in the header, for `slices` times as many; `mapped` samples need no memory."""
+    _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)
 
 
 def check_image(image):
@@ -37,7 +45,7 @@ def check_image(image):
 
 
 def dtype_of(pixel_id):
-    """The type of samples that are real numbers."""
+    """The dtype of real samples."""
     import SimpleITK
 
     dtype = next((dtype for name, dtype in _TYPES.items() if getattr(SimpleITK, name) == pixel_id), None)
@@ -46,16 +54,16 @@ def dtype_of(pixel_id):
     return np.dtype(dtype)
 
 
-def _check(components, pixel_id, size, slices=1):
+def _check(components, pixel_id, size, slices=1, mapped=False):
     check_components(components)
     shape = _spatial(size)[::-1]
-    check_samples((shape[0] * slices, *shape[1:]), dtype_of(pixel_id))
+    check_samples((shape[0] * slices, *shape[1:]), dtype_of(pixel_id), mapped=mapped)
 
 
 def to_volume_data(image, data=None):
-    """The samples, the image's own by default, and the place of an image, or a reader, of three axes.
+    """The samples, by default the image's own, and the place of an image or reader with three axes.
 
-    More axes have one sample each.
+    Further axes must have one sample each.
     """
     import SimpleITK
 
@@ -67,13 +75,13 @@ def to_volume_data(image, data=None):
 
 
 def _spatial(size):
-    """A single volume may be stored as a series of one."""
+    """Drop further axes of length one: a single volume may be stored as a series of one."""
     return size[:3] if all(count == 1 for count in size[3:]) else size
 
 
 @contextlib.contextmanager
 def quiet():
-    """Without ITK's warnings on the standard error stream."""
+    """Suppress ITK's warnings on standard error."""
     import SimpleITK
 
     shown = SimpleITK.ProcessObject.GetGlobalWarningDisplay()

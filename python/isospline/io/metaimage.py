@@ -1,6 +1,6 @@
-"""MetaImage: its header by SimpleITK, once it is known to be sound, its binary samples by zlib and NumPy.
+"""MetaImage. SimpleITK reads the header after it is checked; zlib and NumPy read binary samples.
 
-ITK takes what it could inflate of damaged samples for good, and looks for as many dimensions as a header names.
+ITK accepts partly inflated samples of damaged files, and reads any number of dimensions that a header names.
 """
 
 from __future__ import annotations
@@ -15,29 +15,36 @@ from . import itk
 from .checks import check_file, utf8
 from .packed import read_samples
 
-# Bytes of a line of a header, which ITK reads into memory of a fixed size.
+# The longest line of a header in bytes: ITK reads it into a buffer of fixed size.
 LINE_LIMIT = 4000
-# ITK's images have no more.
+# The largest dimension of ITK's images.
 DIMENSION_LIMIT = 10
-# How many numbers follow a key, by the dimension n; ITK reads as many, whatever the line has.
+# The count of numbers after a key, for dimension n. ITK reads this many, even if the line has fewer.
 _COUNTS = {
-    "DimSize": lambda n: n, "ElementSpacing": lambda n: n, "ElementSize": lambda n: n, "Offset": lambda n: n,
-    "Position": lambda n: n, "Origin": lambda n: n, "CenterOfRotation": lambda n: n, "TransformMatrix": lambda n: n * n,
-    "Rotation": lambda n: n * n, "Orientation": lambda n: n * n,
-}  # fmt: skip
+    "DimSize": lambda n: n,
+    "ElementSpacing": lambda n: n,
+    "ElementSize": lambda n: n,
+    "Offset": lambda n: n,
+    "Position": lambda n: n,
+    "Origin": lambda n: n,
+    "CenterOfRotation": lambda n: n,
+    "TransformMatrix": lambda n: n * n,
+    "Rotation": lambda n: n * n,
+    "Orientation": lambda n: n * n,
+}
 
 
-def read(path):
-    """Read a MetaImage file, with its samples within or detached."""
+def read(path, load=read_samples):
+    """Read a MetaImage file with attached or detached samples. `load` reads binary samples, like `read_samples`."""
     header, begin = _read_header(path)
     parts = _parts(path, header, begin)
     for part, _ in parts:
         check_file(part)
     with itk.quiet():
         reader = itk.open_header(path, "MetaImageIO")
-        itk.check_header(reader)
+        itk.check_header(reader, mapped=load is not read_samples)
         if not _is_true(header, "BinaryData", default=True):
-            return itk.to_volume_data(reader.Execute())
+            return itk.to_volume_data(reader.Execute()).replace(patient=_is_patient(header))
 
     dtype = itk.dtype_of(reader.GetPixelID())
     if _is_true(header, "BinaryDataByteOrderMSB") or _is_true(header, "ElementByteOrderMSB"):
@@ -47,12 +54,18 @@ def read(path):
     if compression is None:
         expected = math.prod(shape) * dtype.itemsize // len(parts)
         parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
-    data = read_samples([(part, at, 0) for part, at in parts], shape, dtype, compression)
-    return itk.to_volume_data(reader, data.astype(dtype.newbyteorder("="), copy=False))
+    data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
+    return itk.to_volume_data(reader, data).replace(patient=_is_patient(header))
+
+
+def _is_patient(header):
+    """Whether the header names anatomical directions of the axes, such as RAI; ??? means none."""
+    letters = header.get("AnatomicalOrientation", "").upper()
+    return len(letters) == 3 and all(sum(each in letters for each in pair) == 1 for pair in ("RL", "AP", "SI"))
 
 
 def _read_header(path):
-    """The lines `Key = Value` of a header, and the byte after them; LIST is followed by names of files."""
+    """The lines `Key = Value` of a header, and the position after them; file names follow LIST."""
     header = {}
     with open(path, "rb") as file:
         while "ElementDataFile" not in header:
@@ -90,7 +103,7 @@ def _check_header(header):
 
 
 def _parts(path, header, begin):
-    """The files that hold the samples, and where in them to begin."""
+    """The files with the samples, and the positions where these begin."""
     name = header["ElementDataFile"]
     folder = os.path.dirname(utf8(path))
     if name.upper() == "LOCAL":
@@ -113,14 +126,15 @@ def _parts(path, header, begin):
 def _numbered(words, header):
     """`slice%03d.raw 1 93 1`: names by a pattern, the first and the last number, and the step."""
     numbers = [int(word) for word in words[1:] if re.fullmatch(r"\d{1,9}", word)]
-    first, last, step = [*numbers, *(1, int(header["DimSize"].split()[-1]), 1)[len(numbers) :]]
+    defaults = [1, int(header["DimSize"].split()[-1]), 1]
+    first, last, step = numbers + defaults[len(numbers) :]
     if not re.fullmatch(r"[^%]*%0?\d{0,2}d[^%]*", words[0]) or len(words) > 4 or step < 1 or last - first > 1_000_000:
         raise ValueError(f"expected a pattern with one number in ElementDataFile, got {' '.join(words)}")
     return [words[0] % number for number in range(first, last + 1, step)]
 
 
 def _begin(header, path, begin, expected):
-    """Where samples begin that are not compressed; a HeaderSize of -1 says that they end with the file."""
+    """Where uncompressed samples begin; a HeaderSize of -1 means that they end with the file."""
     size, skipped = check_file(path), _integer(header, "HeaderSize", 0)
     begin = size - expected if skipped < 0 else begin + skipped
     got = max(size - begin, 0)

@@ -1,7 +1,7 @@
-"""NIfTI, and what nibabel reads beside it, by nibabel.
+"""NIfTI and the other formats of nibabel, read by nibabel.
 
-ITK's reader is not used here: it fills up truncated files with zeros, prefers name.nii where it is asked for
-name.nii.gz, and refuses sheared axes.
+ITK's reader is not used here: it pads truncated files with zeros, reads name.nii instead of name.nii.gz if both exist,
+and refuses sheared axes.
 """
 
 from __future__ import annotations
@@ -16,31 +16,34 @@ from .checks import check_components, check_samples
 from .packed import drain
 from .volume_data import VolumeData
 
-# NIfTI's world is RAS, that of DICOM and ITK is LPS.
+# The world of NIfTI is RAS, the world of DICOM and ITK is LPS.
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 # Suffixes of files that cannot be mapped into memory.
 COMPRESSED = (".gz", ".mgz", ".bz2", ".zst")
-# Bytes that the longer one of both headers has.
+# Bytes of the longer one of both headers.
 _HEADER = 540
 
 
-def read(path):
-    """Read a NIfTI file; its sform, or else its qform, is the place of the samples."""
+def read(path, load=None):
+    """Read a NIfTI file; its sform, or otherwise its qform, gives the place of the samples.
+
+    `load`, if given, gets nibabel's proxy of the samples and their shape [x, y, z], and returns the data.
+    """
     import nibabel
 
     if str(path).lower().endswith(".gz"):
-        return _read_gzip(path)
+        return _read_gzip(path, load)
     image = nibabel.load(path)
     if not isinstance(image, _nifti_types()):
         raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
-    # nibabel takes memory for all that the header tells of before it looks for it.
+    # nibabel allocates memory for all samples in the header before it checks that they exist.
     expected = image.dataobj.offset + math.prod(image.shape) * image.get_data_dtype().itemsize
     if (size := os.path.getsize(path)) < expected:
         raise ValueError(f"expected {expected} bytes, got {size} bytes: the file is truncated")
-    return to_volume_data(image)
+    return to_volume_data(image, load)
 
 
-def _read_gzip(path):
+def _read_gzip(path, load):
     """Read a compressed file to its end, where its checksum is: nibabel stops after the last sample."""
     import nibabel
 
@@ -50,8 +53,9 @@ def _read_gzip(path):
         if kind is None:
             raise ValueError("expected a NIfTI file")
         stream.seek(0)
-        data = to_volume_data(kind.from_file_map({"image": nibabel.FileHolder(str(path), stream)}))
-        drain(stream)
+        data = to_volume_data(kind.from_file_map({"image": nibabel.FileHolder(str(path), stream)}), load)
+        if load is None:
+            drain(stream)
     return data
 
 
@@ -61,8 +65,8 @@ def _nifti_types():
     return nibabel.Nifti1Image, nibabel.Nifti2Image
 
 
-def to_volume_data(image):
-    """The samples and the place, in LPS, of any image of nibabel: its world is RAS whatever its format."""
+def to_volume_data(image, load=None):
+    """The samples and the place, in LPS, of any nibabel image; nibabel's world is RAS for all formats."""
     import nibabel
 
     stored = image.dataobj
@@ -75,7 +79,14 @@ def to_volume_data(image):
     shape = image.shape[:3] if all(count == 1 for count in image.shape[3:]) else image.shape
     scaled = in_file and (getattr(stored, "slope", 1), getattr(stored, "inter", 0)) != (1, 0)
     compressed = in_file and str(image.get_filename()).lower().endswith(COMPRESSED)
-    check_samples(shape[::-1], float if scaled else dtype, mapped=not scaled and not compressed)
+    check_samples(shape[::-1], float if scaled else dtype, mapped=load or not (scaled or compressed))
 
-    data = np.asanyarray(stored).reshape(shape, order="F").T
-    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine)
+    data = load(stored, shape) if load else np.asanyarray(stored).reshape(shape, order="F").T
+    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(patient=_is_patient(image))
+
+
+def _is_patient(image):
+    """Whether the world is a patient's: by NIfTI's codes; always for the other formats that nibabel reads."""
+    if not isinstance(image, _nifti_types()):
+        return True
+    return int(image.header["sform_code"]) > 0 or int(image.header["qform_code"]) > 0

@@ -1,6 +1,6 @@
-"""NRRD: its header by SimpleITK, once it is known to be sound, its samples by Python and NumPy.
+"""NRRD. SimpleITK reads the header after it is checked; Python and NumPy read the samples.
 
-ITK's reader (Teem's) does not look at the checksums of compressed samples, and crashes at long lines and words.
+ITK's reader, which is Teem's, ignores the checksums of compressed samples, and crashes at long lines and words.
 """
 
 from __future__ import annotations
@@ -17,14 +17,23 @@ from .packed import read_samples
 
 _TEXTS = ("ascii", "text", "txt")
 _COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
-# Bytes of a line of a header, Teem's memory for which has a fixed size, and of a header.
+# Values of the field `space` that name a patient's axes; ITK converts them to LPS.
+_PATIENT_SPACES = (
+    "right-anterior-superior",
+    "left-anterior-superior",
+    "left-posterior-superior",
+    "ras",
+    "las",
+    "lps",
+)
+# The largest sizes in bytes of a header's line, for which Teem has a fixed buffer, and of a header.
 LINE_LIMIT, HEADER_LIMIT = 1000, 1 << 20
-# Teem's arrays have no more.
+# The largest dimension of Teem's arrays.
 DIMENSION_LIMIT = 16
 
 
-def read(path):
-    """Read a NRRD file, with its samples within or detached."""
+def read(path, load=read_samples):
+    """Read an NRRD file with attached or detached samples. `load` reads binary samples, like `read_samples`."""
     header, names, begin = _read_header(path)
     folder = os.path.dirname(utf8(path))
     files = [os.path.join(folder, name) for name in names] if names is not None else [path]
@@ -32,13 +41,13 @@ def read(path):
         check_file(file)
     with itk.quiet():
         reader = itk.open_header(path, "NrrdImageIO")
-        itk.check_header(reader)
+        itk.check_header(reader, mapped=load is not read_samples)
         encoding = header["encoding"].lower()
         known = (*_COMPRESSIONS, *_TEXTS, "hex")
         if encoding not in known:
             raise ValueError(f"expected an encoding of {', '.join(known)}, got {encoding}")
 
-    # All of the file's axes are those of the volume: one number a sample has been checked.
+    # All axes of the file are axes of the volume: it was checked that a sample is one number.
     shape = reader.GetSize()[2::-1]
     if math.prod(shape) != math.prod(header["sizes"]):
         raise ValueError(f"expected one number a sample, got sizes of {' x '.join(map(str, header['sizes']))}")
@@ -46,8 +55,9 @@ def read(path):
     begin = 0 if names is not None else begin
     if encoding not in _COMPRESSIONS and len(files) > 1:
         raise ValueError(f"expected one file of samples as text, got {len(files)}")
+    patient = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
-        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype))
+        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype)).replace(patient=patient)
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
@@ -57,12 +67,12 @@ def read(path):
         data = _read_hex(files[0], begin, shape, dtype)
     else:
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
-        data = read_samples(parts, shape, dtype, _COMPRESSIONS[encoding])
-    return itk.to_volume_data(reader, data.astype(dtype.newbyteorder("="), copy=False))
+        data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
+    return itk.to_volume_data(reader, data).replace(patient=patient)
 
 
 def _read_text(file, begin, shape, dtype):
-    """Samples as words between blanks."""
+    """Read samples stored as text, separated by blanks."""
     with open(file, "rb") as opened:
         opened.seek(begin)
         words = opened.read().split()
@@ -88,11 +98,11 @@ def _read_hex(file, begin, shape, dtype):
     size = math.prod(shape) * dtype.itemsize
     if len(content) != size:
         raise ValueError(f"expected {size} bytes of samples, got {len(content)}: the file is truncated or damaged")
-    return np.frombuffer(content, dtype).reshape(shape)
+    return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="), copy=False)
 
 
 def _read_header(path):
-    """Fields of a header, names of files of samples (None where they follow), and the byte after the header."""
+    """Fields of a header, names of sample files (None if samples follow), and the position after the header."""
     fields, names, length = {}, None, 0
     with open(path, "rb") as file:
         if not re.fullmatch(rb"NRRD000[1-5]\r?\n", file.readline(16)):
@@ -100,13 +110,13 @@ def _read_header(path):
         while line := file.readline(LINE_LIMIT + 1):
             length += len(line)
             if len(line) > LINE_LIMIT or length > HEADER_LIMIT:
-                raise ValueError(f"expected a header of {HEADER_LIMIT} bytes in lines of {LINE_LIMIT} at most")
+                raise ValueError(f"expected a header of at most {HEADER_LIMIT} bytes in lines of at most {LINE_LIMIT}")
             text = line.decode("latin-1").strip()
             if not text:
                 break
             match = re.fullmatch(r"([^#:][^:]*): ?(?!=)(.*)", text)
             if not match:
-                continue  # a comment, or a key and a value of the user's
+                continue  # a comment, or a user's key and value
             name, value = match[1].strip().lower(), match[2].strip()
             name = {"datafile": "data file", "lineskip": "line skip", "byteskip": "byte skip"}.get(name, name)
             if name in fields:
@@ -149,7 +159,7 @@ def _file_names(value):
 
 
 def _parts(files, begin, header, size):
-    """The files, where their samples begin, and how many bytes to leave out."""
+    """The files, the positions where their samples begin, and the number of bytes to skip."""
     lines, skipped = _integer(header, "line skip", 0), _integer(header, "byte skip", 0)
     if lines < 0 or skipped < -1:
         raise ValueError(f"expected line skip and byte skip of at least 0, got {lines} and {skipped}")

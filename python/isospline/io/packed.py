@@ -1,4 +1,4 @@
-"""Samples as a file stores them, compressed or not, read to the end and to the checksum."""
+"""Reads samples as a file stores them, compressed or not, to the end and including the checksum."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import bz2
 import contextlib
 import gzip
 import zlib
+from typing import Any
 
 import numpy as np
 
@@ -13,19 +14,24 @@ _BLOCK = 1 << 20
 
 
 def read_samples(parts, shape, dtype, compression=None):
-    """Fill an array of this shape from files, each of which holds an equal part of it from a byte on.
+    """Fill an array of this shape from files. Each file has an equal part of it, which begins at a given byte.
 
     Parameters
     ----------
     parts : sequence of (path, int, int)
-        Files, where their stream begins, and bytes of the stream, once decompressed, to leave out.
+        Files, the byte where their stream begins, and the number of bytes to skip in the decompressed stream.
     shape, dtype
         Of the array.
     compression : {None, "gzip", "bzip2", "zlib"}
         How the stream is compressed.
+
+    Returns
+    -------
+    ndarray
+        In the machine's byte order.
     """
     data = np.empty(shape, dtype)
-    content = memoryview(data.reshape(-1).view(np.uint8))
+    content = data.reshape(-1).view(np.uint8).data
     size, rest = divmod(len(content), len(parts))
     if rest:
         raise ValueError(f"expected files of equal size, got {len(parts)} for {len(content)} bytes of samples")
@@ -35,7 +41,7 @@ def read_samples(parts, shape, dtype, compression=None):
             fill(stream, content[number * size : (number + 1) * size])
             if compression is not None:
                 drain(stream)
-    return data
+    return data.astype(data.dtype.newbyteorder("="), copy=False)
 
 
 @contextlib.contextmanager
@@ -47,7 +53,7 @@ def opened(path, begin, compression):
 
 
 def fill(stream, content):
-    """Read as many bytes as there is room for."""
+    """Fill a buffer completely."""
     done = 0
     while done < len(content):
         count = stream.readinto(content[done : done + _BLOCK])
@@ -57,7 +63,7 @@ def fill(stream, content):
 
 
 def skip(stream, count):
-    """Leave out as many bytes."""
+    """Skip this number of bytes."""
     while count > 0:
         content = stream.read(min(count, _BLOCK))
         if not content:
@@ -66,26 +72,26 @@ def skip(stream, count):
 
 
 def drain(stream):
-    """Read a compressed stream to its end, where its checksum is."""
+    """Read a compressed stream to its end, where the checksum is."""
     while stream.read(_BLOCK):
         pass
 
 
 class _Inflated:
-    """A stream that zlib has compressed, or gzip: MetaImage allows both."""
+    """A stream compressed by zlib or gzip: MetaImage allows both."""
 
     def __init__(self, file):
         self._file = file
         self._inflate = zlib.decompressobj(wbits=32 + zlib.MAX_WBITS)
 
     def readinto(self, content):
-        """Read at most as many bytes as there is room for; 0 at the end."""
+        """Read into a buffer; returns the number of bytes, 0 at the end."""
         data = self.read(len(content))
         content[: len(data)] = data
         return len(data)
 
     def read(self, count):
-        """At most as many bytes; none at the end, which must be where the stream says, and right by its checksum."""
+        """At most `count` bytes; none at the end of the stream, where its length and checksum are checked."""
         while not self._inflate.eof:
             packed = self._inflate.unconsumed_tail or self._file.read(_BLOCK)
             if not packed:
@@ -96,7 +102,7 @@ class _Inflated:
         return b""
 
 
-_STREAMS = {
+_STREAMS: dict[str | None, Any] = {
     None: lambda file: file,
     "gzip": lambda file: gzip.GzipFile(fileobj=file, mode="rb"),
     "bzip2": bz2.BZ2File,

@@ -1,7 +1,7 @@
-"""Whether the shape that was given for raw samples can be theirs.
+"""Checks whether a given shape of raw samples is plausible.
 
-Neighbours in a volume are alike. Where those along x are and those along y or z are not, samples have been put into
-rows or slices that are not theirs.
+Neighbouring samples of a volume are similar. If neighbours along x are similar, but neighbours along y or z are not,
+the shape is probably wrong.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import warnings
 
 import numpy as np
 
-# How alike neighbours of a volume are, and how little those of scrambled samples.
+# The smallest correlation of neighbours in a volume, and the largest one in scrambled samples.
 ALIKE, UNLIKE = 0.6, 0.35
-# Runs of samples that are compared, and their length.
+# The number of runs of samples that are compared, and their length.
 RUNS, LENGTH = 1024, 64
 
 
 def warn_of_scrambled_shape(data, order):
-    """Warn where samples, [z, y, x], have little in common with their neighbours along y or z."""
+    """Warn if samples [z, y, x] differ much from their neighbours along y or z."""
     flat = data.reshape(-1)
     along_x = _likeness(flat, 1)
     if along_x < ALIKE or min(data.shape) < 4:
@@ -27,23 +27,23 @@ def warn_of_scrambled_shape(data, order):
     if _worst(flat, data.shape) >= UNLIKE:
         return
     better = {shape: _worst(flat, shape) for shape in set(itertools.permutations(data.shape)) - {data.shape}}
-    best = max(better, key=better.get, default=None)
+    best = max(better, key=better.__getitem__, default=None)
     meaning = f"; did you mean {best}?" if best and better[best] >= ALIKE else ""
     warnings.warn(
-        f"shape: expected samples that are like their neighbours, got slices or rows that are not, as of another shape "
-        f"than {tuple(data.shape)} ({order}){meaning}",
+        f"shape: expected samples that are similar to their neighbours, got rows or slices that differ in shape "
+        f"{tuple(data.shape)} ({order}){meaning}",
         stacklevel=2,
     )
 
 
 def _worst(flat, shape):
-    """How alike neighbours along y and z are, whichever are less so."""
+    """The smaller one of the correlations of neighbours along y and z."""
     _, ny, nx = shape
     return min(_likeness(flat, nx), _likeness(flat, nx * ny))
 
 
 def _likeness(flat, stride):
-    """The correlation of samples and those `stride` after them."""
+    """The correlation of samples with those `stride` after them."""
     count = len(flat) - stride - LENGTH
     if count < 1:
         return 1.0

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -16,8 +18,8 @@ from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
 from .volume_data import VolumeData
 
-#: Formats by the suffix of the file name: name, reader, and whether it takes the name of a part of the file.
-FORMATS = {
+#: Formats by the suffix of the file name: name, reader, and whether the reader accepts the name of a part of the file.
+FORMATS: dict[str, tuple[str, Any, bool]] = {
     ".nii": ("NIfTI", nifti.read, False),
     ".nii.gz": ("NIfTI", nifti.read, False),
     ".nrrd": ("NRRD", nrrd.read, False),
@@ -60,52 +62,51 @@ def read_volume(
     ``.raw``, any with a shape    headerless samples, x fastest                              NumPy
     ============================  =========================================================  ===========
 
-    Spacing, origin and direction are those of the file. The world of medical formats is that of DICOM and ITK, in
-    which x, y and z run to the patient's left, back (posterior) and head (superior): LPS. NIfTI's world, as nibabel
-    reports it, is RAS; its x and y change sign here, so that all formats agree, as in SimpleITK and in files that 3D
-    Slicer saves. Other formats have whatever world their writer meant. Units are those of the file, in medicine
-    millimetres.
+    Spacing, origin and direction are those of the file. Medical formats have the world of DICOM and ITK, LPS: x, y and
+    z run to the patient's left, back (posterior) and head (superior). NIfTI's world, as in nibabel, is RAS; the signs
+    of its x and y change here, so that all formats agree, as in SimpleITK and 3D Slicer. Other formats have the world
+    that their writer intended. Units are those of the file; in medicine, these are millimetres.
 
     Parameters
     ----------
     path : str or path-like
         A file, or a folder that holds one DICOM series or one stack of TIFF slices.
     shape : (int, int, int), optional
-        Of the array, (nz, ny, nx): the file is read as raw, whatever its suffix. A name such as
-        ``tooth_103x94x161_uint16.raw`` tells shape and type by itself, x first, as the command line's ``--shape`` does.
+        Shape of the array, (nz, ny, nx). With a shape, a file with any suffix is read as raw. A name such as
+        ``tooth_103x94x161_uint16.raw`` has the shape and the type, x first as in the command line's ``--shape``.
     dtype : dtype, optional
-        Of the samples of a raw file, with its byte order: ``"<u2"`` is little-endian, ``">u2"`` big-endian.
+        Type of the samples of a raw file, with byte order: ``"<u2"`` is little-endian, ``">u2"`` big-endian.
     offset : int
         Bytes before the samples of a raw file.
     spacing, origin : (3,) float, optional
-        Instead of the file's, (x, y, z); one number is the spacing along all of them.
+        Replace those of the file, (x, y, z); one number is the spacing along all axes.
     direction : (3, 3) float, optional
-        Instead of the file's; its columns are the directions of x, y and z.
+        Replaces that of the file; its columns are the directions of x, y and z.
     name : str, optional
-        Which of several things to read: the array of a VTK file, the Series Instance UID in a folder of DICOM files.
+        Name of the part to read: an array of a VTK file, or a Series Instance UID in a folder of DICOM files.
 
     Returns
     -------
     VolumeData
-        ``read_volume(path).to_volume()`` makes the model. Uncompressed NIfTI, .npy and raw files are mapped into memory
-        instead of read.
+        ``read_volume(path).to_volume()`` makes the model. Uncompressed NIfTI, .npy and raw files are mapped into
+        memory.
 
     Warns
     -----
     UserWarning
-        Where neighbouring slices of a raw file have so little in common that its shape is likely another.
+        If neighbouring slices of a raw file differ so much that the shape is probably wrong.
 
     Raises
     ------
     OSError
-        Where the file is missing or the system does not let it be read.
+        If the file is missing or cannot be read.
     ValueError
-        Where the file is none of the formats, truncated or otherwise broken, or holds no volume of real numbers:
-        colours, vectors, a flat picture, a time series. The message names the path.
+        If the file has none of these formats, is truncated or otherwise broken, or does not contain a volume of real
+        numbers but colours, vectors, a flat picture or a time series. The message names the path.
     MemoryError
-        Where the samples would not fit into memory, before they are read.
+        If the samples would not fit into memory; raised before they are read.
     ImportError
-        Where the library that reads the format is not installed; ``pip install isospline[io]`` brings all of them.
+        If the library for the format is not installed; ``pip install isospline[io]`` installs all of them.
 
     Examples
     --------
@@ -113,39 +114,53 @@ def read_volume(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     np.arange(60, dtype="<u2").tofile(f"{folder}/ramp.raw")
     ...     isospline.read_volume(f"{folder}/ramp.raw", shape=(3, 4, 5), dtype="<u2", spacing=(1, 1, 2.5))
-    VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw')
+    VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw', patient=False)
     """
-    given = {
-        "spacing": None if spacing is None else _positive(_spacing(spacing), "spacing"),
-        "origin": None if origin is None else _numbers(origin, "origin", (3,)),
-        "direction": None if direction is None else _spanning(_numbers(direction, "direction", (3, 3)), "direction"),
-    }
+    given = check_frame(spacing, origin, direction)
     check_path(path)
     path = Path(path)
     format, read = _reader(path, shape, dtype, offset, name)
-    try:
+    with errors_name(path, format):
         volume = read(path)
         volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
         _positive(_numbers(volume.spacing, "spacing", (3,)), "spacing")
         _numbers(volume.origin, "origin", (3,))
         _spanning(_numbers(volume.direction, "direction", (3, 3)), "direction")
-        return volume
+    return volume
+
+
+@contextlib.contextmanager
+def errors_name(path: str | os.PathLike[str], format: str, extra: str = "io") -> Iterator[None]:
+    """Name the path in exceptions; for a broken file, the exception becomes a ValueError."""
+    try:
+        yield
     except MemoryError as error:
         raise MemoryError(f"{printable(path)}: {error}") from error
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
-            f"{printable(path)}: reading {format} needs the package {error.name}: pip install isospline[io]",
+            f"{printable(path)}: reading {format} needs the package {error.name}: pip install isospline[{extra}]",
             name=error.name,
         ) from error
     except Exception as error:
         if isinstance(error, OSError) and error.filename is not None:
             raise
-        # A place before or after all of the file, which its header names, is no failure of the system.
+        # A position outside of the file comes from its header, and is not a failure of the system.
         if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
             raise OSError(error.errno, error.strerror, str(path)) from error
-        # The libraries raise what they like for a broken file.
+        # Libraries raise many kinds of exceptions for a broken file.
         raise ValueError(f"{printable(path)}: cannot be read as {format}: {_reason(error)}") from error
+
+
+def check_frame(
+    spacing: ArrayLike | None, origin: ArrayLike | None, direction: ArrayLike | None
+) -> dict[str, ArrayLike | None]:
+    """Check a place that replaces that of a file; None stays None."""
+    return {
+        "spacing": None if spacing is None else _positive(_spacing(spacing), "spacing"),
+        "origin": None if origin is None else _numbers(origin, "origin", (3,)),
+        "direction": None if direction is None else _spanning(_numbers(direction, "direction", (3, 3)), "direction"),
+    }
 
 
 def _reader(path, shape, dtype, offset, name):
@@ -163,7 +178,7 @@ def _reader(path, shape, dtype, offset, name):
     if shape is not None or file_name.endswith(".raw"):
         return "raw", lambda path: arrays.read_raw(path, shape, dtype, offset)
     if dtype is not None or offset:
-        raise ValueError("shape: expected the shape of a raw file beside dtype and offset, got None")
+        raise ValueError("shape: expected the shape of a raw file with dtype and offset, got None")
     if suffix is None:
         if beginning[128:] == b"DICM":
             return "DICOM", dicom.read_file
@@ -176,7 +191,7 @@ def _reader(path, shape, dtype, offset, name):
 
 
 def _numbers(values, parameter, shape):
-    """Finite numbers: an array, or a tuple where they are three."""
+    """Finite numbers: an array, or a tuple of three."""
     array = np.array(values, dtype=float)
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"{parameter}: expected finite numbers of shape {shape}, got {array.tolist()}")
@@ -201,6 +216,6 @@ def _spanning(matrix, parameter):
 
 
 def _reason(error):
-    """The last line of a library's message, without its place in the library's source."""
+    """The last line of a library's message, without the position in the library's source."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1].removeprefix("sitk::ERROR: ") if lines else type(error).__name__

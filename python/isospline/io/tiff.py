@@ -1,4 +1,4 @@
-"""TIFF, a file of several pages or a folder of slices: by tifffile."""
+"""TIFF, a file of several pages or a folder of slices, read by tifffile."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import os
 import re
 import struct
 import xml.etree.ElementTree
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .checks import check_components, check_file, check_samples
 from .volume_data import VolumeData
@@ -23,9 +25,17 @@ _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4
 def read_file(path):
     """Read a file of several pages.
 
-    Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are left alone: they say
-    nothing of z, and are often a scanner's or a program's default.
+    Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are ignored: they do not
+    include z, and are often a default of a scanner or a program.
     """
+    with opened_series(path) as (file, series):
+        check_samples(series.shape, series.dtype)
+        return VolumeData(series.asarray(), spacing_of(file))
+
+
+@contextlib.contextmanager
+def opened_series(path):
+    """A tifffile file and its only series of pages, after checks."""
     import tifffile
 
     _check_pages(path)
@@ -35,52 +45,60 @@ def read_file(path):
             raise ValueError(f"expected pages of one kind, got {len(file.series)}: {shapes}")
         series = file.series[0]
         _check_axes(series)
-        check_samples(series.shape, series.dtype)
-        return VolumeData(series.asarray(), _spacing(file))
+        yield file, series
 
 
 def read_folder(path):
     """Read a folder of files of one page each, in the order of the numbers in their names."""
+    files = slices_of(path)
+    data: NDArray[Any] = np.empty(0)
+    for index, file in enumerate(files):
+        samples = read_slice(file)
+        if index == 0:
+            check_samples((len(files), *samples.shape), samples.dtype)
+            data = np.empty((len(files), *samples.shape), samples.dtype)
+        if (samples.shape, samples.dtype) != (data.shape[1:], data.dtype):
+            raise ValueError(
+                f"expected slices like the first one, {data.shape[1:]} {data.dtype}, "
+                f"got {samples.shape} {samples.dtype} in {file.name}"
+            )
+        data[index] = samples
+    return VolumeData(data)
+
+
+def read_slice(path):
+    """Read a file of one page, [y, x]."""
     import tifffile
 
-    files = slices_of(path)
-    data = None
-    for index, file_path in enumerate(files):
-        check_file(file_path)
-        _check_pages(file_path)
-        with _quiet(), tifffile.TiffFile(file_path) as file:
-            series = file.series[0]
-            _check_axes(series)
-            if len(series.shape) != 2:
-                raise ValueError(f"expected slices of one page each, got shape {series.shape} in {file_path.name}")
-            if data is None:
-                check_samples((len(files), *series.shape), series.dtype)
-                data = np.empty((len(files), *series.shape), series.dtype)
-            if (series.shape, series.dtype) != (data.shape[1:], data.dtype):
-                raise ValueError(
-                    f"expected slices like the first one, {data.shape[1:]} {data.dtype}, "
-                    f"got {series.shape} {series.dtype} in {file_path.name}"
-                )
-            series.asarray(out=data[index])
-    return VolumeData(data)
+    check_file(path)
+    _check_pages(path)
+    with _quiet(), tifffile.TiffFile(path) as file:
+        series = file.series[0]
+        _check_axes(series)
+        if len(series.shape) != 2:
+            raise ValueError(f"expected slices of one page each, got shape {series.shape} in {path.name}")
+        check_samples((1, *series.shape), series.dtype)
+        return series.asarray()
 
 
 def slices_of(folder):
     """The TIFF files in a folder, slice2 before slice10."""
     files = [file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES and not file.name.startswith(".")]
-    return sorted(files, key=lambda file: [int(part) if part.isdigit() else part
-                                           for part in re.split(r"(\d+)", file.name.lower())])
+    return sorted(
+        files,
+        key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name.lower())],
+    )
 
 
 def _check_axes(series):
-    """Refuse colours and channels; tifffile names the axes by letters."""
+    """Refuse colours and channels; tifffile has a letter for each axis."""
     for axis, count in zip(series.axes, series.shape):
         if axis in "SC":
             check_components(count)
 
 
-def _spacing(file):
-    """Spacing by ImageJ's or OME's metadata, in their unit; ones where they do not give all three."""
+def spacing_of(file):
+    """Spacing from ImageJ's or OME's metadata, in their unit; ones if they do not have all three."""
     if file.is_imagej and "spacing" in file.imagej_metadata:
         tags = file.pages[0].tags
         resolution = [tags[name].value if name in tags else (0, 1) for name in ("XResolution", "YResolution")]
@@ -88,7 +106,7 @@ def _spacing(file):
         spacing.append(abs(float(file.imagej_metadata["spacing"])))
     elif file.is_ome:
         elements = xml.etree.ElementTree.fromstring(file.ome_metadata).iter()
-        pixels = next((element for element in elements if element.tag.endswith("}Pixels")), {})
+        pixels: Any = next((element for element in elements if element.tag.endswith("}Pixels")), {})
         spacing = [float(pixels.get(f"PhysicalSize{axis}", 0)) for axis in "XYZ"]
         if len({pixels.get(f"PhysicalSize{axis}Unit") for axis in "XYZ"}) > 1:
             raise ValueError("expected physical sizes of one unit along x, y and z, got several")
@@ -98,7 +116,7 @@ def _spacing(file):
 
 
 def _check_pages(path):
-    """Follow the list of pages to its end: tifffile takes the pages that it finds, however many are missing."""
+    """Follow the list of pages to its end: tifffile ignores missing pages."""
     size = os.path.getsize(path)
     with open(path, "rb") as file:
 
@@ -119,7 +137,7 @@ def _check_pages(path):
         step = struct.calcsize(order + tag_format)
         while page := unpack(at, offset_format)[0]:
             if page in pages:
-                raise ValueError("expected a list of pages, got one that runs in a circle")
+                raise ValueError("expected a list of pages, got a circular one")
             pages.add(page)
             (count,) = unpack(page, count_format)
             begin = page + struct.calcsize(count_format)
@@ -135,7 +153,7 @@ def _check_pages(path):
 
 @contextlib.contextmanager
 def _quiet():
-    """Without tifffile's log, which Python prints where nobody set up logging."""
+    """Suppress tifffile's log, which Python prints if logging is not configured."""
     logger = logging.getLogger("tifffile")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)

@@ -1,4 +1,4 @@
-"""What a file of volume data says."""
+"""The contents of a volume file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @explained_methods
 @dataclass(frozen=True, eq=False)
 class VolumeData:
-    r"""Samples, and where they are in the world.
+    r"""Samples, and their place in the world.
 
     .. math:: \mathbf{x} = \mathbf{o} + D \, \mathrm{diag}(s) \, (i, j, k)^T
 
@@ -28,7 +28,7 @@ class VolumeData:
     Attributes
     ----------
     data : (nz, ny, nx) array
-        The samples, in the type that the file stores them in. They may be mapped from the file, and read-only.
+        The samples, in the type of the file. They may be mapped from the file and read-only.
     spacing : (3,) tuple of float, world units
         Distance between samples along x, y and z.
     origin : (3,) tuple of float, world units
@@ -36,7 +36,10 @@ class VolumeData:
     direction : (3, 3) float64 array
         Its columns are the directions of the axes x, y and z in the world, of unit length.
     format : str
-        Name of the format that it was read from.
+        Name of the file's format.
+    patient : bool
+        Whether the file declares the world to be a patient's. Then x, y and z run to the left, to the back and to the
+        head (LPS), in millimetres.
 
     Examples
     --------
@@ -51,6 +54,7 @@ class VolumeData:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     direction: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     format: str = ""
+    patient: bool = False
 
     @classmethod
     def from_affine(cls, data: NDArray[Any], affine: ArrayLike, format: str = "") -> VolumeData:
@@ -81,7 +85,7 @@ class VolumeData:
         return np.asarray(index, dtype=float) @ affine[:3, :3].T + affine[:3, 3]
 
     def replace(self, **fields: Any) -> VolumeData:
-        """The same with other values of some attributes."""
+        """A copy with other values of some attributes."""
         return replace(self, **fields)
 
     def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
@@ -93,5 +97,6 @@ class VolumeData:
     def __repr__(self) -> str:
         return (
             f"VolumeData(shape={self.data.shape}, dtype={self.data.dtype}, spacing={self.spacing}, "
-            f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r})"
+            f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r}, "
+            f"patient={self.patient})"
         )

@@ -1,9 +1,10 @@
-"""VTK's image data, legacy .vtk and XML .vti: by VTK."""
+"""VTK's image data, legacy .vtk and XML .vti, read by VTK."""
 
 from __future__ import annotations
 
 import contextlib
 import re
+from typing import Any
 
 import numpy as np
 
@@ -43,7 +44,7 @@ def _read(reader, path, name):
 
 
 def to_volume_data(image, name=None):
-    """The place of image data, and the samples of the array of that name; or the active or only one."""
+    """The place of image data, and the samples of the array with this name, or of the active or only one."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     array, of_cells = _choose(image, name)
@@ -58,17 +59,19 @@ def to_volume_data(image, name=None):
     spacing = np.array(image.GetSpacing())
     matrix = image.GetDirectionMatrix()
     direction = np.array([[matrix.GetElement(row, column) for column in range(3)] for row in range(3)])
-    # A cell's sample is in its middle.
+    # The sample of a cell is in its middle.
     first = extent[:, 0] + (0.5 if of_cells else 0.0)
     origin = np.array(image.GetOrigin()) + direction @ (spacing * first)
     return VolumeData(
-        data.reshape(size[::-1]), tuple(np.abs(spacing).tolist()), tuple(origin.tolist()),
+        data.reshape(size[::-1]),
+        tuple(np.abs(spacing).tolist()),
+        tuple(origin.tolist()),
         direction * np.where(spacing < 0, -1.0, 1.0),
-    )  # fmt: skip
+    )
 
 
 def _check_memory(information):
-    """Check what the header says of the samples before they are read."""
+    """Check the header's shape and type of the samples before they are read."""
     from vtkmodules.vtkCommonCore import vtkDataArray
     from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
@@ -83,11 +86,11 @@ def _check_memory(information):
 
 
 def _choose(image, name):
-    """The array of that name; else the active scalars; else the only array there is. And whether it is of cells."""
-    found = {}
+    """The array with this name, otherwise the active scalars, otherwise the only array; and whether it is of cells."""
+    found: dict[str, Any] = {}
     for attributes, of_cells in ((image.GetPointData(), False), (image.GetCellData(), True)):
-        arrays = [attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays())]
-        arrays = {array.GetName(): (array, of_cells) for array in arrays if array is not None}
+        every = (attributes.GetArray(index) for index in range(attributes.GetNumberOfArrays()))
+        arrays = {array.GetName(): (array, of_cells) for array in every if array is not None}
         if name in arrays:
             return arrays[name]
         if name is None and attributes.GetScalars() is not None:
@@ -102,7 +105,7 @@ def _choose(image, name):
 
 @contextlib.contextmanager
 def messages():
-    """Collect what VTK would print: for some errors, nothing else tells of them."""
+    """Collect VTK's output: some errors are reported only there."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     window, previous = vtkStringOutputWindow(), vtkOutputWindow.GetInstance()

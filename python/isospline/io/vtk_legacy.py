@@ -1,6 +1,7 @@
-"""VTK's legacy files (VTK File Formats, "Simple Legacy Formats"), checked before VTK reads them.
+"""Checks of VTK's legacy files (VTK File Formats, "Simple Legacy Formats") before VTK reads them.
 
-VTK allocates what a file counts before it looks for it, and follows the lengths of cells out of its memory.
+VTK allocates any count in a file before it checks that the data exist, and lengths of cells can lead it out of its
+memory.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ _CELLS = rb"(?i:VERTICES|LINES|POLYGONS|TRIANGLE_STRIPS|CELLS)"
 _COUNTS = rb"(?i:POINTS|CELL_TYPES|VERTICES|LINES|POLYGONS|TRIANGLE_STRIPS|CELLS|FIELD\s+\S+)"
 _TYPES = rb"(?i:bit|(?:unsigned_)?char|(?:unsigned_)?short|(?:unsigned_)?int|(?:unsigned_)?long|float|double|vtkIdType)"
 _NUMBER = rb"([+-]?\d+)(?!\S)"
-# A count; those of cells have a second one; so have arrays of fields.
+# A count; cells and arrays of fields have a second one.
 _COUNT = re.compile(rb"(?<!\S)" + _COUNTS + rb"\s+" + _NUMBER)
 _ARRAY = re.compile(rb"(?<!\S)\S+\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"\s+" + _TYPES + rb"(?!\S)")
 _CELL_LIST = re.compile(rb"(?<!\S)" + _CELLS + rb"\s+" + _NUMBER + rb"\s+" + _NUMBER + rb"[^\S\n]*\n")
@@ -23,17 +24,17 @@ _SCALARS = re.compile(rb"(?<!\S)(?i:SCALARS|COLOR_SCALARS|TEXTURE_COORDINATES)\s
 _TITLE = re.compile(rb"# (?i:vtk DataFile Version) (\d{1,3})\.\d{1,3}\s*\n")
 _OFFSETS = re.compile(rb"\s*(?i:OFFSETS)[^\S\n]+(\S+)[^\S\n]*\n")
 _CELL_TYPES = re.compile(rb"(?<!\S)(?i:CELL_TYPES)\s+" + _NUMBER + rb"[^\S\n]*\n")
-# VTK has no more types of cells.
+# The number of VTK's types of cells.
 CELL_TYPE_LIMIT = 84
 _INTEGERS = {b"int": ">i4", b"vtktypeint32": ">i4", b"vtktypeint64": ">i8"}
-# Where the counts of image data are: behind that there are samples.
+# The counts of image data are before this position; samples follow.
 HEADER = 1 << 16
 
 
 def check_counts(path, whole=True):
-    """Check that what a file counts fits into it, and that each cell ends within the list of cells.
+    """Check that the counts in a file are consistent with its size, and that each cell ends within the list of cells.
 
-    Of image data, which may be large, not the whole file is looked at.
+    For image data, which may be large, only the beginning of the file is checked.
     """
     size = os.path.getsize(path)
     if size == 0:
@@ -51,10 +52,10 @@ def check_counts(path, whole=True):
         for match in _CELL_LIST.finditer(content, 0, end) if whole else ():
             count, length = (int(group) for group in match.groups())
             _check_counts(match.groups()[1:], size)
-            # From version 5 on, they are two arrays, of offsets and of indices.
+            # From version 5 on, cells are two arrays: offsets and indices.
             offsets = _OFFSETS.match(content, match.end())
             if (offsets is not None) != (version >= 5):
-                raise ValueError(f"expected cells as version {version} of the format has them")
+                raise ValueError(f"expected cells in the form of version {version} of the format")
             if offsets is None:
                 _check_cells(_integers(content, match.end(), length, binary), count)
             else:
@@ -66,13 +67,13 @@ def check_counts(path, whole=True):
 
 
 def _check_counts(words, size):
-    """Check that a product of counts is not beyond what may be in the file, of bits at the least."""
+    """Check that the file can contain a product of counts; an item has at least one bit."""
     product = 1
     for word in words:
         product *= int(word) if len(word) < 20 else size * 9
     if product < 0 or product > size * 8:
         counts = " x ".join(word.decode() for word in words)
-        raise ValueError(f"expected counts of what the file can hold, got {counts}: the file is truncated or damaged")
+        raise ValueError(f"expected counts that fit into the file, got {counts}: the file is truncated or damaged")
 
 
 def _integers(content, begin, length, binary, kind=b"int"):
@@ -95,14 +96,14 @@ def _integers(content, begin, length, binary, kind=b"int"):
 
 
 def _check_offsets(offsets, length):
-    """Check that offsets of cells ascend from 0 to the number of indices."""
-    # Compared, as differences of wild numbers overflow.
+    """Check that cell offsets ascend from 0 to the number of indices."""
+    # Compare, because differences of arbitrary numbers can overflow.
     if len(offsets) and not (offsets[0] == 0 and offsets[-1] == length and (offsets[1:] >= offsets[:-1]).all()):
         raise ValueError(f"expected offsets of cells that ascend from 0 to {length}, got others")
 
 
 def _check_cells(numbers, count):
-    """Check that so many cells, each a length and as many indices, fill a list of cells."""
+    """Check that `count` cells, each a length followed by that many indices, fill a list of cells."""
     position, values = 0, numbers.tolist()
     for _ in range(count):
         if position >= len(values) or values[position] < 0:

@@ -1,4 +1,4 @@
-"""VTK's XML files, checked before VTK reads them: it allocates what a file counts before it looks for it."""
+"""Checks of VTK's XML files before VTK reads them: VTK allocates any count in a file before it checks the data."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import re
 
 import numpy as np
 
-# Deflate makes at most as many bytes of one.
+# The largest number of bytes that deflate can make from one byte.
 MOST_INFLATED = 1100
-# Bytes at the beginning of an array that tell its blocks.
+# Bytes of the block header at the beginning of an array.
 HEADER_LIMIT = 1 << 16
 _COUNT = re.compile(rb"""\b(NumberOf\w+)\s*=\s*["']\s*([^"']*)["']""")
 _EXTENT = re.compile(rb"""\b(Whole)?Extent\s*=\s*["']([^"']*)["']""")
@@ -21,25 +21,25 @@ _APPENDED = re.compile(rb"<AppendedData\b([^>]*)>\s*_")
 
 
 def check_vtk_xml(path):
-    """Check that a file has its end, and that what it counts can be in it."""
+    """Check that a file is complete, and that its counts are consistent with its size."""
     size = os.path.getsize(path)
     with open(path, "rb") as file:
         file.seek(-min(size, 256), os.SEEK_END)
         if b"</VTKFile>" not in file.read():
-            raise ValueError("expected </VTKFile> at the end: the file is truncated, or no VTK file")
+            raise ValueError("expected </VTKFile> at the end: the file is truncated, or not a VTK file")
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             appended = _APPENDED.search(content)
             end = appended.start() if appended else size
             for match in _COUNT.finditer(content, 0, end):
                 if re.fullmatch(rb"\d{1,18}\s*", match[2]) is None or int(match[2]) > size * MOST_INFLATED:
-                    what = f"{match[1].decode()} of what the file can hold"
+                    what = f"{match[1].decode()} that fits into the file"
                     raise ValueError(f"expected {what}, got {match[2].decode('latin-1')[:30]}")
             _check_extents(content, end)
             _check_arrays(content, end, appended, size)
 
 
 def _check_extents(content, end):
-    """Check that pieces of a grid are within the whole."""
+    """Check that the pieces of a grid are inside the whole extent."""
     whole = None
     for match in _EXTENT.finditer(content, 0, end):
         words = match[2].split()
@@ -80,7 +80,7 @@ def _check_arrays(content, end, appended, size):
 
 
 def _check_offsets(words, size):
-    """Check that offsets of cells ascend, and not beyond what the file can hold."""
+    """Check that cell offsets ascend and are consistent with the size of the file."""
     before = 0
     for word in words:
         if not re.fullmatch(rb"\d{1,18}", word) or not before <= int(word) <= size:
@@ -90,7 +90,7 @@ def _check_offsets(words, size):
 
 
 def _check_lengths(numbers, compressed, size):
-    """Check the number of bytes; or of blocks, bytes of a block and of the last one, and those once compressed."""
+    """Check an array's number of bytes, or its block header: block count, block sizes and compressed sizes."""
     if len(numbers) == 0:
         raise ValueError("expected the length of an array: the file is truncated or damaged")
     fits = numbers[0] <= size
@@ -98,18 +98,20 @@ def _check_lengths(numbers, compressed, size):
         fits = len(numbers) < 3 or numbers[2] == 0
     if compressed and numbers[0] > 0:
         fits = (
-            fits and len(numbers) >= 3
+            fits
+            and len(numbers) >= 3
             and max(numbers[0] * numbers[1], numbers[2]) <= size * MOST_INFLATED
             and sum(numbers[3 : 3 + int(numbers[0])]) <= size
-        )  # fmt: skip
+        )
     if not fits:
-        raise ValueError("expected arrays of lengths that the file can hold: the file is truncated or damaged")
+        raise ValueError("expected arrays whose lengths fit into the file: the file is truncated or damaged")
 
 
 def _decoded(text):
-    """The bytes that base64 text begins with: up to where it is padded, as the lengths of compressed arrays are."""
+    """The first bytes of base64 text, up to the padding, as after the lengths of compressed arrays."""
     text = bytes(text).strip()
-    words = re.match(rb"[A-Za-z0-9+/]*={0,2}", text)[0]
+    match = re.match(rb"[A-Za-z0-9+/]*={0,2}", text)
+    words = match[0] if match else b""
     try:
         return base64.b64decode(words[: len(words) // 4 * 4])
     except binascii.Error:

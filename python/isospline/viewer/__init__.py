@@ -1,7 +1,7 @@
 """A viewer in the browser: ``isospline.view("head.nii.gz")``.
 
-What is not about pages is of use without one: `schedule` has the frame scheduler and the adaptive resolution,
-`session` the file of a session, `script` the Python of a picture, `measure` what a click tells.
+Some modules can be used without a page: `schedule` has the frame scheduler and the adaptive resolution, `session` reads
+and writes sessions, `script` writes the Python code of a picture, and `measure` measures a point of a surface.
 """
 
 from .show import view

@@ -11,16 +11,17 @@ import numpy as np
 
 from .. import _core
 from ..cameras import camera_for
+from ..pictures import BACKGROUND, closed_surface, color_of
 from ..rendering import render
+from ..studio import Studio
 from .document import source_of
-from .state import COLORS
 
 #: Width and height of the picture of an object.
 SIZE = (640, 480)
 
 
 def in_notebook():
-    """Whether the program is the kernel of a notebook."""
+    """Whether this process is the kernel of a notebook."""
     try:
         from IPython import get_ipython
     except ImportError:
@@ -31,24 +32,25 @@ def in_notebook():
 
 def picture(item):
     """The image of a Scene, an Isosurface or a Volume that a notebook shows."""
-    from .picture import linear
-
     if isinstance(item, _core.Volume):
         source = source_of(item)("volume")
-        item = _core.Isosurface(item, (source.suggested_levels() or [source.range[0]])[0])
+        item = closed_surface(item, (source.suggested_levels() or [source.range[0]])[0])
     scene = item if isinstance(item, _core.Scene) else _core.Scene([item])
-    bounds = np.asarray(scene.bounds)
-    if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
-        bounds = np.array([[-1.0] * 3, [1.0] * 3])
-    shading = {id: _core.Phong(color=linear(COLORS[place % len(COLORS)])) for place, id in enumerate(scene.ids)}
+    looks = {id: _core.Phong(color=color_of(place)) for place, id in enumerate(scene.ids)}
+    seen = scene if np.isfinite(scene.extent(np.eye(3))).all() else [[-1] * 3, [1] * 3]
     return render(
-        scene, camera_for(bounds, size=SIZE), size=SIZE, shading=shading, samples=4, background=linear("#e8ebef"),
-        encoding="srgb8",
-    )  # fmt: skip
+        scene,
+        camera_for(seen, size=SIZE),
+        size=SIZE,
+        shading=looks,
+        lighting=Studio(fast=True),
+        samples=4,
+        background=BACKGROUND,
+    )
 
 
 def display(viewer, height):
-    """Show a viewer in a cell: alive where the kernel is within reach, and otherwise the picture of its state."""
+    """Show a viewer in a cell: interactive if the browser can reach the kernel, otherwise a picture of its state."""
     from IPython.display import HTML
     from IPython.display import display as display_in_cell
 
@@ -56,7 +58,7 @@ def display(viewer, height):
 
 
 def cell(viewer, height):
-    """HTML with a picture, which gives way to the viewer's page once that has answered."""
+    """HTML with a picture. The viewer's page replaces it as soon as the viewer answers."""
     from .picture import PictureMaker, Stage
 
     state = viewer.state

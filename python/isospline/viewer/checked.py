@@ -1,27 +1,29 @@
-"""Immutable records whose fields are checked: what pages and sessions hold becomes one of these or one clear error."""
+"""Immutable records with checked fields: data of pages and sessions become a record or one clear error."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import numbers
-import re
+
+from ..colors import hex_of, named_color
 
 
+@dataclasses.dataclass(frozen=True)
 class Checked:
-    """A frozen dataclass whose fields each have a check, ``field(check, default)``; `replace` checks as well."""
+    """A frozen dataclass with a check for each field, ``field(check, default)``; `replace` checks, too."""
 
     def __post_init__(self):
         for each in dataclasses.fields(self):
             object.__setattr__(self, each.name, each.metadata["check"](getattr(self, each.name), each.name))
 
     def to_json(self):
-        """Numbers, strings, lists and dicts."""
+        """The record as numbers, strings, lists and dicts."""
         return {each.name: _to_json(getattr(self, each.name)) for each in dataclasses.fields(self)}
 
     @classmethod
     def from_json(cls, data, where):
-        """The record of a dict; fields that it lacks have their defaults."""
+        """The record of a dict; missing fields get their defaults."""
         if not isinstance(data, dict):
             raise ValueError(f"{where}: expected an object with named values, got {type(data).__name__}")
         fields = {each.name: each for each in dataclasses.fields(cls)}
@@ -36,7 +38,7 @@ class Checked:
         return cls(**data)
 
     def replace(self, **changes):
-        """The same with other values of some fields."""
+        """The same record with some fields changed."""
         for name in changes:
             if name not in {each.name for each in dataclasses.fields(self)}:
                 raise ValueError(f"{name}: expected one of {', '.join(self.to_json())}")
@@ -74,6 +76,13 @@ def whole(value, name):
     return value
 
 
+def count(value, name):
+    """A whole number of at least 1."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+        raise ValueError(f"{name}: expected a whole number of at least 1, got {value!r}")
+    return value
+
+
 def flag(value, name):
     """True or false."""
     if not isinstance(value, bool):
@@ -100,14 +109,14 @@ def choice(*options):
 
 
 def color(value, name):
-    """A colour as pages have it, #rrggbb in sRGB."""
-    if not (isinstance(value, str) and re.fullmatch("#[0-9a-f]{6}", value.lower())):
-        raise ValueError(f"{name}: expected a colour such as #d8c3a5, got {value!r}")
-    return value.lower()
+    """A colour in the form of web pages, #rrggbb in sRGB; names of colours are converted."""
+    if not isinstance(value, str):
+        raise ValueError(f"{name}: expected the name of a colour or one such as #d8c3a5, got {value!r}")
+    return hex_of(named_color(value, name))
 
 
 def vector(count):
-    """So many finite numbers."""
+    """A fixed number of finite numbers."""
 
     def check(value, name):
         if not isinstance(value, (list, tuple)) or len(value) != count:
@@ -125,7 +134,7 @@ def options(value, name):
 
 
 def optional(check):
-    """What the check takes, or None."""
+    """A value that passes the check, or None."""
     return lambda value, name: None if value is None else check(value, name)
 
 

@@ -1,10 +1,11 @@
-"""The volumes and meshes that a viewer has open, each under a key, and what is known of their values."""
+"""The volumes and meshes that are open in a viewer, each under a key, with the distribution of their values."""
 
 from __future__ import annotations
 
 import os
 import threading
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +13,12 @@ from .. import _core
 from ..interop import read_mesh
 from ..io import VolumeData, read_volume
 from ..levels import histogram, levels_of_histogram
+from ..store.detail import LevelsOfDetail, is_store
 
 #: Suffixes of files that hold meshes; others are read as volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
-#: Formats whose files always say where the patient is: their world is LPS.
-PATIENT_FORMATS = ("NIfTI", "DICOM")
 
-# Bars of the histogram in the page, and the points at which the values of a Volume without samples are looked up.
+# The number of bars in the page's histogram, and the number of points at which a Volume without samples is evaluated.
 BARS = 256
 LOOKED_UP = 500_000
 
@@ -30,66 +30,82 @@ class Source:
     Attributes
     ----------
     key : str
-        What states call it.
+        The key by which states name the source.
     item : Volume or Mesh
     path : str or None
         The file that it was read from.
     read_options, model_options : dict
-        Of `read_volume` and `Volume`, with which it was read.
+        The options of `read_volume` and `Volume` that it was read with.
     values, counts : array
         The values of a volume's samples, ascending, and how often they occur.
     patient : bool
         Whether world coordinates are a patient's (LPS).
     template : Isosurface or None
-        A surface whose options those of other levels have.
+        A surface with the options that other levels get.
+    levels_of_detail : LevelsOfDetail or None
+        For a volume in a store; `item` is then its overview.
     """
 
     key: str
-    item: object
+    item: Any
     path: str | None = None
-    read_options: dict = field(default_factory=dict)
-    model_options: dict = field(default_factory=dict)
+    read_options: dict[str, Any] = field(default_factory=dict)
+    model_options: dict[str, Any] = field(default_factory=dict)
     values: np.ndarray = field(default_factory=lambda: np.zeros(0))
     counts: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     patient: bool = False
     template: object = None
+    levels_of_detail: Any = None
 
     @property
     def is_volume(self):
         return isinstance(self.item, _core.Volume)
 
+    def level_of_detail(self, camera, size):
+        """The level of detail that a picture needs; None if there is only one level."""
+        return None if self.levels_of_detail is None else self.levels_of_detail.choose([camera], size)
+
+    def volume(self, level_of_detail=None):
+        """The volume at a level of detail of its store, or the overview."""
+        return self.item if level_of_detail is None else self.levels_of_detail.volume(level_of_detail)
+
     @property
     def name(self):
         return os.path.basename(self.path) if self.path else self.key
 
-    @property
-    def expression(self):
-        """Python that reads the file again; None where there is no file."""
+    def expression(self, camera, size):
+        """Python code that opens the file again, or None without a file.
+
+        A store is opened at the level of detail that a picture needs.
+        """
         if self.path is None:
             return None
         if not self.is_volume:
             return f"isospline.read_mesh({self.path!r})"
+        if self.levels_of_detail is not None:
+            detail = self.level_of_detail(camera, size)
+            return f"isospline.open_volume({self.path!r}, level_of_detail={detail})"
         reading = ", ".join([repr(self.path), *(f"{name}={value!r}" for name, value in self.read_options.items())])
         modelling = ", ".join(f"{name}={value!r}" for name, value in self.model_options.items())
         return f"isospline.read_volume({reading}).to_volume({modelling})"
 
     @property
     def range(self):
-        """The least and the greatest value."""
+        """The smallest and the largest value."""
         return float(self.values[0]), float(self.values[-1])
 
     def suggested_levels(self, count=1):
-        """Levels that part the values."""
+        """Suggested levels of isosurfaces."""
         return levels_of_histogram(self.values, self.counts, count)
 
     def window(self):
-        """Values to show black and white in slices: all but the rarest."""
+        """The values shown as black and white in slices: the range without the lowest 1% and the highest 0.5%."""
         share = np.cumsum(self.counts) / self.counts.sum()
         low, high = (float(self.values[np.searchsorted(share, part)]) for part in (0.01, 0.995))
         return (low, high) if low < high else self.range
 
     def to_json(self):
-        """What the page needs to know."""
+        """The description for the page."""
         about = {"key": self.key, "name": self.name, "bounds": np.asarray(self.item.bounds).tolist()}
         if not self.is_volume:
             return {**about, "kind": "mesh", "faces": len(self.item.faces)}
@@ -110,7 +126,7 @@ class Source:
 
 
 class Document:
-    """Sources by their keys; any thread may add to it and read it."""
+    """Sources by their keys; any thread may add and read them."""
 
     def __init__(self):
         self._lock = threading.Lock()
@@ -144,7 +160,7 @@ class Document:
         return next((source for source in self if source.item is volume), None)
 
     def bounds(self, keys=None):
-        """Lower and upper corner of all sources, or of some."""
+        """The lower and the upper corner of all sources, or of some."""
         boxes = [source.item.bounds for source in self if keys is None or source.key in keys]
         if not boxes:
             return np.array([[-1.0] * 3, [1.0] * 3])
@@ -152,7 +168,7 @@ class Document:
 
 
 def read_source(path, *, progress=None, read_options=None, model_options=None):
-    """A function of a key that reads a file: what `Document.add` takes.
+    """A function of a key that reads a file, for `Document.add`.
 
     Parameters
     ----------
@@ -161,7 +177,7 @@ def read_source(path, *, progress=None, read_options=None, model_options=None):
     progress : callable, optional
         ``progress(title, fraction)``.
     read_options, model_options : dict, optional
-        Of `read_volume` and of `Volume`, in types that JSON has.
+        Options of `read_volume` and of `Volume`, of types that JSON supports.
     """
     read_options, model_options = read_options or {}, model_options or {}
     path, report = os.fspath(path), progress or (lambda title, fraction: None)
@@ -180,19 +196,28 @@ def read_source(path, *, progress=None, read_options=None, model_options=None):
         model = data.to_volume(
             **model_options, progress=lambda fraction: report(f"filtering {name}", fraction) and None
         )
-        patient = data.format in PATIENT_FORMATS
-        return Source(key, model, place, read_options, model_options, values, counts, patient)
+        return Source(key, model, place, read_options, model_options, values, counts, data.patient)
 
+    def store(key):
+        report(f"opening {name}", 0.0)
+        levels = LevelsOfDetail(path)
+        overview = levels.volume(levels.overview)
+        values, counts = histogram(overview.coefficients.astype(np.float32))
+        patient = levels.metadata.patient
+        return Source(key, overview, place, {}, {}, values, counts, patient, levels_of_detail=levels)
+
+    if is_store(path):
+        return store
     return mesh if path.lower().endswith(MESH_SUFFIXES) else volume
 
 
 def source_of(item):
-    """A function of a key that makes a source of a Volume, VolumeData, array or Mesh: what `Document.add` takes."""
+    """A function of a key that makes a source of a Volume, VolumeData, array or Mesh, for `Document.add`."""
 
     def make(key):
         if isinstance(item, _core.Mesh):
             return Source(key, item)
-        patient = isinstance(item, VolumeData) and item.format in PATIENT_FORMATS
+        patient = isinstance(item, VolumeData) and item.patient
         if isinstance(item, VolumeData):
             model, samples = item.to_volume(), item.data
         elif isinstance(item, _core.Volume):
@@ -206,7 +231,7 @@ def source_of(item):
 
 
 def _some_values(volume):
-    """The model's values at some of its samples, evenly spread."""
+    """The model's values at some evenly spaced samples."""
     steps = max(1, int(np.ceil((np.prod(volume.shape[:3], dtype=float) / LOOKED_UP) ** (1 / 3))))
     axes = [np.arange(0, count, steps, dtype=float) for count in index_shape(volume)]
     index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -214,6 +239,5 @@ def _some_values(volume):
 
 
 def index_shape(volume):
-    """Samples of a volume along x, y and z."""
+    """The numbers of samples of a volume along x, y and z."""
     return volume.shape[::-1] if volume.axes == "zyx" else volume.shape
-

@@ -1,4 +1,4 @@
-"""Pictures as bytes: JPEG while something moves, PNG where nothing is to be lost."""
+"""Pictures as bytes: JPEG during movement, PNG for lossless pictures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def encode_jpeg(pixels, quality=85):
-    """A JPEG file of (height, width, 4) pixels that are opaque, by libjpeg-turbo where simplejpeg has it."""
+    """A JPEG file of opaque (height, width, 4) pixels, written by libjpeg-turbo if simplejpeg is installed."""
     try:
         import simplejpeg
     except ImportError:
@@ -17,7 +17,7 @@ def encode_jpeg(pixels, quality=85):
 
 
 def encode_png(pixels):
-    """A PNG file of (height, width, 4) pixels that are opaque; the fastest compression."""
+    """A PNG file of opaque (height, width, 4) pixels, with the fastest compression."""
     return _by_pillow(pixels, "png", compress_level=1)
 
 

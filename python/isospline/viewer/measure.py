@@ -1,4 +1,4 @@
-"""What is known of the point that was clicked on, and lists of such measurements."""
+"""Measurement of a clicked point, and tables of measurements."""
 
 from __future__ import annotations
 
@@ -23,20 +23,22 @@ class Measurement:
         Id of the object in the state.
     position, normal : (3,) tuple of float
     index : (3,) tuple of float or None
-        Place in the volume's grid; None on a mesh, as are value and curvatures.
+        Position in the volume's grid; None on a mesh, like value and curvatures.
     value : float or None
-        Of the volume's model.
+        The value of the volume's model at the point.
     mean_curvature, gaussian_curvature : float or None
     thickness : float or None
-        Distance to where the wall ends straight behind the point; None where it does not.
+        Thickness of the wall, in world units. On an isosurface, the diameter of the largest ball in the solid that
+        touches the point. On a mesh, or if cuts are closed, the distance straight through the wall to its other side;
+        None if there is no other side.
     distance : float or None
-        To the point that was measured before.
+        Distance to the previously measured point.
     """
 
     object: int
-    position: tuple
-    normal: tuple
-    index: tuple | None = None
+    position: tuple[float, ...]
+    normal: tuple[float, ...]
+    index: tuple[float, ...] | None = None
     value: float | None = None
     mean_curvature: float | None = None
     gaussian_curvature: float | None = None
@@ -45,7 +47,7 @@ class Measurement:
 
 
 def measure(scene, ids, camera, size, pixel, before=None):
-    """Measure what is seen at a pixel.
+    """Measure the visible point at a pixel.
 
     Parameters
     ----------
@@ -56,14 +58,14 @@ def measure(scene, ids, camera, size, pixel, before=None):
     size : (int, int)
         Of the picture.
     pixel : (float, float)
-        x to the right and y downwards.
+        x points to the right and y downwards.
     before : Measurement, optional
-        What to measure the distance to.
+        A measurement; the distance to its point is measured, too.
 
     Returns
     -------
     Measurement or None
-        None where the picture shows the background.
+        None if the picture shows the background.
     """
     column, row = (min(max(int(place), 0), side - 1) for place, side in zip(pixel, size))
     ray = camera.rays(tuple(size))[row, column].reshape(1, 6)
@@ -77,8 +79,11 @@ def measure(scene, ids, camera, size, pixel, before=None):
     known = {}
     if isinstance(item, _core.Isosurface):
         known = _of_surface(scene, item, ray[0], int(hits["primitive_ids"][0]) < item.volume.cell_count, position)
-    inwards = scene.secondary_rays(ray, hits, -normal[None])
-    thickness = float(scene.cast_rays(inwards, outputs=("t_hit",))["t_hit"][0])
+    if "mean_curvature" in known and not item.capped:  # the balls ignore cuts
+        thickness = float(item.thickness(position))
+    else:
+        inwards = scene.secondary_rays(ray, hits, -normal[None])
+        thickness = float(scene.cast_rays(inwards, outputs=("t_hit",))["t_hit"][0])
     return Measurement(
         object=next(id for id, each in ids.items() if each == geometry),
         position=tuple(position.tolist()),
@@ -90,12 +95,12 @@ def measure(scene, ids, camera, size, pixel, before=None):
 
 
 def _of_surface(scene, surface, ray, is_skin, position):
-    """Index and value of a point of an isosurface, and its curvatures where it is not on a cut."""
+    """Index and value of a point of an isosurface, and its curvatures if it is not on a cut."""
     volume = surface.volume
     index = np.linalg.solve(volume.affine, np.append(position, 1.0))[:3]
     known = {"index": tuple(index.tolist()), "value": float(volume.sample(position))}
     if is_skin:
-        # The renderer has the formula: a picture of one pixel, whose ray is the one that was cast.
+        # The renderer computes curvatures: render one pixel with the same ray.
         origin, direction = ray[:3], ray[3:] / np.linalg.norm(ray[3:])
         up = np.eye(3)[np.argmin(np.abs(direction))]
         camera = _core.PerspectiveCamera(origin, origin + direction, up, 1e-3)
@@ -105,7 +110,7 @@ def _of_surface(scene, surface, ray, is_skin, position):
 
 
 def to_csv(measurements, names):
-    """A table of measurements as CSV, with the names of the objects by their ids."""
+    """A table of measurements as CSV; `names` has the objects' names by their ids."""
     vectors = ("position", "normal", "index")
     columns = ["object"] + [f"{name}_{axis}" for name in vectors for axis in "xyz"]
     scalars = ["value", "mean_curvature", "gaussian_curvature", "thickness", "distance"]

@@ -1,4 +1,4 @@
-"""From a state to its picture: the scene, the shading, and the passes in which a picture becomes better."""
+"""Rendering of a state: the scene, the shading, and the passes that refine a picture."""
 
 from __future__ import annotations
 
@@ -8,42 +8,45 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..colors import srgb_to_linear
-from ..rendering import render
+from ..colors import named_color
 from ..looks import CURVATURES
 from ..progressive import ProgressiveRenderer
+from ..rendering import render
 
-#: Rays of a pixel in the last pass.
+#: Rays per pixel in the last pass.
 FINAL_SAMPLES = {"phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}
 
-# Samples of a pixel in each pass.
+# Samples per pixel in each pass.
 _PASSES = (1, 4, 16)
 _PATH_TRACING_PASSES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
-# Curvature at the ends of a colour map that has no limits, in one over the distance of samples.
+# Curvature at the ends of a colour map without limits, in 1 / spacing of samples.
 _CURVATURE = 0.25
 
 
 def linear(color):
-    """Linear red, green and blue of #rrggbb."""
-    return tuple(srgb_to_linear([int(color[place : place + 2], 16) / 255 for place in (1, 3, 5)]).tolist())
+    """The linear red, green and blue of a named colour."""
+    return tuple(named_color(color).tolist())
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A pass over a picture: samples of a pixel, and those of path tracing that came before."""
+    """A pass over a picture: its samples per pixel, and whether it is the last pass.
+
+    In path tracing, the samples of earlier passes are included.
+    """
 
     samples: int
     final: bool
 
 
 def passes(state):
-    """The passes of a state that stays."""
+    """The passes over a state that no longer changes."""
     counts = _PATH_TRACING_PASSES if state.shading == "path-trace" else _PASSES
     return [Stage(count, count == counts[-1]) for count in counts]
 
 
 def color_rule(each, document):
-    """What an object's colour follows from: a linear colour or one of isospline's rules."""
+    """The colour of an object: a linear colour or one of isospline's colour rules."""
     if each.color_by == "color":
         return linear(each.color)
     if each.color_by == "normal":
@@ -56,7 +59,7 @@ def color_rule(each, document):
 
 
 def default_limits(each, document):
-    """The values of the first and the last colour of a map where a state names none; None without a map."""
+    """The values of the first and the last colour of a map if the state gives none; None without a map."""
     if each.color_by in ("color", "normal"):
         return None
     if each.color_by not in CURVATURES:
@@ -67,7 +70,7 @@ def default_limits(each, document):
 
 
 def cap_color(state, each, document):
-    """The colour of the faces of a cut, or None where it is that of the surface."""
+    """The colour of the faces of a cut; None for the surface's own colour."""
     if not (state.clip.values and state.clip.capped and each.level is not None):
         return None
     source = document[each.source]
@@ -77,60 +80,81 @@ def cap_color(state, each, document):
 
 
 class PictureMaker:
-    """Renders states; each thread that does so has one of its own.
+    """Renders states; each thread has its own.
 
-    The scene is changed from state to state by what differs: another level takes a millisecond, another cut a new
-    isosurface of the same volume.
+    Between states, only the differences are applied to the scene: a new level takes a millisecond, a new cut needs a
+    new isosurface of the same volume.
     """
 
     def __init__(self, document):
         self._document = document
         self._scene = _core.Scene([])
-        self._objects = {}  # id of the state: (what it is made of, geometry id, object)
-        self._indices = {}  # key of the volume: a surface that keeps the index of bricks for the others
-        self._tracing = None  # what is path traced, and the renderer
+        self._objects = {}  # object id in the state: (parameters, geometry id, object)
+        self._indices = {}  # (volume key, level of detail): a surface that owns the index of bricks
+        self._tracing = None  # the path traced state and its renderer
 
     @property
     def scene(self):
         return self._scene
 
-    def geometry_ids(self, state):
-        """Geometry ids in the scene of the visible objects, by their ids in the state."""
-        wanted = {each.id: each for each in state.objects if each.visible and each.opacity > 0}
+    @property
+    def levels_of_detail(self):
+        """The levels of detail that the last picture used for volumes in stores, by the keys of the volumes."""
+        shown = {made_of[:2] for made_of, _, _ in self._objects.values()}
+        stored = {key: detail for key, detail in shown if self._document[key].levels_of_detail}
+        return {
+            key: self._document[key].levels_of_detail.overview if detail is None else detail
+            for key, detail in stored.items()
+        }
+
+    def geometry_ids(self, state, camera=None, size=None):
+        """The visible objects' geometry ids in the scene, by their ids in the state.
+
+        With a camera and the size of its picture, volumes of stores have the level of detail that the picture needs.
+        Otherwise they have the overview's level.
+        """
+        wanted = {each.id: each for each in state.objects if each.is_seen}
         for id in [id for id in self._objects if id not in wanted]:
             self._scene.remove(self._objects.pop(id)[1])
         cuts = None if state.clip.kind == "none" else state.clip
         for id, each in wanted.items():
-            made_of = (each.source, None if each.level is None else cuts)
+            source = self._document[each.source]
+            detail = None if camera is None else source.level_of_detail(camera, size)
+            made_of = (each.source, detail, None if each.level is None else (each.largest, cuts))
             known = self._objects.get(id)
             if known and known[0] != made_of:
                 self._scene.remove(known[1])
                 known = None
             if known is None:
-                item = self._item(each, state.clip)
+                item = self._item(each, state.clip, detail)
                 self._objects[id] = (made_of, self._scene.add(item), item)
             elif each.level is not None and known[2].level != each.level:
                 known[2].level = each.level
         return {id: geometry for id, (_, geometry, _) in self._objects.items()}
 
-    def _item(self, each, clip):
+    def _item(self, each, clip, detail):
         source = self._document[each.source]
-        item = source.item
+        item = source.volume(detail)
         if each.level is None:
             return item
         cuts = clip.cuts()
-        if each.source not in self._indices:
-            self._indices[each.source] = source.template or _core.Isosurface(item, each.level)
-        if cuts is None:
-            return self._indices[each.source].with_level(each.level)
-        return _core.Isosurface(item, each.level, clip=cuts, capped=clip.capped)
+        known = (each.source, detail)
+        if known not in self._indices:
+            self._indices[known] = source.template or _core.Isosurface(item, each.level)
+        if cuts is None and each.largest == self._indices[known].largest:
+            return self._indices[known].with_level(each.level)
+        return _core.Isosurface(item, each.level, largest=each.largest, clip=cuts, capped=bool(cuts) and clip.capped)
 
     def shadings(self, state, ids, moving=False):
-        """A shading of each geometry id."""
+        """A shading for each geometry id."""
         return {ids[each.id]: self._shading(state, each, moving) for each in state.objects if each.id in ids}
 
     def _shading(self, state, each, moving):
-        look = dict(opacity=each.opacity, cap_color=cap_color(state, each, self._document))
+        look = dict(
+            opacity=each.opacity,
+            silhouette_opacity=each.silhouette_opacity,
+            cap_color=cap_color(state, each, self._document),
+        )
         color = color_rule(each, self._document)
         if state.shading == "outline":
             return _core.Outline(state.exponent, surface_color=color, color=0.02, **look)
@@ -142,26 +166,35 @@ class PictureMaker:
         """The path tracer of a state."""
         materials = {
             ids[each.id]: _core.Material(
-                color_rule(each, self._document), metallic=each.metallic, roughness=each.roughness,
+                color_rule(each, self._document),
+                metallic=each.metallic,
+                roughness=each.roughness,
                 cap_color=cap_color(state, each, self._document),
             )
-            for each in state.objects if each.id in ids
-        }  # fmt: skip
+            for each in state.objects
+            if each.id in ids
+        }
         return _core.PathTracer(materials=materials, lights=path_tracing_lights(state.camera))
 
     def render(self, state, size, stage=None, progress=None, **options):
-        """The image of a state, which has a camera; without a stage as it looks while something moves."""
-        ids = self.geometry_ids(state)
+        """Render a state that has a camera; without a stage, render as during movement."""
+        camera = state.camera.camera()
+        ids = self.geometry_ids(state, *((camera, size) if stage else ()))
         options.setdefault("background", linear(state.background))
         if stage is not None and state.shading == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)
         return render(
-            self._scene, state.camera.camera(), size=size, shading=self.shadings(state, ids, moving=stage is None),
-            samples=stage.samples if stage else 1, progress=progress, **options,
-        )  # fmt: skip
+            self._scene,
+            camera,
+            size=size,
+            shading=self.shadings(state, ids, moving=stage is None),
+            samples=stage.samples if stage else 1,
+            progress=progress,
+            **options,
+        )
 
     def _path_trace(self, state, ids, size, samples, progress, options):
-        """Goes on from the last pass where the state is the same."""
+        """Path trace; continue from the last pass if the state is the same."""
         tracing = (state, size, tuple(options.items()))
         if self._tracing is None or self._tracing[0] != tracing or self._tracing[1].samples > samples:
             renderer = ProgressiveRenderer(

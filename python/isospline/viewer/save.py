@@ -1,4 +1,4 @@
-"""What a window saves: pictures, a turn around the scene, meshes, the session, and the Python of the picture."""
+"""Files that a window saves: pictures, turntables, meshes, the session, and the Python code of the picture."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .script import script
 from .session import session_of
 from .state import CameraState
 
-#: Pictures of a turn, and samples of a pixel of each.
+#: Pictures of a turntable, and samples per pixel.
 TURN, TURN_SAMPLES = 90, 4
 
 
@@ -26,11 +26,11 @@ def save(viewer, what, state, size, options):
     ----------
     viewer : Viewer
     what : {"png", "exr", "turntable", "mesh", "session", "python"}
-        A mesh is that of all visible isosurfaces, cut as they are.
+        A mesh has all visible isosurfaces, with their cuts.
     state : ViewState
-        With a camera.
+        A state with a camera.
     size : (int, int)
-        Of pictures.
+        Width and height of pictures.
     options : dict
         "pictures" and "samples" of a turntable.
     """
@@ -81,9 +81,14 @@ def _write_turntable(viewer, path, state, size, options):
     with viewer.making() as maker:
         maker.geometry_ids(state)
         cameras = turntable(
-            maker.scene, count, view=towards, up=_axis(camera.up), projection=camera.projection,
-            field_of_view=camera.field_of_view, size=even,
-        )  # fmt: skip
+            maker.scene,
+            count,
+            view=towards,
+            up=_axis(camera.up),
+            projection=camera.projection,
+            field_of_view=camera.field_of_view,
+            size=even,
+        )
 
         def images():
             for number, each in enumerate(cameras):
@@ -95,7 +100,7 @@ def _write_turntable(viewer, path, state, size, options):
 
 
 def _axis(up):
-    """The axis of the world that is nearest to upwards: a turn about it keeps the horizon level."""
+    """The world axis nearest to the upward direction: rotation about it keeps the horizon level."""
     axis = np.zeros(3)
     nearest = int(np.argmax(np.abs(up)))
     axis[nearest] = np.sign(up[nearest])

@@ -1,4 +1,4 @@
-"""When to draw what: the newest state at once and coarse while it changes, then ever finer while it stays."""
+"""Scheduling of frames: a changing state is drawn at once and coarsely, then refined when it stops changing."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import time
 
 from .._core import Cancelled
 
-#: Parts of the full resolution, along each side, in which pictures are drawn while something moves.
+#: Fractions of the full resolution, along each side, at which pictures are drawn during movement.
 STEPS = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875)
 
-# How much of what is known of past frames counts after one more.
+# The weight of past frames after each new one.
 _MEMORY = 0.75
-# The part of the budget that pixels get even where the rest of a frame takes more than what they leave.
+# Pixels get at least this fraction of the budget, however long the rest of a frame takes.
 _PIXELS = 0.5
-# The part of what pixels have that a finer step may take: the size must not go up and down from frame to frame.
+# A finer step may use only this fraction of the pixels' budget, so that the size does not alternate between frames.
 _ROOM = 0.8
 
 
 class AdaptiveResolution:
     """Chooses the resolution at which a frame takes no longer than a budget.
 
-    A frame of p pixels takes about a + b p seconds. Both are estimated from the frames so far by least squares, the
-    newest count most. What is left of the budget decides how many pixels there are; where the fixed part a takes most
-    of the budget, coarser pictures would hardly be sooner, and half of it is for pixels in any case. Where the parts
-    cannot be told, all of the newest frame is taken for that of its pixels.
+    A frame of p pixels takes about a + b p seconds. Both are estimated from past frames by weighted least squares; the
+    newest frames have the largest weights. The number of pixels follows from the budget less a. If a takes most of
+    the budget, coarser pictures would hardly be faster, so pixels get at least half of the budget. If a and b cannot be
+    separated, all of the newest frame's time is attributed to its pixels.
 
     Parameters
     ----------
@@ -49,15 +49,15 @@ class AdaptiveResolution:
 
     @property
     def scale(self):
-        """Part of the full resolution, along each side."""
+        """The fraction of the full resolution, along each side."""
         return STEPS[self._step]
 
     def size(self, full):
-        """Width and height to draw, of a picture of full width and height."""
+        """Width and height of the frame to draw for a picture of full width and height."""
         return tuple(max(1, round(side * self.scale)) for side in full)
 
     def record(self, size, seconds):
-        """Learn what a frame took, and choose the step of the next one."""
+        """Record the time of a frame, and choose the step of the next one."""
         pixels = float(size[0] * size[1])
         news = (1.0, pixels, seconds, pixels * pixels, pixels * seconds)
         self._sums = [_MEMORY * old + new for old, new in zip(self._sums, news)]
@@ -70,7 +70,7 @@ class AdaptiveResolution:
             self._step -= 1
 
     def _estimate(self):
-        """Seconds of a frame without pixels, and of a pixel; None where frames of one size, or noise, do not tell."""
+        """Seconds per frame without pixels, and per pixel; None if frames of equal size, or noise, leave them open."""
         count, pixels, seconds, squares, products = self._sums
         variance = squares / count - (pixels / count) ** 2
         if variance < 1e-3 * squares / count:
@@ -81,29 +81,29 @@ class AdaptiveResolution:
 
 
 class FrameScheduler:
-    """Draws states on a thread of its own, and knows neither what they are nor how they are drawn.
+    """Draws states on its own thread. It makes no assumption about the states or how they are drawn.
 
-    Each request is answered by a moving frame of the newest state. A moving frame is never cancelled, or a hand that
-    does not rest would never see one; states that come meanwhile are skipped but for the newest. Once a state stays,
-    it is drawn in passes, each better than the one before; a request cancels these at once.
+    Each request is answered by a moving frame of the newest state. A moving frame is never cancelled, because
+    continuous movement would then never show one. Of the states that arrive meanwhile, only the newest is drawn. Once a
+    state stops changing, it is drawn in passes of increasing quality. A new request cancels these at once.
 
     Parameters
     ----------
     draw : callable
         ``draw(state, stage, progress)`` returns a frame. `stage` is None for a moving frame and otherwise one of
-        `passes(state)`. A pass that `progress(fraction)` returns False in raises `Cancelled`.
+        `passes(state)`. `draw` raises `Cancelled` if `progress(fraction)` returns False.
     publish : callable
-        ``publish(frame)``; what `draw` returned, if that is not None.
+        ``publish(frame)`` gets the result of `draw`, unless that is None.
     passes : callable
-        ``passes(state)`` returns the stages of a state that stays.
+        ``passes(state)`` returns the stages of a state that no longer changes.
     failed : callable, optional
-        ``failed(error)`` is told what `draw` and `publish` raised; the scheduler goes on.
+        ``failed(error)`` gets the errors that `draw` and `publish` raise; the scheduler continues.
     settle : float
         Seconds without a request after which the passes begin.
     in_flight : int
-        Frames that may wait for `acknowledge`; more are not drawn.
+        The largest number of frames that wait for `acknowledge`; further ones are not drawn.
     patience : float
-        Seconds after which a frame that was not acknowledged counts as lost.
+        Seconds after which a frame without acknowledgement counts as lost.
     """
 
     def __init__(self, draw, publish, passes, *, failed=None, settle=0.12, in_flight=2, patience=2.0):
@@ -120,7 +120,7 @@ class FrameScheduler:
         self._thread.start()
 
     def request(self, state):
-        """Draw a state, which is the newest from now on."""
+        """Draw a state, which is now the newest."""
         with self._changed:
             self._state = state
             self._version += 1
@@ -128,13 +128,13 @@ class FrameScheduler:
             self._changed.notify_all()
 
     def acknowledge(self):
-        """Tell that a frame has arrived."""
+        """Acknowledge that a frame has arrived."""
         with self._changed:
             self._in_flight = max(0, self._in_flight - 1)
             self._changed.notify_all()
 
     def close(self):
-        """Cancel what is drawn, and end the thread."""
+        """Cancel drawing, and end the thread."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -153,7 +153,7 @@ class FrameScheduler:
                 self._refine(state, drawn)
 
     def _wait(self, version):
-        """Wait until the state has stayed for a while; False where another one came."""
+        """Wait until the state has not changed for a while; False if another one arrived."""
         with self._changed:
             rest = self._requested_at + self._settle - time.monotonic()
             return not self._changed.wait_for(lambda: self._closed or self._version != version, max(0.0, rest))
@@ -167,7 +167,7 @@ class FrameScheduler:
             self._failed(error)
 
     def _show(self, state, stage, version):
-        """Draw and publish a frame; False where it was cancelled or failed."""
+        """Draw and publish a frame; False if it was cancelled or failed."""
         with self._changed:
             arrived = self._changed.wait_for(
                 lambda: self._closed or self._in_flight < self._in_flight_limit, self._patience
@@ -182,7 +182,7 @@ class FrameScheduler:
 
         try:
             frame = self._draw(state, stage, progress)
-            # A refined picture of a state that is no longer the newest would go back in time.
+            # A refined picture of an old state must not replace a newer one.
             if frame is None or not progress(1.0):
                 return frame is None
             with self._changed:

@@ -1,25 +1,28 @@
-"""The Python that makes the picture of a state."""
+"""The Python code that makes the picture of a state."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from ..looks import CURVATURES
 from .picture import FINAL_SAMPLES, default_limits, linear
 
 
 def script(document, state, size, path="picture.png"):
-    """A program that renders a state, which has a camera, just as the viewer's last pass does."""
+    """A program that renders a state with a camera, exactly like the viewer's last pass."""
     lines = ["import math", "", "import isospline", ""] if state.shading == "path-trace" else ["import isospline", ""]
-    visible = [each for each in state.objects if each.visible and each.opacity > 0]
+    visible = [each for each in state.objects if each.is_seen]
     used = {each.source for each in visible} | {each.color_by for each in visible}
     for source in document:
         if source.key in used:
-            lines.append(f"{source.key} = {source.expression or '...  # ' + source.name + ', from memory'}")
+            expression = source.expression(state.camera.camera(), size) or f"...  # {source.name}, from memory"
+            lines.append(f"{source.key} = {expression}")
     lines += ["", "scene = isospline.Scene()"]
     names = [f"object{each.id}" for each in visible]
     lines += [f"{name} = scene.add({_object(state, each)})" for name, each in zip(names, visible)]
     lines += ["", f"camera = {_camera(state.camera)}"]
-    looks = {name: _look(document, state, each) for name, each in zip(names, visible)}
-    looks = "{" + "".join(f"\n    {name}: {look}," for name, look in looks.items()) + ("\n}" if looks else "}")
+    rows = [f"\n    {name}: {_look(document, state, each)}," for name, each in zip(names, visible)]
+    looks = "{" + "".join(rows) + ("\n}" if rows else "}")
     if state.shading == "path-trace":
         lines += [
             "right, up, forward = camera.world_to_camera[:3, :3]",
@@ -45,10 +48,10 @@ def script(document, state, size, path="picture.png"):
 def _object(state, each):
     if each.level is None:
         return each.source
-    cut = ""
+    options = "" if each.largest is None else f", largest={each.largest}"
     if state.clip.kind != "none":
-        cut = f", clip=[{_cuts(state.clip)}], capped={state.clip.capped}"
-    return f"isospline.Isosurface({each.source}, {each.level!r}{cut})"
+        options += f", clip=[{_cuts(state.clip)}], capped={state.clip.capped}"
+    return f"isospline.Isosurface({each.source}, {each.level!r}{options})"
 
 
 def _cuts(clip):
@@ -79,7 +82,7 @@ def _color(document, each):
 
 def _look(document, state, each):
     color = _color(document, each)
-    options = {}
+    options: dict[str, Any] = {}
     if state.clip.values and state.clip.capped and each.level is not None:
         shown, source = state.slices, document[each.source]
         window = shown.window if shown.window and shown.volume == each.source else source.window()
@@ -89,6 +92,8 @@ def _look(document, state, each):
         return f"isospline.Material({color}{_keywords(options)})"
     if each.opacity < 1:
         options["opacity"] = each.opacity
+    if each.silhouette_opacity is not None:
+        options["silhouette_opacity"] = each.silhouette_opacity
     if state.shading == "outline":
         return f"isospline.Outline({state.exponent!r}, surface_color={color}, color=0.02{_keywords(options)})"
     if state.shading == "ambient-occlusion":

@@ -13,6 +13,7 @@ import secrets
 import threading
 import urllib.parse
 from pathlib import Path
+from typing import Any
 
 from ..parameters import check_type
 
@@ -23,11 +24,11 @@ LONGEST_MESSAGE = 1 << 22
 
 
 class Server:
-    """Serves the page and its sockets, on a thread of its own.
+    """Serves the page and its sockets on its own thread.
 
-    Requests must name the server by an address that it has, or a page of another origin could reach it under a name of
-    its own; sockets are open to the server's own pages only. Where it listens to other machines, a socket needs the
-    token, which is a part of `url`.
+    Requests must name the server by one of its addresses. Otherwise, a page of another origin could reach the server
+    under the page's own domain name (DNS rebinding). Only the server's own pages may open sockets. If the server
+    listens to other machines, a socket needs the token, which is a part of `url`.
 
     Parameters
     ----------
@@ -35,14 +36,14 @@ class Server:
     host : str
         The address to listen on.
     port : int
-        0 takes any that is free.
+        0 takes any free port.
     token : str, optional
-        Made at random where the host is not this machine alone.
+        By default, a random one if other machines can connect to the host.
 
     Raises
     ------
     OSError
-        Where the address cannot be listened on.
+        If the server cannot listen on the address.
     """
 
     def __init__(self, viewer, host, port, token=None):
@@ -59,7 +60,7 @@ class Server:
         self._sockets, self._viewer = sockets, viewer
         self._host, self._token = host, token or (None if is_local(host) else secrets.token_urlsafe(16))
         self._loop = asyncio.new_event_loop()
-        self._stopping = None
+        self._stopping: Any = None  # an event of the loop
         self._failure = None
         self.port = port
         started = threading.Event()
@@ -90,7 +91,7 @@ class Server:
             self._loop.run_until_complete(self._serve(host, port, started))
         except OSError as error:
             reason = error.strerror or str(error)
-            message = f"port: expected one that is free at {host or '*'}, got {port}: {reason}"
+            message = f"port: expected a free port at {host or '*'}, got {port}: {reason}"
             self._failure = OSError(error.errno, message)
         except Exception as error:
             self._failure = error
@@ -109,7 +110,7 @@ class Server:
             server.close(close_connections=True)
 
     def _answer(self, connection, request):
-        """Answer requests for files; None lets a socket be opened."""
+        """Answer a request for a file; None lets a socket open."""
         host = request.headers.get("Host", "")
         if not self._is_own(host):
             return connection.respond(http.HTTPStatus.FORBIDDEN, "This address is not the viewer's.\n")
@@ -125,9 +126,9 @@ class Server:
         return self._file(connection, url.path)
 
     def _is_own(self, host):
-        """Whether a name that a request has for this server is an address, or the name that it listens under.
+        """Whether a request names this server by an address, or by the name that it listens on.
 
-        Other names could be those of a page that has them lead here, to read what we serve as its own.
+        Other names could be domains that an attacker points to this machine in order to read its pages.
         """
         with contextlib.suppress(ValueError):
             parts = urllib.parse.urlsplit(f"//{host}")
@@ -166,10 +167,10 @@ class Server:
 
         from .window import Window
 
-        outgoing = asyncio.Queue()
+        outgoing: asyncio.Queue[str | bytes] = asyncio.Queue()
 
         def send(message):
-            with contextlib.suppress(RuntimeError):  # the loop is closed: so is the window
+            with contextlib.suppress(RuntimeError):  # the loop is closed, and the window with it
                 self._loop.call_soon_threadsafe(outgoing.put_nowait, message)
 
         window = Window(self._viewer, send)
@@ -178,7 +179,7 @@ class Server:
             async for message in connection:
                 window.receive(message if isinstance(message, bytes) else json.loads(message))
         except (websockets.exceptions.WebSocketException, ValueError, RecursionError):
-            pass  # the page is gone, or is none of ours
+            pass  # the page was closed, or is not one of ours
         finally:
             sending.cancel()
             await self._loop.run_in_executor(None, window.close)
@@ -192,14 +193,14 @@ async def _send_all(connection, outgoing):
             await connection.send(await outgoing.get())
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def page_files():
     """The files of the page by their names."""
     return {path.name: path.read_bytes() for path in PAGE.iterdir() if path.suffix in TYPES}
 
 
 def is_local(host):
-    """Whether an address is that of this machine alone."""
+    """Whether only this machine can connect to an address."""
     if host == "localhost":
         return True
     try:

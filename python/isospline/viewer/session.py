@@ -1,28 +1,29 @@
-"""Sessions: which files are open and how they are shown, in a small text file."""
+"""Sessions: the open files and the displayed state, in a small text file."""
 
 from __future__ import annotations
 
 import json
 import os
 from dataclasses import dataclass
+from typing import Any
 
 from ..image import whole_file
 from .checked import Checked, field, options, record, records, text
 from .document import read_source
 from .state import ViewState
 
-#: What the first field of a session says.
+#: The value of a session's first field.
 FORMAT = "isospline session 1"
 
 
 @dataclass(frozen=True)
 class SessionSource(Checked):
-    """A file under the key that states call it; its path is relative to the session's folder where it is below it."""
+    """A file and its key in states; its path is relative if it is below the session's folder."""
 
     key: str = field(text)
     path: str = field(text)
-    read_options: dict = field(options, {})
-    model_options: dict = field(options, {})
+    read_options: dict[str, Any] = field(options, {})
+    model_options: dict[str, Any] = field(options, {})
 
 
 @dataclass(frozen=True)
@@ -39,37 +40,37 @@ class Session(Checked):
     """
 
     format: str = field(text)
-    sources: tuple = field(records(SessionSource), ())
+    sources: tuple[SessionSource, ...] = field(records(SessionSource), ())
     state: ViewState = field(record(ViewState), ViewState())
 
     def to_text(self):
-        """JSON, laid out to be read."""
+        """The session as indented JSON."""
         return json.dumps(self.to_json(), indent=1) + "\n"
 
     @classmethod
     def from_text(cls, content, name="session"):
-        """The session of a text."""
+        """Parse a session."""
         try:
             data = json.loads(content)
         except (ValueError, RecursionError) as error:
-            raise ValueError(f"{name}: expected a session of isospline, got text that is no JSON: {error}") from None
+            raise ValueError(f"{name}: expected a session of isospline, got text that is not JSON: {error}") from None
         if not isinstance(data, dict) or data.get("format") != FORMAT:
-            raise ValueError(f"{name}: expected a session of isospline, whose format is {FORMAT!r}")
+            raise ValueError(f"{name}: expected a session of isospline with the format {FORMAT!r}")
         session = cls.from_json(data, name)
         keys = {source.key for source in session.sources}
         for each in session.state.objects:
             if each.source not in keys:
-                raise ValueError(f"{name}: expected a source of each object, got none for {each.source!r}")
+                raise ValueError(f"{name}: expected a source for each object, got none for {each.source!r}")
         return session
 
 
 def session_of(document, state):
-    """The session of a document and a state that has a camera.
+    """The session of a document and a state with a camera.
 
     Raises
     ------
     ValueError
-        Where the state shows what was not read from a file.
+        If the state shows an object that was not read from a file.
     """
     used = {each.source for each in state.objects} | {each.color_by for each in state.objects} | {state.slices.volume}
     sources = [source for source in document if source.key in used]
@@ -84,7 +85,7 @@ def session_of(document, state):
 
 
 def write_session(path, session):
-    """Write a session; paths in it become relative to its folder where they are below it."""
+    """Write a session; paths below its folder become relative to it."""
     folder = os.path.dirname(os.path.abspath(os.fspath(path)))
     sources = tuple(source.replace(path=_relative(source.path, folder)) for source in session.sources)
     with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
@@ -101,7 +102,7 @@ def read_session(path):
 
 
 def open_session(document, session, progress=None):
-    """Read the files of a session into a document, and return its state with the keys that they have there."""
+    """Read the files of a session into a document, and return its state with the document's keys."""
     keys = {}
     for source in session.sources:
         make = read_source(

@@ -6,13 +6,12 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
-
 from .. import _core
 from ..parameters import check_count, check_type
 from ..signatures import explained
 from .cell import display, in_notebook
 from .checked import number
+from .placed import Placement
 from .viewer import Viewer, open_in_browser
 
 
@@ -29,40 +28,41 @@ def view(
 ) -> Viewer:
     """Show volumes, isosurfaces and meshes in a web browser, or in the cell of a notebook.
 
-    The viewer works on a thread of its own and goes on until it is closed, or the program ends.
+    The viewer runs on its own thread until it is closed or the program ends.
 
     Parameters
     ----------
     *items : path-like, Volume, VolumeData, Isosurface, Mesh, Scene or array
-        Files, as `read_volume` and `read_mesh` take them, and objects. Isosurfaces and meshes of a scene must have no
-        transform.
+        Files that `read_volume` and `read_mesh` can read, and objects. Objects of a scene are shown with their
+        transforms: the volume of a transformed isosurface is copied into the scene's world. Cuts, slices and positions
+        use that world.
     levels : sequence of float, optional
         Levels of volumes; by default the first one of `suggest_levels`.
     host : str
-        The address to listen on; by default that of this machine alone. At any other the page needs a token, which is a
-        part of the viewer's `url`.
+        The address to listen on; by default only this machine can connect. With any other address, the page needs a
+        token, which is a part of the viewer's `url`.
     port : int
-        0 takes any that is free.
+        0 takes any free port.
     token : str, optional
-        In place of a random one.
+        Replaces the random token.
     browser : bool, optional
-        Open a browser; by default where this is no notebook.
+        Whether to open a browser; by default, only outside notebooks.
     session : path-like, optional
-        A session that the viewer saved, to go on with.
+        A saved session of the viewer to continue.
     height : int
-        Pixels of the view in a notebook.
+        The height of the view in a notebook, in pixels.
 
     Returns
     -------
     Viewer
-        ``.url`` is the address, ``.wait()`` waits until ``.close()``, and so does ``with``.
+        ``.url`` is the address. ``.wait()`` waits until ``.close()``. A ``with`` statement closes it.
 
     Raises
     ------
     ImportError
         Without the package websockets: ``pip install isospline[view]``.
     OSError, ValueError
-        For a file that cannot be read and a port that is taken.
+        For a file that cannot be read, and for a port that is in use.
 
     Examples
     --------
@@ -100,9 +100,8 @@ def _show(viewer, item, levels):
     if isinstance(item, (str, os.PathLike)):
         viewer.open(item, levels=levels)
     elif isinstance(item, _core.Scene):
+        placed = Placement()
         for id in item.ids:
-            if not np.array_equal(item.transform(id), np.eye(4)):
-                raise ValueError(f"scene: expected objects without a transform, got one of geometry {id}")
-            viewer.add(item.object(id))
+            viewer.add(placed(item.object(id), item.transform(id)))
     else:
         viewer.add(item, levels=levels)

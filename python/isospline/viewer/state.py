@@ -1,17 +1,19 @@
-"""What a viewer shows: objects and their looks, light, cuts, slices and the camera, in immutable records."""
+"""The state of a viewer in immutable records: objects and their looks, light, cuts, slices and the camera."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..looks import CURVATURES, SHADINGS
-from .checked import Checked, choice, color, field, flag, number, optional, record, records, text, vector, whole
+from ..pictures import BACKGROUND, COLORS
+from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 
-#: Colours of objects in the order in which they are added.
-COLORS = ("#d9c7a8", "#c8553d", "#588b8b", "#93b7be", "#8d6a9f", "#e0a458", "#5b7553", "#7d8597")
+#: The shadings of the viewer; the studio of `render` is too slow for movement.
+VIEWER_SHADINGS = tuple(shading for shading in SHADINGS if shading != "studio")
 #: Colour maps to choose from.
 COLOR_MAPS = ("viridis", "magma", "coolwarm", "turbo", "gray", "cividis", "plasma", "RdBu")
 
@@ -23,11 +25,13 @@ class ObjectState(Checked):
     Attributes
     ----------
     id : int
-        Of the object, unlike those of the others.
+        Unique to the object.
     source : str
         The key of the volume or the mesh.
     level : float or None
-        Of the isosurface; None for a mesh.
+        The level of the isosurface; None for a mesh.
+    largest : int or None
+        The number of connected components of the isosurface's solid to keep; None keeps all.
     color_by : str
         "color", "normal", a curvature such as "mean-curvature", or the key of a volume.
     """
@@ -35,34 +39,41 @@ class ObjectState(Checked):
     id: int = field(whole)
     source: str = field(text)
     level: float | None = field(optional(number()), None)
+    largest: int | None = field(optional(count), None)
     color: str = field(color, COLORS[0])
     opacity: float = field(number(0, 1), 1.0)
+    silhouette_opacity: float | None = field(optional(number(0, 1)), None)
     visible: bool = field(flag, True)
     color_by: str = field(text, "color")
     cmap: str = field(choice(*COLOR_MAPS), "coolwarm")
-    limits: tuple | None = field(optional(vector(2)), None)
+    limits: tuple[float, ...] | None = field(optional(vector(2)), None)
     metallic: float = field(number(0, 1), 0.0)
     roughness: float = field(number(0, 1), 0.5)
+
+    @property
+    def is_seen(self):
+        """Whether the object is visible."""
+        return self.visible and (self.opacity > 0 or bool(self.silhouette_opacity))
 
 
 @dataclass(frozen=True)
 class ClipState(Checked):
-    """A cut by a plane, which keeps the side that its normal points to, or by a box, which keeps what is in it."""
+    """A cut by a plane, which keeps the side that its normal points to, or by a box, which keeps its inside."""
 
     kind: str = field(choice("none", "plane", "box"), "none")
-    point: tuple = field(vector(3), (0.0, 0.0, 0.0))
-    normal: tuple = field(vector(3), (0.0, 1.0, 0.0))
-    minimum: tuple = field(vector(3), (0.0, 0.0, 0.0))
-    maximum: tuple = field(vector(3), (1.0, 1.0, 1.0))
+    point: tuple[float, ...] = field(vector(3), (0.0, 0.0, 0.0))
+    normal: tuple[float, ...] = field(vector(3), (0.0, 1.0, 0.0))
+    minimum: tuple[float, ...] = field(vector(3), (0.0, 0.0, 0.0))
+    maximum: tuple[float, ...] = field(vector(3), (1.0, 1.0, 1.0))
     capped: bool = field(flag, True)
     values: bool = field(flag, False)
 
     def __post_init__(self):
         super().__post_init__()
-        self.cuts()  # refuses a normal of zeros and a box without a volume
+        self.cuts()  # raises for a zero normal and for a box without volume
 
     def cuts(self):
-        """What `Isosurface(clip=)` takes."""
+        """The value for `Isosurface(clip=)`."""
         if self.kind == "plane":
             return [_core.HalfSpace(self.point, self.normal)]
         if self.kind == "box":
@@ -73,21 +84,21 @@ class ClipState(Checked):
 
 @dataclass(frozen=True)
 class SliceState(Checked):
-    """Three slices through a point of a volume, and the values that are black and white in them."""
+    """Three slices through a point of a volume, and the values that they show as black and white."""
 
     shown: bool = field(flag, False)
     volume: str | None = field(optional(text), None)
-    index: tuple = field(vector(3), (0.0, 0.0, 0.0))
-    window: tuple | None = field(optional(vector(2)), None)
+    index: tuple[float, ...] = field(vector(3), (0.0, 0.0, 0.0))
+    window: tuple[float, ...] | None = field(optional(vector(2)), None)
 
 
 @dataclass(frozen=True)
 class CameraState(Checked):
-    """A perspective or an orthographic camera; `height` is that of the orthographic image in world units."""
+    """A perspective or an orthographic camera; `height` is the orthographic image's height in world units."""
 
-    eye: tuple = field(vector(3))
-    target: tuple = field(vector(3))
-    up: tuple = field(vector(3))
+    eye: tuple[float, ...] = field(vector(3))
+    target: tuple[float, ...] = field(vector(3))
+    up: tuple[float, ...] = field(vector(3))
     projection: str = field(choice("perspective", "orthographic"), "perspective")
     field_of_view: float = field(number(1, 150), 30.0)
     height: float = field(number(), 1.0)
@@ -95,7 +106,7 @@ class CameraState(Checked):
     @classmethod
     def of(cls, camera, field_of_view=30.0):
         """The state of a camera that `camera_for` made."""
-        vectors = {name: tuple(map(float, getattr(camera, name))) for name in ("eye", "target", "up")}
+        vectors: dict[str, Any] = {name: tuple(map(float, getattr(camera, name))) for name in ("eye", "target", "up")}
         if isinstance(camera, _core.OrthographicCamera):
             return cls(**vectors, projection="orthographic", height=camera.height, field_of_view=field_of_view)
         distance = float(np.linalg.norm(np.subtract(vectors["eye"], vectors["target"])))
@@ -111,40 +122,40 @@ class CameraState(Checked):
 
 @dataclass(frozen=True)
 class ViewState(Checked):
-    """All that decides how a picture looks, but for its size."""
+    """Everything that determines a picture, except its size."""
 
-    objects: tuple = field(records(ObjectState), ())
-    shading: str = field(choice(*SHADINGS), "phong")
+    objects: tuple[ObjectState, ...] = field(records(ObjectState), ())
+    shading: str = field(choice(*VIEWER_SHADINGS), "phong")
     shadows: bool = field(flag, False)
     exponent: float = field(number(0.1, 100), 2.0)
-    background: str = field(color, "#e8ebef")
+    background: str = field(color, BACKGROUND)
     clip: ClipState = field(record(ClipState), ClipState())
     slices: SliceState = field(record(SliceState), SliceState())
     camera: CameraState | None = field(optional(record(CameraState)), None)
 
     def object(self, id):
-        """The object of an id."""
+        """The object with an id."""
         for each in self.objects:
             if each.id == id:
                 return each
-        raise ValueError(f"id: expected that of an object in the view, got {id!r}")
+        raise ValueError(f"id: expected the id of an object in the view, got {id!r}")
 
     def with_object(self, id, **changes):
-        """The same with changes to an object."""
+        """The same state with changes to an object."""
         changed = self.object(id).replace(**changes)
         return self.replace(objects=tuple(changed if each.id == id else each for each in self.objects))
 
     def without_object(self, id):
-        """The same without an object."""
+        """The same state without an object."""
         gone = self.object(id)
         return self.replace(objects=tuple(each for each in self.objects if each is not gone))
 
     def with_new_object(self, source, level=None, **look):
-        """The same with one more object, in a colour of its own."""
+        """The same state with one more object, in its own colour."""
         id = max((each.id for each in self.objects), default=-1) + 1
         look.setdefault("color", COLORS[id % len(COLORS)])
         return self.replace(objects=(*self.objects, ObjectState(id=id, source=source, level=level, **look)))
 
 
-#: What an object's colour follows from, beside the keys of volumes.
+#: The sources of an object's colour, besides the keys of volumes.
 COLOR_RULES = ("color", "normal", *CURVATURES)

@@ -1,4 +1,4 @@
-"""Files that a page sends."""
+"""Files that a page uploads."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import shutil
 
 from .document import MESH_SUFFIXES
 
-# Files that name the one that has the samples.
+# Header files that name the file with the samples.
 _HEADERS = (".mhd", ".nhdr")
 
 
 class Upload:
-    """Writes the files of an upload, whose bytes come one after the other, into a folder.
+    """Writes the files of an upload, which arrive as a stream of bytes, into a folder.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Upload:
     Raises
     ------
     ValueError
-        For files without a name or a size, or larger than the disk.
+        For files without a name or a size, and for files larger than the free space of the disk.
     """
 
     def __init__(self, folder, files):
@@ -34,12 +34,12 @@ class Upload:
         for each in files:
             name, size = os.path.basename(str(each.get("name", "")).replace("\\", "/")), each.get("size")
             if name in ("", ".", "..") or "\0" in name or not isinstance(size, int) or size < 0:
-                raise ValueError(f"files: expected a name and a size of each, got {each!r}")
+                raise ValueError(f"files: expected a name and a size for each file, got {each!r}")
             self._left.append((os.path.join(folder, name), size))
         self._paths = [path for path, _ in self._left]
         self._total = sum(size for _, size in self._left)
         if self._total > shutil.disk_usage(folder).free:
-            raise ValueError(f"files: expected no more bytes than the disk has free, got {self._total}")
+            raise ValueError(f"files: expected at most the free space of the disk in bytes, got {self._total}")
         self._written = 0
         for path in self._paths:
             open(path, "wb").close()
@@ -69,12 +69,13 @@ class Upload:
                 self._left.pop(0)
 
     def paths(self):
-        """What to open: the header of samples beside it, each file on its own, or the folder of many slices."""
+        """The paths to open: header files, which name their samples; a folder of slices; or each file on its own."""
         headers = [path for path in self._paths if path.lower().endswith(_HEADERS)]
         if headers:
             return headers
         slices = [path for path in self._paths if not path.lower().endswith(MESH_SUFFIXES)]
-        if len(slices) > 3 and all(path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path)
-                                   for path in slices):  # fmt: skip
+        if len(slices) > 3 and all(
+            path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path) for path in slices
+        ):
             return [self._folder, *(path for path in self._paths if path not in slices)]
         return self._paths

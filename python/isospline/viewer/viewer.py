@@ -1,4 +1,4 @@
-"""The viewer: what is open, what is shown of it, and the windows that show it."""
+"""The viewer: the open sources, the state, and the windows that show it."""
 
 from __future__ import annotations
 
@@ -14,34 +14,28 @@ import numpy as np
 
 from .. import _core
 from ..cameras import camera_for
+from ..views import DEFAULT_VIEW
 from .document import Document, read_source, source_of
 from .picture import PictureMaker
 from .session import open_session
 from .state import CameraState, ViewState
 
-#: Sides to look from where the world is a patient's (LPS): the vector to the eye, and what is upwards.
-PATIENT_VIEWS = {
-    "anterior": ((0, -1, 0), (0, 0, 1)),
-    "posterior": ((0, 1, 0), (0, 0, 1)),
-    "left": ((1, 0, 0), (0, 0, 1)),
-    "right": ((-1, 0, 0), (0, 0, 1)),
-    "superior": ((0, 0, 1), (0, -1, 0)),
-    "inferior": ((0, 0, -1), (0, -1, 0)),
-}
+#: The margin around the objects in a window, with space for the handles of cuts, the cube and the scale bar.
+MARGIN = 0.2
 
 
 class Viewer:
-    """Shows volumes and meshes in web browsers, any number of windows at once.
+    """Shows volumes and meshes in any number of browser windows at once.
 
-    Made by `isospline.view`. What is shown is the same in all windows, each of which has a camera of its own. Any
-    thread may call.
+    `isospline.view` makes it. All windows show the same objects; each window has its own camera. Any thread may call
+    the methods.
 
     Attributes
     ----------
     url : str
         The address to open in a browser.
     state : ViewState
-        What is shown: immutable; `change` puts another in its place.
+        The displayed state. It is immutable; `change` replaces it.
     """
 
     def __init__(self, *, host="127.0.0.1", port=0, token=None):
@@ -55,7 +49,7 @@ class Viewer:
         self._maker = PictureMaker(self.document)
         self._camera = None
         self._folder = None
-        from .server import Server  # asyncio takes its time to import
+        from .server import Server  # asyncio is slow to import
 
         self._server = Server(self, host, port, token)
 
@@ -69,7 +63,7 @@ class Viewer:
             return self._state.replace(camera=self._camera)
 
     def change(self, function: Callable[[ViewState], ViewState]) -> None:
-        """Put ``function(state)`` in the place of the state, and show it in all windows."""
+        """Replace the state by ``function(state)``, and show it in all windows."""
         with self._lock:
             self._state = function(self._state)
             windows = list(self._windows)
@@ -78,16 +72,18 @@ class Viewer:
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 
-    def open(self, path, *, levels=None, read_options=None, model_options=None):
-        """Read a file and show it: a mesh, or a volume at levels, by default at the first suggested one."""
+    def open(self, path, *, levels=None, largest=None, read_options=None, model_options=None):
+        """Read a file and show it: a mesh, or isosurfaces of a volume, by default at the first suggested level."""
         return self._show(
-            read_source(path, progress=self.tell, read_options=read_options, model_options=model_options), levels
+            read_source(path, progress=self.tell, read_options=read_options, model_options=model_options),
+            levels,
+            {"largest": largest},
         )
 
     def add(self, item, *, levels=None, **look):
         """Show a Volume, VolumeData, array, Isosurface or Mesh.
 
-        Other levels of an isosurface have its options, until the viewer's own cut takes the place of its clip and mask.
+        Other levels of an isosurface get its options, until the viewer's own cut replaces its clip and mask.
         """
         if isinstance(item, _core.Isosurface):
             known = self.document.source_of_volume(item.volume)
@@ -95,11 +91,11 @@ class Viewer:
             def make(key):
                 return replace(known or source_of(item.volume)(key), key=key, template=item)
 
-            return self._show(make, [item.level], look)
+            return self._show(make, [item.level], {"largest": item.largest, **look})
         return self._show(source_of(item), levels, look)
 
     def open_session(self, session):
-        """Read the files of a session, and show them as it says."""
+        """Read the files of a session, and show its state."""
         with self._telling_end():
             state = open_session(self.document, session, self.tell)
         with self._lock:
@@ -150,58 +146,58 @@ class Viewer:
             return list(self._windows)
 
     def attach(self, window):
-        """Show everything in one more window."""
+        """Add a window, which will show every change."""
         with self._lock:
             self._windows.append(window)
 
     def detach(self, window):
-        """Forget a window."""
+        """Remove a window."""
         with self._lock:
             if window in self._windows:
                 self._windows.remove(window)
 
     def tell(self, title, fraction):
-        """Tell all windows how far long work is; a title of None ends it."""
+        """Show the progress of long work in all windows; a title of None ends it."""
         for window in self.windows():
             window.send({"type": "progress", "title": title, "fraction": fraction})
 
     def remember_camera(self, camera):
-        """Keep the camera that was moved last, for new windows and for sessions."""
+        """Remember the camera that was moved last, for new windows and for sessions."""
         with self._lock:
             self._camera = camera
 
     def submit(self, function, *arguments):
-        """Run something that takes time beside the windows."""
+        """Run a long task on a thread of the viewer, apart from those of the windows."""
         with contextlib.suppress(RuntimeError):  # the viewer is closing
             self._workers.submit(function, *arguments)
 
     @contextlib.contextmanager
     def making(self):
-        """The maker of pictures that are not those of a window."""
+        """The picture maker for pictures that belong to no window; one thread at a time has it."""
         with self._making:
             yield self._maker
 
     def camera_towards(self, view, size, projection="perspective", field_of_view=30.0):
-        """The state of a camera that has all that is shown in view, from a side."""
+        """The state of a camera that shows all objects from a side."""
         state = self.state
-        patient = any(self.document[each.source].patient for each in state.objects)
-        side, up = view, None
-        if patient and view in PATIENT_VIEWS:
-            side, up = PATIENT_VIEWS[view]
-        elif view == "home":
-            side, up = ((-0.35, -1, 0.2), (0, 0, 1)) if patient else ("iso", None)
         with self.making() as maker:
-            shown = maker.geometry_ids(state)
-            bounds = maker.scene.bounds if shown else self.document.bounds()
-        if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
-            bounds = self.document.bounds()
-        camera = camera_for(bounds, view=side, up=up, projection=projection, field_of_view=field_of_view, size=size)
+            seen = maker.scene if maker.geometry_ids(state) else self.document.bounds()
+            if seen is maker.scene and not np.isfinite(seen.bounds).all():
+                seen = self.document.bounds()
+            camera = camera_for(
+                seen,
+                view=DEFAULT_VIEW if view == "home" else view,
+                projection=projection,
+                field_of_view=field_of_view,
+                size=size,
+                margin=MARGIN,
+            )
         return CameraState.of(camera, field_of_view)
 
     # -- Uploads, and the end --------------------------------------------------------------------------------------
 
     def upload_folder(self):
-        """A new folder for files of a page; it goes away with the viewer."""
+        """A new folder for uploaded files; it is removed when the viewer is closed."""
         with self._lock:
             if self._folder is None:
                 self._folder = tempfile.mkdtemp(prefix="isospline-")

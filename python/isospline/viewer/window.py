@@ -1,4 +1,4 @@
-"""One window of a viewer: what its page asks for, and what it is sent."""
+"""One window of a viewer: requests of its page, and messages to it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .slices import COARSE, FINE, sample_slices
 from .state import COLOR_MAPS, COLOR_RULES, CameraState
 from .upload import Upload
 
-#: The largest picture that a page may ask for, along a side.
+#: The largest width or height, in pixels, of a picture that a page may request.
 LARGEST = 4096
 
-# What pages may change of the state at once.
+# The fields of the state that pages may change directly.
 _CHANGEABLE = ("shading", "shadows", "exponent", "background", "clip", "slices")
 
 
@@ -70,13 +70,13 @@ class Window:
         self._request_slices(state)
 
     def document_changed(self, fit=False):
-        """Tell what is open; `fit` has all of it in view."""
+        """Send the open sources; `fit` moves the camera to show all of them."""
         self.send({"type": "document", "sources": [source.to_json() for source in self._viewer.document]})
         if fit and self._size:
             self._viewer.submit(self._look_from, "home")
 
     def set_camera(self, camera):
-        """Look from another place, which the page is told."""
+        """Change the camera, and tell the page."""
         with self._lock:
             self._camera = camera
         self._viewer.remember_camera(camera)
@@ -90,7 +90,7 @@ class Window:
             self._frames.request((self._viewer.state.replace(camera=camera), size, newest))
 
     def _draw(self, shown, stage, progress):
-        """A message with the picture of a state."""
+        """Render a state; returns the message with its picture."""
         state, full, newest = shown
         size = self._resolution.size(full) if stage is None else full
         begin = time.perf_counter()
@@ -101,10 +101,16 @@ class Window:
         if stage is None:
             self._resolution.record(size, end - begin)
         about = {
-            "type": "frame", "input": newest, "size": size, "camera": state.camera.to_json(),
-            "format": "jpeg" if stage is None else "png", "samples": stage.samples if stage else 0,
-            "final": stage is not None and stage.final, "milliseconds": [(drawn - begin) * 1e3, (end - drawn) * 1e3],
-        }  # fmt: skip
+            "type": "frame",
+            "input": newest,
+            "size": size,
+            "camera": state.camera.to_json(),
+            "format": "jpeg" if stage is None else "png",
+            "samples": stage.samples if stage else 0,
+            "final": stage is not None and stage.final,
+            "levels_of_detail": sorted(set(self._maker.levels_of_detail.values())),
+            "milliseconds": [(drawn - begin) * 1e3, (end - drawn) * 1e3],
+        }
         return packed(about, content)
 
     def _request_slices(self, state):
@@ -129,7 +135,7 @@ class Window:
     # -- From the page ---------------------------------------------------------------------------------------------
 
     def receive(self, message):
-        """Act on a message; what is wrong with it becomes a message to the page."""
+        """Handle a message; the page gets a message about any error."""
         try:
             if isinstance(message, bytes):
                 self._receive_upload(message)
@@ -138,7 +144,7 @@ class Window:
                 raise ValueError(f"message: expected an object, got {type(message).__name__}")
             act = getattr(self, f"_on_{message.get('type')}", None)
             if act is None:
-                raise ValueError(f"type: expected that of a message, got {message.get('type')!r}")
+                raise ValueError(f"type: expected a type of message, got {message.get('type')!r}")
             if "input" in message:
                 with self._lock:
                     self._newest_input = int(message["input"])
@@ -149,7 +155,7 @@ class Window:
 
     def _on_hello(self, message):
         self._set_size(message)
-        maps = {name: [to_hex(color) for color in colors.color_map(name)[::17]] for name in COLOR_MAPS}
+        maps = {name: [colors.hex_of(color) for color in colors.color_map(name)[::17]] for name in COLOR_MAPS}
         self.send({"type": "options", "color_maps": maps, "color_rules": COLOR_RULES})
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
@@ -173,7 +179,7 @@ class Window:
 
     def _on_camera(self, message):
         camera = CameraState.from_json(message["camera"], "camera")
-        camera.camera()  # refuses what makes no sense
+        camera.camera()  # raises for invalid values
         with self._lock:
             self._camera = camera
         self._viewer.remember_camera(camera)
@@ -199,7 +205,7 @@ class Window:
             raise ValueError(f"changes: expected some of {', '.join(_CHANGEABLE)}, got {unknown[0]}")
         state = self._viewer.state.replace(**changes)
         if state.slices.volume is not None and not self._viewer.document[state.slices.volume].is_volume:
-            raise ValueError(f"slices: expected those of a volume, got {state.slices.volume}")
+            raise ValueError(f"slices: expected a volume, got {state.slices.volume}")
         self._viewer.change(lambda state: state.replace(**changes))
 
     def _on_change_object(self, message):
@@ -211,7 +217,7 @@ class Window:
             raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {changes['level']}")
         for name in ("id", "source"):
             if name in changes:
-                raise ValueError(f"changes: expected no other {name}")
+                raise ValueError(f"changes: expected no change of {name}")
         self._viewer.change(lambda state: state.with_object(id, **changes))
 
     def _on_add_object(self, message):
@@ -229,7 +235,7 @@ class Window:
         try:
             state = self._viewer.state.replace(camera=self._camera)
             with self._viewer.making() as maker:
-                ids = maker.geometry_ids(state)
+                ids = maker.geometry_ids(state, state.camera.camera(), self._size)
                 before = self._measurements[-1] if self._measurements else None
                 found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel, before)
             if found is not None and append:
@@ -293,8 +299,3 @@ def packed(about, content):
     header = json.dumps(about).encode()
     header += b" " * (-len(header) % 4)
     return len(header).to_bytes(4, "little") + header + content
-
-
-def to_hex(linear):
-    """#rrggbb of a linear colour."""
-    return "#" + "".join(f"{round(255 * float(part)):02x}" for part in colors.linear_to_srgb(linear))

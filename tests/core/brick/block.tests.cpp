@@ -13,7 +13,7 @@ using namespace isospline;
 
 namespace {
 
-/// The block of a cell alone.
+/// The block of a single cell.
 Block block_of(int degree, const CellCoefficients& cell)
 {
     return make_block(cell, degree, cell.threshold, 1);
@@ -30,7 +30,7 @@ TEST_CASE("the slab of a cell holds the surface", "[brick]")
     std::uniform_real_distribution<double> threshold(-0.4, 0.4);
     int found = 0;
     for (int repetition = 0; repetition < 20000; ++repetition) {
-        const CellCoefficients cell(volume, threshold(random), glm::ivec3(random() % 4, random() % 4, random() % 4));
+        const VolumeCell cell(volume, threshold(random), glm::ivec3(random() % 4, random() % 4, random() % 4));
         const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
         const std::optional<RootInCell> root = first_root(cell, ray);
         if (!root)
@@ -46,7 +46,7 @@ TEST_CASE("the slab of a cell holds the surface", "[brick]")
     REQUIRE(found > 2000);
 }
 
-TEST_CASE("the slab of a cell is no thicker than its Bernstein coefficients ask for", "[brick]")
+TEST_CASE("the slab of a cell is no thicker than its Bernstein coefficients require", "[brick]")
 {
     // f = x + a x^2 + a y^2 about the middle of the cell, as samples of degree 2: c = f - a/2, as the second derivative
     // is 2a along both axes and c is f less an eighth of each. The Bernstein coefficients of a x^2 are a/4, -a/4, a/4.
@@ -58,7 +58,7 @@ TEST_CASE("the slab of a cell is no thicker than its Bernstein coefficients ask 
                 samples.push_back(static_cast<float>(x) + a * static_cast<float>(x * x + y * y) - 0.5f * a);
     const Volume volume = volume_of_coefficients(samples, {3, 3, 3}, 2);
     for_each_target([&] {
-        const Block block = block_of(2, CellCoefficients(volume, -volume.offset(), glm::ivec3(1)));
+        const Block block = block_of(2, VolumeCell(volume, -volume.offset(), glm::ivec3(1)));
         REQUIRE(block.slab_normal[0][0] == 31);
         REQUIRE(block.slab_normal[1][0] == 0);
         REQUIRE(block.slab_normal[2][0] == 0);
@@ -78,7 +78,7 @@ TEST_CASE("a cell that its slab does not reach is not in the block", "[brick]")
     const Volume volume = volume_of_coefficients(samples, {3, 3, 3}, 2);
     for_each_target([&] {
         const auto cells = [&](double level) {
-            return block_of(2, CellCoefficients(volume, level - volume.offset(), glm::ivec3(1))).cells;
+            return block_of(2, VolumeCell(volume, level - volume.offset(), glm::ivec3(1))).cells;
         };
         REQUIRE(cells(0.9) == 0u);
         REQUIRE(cells(-0.9) == 0u);
@@ -96,14 +96,14 @@ TEST_CASE("the slabs of a block are those of its cells alone, on every SIMD targ
         for (int repetition = 0; repetition < 200; ++repetition) {
             const glm::ivec3 corner(random() % 2, random() % 2, random() % 2);
             const unsigned cells = random() & 0xffu;
-            const Block block = make_block(CellCoefficients(volume, 0.1, corner), degree, 0.1, cells);
+            const Block block = make_block(VolumeCell(volume, 0.1, corner), degree, 0.1, cells);
             for (std::size_t i = 0; i < 8; ++i) {
                 if ((cells >> i & 1u) == 0) {
                     REQUIRE((block.cells >> i & 1u) == 0);
                     continue;
                 }
                 const glm::ivec3 cell = corner + glm::ivec3(i & 1, i >> 1 & 1, i >> 2);
-                const Block alone = block_of(degree, CellCoefficients(volume, 0.1, cell));
+                const Block alone = block_of(degree, VolumeCell(volume, 0.1, cell));
                 for (std::size_t axis = 0; axis < 3; ++axis)
                     REQUIRE(block.slab_normal[axis][i] == alone.slab_normal[axis][0]);
                 REQUIRE(block.slab_lower[i] == alone.slab_lower[0]);

@@ -13,7 +13,7 @@ using namespace isospline;
 
 namespace {
 
-/// The range of all coefficients that reach a brick's cells.
+/// The range of all coefficients that influence a brick's cells.
 BrickRanges::Range range_of(const Volume& volume, const Brick& brick)
 {
     const float* first = volume.cell_coefficients(brick.first.x, brick.first.y, brick.first.z);
@@ -27,7 +27,7 @@ BrickRanges::Range range_of(const Volume& volume, const Brick& brick)
     return range;
 }
 
-/// A block of a brick as far as it is in the brick, as a brick of its own; of no size where it is not.
+/// The part of a block that is in its brick, as a brick; its size is zero if there is none.
 Brick block_of(const Brick& brick, int block)
 {
     const glm::ivec3 first = block_position(block), size = glm::min(brick.size - first, glm::ivec3(2));
@@ -37,7 +37,7 @@ Brick block_of(const Brick& brick, int block)
 
 } // namespace
 
-TEST_CASE("ranges of bricks are those of the coefficients that reach their cells", "[brick][threads]")
+TEST_CASE("ranges of bricks are those of the coefficients that influence their cells", "[brick][threads]")
 {
     for (const auto& shape : {glm::ivec3(20, 9, 17), glm::ivec3(16, 8, 8), glm::ivec3(3, 2, 2), glm::ivec3(9, 33, 2)})
         for (int degree = 0; degree <= 5; ++degree) {
@@ -65,7 +65,7 @@ TEST_CASE("ranges of bricks are those of the coefficients that reach their cells
         }
 }
 
-TEST_CASE("blocks that straddle a threshold are told, with few that do not", "[brick][threads]")
+TEST_CASE("all blocks that straddle a threshold are found, and few others", "[brick][threads]")
 {
     std::size_t told = 0, straddling = 0;
     for (const auto& shape : {glm::ivec3(20, 9, 17), glm::ivec3(16, 8, 8), glm::ivec3(3, 2, 2), glm::ivec3(9, 33, 2)})
@@ -104,7 +104,7 @@ TEST_CASE("blocks that straddle a threshold are told, with few that do not", "[b
     REQUIRE(static_cast<double>(told) < 1.03 * static_cast<double>(straddling));
 }
 
-TEST_CASE("a range straddles a threshold where both signs occur, zero counting as positive", "[brick]")
+TEST_CASE("a range straddles a threshold if both signs occur; zero counts as positive", "[brick]")
 {
     const BrickRanges::Range range{-1.0f, 2.0f};
     REQUIRE(range.straddles(0.0));

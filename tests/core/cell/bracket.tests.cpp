@@ -34,7 +34,7 @@ TEST_CASE("bracket finds a plane where it is", "[cell]")
     // Splines of every degree reproduce x; the lattice coordinate of index x is x + lattice_shift.
     const int degree = GENERATE(1, 2, 3);
     const Volume volume = volume_of_coefficients(degree, [](int x, int, int) { return x; });
-    const CellCoefficients cell(volume, 1.3 - volume.offset(), glm::ivec3(1));
+    const VolumeCell cell(volume, 1.3 - volume.offset(), glm::ivec3(1));
     const double plane = 1.3 + volume.lattice_shift();
     const auto intersect = cell_intersector(degree, Method::bracket).first_root;
 
@@ -63,7 +63,7 @@ TEST_CASE("bracket accepts a root at the very end of a ray", "[cell]")
 {
     // f1 f2 <= 0 with f1 = 0. At degree 1 the value at lattice x = 3/2 is exact.
     const Volume volume = volume_of_coefficients(1, [](int x, int, int) { return x; });
-    const CellCoefficients cell(volume, 1.5 - volume.offset(), glm::ivec3(1));
+    const VolumeCell cell(volume, 1.5 - volume.offset(), glm::ivec3(1));
     Ray ray{{1.5, 1.5, 1.5}, {1.0, 0.0, 0.0}};
     REQUIRE(scalar::bracket_first_root<1>(cell, LatticeRay(ray, volume.cell_shape()))->t == 0.0);
     ray = {{1.0, 1.5, 1.5}, {1.0, 0.0, 0.0}, 0.0, 0.5};
@@ -82,7 +82,7 @@ TEST_CASE("bracket finds a root if and only if their number is odd, the first on
     int odd = 0, missed = 0;
     for (int repetition = 0; repetition < 2000; ++repetition) {
         const Volume volume = volume_of_coefficients(degree, [&](int, int, int) { return coefficient(random); });
-        const CellCoefficients cell(volume, -volume.offset(), glm::ivec3(1));
+        const VolumeCell cell(volume, -volume.offset(), glm::ivec3(1));
         const glm::dvec3 a(within(random), within(random), 0.0), b(within(random), within(random), 1.0);
         Ray ray{cell.lower + a - 2.0 * (b - a), b - a};
 

@@ -48,7 +48,7 @@ TEST_CASE("exact and reference find the first crossing of random cells", "[cell]
     for (int repetition = 0; repetition < 20000; ++repetition) {
         const glm::ivec3 index(random() % static_cast<unsigned>(cells.x), random() % static_cast<unsigned>(cells.y),
                                random() % static_cast<unsigned>(cells.z));
-        const CellCoefficients cell(volume, threshold(random), index);
+        const VolumeCell cell(volume, threshold(random), index);
         const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
         const std::optional<RootInCell> root = exact(cell, ray);
         const std::optional<RootInCell> root_reference = reference(cell, ray);
@@ -98,7 +98,7 @@ TEST_CASE("the single precision filter is as sure for values far from zero and f
     std::mt19937 random(3);
     std::uniform_real_distribution<double> level(-0.3, 0.3);
     for (int repetition = 0; repetition < 20000; ++repetition) {
-        const CellCoefficients cell(volume, base + contrast * level(random) - volume.offset(), glm::ivec3(2, 2, 2));
+        const VolumeCell cell(volume, base + contrast * level(random) - volume.offset(), glm::ivec3(2, 2, 2));
         const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
         const auto root = exact(cell, ray), root_reference = reference(cell, ray);
         REQUIRE(root.has_value() == root_reference.has_value());
@@ -154,7 +154,7 @@ int check_packet(const CellIntersector& intersector, const Volume& volume, const
 
 } // namespace
 
-TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD target", "[cell]")
+TEST_CASE("rays in packets and single rays find the same, bit for bit, on every SIMD target", "[cell]")
 {
     const int degree = GENERATE(1, 2, 3);
     const Method method = GENERATE(Method::exact, Method::reference, Method::bracket);
@@ -167,7 +167,7 @@ TEST_CASE("rays in packets find what rays alone find, bit for bit, on every SIMD
         int found = 0;
         for (int repetition = 0; repetition < 300; ++repetition) {
             const auto index = [&] { return static_cast<int>(random() % 4); };
-            const CellCoefficients cell(volume, threshold(random), glm::ivec3(index(), index(), index()));
+            const VolumeCell cell(volume, threshold(random), glm::ivec3(index(), index(), index()));
             const LaneMask active = repetition % 3 == 0 ? 0xffffu : static_cast<LaneMask>(random()) & 0xffffu;
             found += check_packet(intersector, volume, cell, random, active);
         }
@@ -215,7 +215,7 @@ TEST_CASE("every SIMD target finds the roots of the reference", "[cell]")
         const auto exact = cell_intersector(degree, Method::exact).first_root;
         std::mt19937 random(31);
         for (int repetition = 0; repetition < 3000; ++repetition) {
-            const CellCoefficients cell(volume, 0.1, glm::ivec3(1, 2, 1));
+            const VolumeCell cell(volume, 0.1, glm::ivec3(1, 2, 1));
             const LatticeRay ray(random_ray(random, cell.lower), volume.cell_shape());
             const auto root = exact(cell, ray), root_reference = reference(cell, ray);
             REQUIRE(root.has_value() == root_reference.has_value());
@@ -229,7 +229,7 @@ TEST_CASE("the Bernstein coefficients of a segment are those of f along it", "[c
 {
     // Interpolated by exact arithmetic on the polynomial's own values: de Casteljau at many s.
     const Volume volume = volume_of_coefficients(random_samples(125, 4), {5, 5, 5}, 2);
-    const CellCoefficients cell(volume, 0.2, glm::ivec3(2, 1, 2));
+    const VolumeCell cell(volume, 0.2, glm::ivec3(2, 1, 2));
     std::mt19937 random(5);
     std::uniform_real_distribution<double> within(0.0, 1.0);
     for (int repetition = 0; repetition < 200; ++repetition) {
@@ -257,14 +257,14 @@ TEST_CASE("two roots in one cell: exact finds the first, bracket finds none", "[
     ray.direction = {2.0, 0.0, 0.0};
 
     // In the middle cell beta^2 = 3/4 - x^2, from 1/2 at its ends: never as low as 0.4.
-    const CellCoefficients above(volume, 0.4 * 0.5625 - volume.offset(), glm::ivec3(1, 1, 1));
+    const VolumeCell above(volume, 0.4 * 0.5625 - volume.offset(), glm::ivec3(1, 1, 1));
     const auto exact = cell_intersector(2, Method::exact).first_root;
     const auto bracket = cell_intersector(2, Method::bracket).first_root;
     REQUIRE_FALSE(exact(above, LatticeRay(ray, {3, 3, 3})));
     REQUIRE_FALSE(bracket(above, LatticeRay(ray, {3, 3, 3})));
 
     // It is 0.6 at |x| = sqrt(0.15), twice in the cell.
-    const CellCoefficients pair(volume, 0.6 * 0.5625 - volume.offset(), glm::ivec3(1, 1, 1));
+    const VolumeCell pair(volume, 0.6 * 0.5625 - volume.offset(), glm::ivec3(1, 1, 1));
     const auto first = exact(pair, LatticeRay(ray, {3, 3, 3}));
     REQUIRE(first);
     REQUIRE(ray.at(first->t).x == Approx(1.5 - std::sqrt(0.15)).margin(1e-7));

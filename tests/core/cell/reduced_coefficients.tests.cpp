@@ -125,10 +125,10 @@ double largest_part(bool exact_threshold)
 
 } // namespace
 
-TEST_CASE("the bound on the rounding error of Bernstein coefficients holds, and is as small as it may be", "[cell]")
+TEST_CASE("the bound on the rounding error of Bernstein coefficients holds, and is tight", "[cell]")
 {
-    // Where the threshold's own rounding outweighs the rest, the bound is all but reached; where it has none, roundings
-    // would all have to go one way.
+    // If the threshold's own rounding dominates, the bound is almost reached. Without it, all roundings would need the
+    // same sign.
     const bool exact_threshold = GENERATE(false, true);
     for (const double part :
          {largest_part<1>(exact_threshold), largest_part<2>(exact_threshold), largest_part<3>(exact_threshold)}) {

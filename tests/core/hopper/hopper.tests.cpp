@@ -55,7 +55,7 @@ std::shared_ptr<const Volume> noise(VolumeOptions options)
     return make_volume({11, 9, 10}, options, [&](const glm::dvec3&) { return value(random); });
 }
 
-/// The first crossing by meeting every cell of the shell in turn, of those at the same t the one of the smallest id.
+/// The first crossing, by testing every cell of the shell; of crossings at the same t, the one with the smallest id.
 struct BruteForce {
     double t = std::numeric_limits<double>::infinity();
     std::uint64_t primitive = invalid_primitive_id;
@@ -76,7 +76,7 @@ struct BruteForce {
         const auto first_root = cell_intersector(volume.degree(), surface.options().method).first_root;
         double nearest = std::numeric_limits<double>::infinity();
         for (const Cell& cell : surface.shell().cells()) {
-            const auto root = first_root(CellCoefficients(volume, surface.threshold(), cell), ray);
+            const auto root = first_root(VolumeCell(volume, surface.threshold(), cell), ray);
             const std::uint64_t id = volume.primitive_id(cell);
             if (!root || root->t > nearest || (root->t == nearest && id > primitive))
                 continue;
@@ -124,7 +124,7 @@ void check_against_brute_force(const std::shared_ptr<const IsosurfaceSnapshot>& 
 
 } // namespace
 
-TEST_CASE("the hopper finds what meeting every cell finds", "[trace]")
+TEST_CASE("the hopper finds the same as a test of every cell", "[hopper]")
 {
     VolumeOptions options;
     options.degree = GENERATE(1, 2, 3);
@@ -135,7 +135,7 @@ TEST_CASE("the hopper finds what meeting every cell finds", "[trace]")
     check_against_brute_force(Isosurface(ball_and_sheet(options), 0.1, surface_options).snapshot(), 100);
 }
 
-TEST_CASE("the hopper finds what meeting every cell finds, turned, mirrored and cut", "[trace]")
+TEST_CASE("the hopper finds the same as a test of every cell, for rotated, mirrored and cut volumes", "[hopper]")
 {
     VolumeOptions options;
     options.spacing = {0.5, 1.2, 2.0};
@@ -147,7 +147,7 @@ TEST_CASE("the hopper finds what meeting every cell finds, turned, mirrored and 
     check_against_brute_force(Isosurface(volume, 0.1, surface_options).snapshot(), 600);
 }
 
-TEST_CASE("the normal of a hopper's hit is the outward gradient", "[trace]")
+TEST_CASE("the normal of a hopper's hit is the outward gradient", "[hopper]")
 {
     const auto volume = ball_and_sheet({});
     const auto surface = Isosurface(volume, 0.0).snapshot();
@@ -161,7 +161,7 @@ TEST_CASE("the normal of a hopper's hit is the outward gradient", "[trace]")
     REQUIRE(volume->value(hit.position) == Approx(0.0).margin(1e-9));
 }
 
-TEST_CASE("hops are as long as the mean chord of a cube", "[trace]")
+TEST_CASE("hops are as long as the mean chord of a cube", "[hopper]")
 {
     // No cell belongs to the shell: every ray hops through all of the grid.
     const auto volume = make_volume({12, 10, 8}, {}, [](const glm::dvec3& k) { return k.x; });
@@ -203,7 +203,7 @@ TEST_CASE("hops are as long as the mean chord of a cube", "[trace]")
     }
 }
 
-TEST_CASE("strides take fewer moves to the same cells", "[trace]")
+TEST_CASE("strides take fewer moves to the same cells", "[hopper]")
 {
     const auto surface = Isosurface(ball_and_sheet({}), 0.0).snapshot();
     std::mt19937 random(9);
@@ -222,7 +222,7 @@ TEST_CASE("strides take fewer moves to the same cells", "[trace]")
     REQUIRE(striding.mean_hop_length() > 2.0 * plain.mean_hop_length());
 }
 
-TEST_CASE("a hopper keeps the level that its surface had", "[trace]")
+TEST_CASE("a hopper keeps the level that its surface had", "[hopper]")
 {
     Isosurface surface(ball_and_sheet({}), 0.0);
     const VoxelHopper before(surface.snapshot());
@@ -236,7 +236,7 @@ TEST_CASE("a hopper keeps the level that its surface had", "[trace]")
     REQUIRE(hit.t == Approx(8.0).margin(0.2));
 }
 
-TEST_CASE("the hopper refuses rays that are none", "[trace]")
+TEST_CASE("the hopper refuses invalid rays", "[hopper]")
 {
     const VoxelHopper hopper(Isosurface(ball_and_sheet({}), 0.0).snapshot());
     const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -154,7 +154,7 @@ TEST_CASE("an EXR header holds the camera's matrices in Imath's convention", "[i
     REQUIRE(in_camera.y < 0.0f);
 }
 
-TEST_CASE("an EXR file has the channels of the layers that there are, and no others", "[io]")
+TEST_CASE("an EXR file has the channels of the image's layers, and no others", "[io]")
 {
     const TemporaryFolder folder;
     const fs::path path = folder.path() / "image.exr";
@@ -174,7 +174,7 @@ TEST_CASE("an EXR file has the channels of the layers that there are, and no oth
     REQUIRE(!fs::exists(refused));
 }
 
-TEST_CASE("half colour changes R, G, B and A alone", "[io]")
+TEST_CASE("half colour only changes R, G, B and A", "[io]")
 {
     const TemporaryFolder folder;
     const Image image = some_image();

@@ -20,7 +20,7 @@ int sign_of(Integer value)
 
 } // namespace
 
-TEST_CASE("determinants of integers have the sign that 128 bits tell", "[math]")
+TEST_CASE("determinants of integers have the sign computed with 128 bits", "[math]")
 {
     std::mt19937_64 random(1);
     std::uniform_int_distribution<std::int64_t> large(-(1ll << 40), 1ll << 40), small(-3, 3);

@@ -8,7 +8,7 @@
 
 using namespace isospline;
 
-TEST_CASE("a part of a polynomial has its values")
+TEST_CASE("a part of a polynomial has the same values", "[measure]")
 {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> number(-1.0, 1.0), fraction(0.0, 1.0);
@@ -22,7 +22,7 @@ TEST_CASE("a part of a polynomial has its values")
     }
 }
 
-TEST_CASE("all changes of sign of a polynomial are found")
+TEST_CASE("all changes of sign of a polynomial are found", "[measure]")
 {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> number(-1.0, 1.0);

@@ -29,7 +29,7 @@ std::set<CubeEdge> crossed_edges(unsigned solid, unsigned split)
 
 } // namespace
 
-TEST_CASE("each crossed edge of a cube is in one loop, and loops go along faces")
+TEST_CASE("each crossed edge of a cube is in one loop, and loops go along faces", "[polygonize]")
 {
     for (unsigned solid = 0; solid < 256; ++solid)
         for (unsigned faces = 0; faces < 64; ++faces)
@@ -54,7 +54,7 @@ TEST_CASE("each crossed edge of a cube is in one loop, and loops go along faces"
             }
 }
 
-TEST_CASE("cubes agree on what they share of a face, with opposite directions")
+TEST_CASE("cubes agree on shared faces, with opposite directions", "[polygonize]")
 {
     // What is on the face of the cube below, by the corners (y, z) that edges join.
     using Step = std::pair<std::pair<int, int>, std::pair<int, int>>;

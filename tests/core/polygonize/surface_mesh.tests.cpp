@@ -64,7 +64,7 @@ Isosurface noise_surface(int degree, unsigned seed, std::vector<HalfSpace> clip)
 
 } // namespace
 
-TEST_CASE("meshes of noise that is closed at the border are closed manifolds")
+TEST_CASE("meshes of noise that is closed at the border are closed manifolds", "[polygonize]")
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (unsigned seed = 0; seed < 6; ++seed) {
@@ -77,7 +77,7 @@ TEST_CASE("meshes of noise that is closed at the border are closed manifolds")
         }
 }
 
-TEST_CASE("meshes of noise that planes cut are closed manifolds")
+TEST_CASE("meshes of noise that planes cut are closed manifolds", "[polygonize]")
 {
     const std::vector<std::vector<HalfSpace>> clips{
         {{{1.0, 0.0, 0.0}, 4.5}},  // through corners of cells of even degrees
@@ -98,7 +98,7 @@ TEST_CASE("meshes of noise that planes cut are closed manifolds")
         }
 }
 
-TEST_CASE("meshes with a tolerance are closed manifolds within it")
+TEST_CASE("meshes with a tolerance are closed manifolds within it", "[polygonize]")
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (const double tolerance : {1.0, 0.3, 0.1}) {
@@ -109,7 +109,7 @@ TEST_CASE("meshes with a tolerance are closed manifolds within it")
         }
 }
 
-TEST_CASE("a surface that no corner of a cell sees has a mesh where a tolerance asks for it")
+TEST_CASE("a surface between the corners of cells has a mesh if a tolerance requires it", "[polygonize]")
 {
     // A bump of the quadratic spline between samples' corners: f is above 0.7 about one sample's centre alone.
     std::vector<float> samples(std::size_t{9} * 9 * 9, 0.0f);
@@ -128,7 +128,7 @@ TEST_CASE("a surface that no corner of a cell sees has a mesh where a tolerance 
         REQUIRE(volume->value(vertex) == Approx(0.3));
 }
 
-TEST_CASE("a tolerance that is not positive is an error")
+TEST_CASE("a tolerance that is not positive is an error", "[polygonize]")
 {
     const Isosurface surface = noise_surface(2, 1, {});
     for (const double tolerance : {0.0, -1.0, std::nan("")})

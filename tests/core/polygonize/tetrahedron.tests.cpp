@@ -23,7 +23,7 @@ double volume_of(const std::vector<glm::dvec3>& nodes, const Tetrahedron& corner
 
 } // namespace
 
-TEST_CASE("a tetrahedron is cut into parts that fill both sides of a plane")
+TEST_CASE("a tetrahedron is cut into parts that fill both sides of a plane", "[polygonize]")
 {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);

@@ -7,7 +7,7 @@
 
 using namespace isospline;
 
-TEST_CASE("no point of a triangle is nearer, also where its corners are in a row")
+TEST_CASE("no point of a triangle is nearer, even if its corners are collinear", "[query]")
 {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> number(-1.0, 1.0);

@@ -47,7 +47,7 @@ void check_boxes()
     int surfaces = 0, small = 0;
     double gap = 0.0, gap_of_box = 0.0;
     for (int trial = 0; trial < 300; ++trial) {
-        const CellCoefficients cell(*volume, 0.05, glm::ivec3(1 + trial % 4, 1 + trial / 4 % 4, 2));
+        const VolumeCell cell(*volume, 0.05, glm::ivec3(1 + trial % 4, 1 + trial / 4 % 4, 2));
         SurfaceBox<Degree> box = surface_box<Degree>(cell, 0);
         for (int halving = 0; halving < trial % 13; ++halving) {
             const bool upper = unit(random) < 0.5;
@@ -96,14 +96,14 @@ void check_boxes()
 
 } // namespace
 
-TEST_CASE("No point of the surface in a part of a cell is nearer than its bound")
+TEST_CASE("No point of the surface in a part of a cell is nearer than its bound", "[query]")
 {
     check_boxes<1>();
     check_boxes<2>();
     check_boxes<3>();
 }
 
-TEST_CASE("The least of a linear function over a slab of the cube is that of the corners of the polygon")
+TEST_CASE("The least of a linear function over a slab of the cube is that of the corners of the polygon", "[query]")
 {
     // x + y >= 1.5 at the cost (1, 2, -1): x goes first, z is free.
     CHECK(std::abs(least_over({{1, 1, 0}, 1.5, 9}, {1, 2, -1}) - 1.0) < 1e-15);

@@ -43,7 +43,7 @@ TEST_CASE("pixel samples integrate a smooth function", "[render]")
     REQUIRE(sum == Approx(exact).epsilon(1e-2));
 }
 
-TEST_CASE("pixel samples refuse a count that makes no sense", "[render]")
+TEST_CASE("pixel samples refuse an invalid count", "[render]")
 {
     REQUIRE_THROWS_AS(pixel_samples(0), std::invalid_argument);
     REQUIRE_THROWS_AS(pixel_samples(-4), std::invalid_argument);
@@ -51,7 +51,7 @@ TEST_CASE("pixel samples refuse a count that makes no sense", "[render]")
     REQUIRE(pixel_samples(65536).size() == 65537);
 }
 
-TEST_CASE("through a lens, all samples but the one of the centres are spread over the unit disc", "[render]")
+TEST_CASE("with a lens, all samples except the one of the centres are spread over the unit disc", "[render]")
 {
     for (const int count : {1, 4, 9, 64}) {
         const std::vector<PixelSample> samples = pixel_samples(count, true);

@@ -60,7 +60,7 @@ TEST_CASE("progressive rendering refuses bad input by name", "[render]")
     REQUIRE(renderer.image().color == std::vector<glm::vec4>(16, glm::vec4(0.0f)));
 }
 
-TEST_CASE("objects bring materials of their own, and layers are there where they are asked for", "[render]")
+TEST_CASE("objects have their own materials, and images have the requested layers", "[render]")
 {
     const std::vector<glm::dvec3> corners{{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
     const std::vector<glm::uvec3> faces{{0, 1, 2}, {0, 2, 3}};

@@ -141,7 +141,7 @@ TEST_CASE("matrices take the points of a pixel's ray back to the pixel", "[rende
     }
 }
 
-TEST_CASE("cameras refuse what has no image", "[render]")
+TEST_CASE("cameras refuse parameters without an image", "[render]")
 {
     const glm::ivec2 size(4, 3);
     const auto message = [](const char* part) { return ContainsSubstring(part); };

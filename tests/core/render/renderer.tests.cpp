@@ -118,7 +118,44 @@ TEST_CASE("a rendered sphere is the closed form at every pixel", "[render]")
     REQUIRE(hit_count > 2000);
 }
 
-TEST_CASE("more samples take coverage to the exact area, and leave all but colour alone", "[render]")
+TEST_CASE("a crop has the pixels of the whole picture", "[render]")
+{
+    PerspectiveCamera with_lens = camera;
+    with_lens.aperture_radius = 0.3;
+    RenderOptions options;
+    options.layers = layers;
+    options.size = {61, 47};
+    for (const Shading& shading : {Shading(Phong{}), Shading(Outline{2.0}), Shading(AmbientOcclusion{})}) {
+        options.shading = shading;
+        options.samples = 4;
+        options.crop.reset();
+        const Image whole = render(spheres(), with_lens, options);
+        REQUIRE(whole.full_size == whole.size);
+        for (const Window& window : {Window{{13, 5}, {31, 29}}, Window{{0, 0}, {61, 47}}, Window{{60, 46}, {1, 1}}}) {
+            options.crop = window;
+            const Image part = render(spheres(), with_lens, options);
+            REQUIRE(part.size == window.size);
+            REQUIRE(part.first == window.first);
+            REQUIRE(part.full_size == options.size);
+            for (int y = 0; y < window.size.y; ++y)
+                for (int x = 0; x < window.size.x; ++x) {
+                    const auto pixel = static_cast<std::size_t>(y * window.size.x + x);
+                    const auto of_whole =
+                        static_cast<std::size_t>((window.first.y + y) * options.size.x + window.first.x + x);
+                    REQUIRE(part.color[pixel] == whole.color[of_whole]);
+                    REQUIRE(part.depth[pixel] == whole.depth[of_whole]);
+                    REQUIRE(part.primitive_ids[pixel] == whole.primitive_ids[of_whole]);
+                }
+        }
+    }
+    for (const Window& window : {Window{{-1, 0}, {4, 4}}, Window{{0, 0}, {0, 4}}, Window{{60, 0}, {2, 4}},
+                                 Window{{0, 0}, {4, std::numeric_limits<int>::max()}}}) {
+        options.crop = window;
+        REQUIRE_THROWS_WITH(render(spheres(), camera, options), ContainsSubstring("crop"));
+    }
+}
+
+TEST_CASE("with more samples, coverage converges to the exact area, and only colour changes", "[render]")
 {
     const OrthographicCamera parallel{{0, -10, 0}, {0, 0, 0}, {0, 0, 1}, 2.5};
     RenderOptions options;
@@ -156,7 +193,7 @@ TEST_CASE("an image does not depend on the number of threads", "[render][threads
     REQUIRE(same_bits(one, four));
 }
 
-TEST_CASE("the background shows where surfaces do not cover", "[render]")
+TEST_CASE("the background is visible where there are no surfaces", "[render]")
 {
     RenderOptions options;
     options.layers = layers;
@@ -226,7 +263,7 @@ TEST_CASE("rendering reports its progress and can be cancelled", "[render][threa
     REQUIRE(reports == 2);
 }
 
-TEST_CASE("an image of colour alone holds no layers, and one of 8-bit sRGB no linear colour", "[render]")
+TEST_CASE("an image has no layers by default, and one of 8-bit sRGB has no linear colour", "[render]")
 {
     RenderOptions options;
     options.size = {60, 40};

@@ -1,7 +1,7 @@
-// One allocation of an operation fails: the operation says std::bad_alloc, or does without it, and works again after.
+// One allocation of an operation fails: the operation throws std::bad_alloc or succeeds, and works again afterwards.
 //
-// A program of its own, as it replaces operator new. Each failure is tried in a process of its own, so that one that
-// crashes or hangs is only one of many.
+// This is a separate program, because it replaces operator new. Each failure is tried in a separate process, so that a
+// crash or hang does not end the others.
 #include "isospline/isospline.h"
 
 #include <array>
@@ -256,7 +256,7 @@ Outcome outcome(const Operation& operation, long number, int pipe)
     }
     if (!std::filesystem::is_empty("."))
         return file_left;
-    // What did without the memory has to have the same result.
+    // An operation that succeeds without the memory must have the same result.
     if (!thrown && result != expected)
         return swallowed;
     return operation.run(world) == expected ? good : wrong;

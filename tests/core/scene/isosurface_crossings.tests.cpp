@@ -98,7 +98,7 @@ Ray random_ray(std::mt19937& random, const Volume& volume)
 
 } // namespace
 
-TEST_CASE("rays enter and leave in turn, also through corners, edges and faces of cells", "[scene]")
+TEST_CASE("rays alternately enter and leave, even at corners, edges and faces of cells", "[scene]")
 {
     const int degree = GENERATE(1, 2, 3);
     constexpr std::size_t rays_of_volume = 1000;
@@ -140,7 +140,7 @@ TEST_CASE("rays enter and leave in turn, also through corners, edges and faces o
                 turns = turns && at.entering == (k % 2 == 0) && (k == 0 || crossing[k - 1].hit.t <= at.hit.t);
                 if (k + 1 == counts[i])
                     continue;
-                // What is between two crossings is on the side that they say, where that can be told.
+                // Points between two crossings are on the expected side, if this can be decided.
                 const double value = volume->value(rays[i].at(0.5 * (at.hit.t + crossing[k + 1].hit.t))) - 1.0;
                 wrong_signs += std::abs(value) > 1e-9 && (value > 0.0) != at.entering;
             }
@@ -211,7 +211,7 @@ TEST_CASE("hopper and scene agree on rays along the border of a volume", "[scene
     REQUIRE(beyond == 0);
 }
 
-TEST_CASE("limits that are a hit's own t leave it the hit", "[scene]")
+TEST_CASE("limits that equal a hit's t include the hit", "[scene]")
 {
     const int degree = GENERATE(1, 2, 3);
     std::mt19937 random(7);

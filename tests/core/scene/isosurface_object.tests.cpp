@@ -1,4 +1,4 @@
-// What queries of a scene ask of the coefficients behind a surface, and when.
+// Which coefficients of a surface the queries of a scene request, and when.
 #include "catch.h"
 #include "counting_source.h"
 #include "noise_volume.h"
@@ -38,11 +38,9 @@ std::shared_ptr<const Volume> hollow_ball(int size, int degree)
         options);
 }
 
-std::shared_ptr<Isosurface> surface_of(const std::shared_ptr<const Volume>& volume,
-                                       std::shared_ptr<const CoefficientSource> source = nullptr,
-                                       IsosurfaceOptions options = {})
+std::shared_ptr<Isosurface> surface_of(const std::shared_ptr<const Volume>& volume, IsosurfaceOptions options = {})
 {
-    return std::make_shared<Isosurface>(volume, 0.3, std::move(options), nullptr, Progress(), std::move(source));
+    return std::make_shared<Isosurface>(volume, 0.3, std::move(options));
 }
 
 std::vector<Ray> random_rays(const Volume& volume, std::size_t count)
@@ -58,7 +56,7 @@ std::vector<Ray> random_rays(const Volume& volume, std::size_t count)
     return rays;
 }
 
-/// All that a scene tells of some rays.
+/// All answers of a scene for some rays.
 struct Answers {
     Answers(const SceneSnapshot& scene, std::span<const Ray> rays)
         : single(rays.size()), packet(rays.size()), occluded(rays.size()), counts(rays.size())
@@ -92,7 +90,7 @@ struct Answers {
     std::vector<std::uint32_t> counts;
 };
 
-/// Answers of a scene that nobody has asked before.
+/// Answers of a new scene.
 Answers answers(const std::shared_ptr<const Isosurface>& surface, std::span<const Ray> rays)
 {
     Scene scene;
@@ -111,18 +109,18 @@ TEST_CASE("coefficients of another source give the same hits", "[scene]")
     options.clip = {{{1.0, 0.5, 0.2}, 25.0}};
     options.capped = GENERATE(false, true);
     const auto source = std::make_shared<CountingSource>(volume);
-    const Answers expected = answers(surface_of(volume, nullptr, options), rays);
-    REQUIRE((answers(surface_of(volume, source, options), rays) == expected));
+    const Answers expected = answers(surface_of(volume, options), rays);
+    REQUIRE((answers(surface_of(volume_of(source, *volume), options), rays) == expected));
     REQUIRE(source->asked() > 0);
     REQUIRE(std::count_if(expected.single.begin(), expected.single.end(), [](const Hit& hit) { return bool(hit); }) >
             1000);
 }
 
-TEST_CASE("a source is asked for the bricks that rays meet, once", "[scene]")
+TEST_CASE("the bricks that rays meet are requested once from a source", "[scene]")
 {
     const auto volume = hollow_ball(60, 2);
     const auto source = std::make_shared<CountingSource>(volume);
-    const auto surface = surface_of(volume, source);
+    const auto surface = surface_of(volume_of(source, *volume));
     Scene scene;
     scene.add(surface);
     const auto snapshot = scene.snapshot();
@@ -151,7 +149,7 @@ TEST_CASE("a source is asked for the bricks that rays meet, once", "[scene]")
     for (const glm::ivec3& first : asked)
         REQUIRE(is_met(first));
 
-    // What is behind the first sheet is not asked for.
+    // Bricks behind the first sheet are not requested.
     std::size_t met = 0;
     const Bricks& bricks = surface->snapshot()->bricks();
     for (const Octet& octet : bricks.octets())
@@ -173,13 +171,38 @@ TEST_CASE("a source is asked for the bricks that rays meet, once", "[scene]")
     REQUIRE(source->asked() > asked.size());
 }
 
-TEST_CASE("what a source throws ends the query, and everything is of use after it", "[scene]")
+// Far fewer than a ray through the ball meets, so that every octet makes some anew.
+TEST_CASE("bricks that exceed a budget are dropped, and hits stay the same", "[scene][threads]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = hollow_ball(60, degree);
+    const std::vector<Ray> rays = random_rays(*volume, 2000);
+    const Answers expected = answers(surface_of(volume), rays);
+    constexpr std::size_t limit = 100'000, most_of_octet = 8 * 12'000;
+    const auto source = std::make_shared<CountingSource>(volume, limit);
+    const auto surface = surface_of(volume_of(source, *volume));
+    Scene scene;
+    scene.add(surface);
+    const auto snapshot = scene.snapshot();
+    std::vector<std::thread> threads;
+    std::vector<std::uint8_t> is_same(4);
+    for (std::size_t thread = 0; thread < is_same.size(); ++thread)
+        threads.emplace_back([&, thread] { is_same[thread] = Answers(*snapshot, rays) == expected; });
+    for (std::thread& thread : threads)
+        thread.join();
+    REQUIRE(is_same == std::vector<std::uint8_t>(4, 1));
+    REQUIRE(source->budget()->dropped() > 100);
+    REQUIRE(source->budget()->held() <= limit + 2 * (is_same.size() + 2) * most_of_octet);
+    REQUIRE(surface->snapshot()->bricks().memory() >= source->budget()->held());
+}
+
+TEST_CASE("an exception of a source ends the query, and everything can be used afterwards", "[scene]")
 {
     const auto volume = hollow_ball(41, 2);
     const std::vector<Ray> rays = random_rays(*volume, 500);
     const Answers expected = answers(surface_of(volume), rays);
     const auto source = std::make_shared<CountingSource>(volume);
-    const auto surface = surface_of(volume, source);
+    const auto surface = surface_of(volume_of(source, *volume));
     Scene scene;
     scene.add(surface);
 
@@ -209,7 +232,7 @@ TEST_CASE("what a source throws ends the query, and everything is of use after i
     }
 }
 
-TEST_CASE("many threads that enter the same bricks at once find what one finds", "[scene][threads]")
+TEST_CASE("many threads that enter the same bricks find the same as one thread", "[scene][threads]")
 {
     const int degree = GENERATE(1, 2, 3);
     const auto volume = noise_volume({30, 25, 20}, degree);

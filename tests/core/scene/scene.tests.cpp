@@ -136,7 +136,7 @@ TEST_CASE("many scenes live at a time", "[scene]")
     REQUIRE(first_t(*scenes.front().snapshot()) == Approx(11.0));
 }
 
-TEST_CASE("a wait for a turn can be cancelled", "[util][threads]")
+TEST_CASE("a wait for a turn can be cancelled", "[scene][threads]")
 {
     Turn turn;
     std::atomic<bool> cancelled = false;

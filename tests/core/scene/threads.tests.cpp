@@ -20,14 +20,14 @@ using namespace isospline;
 
 namespace {
 
-/// How long threads meet: so many seconds as the environment says, as `make sanitize-thread` does, or a few.
+/// How long threads run: the seconds given by the environment, as in `make sanitize-thread`, or a few.
 std::chrono::seconds duration()
 {
     const char* const given = std::getenv("ISOSPLINE_THREADS_SECONDS");
     return std::chrono::seconds(given != nullptr ? std::stoi(given) : 3);
 }
 
-/// Runs calls in threads of their own, again and again, for a while; rethrows what one of them throws.
+/// Runs calls repeatedly in separate threads for a while; rethrows their exceptions.
 void hammer(const std::vector<std::function<void(int)>>& calls)
 {
     std::atomic<bool> stop = false;

@@ -56,7 +56,7 @@ void require_consistent(const AnyLight& light, const glm::dvec3& position)
 
 } // namespace
 
-TEST_CASE("lamps are drawn with the density that they tell, and are where rays meet them", "[shade]")
+TEST_CASE("lamps are sampled with the stated density, at the places where rays meet them", "[shade]")
 {
     require_consistent(SphereLight{{1, 2, 3}, 1.0, {1, 2, 3}}, {0, 0, 0});
     require_consistent(SphereLight{{1, 2, 3}, 3.7, {1, 2, 3}}, {0, 0, 0});
@@ -78,7 +78,7 @@ TEST_CASE("a rectangle gives light to one side", "[shade]")
     REQUIRE_FALSE(emission(light, Ray{{1.5, 0, 1}, {0, 0, 1}}));
 }
 
-TEST_CASE("an environment is drawn by its luminance", "[shade]")
+TEST_CASE("an environment is sampled by its luminance", "[shade]")
 {
     std::vector<glm::vec3> pixels(7 * 13);
     for (std::size_t i = 0; i < pixels.size(); ++i) {

@@ -131,7 +131,7 @@ TEST_CASE("Phong without lights, with a light on the point and with a zero expon
     require_close(shade(phong, {}), glm::dvec3(phong.ambient));
 }
 
-TEST_CASE("Phong takes of each light the part that gets to the point", "[shade]")
+TEST_CASE("Phong uses the part of each light that reaches the point", "[shade]")
 {
     const PositionalLight first{{0.0, 3.0, 4.0}}, second{{1.0, -2.0, 3.0}, {0.5, 0.25, 1.0}};
     Phong both, only_second, dimmed;
@@ -146,7 +146,7 @@ TEST_CASE("Phong takes of each light the part that gets to the point", "[shade]"
     require_close(shade(both, point), shade(dimmed, SurfacePoint{}));
 }
 
-TEST_CASE("Outline is (1 - <N, V>^2)^no, whichever way the normal points", "[shade]")
+TEST_CASE("Outline is (1 - <N, V>^2)^no, for both signs of the normal", "[shade]")
 {
     std::mt19937 random(3);
     for (const double exponent : {0.0, 0.5, 1.0, 2.0, 8.0}) {

@@ -33,7 +33,7 @@ bool visit(const Shell& shell, std::uint32_t index, const Box& parent, std::vect
 
 } // namespace
 
-TEST_CASE("The tree of a shell has each cell once, in boxes in boxes")
+TEST_CASE("The tree of a shell has each cell once, in boxes in boxes", "[shell]")
 {
     for (const glm::ivec3 shape : {glm::ivec3(2, 2, 2), glm::ivec3(31, 18, 23), glm::ivec3(9, 2, 40)}) {
         const auto snapshot = Isosurface(noise_volume(shape), 0.1).snapshot();
@@ -45,7 +45,7 @@ TEST_CASE("The tree of a shell has each cell once, in boxes in boxes")
     }
 }
 
-TEST_CASE("A shell without cells has a tree without nodes, and copies of a shell have its tree in common")
+TEST_CASE("A shell without cells has a tree without nodes, and copies of a shell have its tree in common", "[shell]")
 {
     const auto surface = Isosurface(noise_volume({5, 5, 5}), 0.1).snapshot();
     const auto empty = Isosurface(noise_volume({5, 5, 5}), 100.0).snapshot();

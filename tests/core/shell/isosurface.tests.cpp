@@ -12,7 +12,7 @@
 
 using namespace isospline;
 
-TEST_CASE("another level re-uses the ranges of bricks and gives the shell of a new surface", "[shell]")
+TEST_CASE("another level reuses the ranges of bricks and gives the shell of a new surface", "[shell]")
 {
     const auto volume = noise_volume({20, 12, 9}, 2);
     Isosurface surface(volume, 0.5);
@@ -45,6 +45,31 @@ TEST_CASE("a level that throws or is cancelled changes nothing", "[shell]")
     REQUIRE_THROWS_AS(surface.set_level(0.0, [](double) { return false; }), Cancelled);
     REQUIRE(surface.level() == 0.5);
     REQUIRE(surface.snapshot() == before);
+}
+
+TEST_CASE("the first surface of a volume and its bounds can be cancelled at any time, and nothing is kept", "[shell]")
+{
+    const auto volume = noise_volume({70, 40, 40}, 2);
+    double last = 0.0;
+    const auto surface = Isosurface(volume, 0.5, {}, nullptr, [&](double fraction) {
+        REQUIRE(fraction >= last);
+        last = fraction;
+        return true;
+    });
+    REQUIRE(last == 1.0);
+    for (const double limit : {0.0, 0.4, 0.85, 0.95}) {
+        const auto fresh = noise_volume({70, 40, 40}, 2);
+        const auto make = [&] { return Isosurface(fresh, 0.5, {}, nullptr, [=](double f) { return f < limit; }); };
+        REQUIRE_THROWS_AS(make(), Cancelled);
+    }
+    const auto snapshot = surface.snapshot();
+    const auto never = [](double) { return false; };
+    REQUIRE_THROWS_AS(snapshot->bounds_lattice(never), Cancelled);
+    REQUIRE_THROWS_AS(snapshot->is_empty(never), Cancelled);
+    REQUIRE_THROWS_AS(snapshot->shell(never), Cancelled);
+    REQUIRE_FALSE(snapshot->bounds_lattice().empty());
+    REQUIRE_FALSE(snapshot->is_empty());
+    REQUIRE(snapshot->shell().count() > 0);
 }
 
 TEST_CASE("the clip is given in world space and kept in lattice space", "[shell]")
@@ -110,7 +135,7 @@ TEST_CASE("whether a surface is empty, and its bounds, are those of its shell", 
     REQUIRE(pruned_empty > 5);
 }
 
-TEST_CASE("memory grows with what is asked for", "[shell]")
+TEST_CASE("memory grows with the requested data", "[shell]")
 {
     const auto surface = Isosurface(noise_volume({33, 20, 27}, 2), 0.1).snapshot();
     const std::size_t before = surface->memory();
@@ -123,7 +148,7 @@ TEST_CASE("memory grows with what is asked for", "[shell]")
     REQUIRE(surface->memory() == before + shell);
 }
 
-TEST_CASE("what an isosurface is made of is checked", "[shell]")
+TEST_CASE("the arguments of an isosurface are checked", "[shell]")
 {
     const auto volume = noise_volume({4, 5, 6}, 2);
     REQUIRE_THROWS_AS(Isosurface(nullptr, 0.0), std::invalid_argument);

@@ -75,7 +75,7 @@ TEST_CASE("the weights of a cell are B-splines, not negative, and sum to one", "
     check_cell_basis<5>();
 }
 
-TEST_CASE("cells that share a face weigh the coefficients that they share alike, bit for bit", "[spline]")
+TEST_CASE("cells that share a face have the same weights for shared coefficients, bit for bit", "[spline]")
 {
     using Single = hwy::HWY_NAMESPACE::Vec<hwy::HWY_NAMESPACE::CappedTag<float, 1>>;
     check_shared_weights<1, double>();

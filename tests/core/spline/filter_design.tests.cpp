@@ -88,3 +88,27 @@ TEST_CASE("indices beyond a line are mirrored at its ends or wrapped", "[spline]
         REQUIRE(inside_index(i - 4, 1, Boundary::periodic) == 0);
     }
 }
+
+TEST_CASE("beyond a filter's reach its response to an impulse is forgotten")
+{
+    for (const Filter kind : {Filter::interpolate, Filter::smoothing})
+        for (int degree = 0; degree <= 5; ++degree) {
+            const RecursiveFilter filter = design_filter(degree, kind, kind == Filter::smoothing ? 3.0 : 0.0);
+            const int reach = filter_reach(filter);
+            // The response at k is the mean of the filter's spectrum times cos(k frequency).
+            constexpr int count = 4096;
+            double sum = 0.0;
+            for (int i = 0; i < count; ++i) {
+                const double frequency = 2.0 * pi * i / count;
+                sum += response(filter, frequency) * std::cos((reach + 1) * frequency) / count;
+            }
+            CAPTURE(degree, reach);
+            if (filter.is_identity())
+                CHECK(reach == 0);
+            else
+                CHECK(std::abs(sum) < 0x1p-38);
+        }
+    CHECK(filter_reach(design_filter(2, Filter::interpolate, 0.0)) == 16);
+    CHECK(filter_reach(design_filter(3, Filter::interpolate, 0.0)) == 22);
+    CHECK(filter_reach(design_filter(3, Filter::none, 0.0)) == 0);
+}

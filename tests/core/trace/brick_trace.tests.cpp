@@ -1,4 +1,4 @@
-// What rays find in bricks, against walks over all cells that do not know of bricks and slabs.
+// Rays in bricks, compared with walks over all cells that do not use bricks and slabs.
 #include "isospline/trace/brick_trace.h"
 
 #include "each_target.h"
@@ -98,7 +98,7 @@ struct Subject {
                 if (!(inside.t_near < inside.t_far))
                     continue;
                 ++met_count;
-                const CellCoefficients coefficients(*level.volume, level.bricks.threshold(), cell);
+                const VolumeCell coefficients(*level.volume, level.bricks.threshold(), cell);
                 if (const auto root = first_root(coefficients, rays[i]))
                     roots[i].push_back({root->t, place});
             }
@@ -244,10 +244,10 @@ std::size_t check_packet_visits(const Subject& subject, const BrickTracer& trace
         for (std::size_t lane = 0; lane < packet_capacity; ++lane)
             context.of_lane.push_back({&subject, first + lane, {}, 0});
         const auto visit = [](void* of, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
-            auto& [active, of_lane] = *static_cast<Visit*>(of);
+            auto& now = *static_cast<Visit*>(of);
             REQUIRE(lanes != 0);
-            REQUIRE((lanes & ~active) == 0);
-            for_each_lane(lanes, [&](int lane) { of_lane[static_cast<std::size_t>(lane)].add(cell, index); });
+            REQUIRE((lanes & ~now.active) == 0);
+            for_each_lane(lanes, [&](int lane) { now.of_lane[static_cast<std::size_t>(lane)].add(cell, index); });
             return false;
         };
         for (const ShellBox& box : boxes)
@@ -274,12 +274,16 @@ void check_packet_nearest(const Subject& subject, const BrickTracer& tracer, con
     for (std::size_t first = 0; first < subject.rays.size(); first += packet_capacity) {
         Nearest nearest{Packet(subject, first, random), intersector, {}};
         const auto visit = [](void* context, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
-            auto& [packet, intersector_of_rays, roots] = *static_cast<Nearest*>(context);
+            auto& found_before = *static_cast<Nearest*>(context);
+            Packet& packet = found_before.packet;
             RootPacket found;
-            const LaneMask with_root = intersector_of_rays.first_roots(cell, packet.rays, packet.t_limit, lanes, found);
+            const LaneMask with_root =
+                found_before.intersector.first_roots(cell, packet.rays, packet.t_limit, lanes, found);
             for_each_lane(with_root, [&](int lane) {
-                if (const Root root{found.t[lane], place_in(packet.subject.shape, index)}; root.precedes(roots[lane])) {
-                    roots[lane] = root;
+                Root& nearest_root = found_before.roots[lane];
+                const Root root{found.t[lane], place_in(packet.subject.shape, index)};
+                if (root.precedes(nearest_root)) {
+                    nearest_root = root;
                     packet.t_limit[lane] = root.t;
                 }
             });
@@ -357,7 +361,7 @@ TEST_CASE("rays visit all cells of smooth surfaces in which they have a root, an
     CHECK(visits < 3 * subject.met_count / 4);
 }
 
-TEST_CASE("rays visit what a clip leaves of the cells", "[trace]")
+TEST_CASE("rays visit the cells that a clip keeps", "[trace]")
 {
     const auto volume = wavy_volume({37, 22, 30}, 2);
     const std::vector<HalfSpace> clip_lattice{{glm::normalize(glm::dvec3(1.0, 2.0, -0.5)), 12.0},

@@ -44,7 +44,7 @@ std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, std::
 
 } // namespace
 
-TEST_CASE("ends of chords are on caps where the points beside them are in the solid", "[trace]")
+TEST_CASE("ends of chords are on caps if the points next to them are in the solid", "[trace]")
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (const Inside inside : {Inside::above, Inside::below}) {

@@ -37,16 +37,17 @@ TEST_CASE("packets of rays are prepared as single rays are, bit for bit", "[trac
         return glm::dvec3(distribution(random), distribution(random), distribution(random));
     };
     int inside_count = 0, miss_count = 0, grazing_count = 0;
-    for (int trial = 0; trial < 20000; ++trial) {
+    for (int trial = 0; trial < 25000; ++trial) {
         const glm::dvec3 centre = 100.0 * vector(uniform), size = glm::abs(vector(normal)) + 0.1;
         const RayFrame frame(Box{centre - size, centre + size});
-        const int kind = trial % 4;
+        const int kind = trial % 5;
         const double distance = std::pow(10.0, 4.0 * uniform(random) + 2.0),
                      scale = std::pow(10.0, 3.0 * uniform(random));
         RayPacket packet;
         packet.count = 1 + trial % RayPacket::capacity;
         for (int lane = 0; lane < packet.count; ++lane) {
-            // At any place in or near the box; at its edges, which rounding decides about; away from it; along an axis.
+            // At any place in or near the box; at its edges, which rounding decides about; away from it; along an axis;
+            // from a place on a face or some roundings off it, and away from it.
             glm::dvec3 target = centre + 1.5 * size * vector(uniform);
             glm::dvec3 direction = vector(normal);
             if (kind == 1) {
@@ -58,8 +59,15 @@ TEST_CASE("packets of rays are prepared as single rays are, bit for bit", "[trac
             } else if (kind == 3) {
                 direction = glm::dvec3(0.0);
                 direction[trial % 3] = uniform(random);
+            } else if (kind == 4) {
+                const int axis = trial % 3;
+                const double side = uniform(random) < 0.0 ? -1.0 : 1.0;
+                const double off = frame.box.upper[axis] * (1.0 + std::round(40.0 * uniform(random)) * 0x1p-52);
+                target[axis] = frame.centre[axis] + side * off;
+                direction[axis] = side * std::abs(direction[axis]) * std::pow(10.0, 8.0 * uniform(random) - 8.0);
             }
-            packet.set(lane, {target - distance * direction, scale * direction, lane % 3 == 0 ? -1.0 : 0.0,
+            const glm::dvec3 origin = kind == 4 ? target : target - distance * direction;
+            packet.set(lane, {origin, scale * direction, lane % 3 == 0 ? -1.0 : 0.0,
                               lane % 5 == 0 ? 1e3 : std::numeric_limits<double>::infinity()});
         }
         PreparedPacket prepared;

@@ -1,4 +1,4 @@
-// Elements in few words.
+// Short functions that make elements.
 
 // make("button", {class: "bare", onclick: f}, "text", child, ...)
 export function make(tag, attributes = {}, ...children) {
@@ -22,7 +22,7 @@ function fill(element, attributes, children) {
 
 export const field = (name, ...children) => make("label", {class: "field"}, make("span", {}, name), ...children);
 
-// Buttons of which one is pressed.
+// A row of buttons; one of them is pressed.
 export function segments(label, options, current, choose) {
   return make("div", {class: "segments", role: "group", "aria-label": label}, ...Object.entries(options).map(([value, text]) =>
     make("button", {"aria-pressed": String(value === current), "data-value": value, onclick: () => choose(value)}, text)));
@@ -56,5 +56,5 @@ export function select(label, options, value, change) {
   return input;
 }
 
-// A number to read: six digits at most.
+// A number for display: at most six digits.
 export const tidy = value => value == null ? "–" : String(Number(value.toPrecision(6)));

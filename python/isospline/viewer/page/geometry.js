@@ -1,4 +1,4 @@
-// Vectors, and the camera: the same formulas as isospline's cameras have.
+// Vectors and the camera, with the formulas of isospline's cameras.
 
 export const add = (a, b) => a.map((each, i) => each + b[i]);
 export const subtract = (a, b) => a.map((each, i) => each - b[i]);
@@ -10,7 +10,7 @@ export const normalize = a => scale(a, 1 / (length(a) || 1));
 
 export const clamp = (value, least, most) => Math.min(Math.max(value, least), most);
 
-// A vector turned about a unit axis, counter-clockwise, by Rodrigues' formula.
+// A vector rotated counter-clockwise about a unit axis, by Rodrigues' formula.
 export function turned(vector, axis, angle) {
   const along = scale(axis, dot(axis, vector));
   const across = subtract(vector, along);
@@ -26,13 +26,13 @@ export function basis(camera) {
 
 export const distanceOf = camera => length(subtract(camera.target, camera.eye));
 
-// World units that the picture's height spans where the target is.
+// The height of the picture at the target, in world units.
 export function heightOf(camera) {
   if (camera.projection === "orthographic") return camera.height;
   return 2 * distanceOf(camera) * Math.tan(camera.field_of_view * Math.PI / 360);
 }
 
-// Pixels of a point, and its depth; null behind the eye.
+// The pixel position and the depth of a point; null if it is behind the eye.
 export function project(camera, point, width, height) {
   const {right, up, forward} = basis(camera);
   const offset = subtract(point, camera.eye);
@@ -44,7 +44,7 @@ export function project(camera, point, width, height) {
   return [width / 2 + dot(offset, right) * pixels, height / 2 - dot(offset, up) * pixels, depth];
 }
 
-// The camera orbited by angles about the world's z, and about what is to the right; it stops above and below.
+// The camera orbited by angles about the world's z axis and about its own right axis; it stops at the poles.
 export function orbited(camera, sideways, downwards) {
   const axis = [0, 0, 1];
   const offset = turned(subtract(camera.eye, camera.target), axis, sideways);
@@ -55,21 +55,21 @@ export function orbited(camera, sideways, downwards) {
   return {...camera, eye: add(camera.target, turned(offset, right, angle)), up: turned(up, right, angle)};
 }
 
-// The camera moved across the picture, by parts of its height.
+// The camera moved across the picture, by fractions of its height.
 export function panned(camera, right, up) {
   const axes = basis(camera), span = heightOf(camera);
   const move = add(scale(axes.right, -right * span), scale(axes.up, -up * span));
   return {...camera, eye: add(camera.eye, move), target: add(camera.target, move)};
 }
 
-// The camera nearer to (factor < 1) or farther from its target.
+// The camera moved nearer to its target (factor < 1) or farther from it.
 export function zoomed(camera, factor) {
   const offset = subtract(camera.eye, camera.target);
   return {...camera, height: camera.height * factor,
     eye: camera.projection === "perspective" ? add(camera.target, scale(offset, factor)) : camera.eye};
 }
 
-// The camera with the other projection, that shows the target as large.
+// The camera with another projection; the target keeps its size in the picture.
 export function withProjection(camera, projection) {
   const height = heightOf(camera), offset = subtract(camera.eye, camera.target);
   const distance = height / (2 * Math.tan(camera.field_of_view * Math.PI / 360));

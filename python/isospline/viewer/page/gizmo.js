@@ -6,7 +6,7 @@ import {makeSvg} from "./dom.js";
 const ACCENT = "#2f6f9f";
 const EDGES = [[0, 1], [0, 2], [0, 4], [1, 3], [1, 5], [2, 3], [2, 6], [3, 7], [4, 5], [4, 6], [5, 7], [6, 7]];
 
-// Lower and upper corner of all that is shown.
+// The lower and upper corner of all visible objects.
 export function boundsOf(app) {
   const keys = new Set(app.state.objects.map(each => each.source));
   const boxes = [...app.sources.values()].filter(source => keys.has(source.key)).map(source => source.bounds);
@@ -16,7 +16,7 @@ export function boundsOf(app) {
 
 const corners = (lower, upper) => [...Array(8).keys()].map(i => [0, 1, 2].map(axis => i >> axis & 1 ? upper[axis] : lower[axis]));
 
-// The polygon in which a plane meets a box, its corners in turn.
+// The corners, in order, of the polygon in which a plane cuts a box.
 function section(point, normal, lower, upper) {
   const all = corners(lower, upper), sides = all.map(corner => dot(subtract(corner, point), normal));
   const points = [];
@@ -89,7 +89,7 @@ export class ClipGizmo {
     return element;
   }
 
-  // Follow the hand until it lets go; handles are drawn anew meanwhile, so the window listens.
+  // Follow the pointer until it is released. The window listens, because handles are redrawn meanwhile.
   follow(moved) {
     const move = event => moved(event);
     const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
@@ -98,18 +98,18 @@ export class ClipGizmo {
     addEventListener("pointercancel", end);
   }
 
-  // Drag along a line of the world: how far along it the hand has gone.
+  // Drag along a line in the world; `moved` gets the distance that the pointer has moved along it.
   along(event, point, direction, camera, height, moved) {
     const width = this.stage.canvas.clientWidth, step = heightOf(camera) * 0.01;
     const a = project(camera, point, width, height), b = project(camera, add(point, scale(direction, step)), width, height);
     let [dx, dy] = subtract(b, a).slice(0, 2);
-    // Seen end on, the hand would have to go nowhere: up and down does then.
+    // If the line points at the viewer, use the vertical direction instead.
     if (Math.hypot(dx, dy) < 0.2) [dx, dy] = [0, -1];
     const squared = dx * dx + dy * dy, from = [event.clientX, event.clientY];
     this.follow(now => moved(((now.clientX - from[0]) * dx + (now.clientY - from[1]) * dy) / squared * step));
   }
 
-  // Drag the tip of the normal as if it were on a ball.
+  // Drag the tip of the normal over the surface of a ball.
   tilt(event, clip, normal, camera, height) {
     const {right, up, forward} = basis(camera), from = [event.clientX, event.clientY], radius = 0.13 * height;
     const begin = [dot(normal, right), dot(normal, up)], behind = dot(normal, forward);

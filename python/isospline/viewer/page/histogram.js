@@ -1,4 +1,4 @@
-// The values of a volume, with the levels of its surfaces to drag.
+// The histogram of a volume's values; the levels of its surfaces can be dragged.
 
 import {clamp} from "./geometry.js";
 import {makeSvg, tidy} from "./dom.js";
@@ -9,7 +9,7 @@ export class Histogram {
   constructor(app, element) {
     this.app = app;
     this.element = element;
-    this.zoom = null; // the range that is shown, of the volume of that key
+    this.zoom = null; // the visible range, for the volume with this key
   }
 
   // The volume of the selected surface, or the first one.
@@ -22,7 +22,7 @@ export class Histogram {
     return this.zoom?.key === source.key ? this.zoom.range : source.range;
   }
 
-  // The step of levels: the spacing of values, or a part of the range where values have none; finer with Shift.
+  // The step of levels: the spacing of values, or a fraction of the range for continuous values; finer with Shift.
   step(source) {
     return source.spacing_of_values || (source.range[1] - source.range[0]) / 2000 || 1;
   }
@@ -96,7 +96,7 @@ export class Histogram {
     this.setLevel(id, this.app.object(id).level + direction * step, step, source);
   }
 
-  // The wheel shows a part of the range, about the value under the hand.
+  // The wheel zooms the range about the value under the pointer.
   zoomed(event, source) {
     event.preventDefault();
     const [lower, upper] = this.range(source), factor = Math.exp(event.deltaY * 0.002);

@@ -1,4 +1,4 @@
-// The page's state, its socket, and who is told of what.
+// The page's state and its socket; other parts of the page are notified of changes.
 
 import {Stage} from "./stage.js";
 import {Panel} from "./panel.js";
@@ -7,13 +7,13 @@ import {make} from "./dom.js";
 
 class App {
   constructor() {
-    this.state = null;         // what is shown, as Python's ViewState
+    this.state = null;         // the displayed state, as Python's ViewState
     this.sources = new Map();  // open volumes and meshes by key
     this.camera = null;        // of this window
-    this.frame = null;         // what the newest picture tells of itself
+    this.frame = null;         // the description of the newest picture
     this.defaultLimits = {};
     this.inputs = 0;           // changes sent
-    this.sentAt = new Map();   // when, by number
+    this.sentAt = new Map();   // the time when each change was sent, by its number
     this.latencies = [];       // milliseconds from a change to its picture
     this.framesShown = 0;
     this.selected = null;      // id of an object
@@ -38,7 +38,7 @@ class App {
       typeof event.data === "string" ? this.receive(JSON.parse(event.data)) : this.receiveBinary(event.data);
     this.socket.onclose = () => {
       this.tell("progress", {title: null});
-      this.closed ??= this.note("The viewer is not there any more. This page goes on when it is.", true);
+      this.closed ??= this.note("The connection to the viewer is lost. This page continues when the viewer is back.", true);
       if (!this.closed.isConnected) document.getElementById("messages").append(this.closed);
       setTimeout(() => this.connect(), this.retry = Math.min((this.retry ?? 300) * 1.5, 5000));
     };
@@ -48,7 +48,7 @@ class App {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  // Send what changes the picture: its number comes back with the first picture that has it.
+  // Send a numbered change of the picture. The first picture that shows it has the same number.
   change(message) {
     this.inputs += 1;
     this.sentAt.set(this.inputs, performance.now());
@@ -68,7 +68,7 @@ class App {
     this.tell("state", {own: true});
   }
 
-  // Cameras are sent once a screen refresh at most.
+  // Cameras are sent at most once per screen refresh.
   moveCamera(camera) {
     this.camera = camera;
     if (this.cameraWaits) return;
@@ -85,7 +85,7 @@ class App {
   receive(message) {
     if (message.type === "state") {
       this.defaultLimits = message.default_limits;
-      // What is on its way back from before our newest change is older than what we show.
+      // A state from before the page's newest change is older than the displayed one.
       if (message.input < this.inputs && this.state) return;
       this.state = message.state;
       if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
@@ -118,7 +118,7 @@ class App {
     }
   }
 
-  // A message that stays until it is clicked on, or for some seconds.
+  // A message that stays until it is clicked, or for some seconds.
   note(text, stays = false, kind = "error") {
     const element = make("p", {class: kind === "note" ? "note" : null, title: "Click to close"}, text);
     element.onclick = () => element.remove();

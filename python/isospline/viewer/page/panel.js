@@ -1,4 +1,4 @@
-// The controls at the side. Each part is made anew from the state when it changes, but for what the hand is on.
+// The controls at the side. Each part is rebuilt when its state changes, unless the user is operating it.
 
 import {add, basis, scale} from "./geometry.js";
 import {checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
@@ -8,7 +8,7 @@ import {Histogram} from "./histogram.js";
 const SHADINGS = {phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
-// Width and level of computed tomography, in Hounsfield units.
+// Windows for computed tomography: width and level, in Hounsfield units.
 const WINDOWS = {"Soft tissue": [400, 40], Bone: [1800, 400], Lung: [1500, -600], Brain: [80, 40]};
 const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)",
   mesh: "Mesh (STL)", session: "Session", python: "Python"};
@@ -18,7 +18,7 @@ export class Panel {
     this.app = app;
     this.histogram = new Histogram(app, document.getElementById("histogram"));
     this.measurements = [];
-    this.drawn = {}; // of each part what it depended on
+    this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
     app.on("measurement", ({measurement}) => this.measured(measurement));
     app.on("connected", () => { this.measurements = []; app.tell("measurements-cleared"); this.drawMeasurements(); });
@@ -38,7 +38,7 @@ export class Panel {
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
 
-  // Replace the children of a part, after its summary, where what it depends on has changed and the hand is not on it.
+  // Rebuild a part, except its summary, if its dependencies have changed and the user is not operating it.
   put(id, depends, draw, afterSummary = false) {
     const part = document.getElementById(id), active = document.activeElement, key = JSON.stringify(depends);
     if (this.drawn[id] === key || (part.contains(active) && active.matches("input:not([type=checkbox])"))) return;
@@ -75,8 +75,14 @@ export class Panel {
     const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
     if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
     for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
+    const pieces = {all: "All"};
+    for (const count of [1, 2, 3, 5, 10, each.largest ?? 1].sort((a, b) => a - b)) pieces[`+${count}`] = count === 1 ? "The largest" : `The ${count} largest`;
     const parts = [
+      each.level !== null && field("Pieces", select("Pieces", pieces, each.largest === null ? "all" : `+${each.largest}`,
+        value => change({largest: value === "all" ? null : Number(value)}))),
       app.state.shading !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
+      app.state.shading !== "path-trace" && field("Opacity at edges", slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01,
+        silhouette_opacity => change({silhouette_opacity}))),
       field("Colour by", select("Colour by", rules, each.color_by, color_by => change({color_by, limits: null}))),
     ];
     if (!["color", "normal"].includes(each.color_by)) {
@@ -118,7 +124,7 @@ export class Panel {
       segments("Shading", SHADINGS, state.shading, shading => app.changeState({shading})),
       state.shading === "phong" && make("div", {class: "row"}, checkbox("Shadows", state.shadows, shadows => app.changeState({shadows}))),
       state.shading === "outline" && field("Exponent", slider("Exponent", state.exponent, 0.2, 8, 0.1, exponent => app.changeState({exponent}))),
-      state.shading === "path-trace" && make("p", {class: "hint"}, "All surfaces are opaque. Metal and roughness are with each surface."),
+      state.shading === "path-trace" && make("p", {class: "hint"}, "All surfaces are opaque. Select a surface to set its metal and roughness."),
       field("Background", background),
     ];
   }
@@ -155,7 +161,7 @@ export class Panel {
     const {app} = this, {slices} = app.state, volumes = [...app.sources.values()].filter(each => each.kind === "volume");
     const change = changes => app.changeState({slices: {...app.state.slices, ...changes}});
     const source = app.sources.get(slices.volume);
-    if (!source) return [make("p", {class: "hint"}, "There is no volume.")];
+    if (!source) return [make("p", {class: "hint"}, "No volume is open.")];
     const [low, high] = slices.window ?? source.window;
     const set = (width, level) => change({window: [level - width / 2, level + width / 2]});
     return [
@@ -169,11 +175,11 @@ export class Panel {
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),
-      make("p", {class: "hint"}, "In a slice: drag to move the point, the wheel goes through, the right button sets window and level."),
+      make("p", {class: "hint"}, "In a slice: drag to move the point, use the wheel to change the slice, and the right button to set window and level."),
     ];
   }
 
-  // -- Measurements, and what is saved -------------------------------------------------------------------------------
+  // -- Measurements and files to save --------------------------------------------------------------------------------
 
   measured(measurement) {
     if (!measurement) return;
@@ -199,7 +205,7 @@ export class Panel {
           this.app.send({type: "clear_measurements"});
           this.app.tell("measurements-cleared");
           this.drawMeasurements();
-        }}, "Clear")) : make("p", {class: "hint"}, "Click on a surface."));
+        }}, "Clear")) : make("p", {class: "hint"}, "Click on a surface to measure a point."));
   }
 
   drawSaves() {
@@ -208,7 +214,7 @@ export class Panel {
   }
 }
 
-// A level in the middle of the widest gap between others.
+// A level in the middle of the widest gap between levels.
 function between(levels, [lower, upper]) {
   const all = [lower, ...levels, upper].sort((a, b) => a - b);
   let best = 0;

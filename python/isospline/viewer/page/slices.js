@@ -1,4 +1,4 @@
-// Three slices through a volume: values come from the server, gray values and contours of levels are made here.
+// Three slices through a volume. Values come from the server; gray values and contours of levels are computed here.
 
 import {clamp} from "./geometry.js";
 import {make, tidy} from "./dom.js";
@@ -57,23 +57,23 @@ export class Slices {
     this.app.changeState({slices: {...this.slices, index: index.map((each, i) => clamp(each, 0, counts[i] - 1))}});
   }
 
-  // Which way columns and rows run so that a patient is as radiologists see one, and which way is up elsewhere.
+  // Whether columns and rows are reversed: by the radiological convention for patients; otherwise, rows run upwards.
   flips(view) {
     const affine = this.source.affine;
-    const towards = axis => { // the world axis that an axis of the grid is nearest to, and its sign
+    const towards = axis => { // the world axis nearest to an axis of the grid, and its sign
       const column = [0, 1, 2].map(row => affine[row][axis]);
       const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
       return [world, Math.sign(column[world])];
     };
     return view.plane.map((axis, place) => {
       const [world, sign] = towards(axis);
-      if (!this.source.patient) return place === 1; // the second axis upwards
-      // Columns run to the patient's left or back, rows downwards: to the back, or from head to feet.
+      if (!this.source.patient) return place === 1; // the second axis points upwards
+      // Columns run to the patient's left or back. Rows run to the back, or from head to feet.
       return world === 2 ? sign > 0 : sign < 0;
     });
   }
 
-  // Where a slice lies in its canvas: all of it fits, with the spacing of its samples.
+  // The place of a slice in its canvas: the whole slice fits, and its proportions follow the spacing of samples.
   placement(view) {
     const {affine} = this.source, ratio = Math.min(devicePixelRatio || 1, 2);
     const width = view.canvas.clientWidth * ratio, height = view.canvas.clientHeight * ratio;
@@ -109,7 +109,7 @@ export class Slices {
     context.fillStyle = "#111";
     context.fillRect(0, 0, place.width, place.height);
     context.imageSmoothingQuality = "high";
-    // Samples are points: pixel centres of the first and the last lie on the border of the place.
+    // Samples are points: the first and the last ones are on the border of the slice.
     const dx = place.w / Math.max(1, columns - 1), dy = place.h / Math.max(1, rows - 1);
     context.drawImage(scratch, place.left - dx / 2, place.top - dy / 2, place.w + dx, place.h + dy);
     for (const each of this.app.state.objects) {
@@ -142,7 +142,8 @@ export class Slices {
     context.stroke();
   }
 
-  // The left button moves the point, the right one (or Shift) the window: sideways its width, upwards its level.
+  // The left button moves the point. The right button, or Shift, changes the window: sideways its width, up and down
+  // its level.
   drag(event, view) {
     view.canvas.setPointerCapture(event.pointerId);
     const windowing = event.button === 2 || event.shiftKey;
@@ -168,7 +169,7 @@ export class Slices {
   }
 }
 
-// Lines on which bilinear values are the level, square by square (marching squares).
+// Lines where the bilinear interpolation equals the level, square by square (marching squares).
 function contour(values, rows, columns, level, to, context) {
   const crossing = (a, b) => (level - a) / (b - a);
   for (let y = 0; y < rows - 1; ++y) {
@@ -182,7 +183,7 @@ function contour(values, rows, columns, level, to, context) {
       if ((b > level) !== (c > level)) points.push([x + 1, y + crossing(b, c)]);
       if ((d > level) !== (c > level)) points.push([x + crossing(d, c), y + 1]);
       if ((a > level) !== (d > level)) points.push([x, y + crossing(a, d)]);
-      // Of a saddle, the middle tells which crossings belong together.
+      // At a saddle, the value in the middle decides which crossings are connected.
       if (points.length === 4 && ((a + b + c + d) / 4 > level) !== (a > level)) points.push(points.shift());
       for (let i = 0; i + 1 < points.length; i += 2) {
         context.moveTo(...to(...points[i]));

@@ -1,10 +1,10 @@
-// The picture, the hand on it, and what is drawn over it.
+// The picture, its overlays, and input from pointer and keyboard.
 
 import {basis, distanceOf, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed} from "./geometry.js";
 import {make, makeSvg, tidy} from "./dom.js";
 import {ClipGizmo} from "./gizmo.js";
 
-// Faces of the cube: where they are in the world, what is upwards on them, and the view that they stand for.
+// Faces of the cube: their direction in the world, their upward direction, and their view.
 const FACES = [
   {normal: [1, 0, 0], up: [0, 0, 1], view: "+x", patient: ["left", "L"]},
   {normal: [-1, 0, 0], up: [0, 0, 1], view: "-x", patient: ["right", "R"]},
@@ -73,16 +73,17 @@ export class Stage {
   }
 
   tellStatus(now) {
-    const {size, samples, final} = this.app.frame;
+    const {size, samples, final, levels_of_detail: details} = this.app.frame;
     this.fps = [...this.fps.filter(each => now - each < 1000), now];
     const latency = this.app.latencies.at(-1);
     const moving = samples === 0;
     document.getElementById("status").textContent = `${size[0]} × ${size[1]} · ` + (moving
       ? `${this.fps.length} pictures/s · ${latency ? latency.toFixed(0) : "–"} ms`
-      : `${samples} sample${samples > 1 ? "s" : ""}${final ? "" : " …"}`);
+      : `${samples} sample${samples > 1 ? "s" : ""}${final ? "" : " …"}`)
+      + (details.length ? `, level of detail ${details.join(", ")}` : "");
   }
 
-  // -- The hand ------------------------------------------------------------------------------------------------------
+  // -- Pointer and keyboard ------------------------------------------------------------------------------------------
 
   listen() {
     const canvas = this.canvas;
@@ -147,7 +148,7 @@ export class Stage {
       y: event.offsetY / this.canvas.clientHeight * height});
   }
 
-  // -- Over the picture ----------------------------------------------------------------------------------------------
+  // -- Overlays ------------------------------------------------------------------------------------------------------
 
   stateChanged() {
     document.documentElement.style.setProperty("--stage", this.app.state.background);
@@ -162,7 +163,7 @@ export class Stage {
     const look = view => () => app.send({type: "look", view});
     const faces = this.patient ? ORDER.map(name => FACES.find(face => face.patient[0] === name)) : FACES;
     bar.replaceChildren(
-      make("button", {onclick: look("home"), title: "All in view (f)"}, "⌂"), make("i"),
+      make("button", {onclick: look("home"), title: "Show everything (f)"}, "⌂"), make("i"),
       ...faces.map(face => this.patient
         ? make("button", {onclick: look(face.patient[0]), title: `From ${face.patient[0]}`}, face.patient[1])
         : make("button", {onclick: look(face.view), title: `From ${face.view}`}, face.view.replace("-", "−"))),
@@ -218,7 +219,7 @@ export class Stage {
     const bar = document.getElementById("scale-bar");
     bar.firstElementChild.style.width = `${round / perPixel}px`;
     bar.lastElementChild.textContent = tidy(round) + (this.patient ? " mm" : "");
-    bar.title = camera.projection === "perspective" ? "At the distance of the middle" : "";
+    bar.title = camera.projection === "perspective" ? "Lengths at the distance of the view's centre" : "";
     bar.hidden = !Number.isFinite(distanceOf(camera));
   }
 }

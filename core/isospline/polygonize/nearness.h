@@ -1,0 +1,117 @@
+// The distance of triangles from a surface, measured at closely spaced points.
+#pragma once
+
+#include "isospline/polygonize/lattice_field.h"
+#include "isospline/polygonize/mesh_part.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace isospline {
+
+using Corners = std::array<glm::dvec3, 3>;
+
+/// The largest spacing of the points of a triangle at which its distance is measured, in cells.
+inline constexpr double measured_spacing = 0.25;
+/// The largest distance that Newton's method may go from such a point, in cells.
+inline constexpr double search_reach = 4.0;
+
+/// Calls `visit` with points of a triangle until it returns false. Returns whether it never did. The points are in rows
+/// parallel to the longest edge, without the corners. Rows, and the points in a row, are at most `spacing` apart.
+template <typename Visit>
+bool for_each_sample(const Corners& corners, double spacing, const Visit& visit)
+{
+    const auto steps = [spacing](double length) {
+        return std::clamp(static_cast<int>(std::ceil(length / spacing)), 1, 1024);
+    };
+    std::size_t longest = 0;
+    std::array<double, 3> length;
+    for (std::size_t i = 0; i < 3; ++i) {
+        length[i] = glm::distance(corners[i], corners[(i + 1) % 3]);
+        if (length[i] > length[longest])
+            longest = i;
+    }
+    const glm::dvec3 begin = corners[longest], end = corners[(longest + 1) % 3], apex = corners[(longest + 2) % 3];
+    if (!visit((begin + end + apex) / 3.0))
+        return false;
+    const double height =
+        length[longest] > 0.0 ? glm::length(glm::cross(end - begin, apex - begin)) / length[longest] : 0.0;
+    const int row_count = steps(height);
+    for (int row = 0; row < row_count; ++row) {
+        const double up = static_cast<double>(row) / row_count;
+        const glm::dvec3 first = begin + up * (apex - begin), last = end + up * (apex - end);
+        const int count = steps((1.0 - up) * length[longest]);
+        const int corner_count = row == 0 ? 1 : 0;
+        for (int i = corner_count; i <= count - corner_count; ++i)
+            if (!visit(first + static_cast<double>(i) / count * (last - first)))
+                return false;
+    }
+    return true;
+}
+
+/// Whether points are near a surface.
+template <int Degree>
+class Nearness {
+public:
+    /// `reach` is the largest distance that counts as near, in world units.
+    Nearness(const LatticeField<Degree>& field, const LatticeMetric& metric, double reach)
+        : field_(field), metric_(metric), reach_(reach), shape_(field.surface().volume().cell_shape())
+    {
+    }
+
+    /// Whether |f - level| divided by the slope is within the reach. This is a cheap estimate, not a proof.
+    bool is_likely(const glm::dvec3& at) const
+    {
+        const Step step = step_to_surface(at);
+        return step.value * step.value <= reach_ * reach_ * step.slope_square;
+    }
+
+    /// Whether a point of the surface is found within the reach.
+    bool is_near(const glm::dvec3& at) const
+    {
+        const Step step = step_to_surface(at);
+        if (!(step.slope_square > 0.0))
+            return false;
+        // If the point at the reach is on the other side, the surface is between both.
+        const double part = -std::copysign(reach_, step.value) / std::sqrt(step.slope_square);
+        const glm::dvec3 beyond = at + part * (metric_.to_lattice * step.gradient_world);
+        if (beyond == glm::clamp(beyond, glm::dvec3(0.0), shape_) && (field_.value(beyond) < 0.0) != (step.value < 0.0))
+            return true;
+        const auto foot = field_.project(at, search_reach, metric_);
+        return foot && metric_.length(*foot - at) <= reach_;
+    }
+
+private:
+    struct Step {
+        double value;
+        glm::dvec3 gradient_world;
+        double slope_square;
+    };
+
+    Step step_to_surface(const glm::dvec3& at) const
+    {
+        const PointInCell point(field_.surface(), at);
+        const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
+        const glm::dvec3 gradient = glm::dvec3(slope[0], slope[1], slope[2]) * metric_.to_lattice;
+        return {value, gradient, glm::dot(gradient, gradient)};
+    }
+
+    const LatticeField<Degree>& field_;
+    const LatticeMetric& metric_;
+    double reach_;
+    glm::dvec3 shape_;
+};
+
+/// The largest distance of the mesh's faces from the surface, in world units, at points at most measured_spacing apart.
+/// Caps are left out. If Newton's method finds a point farther away than `near`, the nearest point is searched.
+template <int Degree>
+double distance_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double near,
+                             const Progress& progress);
+
+} // namespace isospline

@@ -1,0 +1,164 @@
+#include "isospline/query/cap_polygons.h"
+
+#include "isospline/cell/value-inl.h"
+#include "isospline/math/affine.h"
+#include "isospline/math/box.h"
+#include "isospline/math/frame.h"
+#include "isospline/spline/degree.h"
+#include "isospline/trace/point_in_cell.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+/// The part of a plane in a box, in lattice space.
+ConvexPolygon section(const HalfSpace& plane, const Box& box)
+{
+    const glm::dvec3 middle = box.center() + (plane.offset - glm::dot(plane.normal, box.center())) * plane.normal;
+    const Frame frame(plane.normal);
+    const double reach = glm::length(box.size());
+    ConvexPolygon polygon;
+    for (const auto& [x, y] : {std::pair(-1.0, -1.0), {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
+        polygon.push_back(middle + reach * (x * frame.x + y * frame.y));
+    for (const HalfSpace& side : half_spaces(box))
+        polygon = cut(polygon, side.normal, side.offset);
+    return polygon;
+}
+
+bool is_same_plane(const HalfSpace& a, const HalfSpace& b)
+{
+    constexpr double margin = 1e-12;
+    return glm::length(a.normal - b.normal) < margin &&
+           std::abs(a.offset - b.offset) < margin * (1.0 + std::abs(a.offset));
+}
+
+} // namespace
+
+CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& transform) : surface_(surface)
+{
+    const glm::dmat4 to_world = transform * surface.volume().lattice_to_world();
+    to_lattice_ = glm::inverse(to_world);
+    if (!surface.options().capped)
+        return;
+    const std::vector<HalfSpace>& clip = surface.clip_lattice();
+    const glm::dvec3 shape(surface.volume().cell_shape());
+    const glm::dmat3 to_lattice(to_lattice_);
+    for (std::size_t i = 0; i < clip.size(); ++i) {
+        if (std::any_of(clip.begin(), clip.begin() + static_cast<std::ptrdiff_t>(i),
+                        [&](const HalfSpace& other) { return is_same_plane(other, clip[i]); }))
+            continue;
+        ConvexPolygon polygon = section(clip[i], {glm::dvec3(0.0), shape});
+        for (std::size_t j = 0; j < clip.size(); ++j)
+            if (j != i)
+                polygon = cut(polygon, clip[j].normal, clip[j].offset);
+        if (polygon.size() < 3)
+            continue;
+        for (glm::dvec3& corner : polygon)
+            corner = transform_point(to_world, corner);
+        polygons_.push_back({std::move(polygon), -glm::normalize(clip[i].normal * to_lattice), i, std::nullopt});
+    }
+}
+
+/// Only cells next to removed ones need parts of their own; elsewhere the whole polygon is used.
+void CapPolygons::find_masked_parts()
+{
+    has_masked_parts_ = true;
+    const glm::dmat4 to_world = glm::inverse(to_lattice_);
+    const glm::ivec3 end = surface_.volume().cell_shape() - 1;
+    const CellSet& kept = surface_.kept_cells();
+    const auto is_at_mask = [&](const glm::ivec3& cell) {
+        const glm::ivec3 first = glm::max(cell - 1, glm::ivec3(0)), last = glm::min(cell + 1, end);
+        glm::ivec3 other;
+        for (other.z = first.z; other.z <= last.z; ++other.z)
+            for (other.y = first.y; other.y <= last.y; ++other.y)
+                for (other.x = first.x; other.x <= last.x; ++other.x)
+                    if (!kept.contains(other))
+                        return true;
+        return false;
+    };
+    for (const CapPolygon& whole : polygons_) {
+        ConvexPolygon lattice = whole.corners;
+        Box box;
+        for (glm::dvec3& corner : lattice) {
+            corner = transform_point(to_lattice_, corner);
+            box.extend(corner);
+        }
+        const HalfSpace& plane = surface_.clip_lattice()[whole.half_space];
+        const glm::dvec3 steepness = glm::abs(plane.normal);
+        const double reach = 0.5 * (steepness.x + steepness.y + steepness.z);
+        // Columns of cells along the axis to which the plane is steepest.
+        const int axis = steepness.x >= std::max(steepness.y, steepness.z) ? 0 : steepness.y >= steepness.z ? 1 : 2;
+        const int first_across = (axis + 1) % 3, second_across = (axis + 2) % 3;
+        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(box.lower)), glm::ivec3(0), end);
+        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::floor(box.upper)), glm::ivec3(0), end);
+        const auto add = [&](const glm::ivec3& cell) {
+            ConvexPolygon part = lattice;
+            for (const HalfSpace& side : half_spaces(Box{glm::dvec3(cell), glm::dvec3(cell + 1)}))
+                part = cut(part, side.normal, side.offset);
+            if (part.size() < 3)
+                return;
+            for (glm::dvec3& corner : part)
+                corner = transform_point(to_world, corner);
+            masked_parts_.push_back({std::move(part), whole.normal, whole.half_space, cell});
+        };
+        glm::ivec3 cell;
+        for (int j = first[second_across]; j <= last[second_across]; ++j)
+            for (int i = first[first_across]; i <= last[first_across]; ++i) {
+                cell[first_across] = i;
+                cell[second_across] = j;
+                cell[axis] = 0;
+                const double above = glm::dot(plane.normal, glm::dvec3(cell) + 0.5) - plane.offset;
+                const double middle = -above / plane.normal[axis], margin = reach / steepness[axis];
+                const int from = std::max(first[axis], static_cast<int>(std::ceil(middle - margin - 1e-9)));
+                const int to = std::min(last[axis], static_cast<int>(std::floor(middle + margin + 1e-9)));
+                for (cell[axis] = from; cell[axis] <= to; ++cell[axis])
+                    if (kept.contains(cell) && is_at_mask(cell))
+                        add(cell);
+            }
+    }
+}
+
+bool CapPolygons::is_on_cap(const CapPolygon& polygon, const glm::dvec3& point) const
+{
+    const glm::dvec3 lattice = transform_point(to_lattice_, point);
+    const PointInCell found(surface_, lattice);
+    const glm::ivec3 cell = polygon.cell.value_or(found.index);
+    if (!surface_.kept_cells().contains(cell))
+        return false;
+    const double value = dispatch_degree(surface_.volume().degree(), [&](auto degree) {
+        return scalar::value_in_cell<degree>(VolumeCell(surface_.volume(), surface_.threshold(), cell),
+                                             lattice - glm::dvec3(cell));
+    });
+    return surface_.options().inside == Inside::above ? value >= 0.0 : value <= 0.0;
+}
+
+std::optional<CapPolygons::Point> CapPolygons::closest(const glm::dvec3& point, double limit)
+{
+    if (polygons_.empty())
+        return std::nullopt;
+    if (!has_masked_parts_ && !surface_.options().shell.mask.empty())
+        find_masked_parts();
+    std::optional<Point> nearest;
+    for (const std::vector<CapPolygon>* const parts : {&polygons_, &masked_parts_})
+        for (const CapPolygon& polygon : *parts) {
+            if (std::abs(glm::dot(polygon.normal, point - polygon.corners[0])) > limit)
+                continue;
+            const glm::dvec3 position = closest_point_of_polygon(point, polygon.corners);
+            const double distance = glm::length(position - point);
+            if (!(distance <= limit) || (nearest && distance == limit) || !is_on_cap(polygon, position))
+                continue;
+            limit = distance;
+            nearest = {position, polygon.normal, distance, surface_.cap_id(polygon.half_space)};
+        }
+    return nearest;
+}
+
+} // namespace isospline

@@ -1,0 +1,146 @@
+#include "isospline/query/reach.h"
+
+#include "isospline/brick/brick.h"
+#include "isospline/brick/cutout.h"
+#include "isospline/cell/coefficients.h"
+#include "isospline/cell/value-inl.h"
+#include "isospline/math/box.h"
+#include "isospline/spline/degree.h"
+#include "isospline/trace/cap.h"
+#include "isospline/trace/point_in_cell.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace isospline {
+
+namespace {
+
+/// Room for rounding where planes meet, in cells.
+constexpr double corner_margin = 1e-6;
+/// With more planes than this, computing corners is more work than the boxes of caps.
+constexpr std::size_t most_planes = 32;
+
+/// The half-spaces that bound the solid: those of the clip and of the volume's domain.
+std::vector<HalfSpace> bounds_of_solid(const IsosurfaceSnapshot& surface)
+{
+    std::vector<HalfSpace> planes = surface.clip_lattice();
+    const std::vector<HalfSpace> domain = half_spaces(Box{glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape())});
+    planes.insert(planes.end(), domain.begin(), domain.end());
+    return planes;
+}
+
+bool is_in_solid(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
+{
+    const PointInCell point(surface, glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape())));
+    if (!surface.kept_cells().contains(point.index))
+        return false;
+    const double value = dispatch_degree(
+        surface.volume().degree(), [&](auto degree) { return scalar::value_in_cell<degree>(point.cell, point.local); });
+    return surface.options().inside == Inside::above ? value >= 0.0 : value <= 0.0;
+}
+
+/// Calls `visit` for the corners of the clipped domain that are in the solid.
+template <typename Visit>
+void for_each_corner(const IsosurfaceSnapshot& surface, const std::vector<HalfSpace>& planes, Visit visit)
+{
+    for (std::size_t i = 0; i < planes.size(); ++i)
+        for (std::size_t j = i + 1; j < planes.size(); ++j)
+            for (std::size_t k = j + 1; k < planes.size(); ++k) {
+                const HalfSpace &a = planes[i], &b = planes[j], &c = planes[k];
+                const glm::dvec3 bc = glm::cross(b.normal, c.normal);
+                const double determinant = glm::dot(a.normal, bc);
+                if (std::abs(determinant) < 1e-9)
+                    continue;
+                const glm::dvec3 corner = (a.offset * bc + b.offset * glm::cross(c.normal, a.normal) +
+                                           c.offset * glm::cross(a.normal, b.normal)) /
+                                          determinant;
+                const bool is_corner = std::all_of(planes.begin(), planes.end(), [&](const HalfSpace& plane) {
+                    return glm::dot(plane.normal, corner) >= plane.offset - corner_margin;
+                });
+                if (is_corner && is_in_solid(surface, corner))
+                    visit(corner);
+            }
+}
+
+/// Calls `visit` for the corners of all cells that may contain a part of a cap.
+template <typename Visit>
+void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
+{
+    const Volume& volume = surface.volume();
+    const double sign = surface.options().inside == Inside::above ? 1.0 : -1.0;
+    const auto has_cap = [&](const Brick& cell) {
+        bool is_cut = false;
+        for (const HalfSpace& plane : surface.clip_lattice()) {
+            if (is_outside(cell, plane))
+                return false;
+            is_cut |= !is_outside(cell, {-plane.normal, -plane.offset});
+        }
+        if (!is_cut)
+            return false;
+        const VolumeCell coefficients(volume, surface.threshold(), cell.first);
+        return dispatch_degree(volume.degree(), [&](auto degree) {
+            for (int k = 0; k <= degree; ++k)
+                for (int j = 0; j <= degree; ++j)
+                    for (int i = 0; i <= degree; ++i)
+                        if (sign * coefficients(i, j, k) >= 0.0)
+                            return true;
+            return false;
+        });
+    };
+    // Several planes may cut a brick: its boxes are next to each other.
+    glm::ivec3 last(-1);
+    for (const Box& box : cap_boxes(surface)) {
+        const glm::ivec3 position = glm::min(glm::ivec3(box.center()), volume.cell_shape() - 1) / brick_size;
+        if (position == last)
+            continue;
+        last = position;
+        const Brick brick = brick_at(volume.cell_shape(), position);
+        for_each_cell(surface.kept_cells().cells(brick), [&](int x, int y, int z) {
+            const Brick cell{brick.first + glm::ivec3(x, y, z), glm::ivec3(1)};
+            if (has_cap(cell))
+                for (int corner = 0; corner < 8; ++corner)
+                    visit(glm::dvec3(cell.first + child_position(corner)));
+        });
+    }
+}
+
+/// Calls `visit` for points whose convex hull contains all caps, to about the size of a cell, together with the cells
+/// of the surface.
+template <typename Visit>
+void for_each_cap_point(const IsosurfaceSnapshot& surface, Visit visit)
+{
+    if (!surface.options().capped || surface.clip_lattice().empty())
+        return;
+    const std::vector<HalfSpace> planes = bounds_of_solid(surface);
+    if (surface.options().shell.mask.empty() && planes.size() <= most_planes)
+        for_each_corner(surface, planes, visit);
+    else // A mask can cut caps off anywhere.
+        for_each_cap_cell(surface, visit);
+}
+
+} // namespace
+
+std::vector<double> reach_lattice(const IsosurfaceSnapshot& surface, std::span<const glm::dvec3> directions,
+                                  const Progress& progress)
+{
+    std::vector<double> reach = surface.reach_lattice(directions, progress);
+    for_each_cap_point(surface, [&](const glm::dvec3& point) {
+        for (std::size_t i = 0; i < directions.size(); ++i)
+            reach[i] = std::max(reach[i], glm::dot(directions[i], point));
+    });
+    return reach;
+}
+
+Box bounds_lattice(const IsosurfaceSnapshot& surface, const Progress& progress)
+{
+    Box bounds = surface.bounds_lattice(progress);
+    for_each_cap_point(surface, [&](const glm::dvec3& point) { bounds.extend(point); });
+    return bounds;
+}
+
+} // namespace isospline

@@ -1,0 +1,46 @@
+// Pages of files; the least recently used ones are dropped when room is needed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+namespace isospline {
+
+/// Any number of threads may ask at the same time. Nobody waits: two threads that need the same missing page both load
+/// it.
+class PageCache {
+public:
+    using Page = std::vector<std::byte>;
+
+    /// Holds about `limit` bytes, but at least one page a stripe.
+    explicit PageCache(std::size_t limit) : limit_of_stripe_(limit / stripe_count) {}
+
+    /// The page of a key; it is loaded if it is missing.
+    std::shared_ptr<const Page> get(std::uint64_t key, const std::function<Page()>& load);
+    std::size_t memory() const;
+
+private:
+    struct Entry {
+        std::uint64_t key;
+        std::shared_ptr<const Page> page;
+    };
+
+    /// Under the moment mutex of its address.
+    struct Stripe {
+        std::list<Entry> entries; ///< the most recently used first
+        std::unordered_map<std::uint64_t, std::list<Entry>::iterator> places;
+        std::size_t bytes = 0;
+    };
+
+    static constexpr std::size_t stripe_count = 16;
+    std::size_t limit_of_stripe_;
+    std::array<Stripe, stripe_count> stripes_;
+};
+
+} // namespace isospline

@@ -1,0 +1,265 @@
+"""The pages of the documentation and the README as programs: their code runs, block by block.
+
+Blocks of a page share names and a folder, which has the files that the pages speak of (`FILES`).
+
+- ``python`` blocks are executed. A ``text`` block right after one is what it prints; ``...`` stands for anything.
+- ``sh`` blocks are run by bash. `isospline render` without a size gets the options in `RENDER_OPTIONS`. `make` only
+  says what it would do, and `pip` only looks whether the package has the named extras. `isospline view` is ended once
+  its page has been loaded.
+- Rows of a table with code in two columns: on the right ours, on the left another library's, if it is installed.
+- ``<!-- skip: next "reason" -->`` before a block leaves it out; ``<!-- invisible-code-block: python -->`` is not shown.
+"""
+
+import contextlib
+import doctest
+import importlib.util
+import io
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import unittest.mock
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+from sybil import Region, Sybil
+from sybil.evaluators.python import PythonEvaluator
+from sybil.parsers.markdown import CodeBlockParser, SkipParser
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PAGES = [
+    REPOSITORY / "README.md",
+    REPOSITORY / "CONTRIBUTING.md",
+    REPOSITORY / "bench" / "README.md",
+    *sorted(path for path in (REPOSITORY / "docs").rglob("*.md") if "gallery" not in path.parts),
+]
+#: Where the build puts the files that the code of a page writes, a folder for each page.
+MADE = REPOSITORY / "docs" / "made"
+
+#: Seconds that a block of commands may take.
+LONGEST = 600
+
+ROW = re.compile(r"^\| `(?P<theirs>.+?)` \| `(?P<ours>.+)` \|$", re.MULTILINE)
+IMPORT = re.compile(r"^`(?P<code>import (?P<library>\w+).*)`$", re.MULTILINE)
+
+# Commands that a test cannot run as they are.
+PRELUDE = f"""
+set -euo pipefail
+make() {{ command make --dry-run --directory "{REPOSITORY}" "$@" > /dev/null; }}
+pip() {{ "{sys.executable}" "{__file__}" "$@"; }}
+isospline() {{
+    case "$1 $* " in
+    "view "*) "{sys.executable}" "{__file__}" "$@" ;;
+    "render "*" --size "*) command isospline "$@" ;;
+    "render "*) command isospline "$@" $RENDER_OPTIONS ;;
+    *) command isospline "$@" ;;
+    esac
+}}
+"""
+
+
+class Printing:
+    """Executes Python, or a command, and keeps what it prints."""
+
+    def __init__(self, evaluate):
+        self.evaluate = evaluate
+
+    def __call__(self, example):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            self.evaluate(example)
+        example.namespace["printed"] = printed.getvalue()
+
+
+def run_shell(example):
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-c", PRELUDE + example.parsed],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=LONGEST,
+        env={"RENDER_OPTIONS": "", **os.environ, "PATH": path, "COLUMNS": "100", "PYTHONUTF8": "1"},
+    )
+    assert done.returncode == 0, f"{example.path}:{example.line}:\n{example.parsed}\n{done.stdout}{done.stderr}"
+    print(done.stdout)
+
+
+def compare_text(example):
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    printed = example.namespace.get("printed")
+    if printed is None or doctest.OutputChecker().check_output(example.parsed, printed, flags):
+        return
+    raise AssertionError(f"{example.path}:{example.line}: expected\n{example.parsed}\nand got\n{printed}")
+
+
+def tables(document):
+    """The imports and rows of tables that have code in two columns, in pages that import another library for them."""
+    imports = list(IMPORT.finditer(document.text))
+    for match in imports:
+        yield Region(match.start(), match.end(), match, import_library)
+    for match in ROW.finditer(document.text) if imports else ():
+        yield Region(match.start(), match.end(), match, run_row)
+
+
+def import_library(example):
+    """Begins a section: `theirs` holds the names of the other library's lines, or is None where they cannot run."""
+    match = example.parsed
+    example.namespace["theirs"] = dict(example.namespace) if can_run(match["library"]) else None
+    if example.namespace["theirs"] is not None:
+        exec(match["code"], example.namespace["theirs"])
+
+
+def run_row(example):
+    if example.namespace["theirs"] is not None:
+        exec(example.parsed["theirs"], example.namespace["theirs"])
+    exec(example.parsed["ours"], example.namespace)
+
+
+def can_run(library):
+    """Whether a library is installed, and draws if it is PyVista, which ends the process without OpenGL."""
+    if importlib.util.find_spec(library) is None:
+        return False
+    if library != "pyvista":
+        return True
+    code = "import pyvista; plotter = pyvista.Plotter(off_screen=True); plotter.add_mesh(pyvista.Sphere()); "
+    done = subprocess.run([sys.executable, "-c", code + "plotter.screenshot()"], capture_output=True, check=False)
+    return done.returncode == 0
+
+
+SYBIL = Sybil(
+    parsers=[
+        CodeBlockParser("python", Printing(PythonEvaluator())),
+        CodeBlockParser("sh", Printing(run_shell)),
+        CodeBlockParser("text", compare_text),
+        SkipParser(),
+        tables,
+    ],
+    path=str(REPOSITORY),
+)
+
+
+def run(page, folder):
+    """Execute the code of a page in a folder, which gets the files that pages speak of."""
+    make_files(folder)
+    here = os.getcwd()
+    os.chdir(folder)
+    try:
+        with unittest.mock.patch("PIL.ImageShow.show"):  # opens a window
+            for example in SYBIL.parse(page).examples():
+                with contextlib.suppress(unittest.SkipTest):
+                    example.evaluate()
+    finally:
+        os.chdir(here)
+
+
+def make_pictures():
+    """Execute the pages that show what their own code writes."""
+    shutil.rmtree(MADE, ignore_errors=True)
+    for page in PAGES:
+        if "made/" in page.read_text(encoding="utf-8"):
+            run(page, MADE / page.stem)
+
+
+def make_files(folder):
+    """Write the files that pages speak of: a head of ellipsoids, in millimetres, and what goes with it."""
+    import pyvista
+    import SimpleITK
+    import trimesh
+
+    import isospline
+
+    folder.mkdir(parents=True, exist_ok=True)
+    samples, spacing = 48, 5.0
+    z, y, x = (np.indices((samples,) * 3) - (samples - 1) / 2) * spacing
+
+    def depth(center, radii):
+        """How deep points are in an ellipsoid, roughly in millimetres."""
+        scaled = [(a - b) / radius for a, b, radius in zip((x, y, z), center, radii)]
+        return (1 - np.sqrt(sum(each**2 for each in scaled))) * min(radii)
+
+    def union(*depths):
+        """The union of solids, rounded where they meet."""
+        return 9 * np.logaddexp.reduce([each / 9 for each in depths])
+
+    def filled(depths):
+        """1 inside and 0 outside, with a border as blurred as that of a scanner."""
+        return 1 / (1 + np.exp(-depths / (0.7 * spacing)))
+
+    skull = union(depth((0, 10, 20), (76, 95, 85)), depth((0, -24, -38), (50, 64, 56)))
+    nose, neck = depth((0, -88, -8), (12, 20, 22)), depth((0, 26, -95), (48, 50, 75))
+    sockets = np.maximum(depth((-32, -74, 6), (19, 26, 17)), depth((32, -74, 6), (19, 26, 17)))
+    soft = filled(union(skull, nose, neck))
+    hard = filled(np.minimum(np.minimum(skull - 12, 26 - skull), -sockets))
+
+    def write(name, values):
+        image = SimpleITK.GetImageFromArray(values)
+        image.SetSpacing((spacing,) * 3)
+        image.SetOrigin((-spacing * (samples - 1) / 2,) * 3)
+        SimpleITK.WriteImage(image, str(folder / name))
+
+    write("head.nii.gz", (1000 * soft + 600 * hard).astype(np.int16))
+    write("hip.nii.gz", (1000 * soft + 600 * hard).astype(np.int16))
+    write("dose.nrrd", np.maximum(0, 60 - np.hypot(x, y) / 2).astype(np.float32))
+    around = isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
+    isospline.render(isospline.Scene(), around, size=(32, 16), background=(0.6, 0.7, 0.9)).write(folder / "sky.exr")
+    trimesh.creation.cylinder(15, 120).export(folder / "implant.stl")
+    trimesh.creation.icosphere(2, 0.8).export(folder / "part.stl")
+    np.savetxt(folder / "part.txt", np.diag((40, 40, 40, 1)))
+
+    field = isospline.volumes.sphere(0.7)
+    grid = pyvista.ImageData(dimensions=(20,) * 3, **field.grid(20))
+    grid["values"] = field.samples(20).ravel()
+    grid.save(folder / "volume.vti")
+    tooth = isospline.volumes.heart().samples((161, 94, 103))
+    tooth = (1000 + 600 * tooth).clip(0, 4000).astype(np.uint16)
+    tooth.tofile(folder / "tooth.raw")
+    tooth.tofile(folder / "tooth_103x94x161_uint16.raw")
+
+
+def photograph(address, path):
+    """Take a picture of the viewer's page in a browser, once it has drawn all that there is."""
+    sys.path.insert(0, str(REPOSITORY / "tests" / "python"))
+    from browser import Page, chromium
+
+    with chromium() as browser:
+        page = Page(browser, address, size=(1280, 860))
+        page.wait("!!window.isospline")
+        for section in ("surfaces", "cut"):
+            page.open(section)
+        page.settle()
+        page.page.screenshot(path=path)
+
+
+def serve(arguments):
+    """Run `isospline view`, load its page, and end it as Ctrl-C does."""
+    command = [str(Path(sys.executable).with_name("isospline")), *arguments]
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # which the command inherits, and jobs in the background ignore
+    environment = {**os.environ, "BROWSER": "true", "PYTHONFAULTHANDLER": "1"}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8", env=environment)
+    try:
+        address = next(word for line in process.stdout for word in line.split() if word.startswith("http://"))
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert b"<html" in page.read()
+        process.send_signal(signal.SIGINT)
+        return process.wait(60) not in (0, 130)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGABRT)  # prints what each thread was doing
+        process.wait()
+
+
+def check_extras(arguments):
+    """Whether the package has the extras that `pip install isospline[...]` names."""
+    import importlib.metadata
+
+    known = importlib.metadata.metadata("isospline").get_all("Provides-Extra")
+    named = [extra for word in arguments for list_ in re.findall(r"\[(.*?)\]", word) for extra in list_.split(",")]
+    return any(extra not in known for extra in named)
+
+
+if __name__ == "__main__":
+    sys.exit(serve(sys.argv[1:]) if sys.argv[1] == "view" else check_extras(sys.argv[1:]))

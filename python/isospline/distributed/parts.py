@@ -1,0 +1,92 @@
+"""Parts of scenes: each has some of the bricks of every volume, and reads from its store only the data of these."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..store.layout import Part
+from ..store.volume import reopen
+from ..values import _make_scene
+
+#: Describes a scene: arguments of `_make_scene`, with the states of surfaces and the stores of volumes.
+Description = tuple[Any, ...]
+
+
+def describe(scene: _core.Scene) -> Description:
+    """The description of a scene whose volumes are all in stores."""
+    made_of: Any = scene.__reduce__()[1]
+    build_quality, box_edge, objects = made_of
+    surfaces: dict[int, dict[str, Any]] = {}
+
+    def described(thing):
+        if not isinstance(thing, _core.Isosurface):
+            return thing
+        if id(thing) not in surfaces:
+            state = thing.__getstate__()
+            store = state["volume"].__getstate__().get("store")
+            if store is None:
+                raise ValueError("by: expected 'tiles' for a scene with a volume in memory, got 'parts'")
+            if state["largest"]:
+                raise ValueError("by: expected 'tiles' for a surface that keeps its largest components, got 'parts'")
+            surfaces[id(thing)] = state | {"volume": tuple(store)}
+        return surfaces[id(thing)]
+
+    return build_quality, box_edge, [(id, described(thing), *rest) for id, thing, *rest in objects]
+
+
+class PartOfScene:
+    """A part of a scene on a worker. Pickling sends only its description to another worker."""
+
+    def __init__(self, description: Description, part: Part) -> None:
+        self._made_of = (description, part)
+        build_quality, box_edge, objects = description
+        volumes: dict[Any, _core.Volume] = {}
+        surfaces: dict[int, _core.Isosurface] = {}
+
+        def made(state: Any) -> Any:
+            if not isinstance(state, dict):
+                return state
+            if id(state) not in surfaces:
+                store = state["volume"]
+                if store not in volumes:
+                    folder, array, memory_limit = store
+                    volumes[store] = reopen(folder, array, memory_limit, part)
+                surface = _core.Isosurface.__new__(_core.Isosurface)
+                surface.__setstate__(state | {"volume": volumes[store]})
+                surfaces[id(state)] = surface
+            return surfaces[id(state)]
+
+        objects = [(id, made(state), *rest) for id, state, *rest in objects]
+        self.scene = _make_scene(build_quality, box_edge, objects)
+
+    def __reduce__(self) -> Any:
+        return PartOfScene, self._made_of
+
+
+def split(shape: Any, count: int) -> list[Part]:
+    """Split a volume of this shape into boxes of about the same size, by repeated cuts across the longest edge."""
+    parts: list[tuple[Any, int]] = [(((0.0, 1.0),) * 3, count)]
+    done: list[Part] = []
+    while parts:
+        box, pieces = parts.pop()
+        if pieces == 1:
+            done.append(box)
+            continue
+        edges = [(upper - lower) * size for (lower, upper), size in zip(box, shape)]
+        axis = int(np.argmax(edges))
+        lower, upper = box[axis]
+        first = pieces // 2
+        middle = lower + (upper - lower) * first / pieces
+        for span, share in (((lower, middle), first), ((middle, upper), pieces - first)):
+            parts.append((box[:axis] + (span,) + box[axis + 1 :], share))
+    return done
+
+
+def largest_shape(scene: _core.Scene) -> tuple[int, ...]:
+    """The shape of the largest volume of a scene, along z, y and x."""
+    objects = [scene.object(each) for each in scene.ids]
+    shapes = [each.volume.shape for each in objects if isinstance(each, _core.Isosurface)]
+    return max(shapes, key=np.prod, default=(1, 1, 1))

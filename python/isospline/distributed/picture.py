@@ -1,0 +1,185 @@
+"""A picture that workers render: submits its tasks, and puts the results together."""
+
+from __future__ import annotations
+
+import inspect
+import numbers
+import os
+import pickle
+from collections.abc import Mapping
+from typing import Any
+
+from .. import _core
+from ..annotations import annotated, check_annotations
+from ..cameras import camera_for
+from ..image import Image
+from ..parameters import check_count, check_path, check_type
+from ..rendering import _by_geometry_id
+from ..rendering import render as render_here
+from . import parts as scene_parts
+from . import tasks
+from .cluster import dask_distributed, submit, worker_count
+from .windows import Canvas, checked_window, split
+
+#: Parts of a scene per worker. With several, a worker whose part is hardly visible takes another one.
+_PARTS_A_WORKER = 2
+
+#: The options of `render` that rendering by parts supports, with their defaults.
+_OF_PARTS = {
+    "size": (640, 360),
+    "shading": None,
+    "background": None,
+    "samples": 1,
+    "layers": (),
+    "ambient_occlusion_samples": 16,
+    "encoding": "linear",
+}
+
+
+class PictureInTheMaking:
+    """A picture whose tasks are submitted when this object is made, and cancelled when it is closed.
+
+    Parameters
+    ----------
+    client : dask.distributed.Client
+        The cluster.
+    scene
+        As in `isospline.distributed.render`.
+    memory_limit : int or None
+        Bytes of a worker.
+    threads : int or None
+        Of a worker.
+    number : int
+        Number of the picture; pictures with smaller numbers are rendered first.
+    options : dict
+        The options of `isospline.distributed.render` for the picture.
+    """
+
+    def __init__(
+        self,
+        client: Any,
+        scene: Any,
+        memory_limit: int | None,
+        threads: int | None,
+        number: int,
+        options: dict[str, Any],
+    ) -> None:
+        self._client, self._threads, self._priority = client, threads, -number
+        tile_size = options.pop("tile_size", (128, 128))
+        by, parts = options.pop("by", "tiles"), options.pop("parts", None)
+        if by not in ("tiles", "parts"):
+            raise ValueError(f"by: expected 'tiles' or 'parts', got {by!r}")
+        if parts is not None and by != "parts":
+            raise ValueError(f"parts: expected None with by='tiles', got {parts!r}")
+        if parts is not None:
+            check_count(parts, "parts", 1 << 20)
+        self._scene = _GivenScene(scene, options.pop("level", None), memory_limit)
+        self._prepare(options)
+        windows = split(self._window, tile_size)
+        if by == "tiles":
+            self._futures = self._submit_tiles(windows)
+        else:
+            self._futures = self._submit_parts(windows, int(parts or _PARTS_A_WORKER * worker_count(client)))
+
+    def image(self, progress: Any) -> Image:
+        """Wait for the picture. `progress` is as in `as_callable`."""
+        canvas = Canvas(self._window)
+        _report(progress, 0.0)
+        for done, future in enumerate(dask_distributed().as_completed(self._futures)):
+            canvas.paste(future.result())
+            _report(progress, (done + 1) / len(self._futures))
+        return annotated(
+            canvas.image(), self._marks, self._camera, self._scene.here if self._marks else None, self._look, self._unit
+        )
+
+    def close(self) -> None:
+        """Cancel unfinished tasks."""
+        self._client.cancel([future for future in self._futures if not future.done()])
+        self._futures = []
+
+    def _prepare(self, options):
+        """Check the options of `render`, and remove those that concern the whole picture."""
+        try:
+            inspect.signature(render_here).bind(None, **options)
+        except TypeError as error:
+            raise TypeError(f"isospline.distributed.render: {error}") from None
+        if isinstance(options.get("shading"), Mapping):
+            options["shading"] = _by_geometry_id(self._scene.here, options["shading"])
+        size = options.get("size", (640, 360))
+        crop = options.pop("crop", None)
+        self._window = checked_window(crop, size)
+        self._camera = options.pop("camera", None)
+        if self._camera is None:
+            self._camera = camera_for(self._scene.here, size=size)
+        integrator = options.get("integrator")
+        self._look = options.get("shading") if integrator is None else integrator
+        self._unit = options.pop("unit", "")
+        self._marks = check_annotations(options.pop("annotate", ()), self._camera, self._look, self._unit)
+        if self._marks and crop is not None:
+            raise ValueError(f"annotate: expected nothing with a crop, got {', '.join(self._marks)}")
+        self._options = options
+
+    def _submit(self, function, *arguments):
+        return submit(self._client, function, *arguments, priority=self._priority)
+
+    def _submit_tiles(self, windows):
+        picture = self._scene.on_worker(self._submit, self._options)
+        return [self._submit(tasks.render_window, picture, self._camera, window, self._threads) for window in windows]
+
+    def _submit_parts(self, windows, count):
+        more = {name: value for name, value in self._options.items() if name not in _OF_PARTS and value is not None}
+        if more:
+            raise ValueError(f"{min(more)}: expected by='tiles' for this option, got by='parts'")
+        options = _OF_PARTS | self._options
+        options = {name: options[name] for name in _OF_PARTS}
+        if options["shading"] is None:
+            options["shading"] = _core.Phong()
+        options = self._submit(tasks.load, pickle.dumps(options, protocol=5))
+        scene = self._scene.here
+        description = scene_parts.describe(scene)
+        pictures: dict[Any, list[Any]] = {window: [] for window in windows}
+        for part in scene_parts.split(scene_parts.largest_shape(scene), count):
+            on_worker = self._submit(tasks.load_part, description, part)
+            for window in windows:
+                of_part = self._submit(tasks.render_part, on_worker, self._camera, window, options, self._threads)
+                pictures[window].append(of_part)
+        return [self._submit(tasks.compose, pictures[window], self._camera, window, options) for window in windows]
+
+
+class _GivenScene:
+    """The given scene, or the given store; in this process and on workers."""
+
+    def __init__(self, scene, level, memory_limit):
+        self._memory_limit = memory_limit
+        if isinstance(scene, (_core.Isosurface, _core.Mesh)):
+            scene = _core.Scene([scene])
+        if isinstance(scene, _core.Scene):
+            if level is not None:
+                raise ValueError(f"level: expected None for a scene, got {level!r}")
+            self._here: Any = scene
+            self._store: Any = None
+            return
+        check_type(scene, "scene", (str, os.PathLike), "a Scene, or the folder of a store")
+        check_path(scene)
+        check_type(level, "level", numbers.Real, "a number for the folder of a store")
+        self._here, self._store = None, (os.path.abspath(scene), float(level), memory_limit)
+
+    @property
+    def here(self):
+        """The scene, for this process."""
+        if self._here is None:
+            self._here = tasks.open_scene(*self._store)
+        return self._here
+
+    def on_worker(self, submit, options):
+        """The scene and the other options of the picture, as one future: volumes that both use are sent once."""
+        if self._store is not None:
+            return submit(tasks.open_store, self._store, pickle.dumps(options, protocol=5))
+        return submit(tasks.load, pickle.dumps((self._here, options), protocol=5))
+
+
+def _report(progress, fraction):
+    if progress is not None:
+        go_on = progress(fraction)
+        if go_on is not None and not go_on:
+            raise _core.Cancelled

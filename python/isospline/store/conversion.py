@@ -1,0 +1,247 @@
+"""Conversion of samples to a store of coefficients, in blocks, within a memory limit."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core import Cancelled
+from ..parameters import check_path, printable
+from . import layout, ome, tasks
+from .budget import Budget, default_threads
+from .metadata import VERSION, group_attributes
+from .model import FindRange, Model, PrefilterShard, offset_of
+from .pyramid import ReduceShard, level_shapes, origin_shift
+from .ranges import WriteRanges, cell_shape
+from .sources.source import Source
+
+#: The fraction of the progress for staging the samples, and the relative costs of the other steps per sample.
+_STAGING_PART = 0.2
+_RANGE_COST, _PREFILTER_COST, _RANGES_COST, _REDUCE_COST = 1.0, 4.0, 2.0, 3.0
+
+
+class Conversion:
+    """One run of a conversion into a store. It may continue an earlier, interrupted run."""
+
+    def __init__(self, source: Source, root: Path, model: Model, options: dict[str, Any], progress: Any) -> None:
+        self._source, self._root, self._model, self._options = source, root, model, options
+        self._progress = progress
+        self._shapes = level_shapes(source.shape, model.degree, model.boundary)
+        self._begin, self._spent, self._total = 0.0, 0.0, 1.0
+
+    def run(self, chunk: int, memory_limit: int, workers: int | None, client: Any, overwrite: bool) -> None:
+        """Do all steps that are not done yet."""
+        threads = workers or default_threads()
+        if client is not None:
+            threads = max(client.nthreads().values(), default=1)
+        budget = Budget(memory_limit, threads, self._source, self._model, chunk, is_remote=client is not None)
+        budget.shard()  # raises if the limit is too small, before anything is written
+        with _locked(self._root):
+            if overwrite:
+                clear(self._root)
+            self._state = _begin(self._root, self._options | {"chunk": chunk, "source": self._source.identity})
+            self._report(0.0)
+            source = self._source.stage(self._root / "staged", lambda part: self._report(_STAGING_PART * part))
+            self._begin = 0.0 if source is self._source else _STAGING_PART
+            shards = self._create(budget, chunk)
+            run = dict(workers=budget.workers(shards[0]), client=client)
+            self._plan(shards)
+            self._find_range(source, shards[0], run)
+            self._prefilter(source, run)
+            for number in range(len(shards)):
+                self._make_ranges(number, run)
+                if number + 1 < len(shards):
+                    self._reduce(number, run)
+            self._finish()
+
+    def _create(self, budget, chunk):
+        """Create the arrays of all levels, or find those of an earlier run; returns the edges of their shards."""
+        shapes = self._shapes
+        if "shard" not in self._state:
+            clear(self._root, "zarr.json", "staged")
+            first = budget.shard()
+            for number, shape in enumerate(shapes):
+                edges = tuple(min(edge, layout.shard_edge(size, chunk)) for edge, size in zip(first, shape))
+                layout.create_coefficients(self._root, str(number), shape, chunk, edges)
+                cells = cell_shape(shape, self._model.degree)
+                layout.create_ranges(self._root, f"ranges/{number}", cells, edges)
+            self._save(shard=first)
+        for partial in self._root.rglob("*.partial"):
+            partial.unlink()
+        return [layout.open_array(self._root, str(number)).shards for number in range(len(shapes))]
+
+    def _plan(self, shards):
+        """Compute the total work."""
+        sizes = [float(np.prod(shape)) for shape in self._shapes]
+        self._sizes = sizes
+        self._total = sizes[0] * (_RANGE_COST + _PREFILTER_COST) + sum(sizes) * _RANGES_COST
+        self._total += sum(sizes[:-1]) * _REDUCE_COST
+        self._shards = shards
+
+    def _find_range(self, source, edge, run):
+        """One pass over the samples."""
+        known = (self._state.get("minimum"), self._state.get("maximum"))
+        if known[0] is not None and "path" in source.identity:
+            self._advance(self._sizes[0] * _RANGE_COST)
+            return
+        found: list[Any] = []
+        self._run(FindRange(source, edge), layout.blocks_of(source.shape, edge), _RANGE_COST, 0, run, found)
+        minimum, maximum = min(least for least, _ in found), max(greatest for _, greatest in found)
+        offset_of(minimum, maximum, source.dtype)
+        if known not in ((None, None), (minimum, maximum)):
+            raise ValueError(
+                f"source: expected samples from {known[0]} to {known[1]}, as in the conversion that was begun, got "
+                f"{minimum} to {maximum}"
+            )
+        self._save(minimum=minimum, maximum=maximum)
+
+    def _offset(self):
+        return offset_of(self._state["minimum"], self._state["maximum"], self._source.dtype)
+
+    def _prefilter(self, source, run):
+        task = PrefilterShard(self._root, "0", source, self._model, self._offset())
+        self._run(task, layout.blocks_of(source.shape, self._shards[0]), _PREFILTER_COST, 0, run)
+
+    def _make_ranges(self, number, run):
+        task = WriteRanges(self._root, str(number), f"ranges/{number}", self._model.degree, self._model.boundary)
+        array = layout.open_array(self._root, f"ranges/{number}")
+        self._run(task, layout.blocks_of(array.shape, array.chunks), _RANGES_COST, number, run)
+
+    def _reduce(self, number, run):
+        task = ReduceShard(self._root, str(number), str(number + 1), self._model.degree, self._model.boundary)
+        shape = self._shapes[number + 1]
+        self._run(task, layout.blocks_of(shape, self._shards[number + 1]), _REDUCE_COST, number, run)
+
+    def _run(self, task, blocks, cost, number, run, results=None):
+        each = self._sizes[number] * cost / max(len(blocks), 1)
+
+        def done(result):
+            if results is not None:
+                results.append(result)
+            self._advance(each)
+
+        tasks.run(task, blocks, done=done, **run)
+
+    def _advance(self, spent):
+        self._spent += spent
+        self._report(self._begin + (1 - self._begin) * self._spent / self._total)
+
+    def _report(self, fraction):
+        if self._progress is not None:
+            go_on = self._progress(min(fraction, 1.0))
+            if go_on is not None and not go_on:
+                raise Cancelled
+
+    def _finish(self):
+        """Write the description of the store, and then mark it as complete."""
+        source, degree = self._source, self._model.degree
+        spacing, origin = np.array(source.spacing, float), np.array(source.origin, float)
+        direction = np.array(source.direction, float)
+        levels = []
+        for number, shape in enumerate(self._shapes):
+            levels.append(
+                {
+                    "path": str(number),
+                    "ranges": f"ranges/{number}",
+                    "shape": list(shape),
+                    "minimum": self._state["minimum"],
+                    "maximum": self._state["maximum"],
+                    "offset": self._offset(),
+                    "spacing": spacing.tolist(),
+                    "origin": origin.tolist(),
+                    "direction": direction.tolist(),
+                }
+            )
+            halved = np.array([size > 1 for size in reversed(shape)])
+            origin = origin + direction @ (spacing * origin_shift(degree) * halved)
+            spacing = np.where(halved, 2 * spacing, spacing)
+        shutil.rmtree(self._root / "staged", ignore_errors=True)
+        attributes = layout.zarr().open_group(str(self._root), mode="r+")
+        attributes.update_attributes({"ome": ome.multiscales(self._root.stem, levels, source.unit, source.patient)})
+        model = {name: getattr(self._model, name) for name in ("degree", "boundary", "filter", "smoothing")}
+        held = {**model, "axes": "zyx", "patient": source.patient, "levels": levels}
+        _write_attributes(self._root, {"complete": True, **held, "conversion": self._state})
+
+    def _save(self, **state):
+        self._state.update(state)
+        _write_attributes(self._root, {"complete": False, "conversion": self._state})
+
+
+def _begin(root, options):
+    """The state of the conversion in a store: from an earlier run with the same options, or a new one."""
+    if not (root / "zarr.json").exists():
+        layout.zarr().open_group(str(root), mode="a")
+        state = {"options": options}
+        _write_attributes(root, {"complete": False, "conversion": state})
+        return state
+    attributes = group_attributes(root)
+    if attributes.get("complete"):
+        raise FileExistsError(f"{printable(root)}: expected no store, or an incomplete one; or overwrite=True")
+    state = attributes["conversion"]
+    check_options(root, state["options"], options)
+    return state
+
+
+def check_options(root: Path, begun: dict[str, Any], options: dict[str, Any]) -> None:
+    """Check that a continued conversion has the same options as at its beginning."""
+    for name, value in options.items():
+        if begun.get(name) != value:
+            raise ValueError(
+                f"{printable(root)}: expected {name} as in the conversion that was begun, {begun.get(name)}, got "
+                f"{value}; or overwrite=True"
+            )
+
+
+def _write_attributes(root, attributes):
+    with layout.writing(root / "zarr.json"):
+        group = layout.zarr().open_group(str(root), mode="r+")
+        group.update_attributes({"isospline": {"version": VERSION, **attributes}})
+
+
+def clear(root, *kept):
+    """Remove the contents of a store's folder."""
+    for path in root.iterdir():
+        if path.name in kept:
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+@contextlib.contextmanager
+def _locked(root):
+    """Lock the store's folder for this process."""
+    root.mkdir(exist_ok=True)
+    descriptor = os.open(root, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(f"{printable(root)}: expected a store that no other process is writing") from None
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def check_out(out: Any) -> Path:
+    """The folder for writing a store: a new or empty one, or one with a store."""
+    check_path(out)
+    root = Path(os.path.realpath(out))
+    if not root.parent.is_dir():
+        raise FileNotFoundError(f"{printable(out)}: expected a folder that exists, got {printable(root.parent)}")
+    if root.exists() and not root.is_dir():
+        raise FileExistsError(f"{printable(out)}: expected the folder of a store, got a file")
+    if root.is_dir() and any(root.iterdir()):
+        try:
+            group_attributes(root)
+        except (OSError, ValueError) as error:
+            message = f"{printable(out)}: expected a new folder, or the folder of a store: {error}"
+            raise FileExistsError(message) from error
+    return root

@@ -1,0 +1,119 @@
+"""Levels of detail: the choice of a level of a store's pyramid for a picture."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..signatures import explained
+from .metadata import LevelMetadata, StoreMetadata, read_metadata
+from .volume import open_level
+
+#: Points along each edge of a volume's box at which the size of a voxel in the picture is computed.
+_POINTS = 9
+
+#: Longest edge, in samples, of the overview level.
+_OVERVIEW = 256
+
+
+def is_store(path: str | os.PathLike[str] | None) -> bool:
+    """Whether a path is the folder of a Zarr 3 group."""
+    return path is not None and os.path.isfile(os.path.join(path, "zarr.json"))
+
+
+@explained
+def level_of_detail_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: tuple[int, int]) -> int:
+    """Choose the level of detail for a picture: the coarsest one whose voxels are nowhere larger than a pixel.
+
+    Parameters
+    ----------
+    store : StoreMetadata, str or path-like
+        The store, or its folder.
+    camera : PerspectiveCamera, OrthographicCamera or ThinLensCamera
+        For a panoramic camera, a lens with distortion, or an eye inside the volume's box, the finest level is chosen.
+    size : (int, int)
+        Width and height of the picture in pixels.
+
+    Returns
+    -------
+    int
+        For `open_volume`: 0 is the finest level.
+    """
+    metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
+    try:
+        to_image = camera.world_to_ndc(size)
+    except (AttributeError, ValueError):  # a panoramic camera, or a lens with distortion
+        return 0
+    pixels = _pixels_per_voxel(metadata.levels[0], to_image, np.array(size))
+    if not pixels < 1:
+        return 0
+    return min(int(-math.log2(max(pixels, 1e-12))), len(metadata.levels) - 1)
+
+
+def _pixels_per_voxel(level: LevelMetadata, to_image: Any, size: Any) -> float:
+    """The largest extent of a voxel's edges in the picture, over the volume's box; infinite behind the eye."""
+    steps = np.array(level.direction) * level.spacing  # columns
+    axes = [np.linspace(-0.5, count - 0.5, _POINTS) for count in level.shape[::-1]]
+    index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = np.array(level.origin) + index @ steps.T
+
+    def project(world):
+        clip = np.c_[world, np.ones(len(world))] @ to_image.T
+        return clip[:, :2] * size, clip[:, 3:]
+
+    at, depth = project(points)
+    if depth.min() <= 0:
+        return math.inf
+    largest = 0.0
+    for step in steps.T:
+        beside, depth_beside = project(points + step)
+        if depth_beside.min() <= 0:
+            return math.inf
+        largest = max(largest, float(np.linalg.norm(beside / depth_beside - at / depth, axis=1).max()))
+    return largest
+
+
+class LevelsOfDetail:
+    """The volumes of a store's pyramid. Each is opened when it is first requested.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Folder of the store.
+    memory_limit : int or str
+        For each volume, as in `open_volume`.
+
+    Attributes
+    ----------
+    metadata : StoreMetadata
+    overview : int
+        The finest level whose longest edge has at most 256 samples, or the coarsest one.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], memory_limit: int | str = "4GB") -> None:
+        self.metadata, self._limit = read_metadata(path), memory_limit
+        self._volumes: dict[int, _core.Volume] = {}
+        sizes = [max(level.shape) for level in self.metadata.levels]
+        self.overview = next((i for i, size in enumerate(sizes) if size <= _OVERVIEW), len(sizes) - 1)
+
+    def volume(self, level_of_detail: int) -> _core.Volume:
+        """The volume of a level."""
+        if level_of_detail not in self._volumes:
+            opened = open_level(self.metadata, self.metadata.levels[level_of_detail], self._limit)
+            self._volumes.setdefault(level_of_detail, opened)
+        return self._volumes[level_of_detail]
+
+    def choose(self, cameras: Any, size: tuple[int, int]) -> int:
+        """The coarsest level that is fine enough for the pictures of all cameras."""
+        return min(level_of_detail_for(self.metadata, camera, size) for camera in cameras)
+
+    def describe(self, level_of_detail: int) -> str:
+        """A text with the level, the number of levels, and the size of its voxels."""
+        coarse, fine = (self.metadata.levels[i].spacing[0] for i in (level_of_detail, 0))
+        finest = "" if level_of_detail == 0 else f", those of level 0 are {fine:g}"
+        last = len(self.metadata.levels) - 1
+        return f"level of detail {level_of_detail} (0 to {last}): voxels of {coarse:g}{finest}"

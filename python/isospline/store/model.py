@@ -1,0 +1,113 @@
+"""The spline model of a store, and the computation of its coefficients in blocks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..parameters import check_type
+from .blocks import cut, read_box_folded, with_halo
+from .layout import box_of, chunk_path, is_whole_shard, open_array, slices_of, writing
+from .sources.source import Source
+
+#: Limits of half the range of samples. Beyond them, float32 could not hold all digits of the coefficients.
+_SMALLEST_RANGE, _LARGEST_RANGE = 1e-30, 1e34
+
+_LARGEST_SMOOTHING = 1e9
+
+
+@dataclass(frozen=True)
+class Model:
+    """The parameters of the spline, as in a `Volume`."""
+
+    degree: int = 2
+    boundary: str = "mirror"
+    filter: str = "interpolate"
+    smoothing: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_type(self.degree, "degree", (int, np.integer), "a whole number")
+        if not 0 <= self.degree <= 5:
+            raise ValueError(f"degree: expected 0 to 5, got {self.degree}")
+        for name, words in (("boundary", ("mirror", "periodic")), ("filter", ("interpolate", "none", "smoothing"))):
+            check_type(getattr(self, name), name, str, "a str")
+            if getattr(self, name) not in words:
+                expected = " or ".join(f'"{word}"' for word in words)
+                raise ValueError(f"{name}: expected {expected}, got {getattr(self, name)!r}")
+        check_type(self.smoothing, "smoothing", (int, float, np.number), "a number")
+        if not 0 <= self.smoothing <= _LARGEST_SMOOTHING:
+            raise ValueError(f"smoothing: expected a number from 0 to 1e9, got {self.smoothing}")
+        if self.smoothing > 0 and self.filter != "smoothing":
+            raise ValueError(f"smoothing: expected 0 for this filter, got {self.smoothing}")
+
+    @property
+    def reach(self) -> int:
+        """The number of samples beyond a block on which its coefficients depend."""
+        return _core._prefilter_reach(self.degree, self.filter, self.smoothing)
+
+
+@dataclass(frozen=True)
+class FindRange:
+    """The smallest and the largest sample of a block."""
+
+    source: Source
+    edge: tuple[int, ...]
+
+    def __call__(self, index: Any) -> tuple[float, float]:
+        box = box_of(index, self.edge, self.source.shape)
+        samples = self.source.read(box)
+        least, greatest = float(samples.min()), float(samples.max())
+        if not (math.isfinite(least) and math.isfinite(greatest)):
+            place = np.argwhere(~np.isfinite(samples))[0]
+            at = ", ".join(str(first + int(offset)) for (first, _), offset in zip(box, place))
+            raise ValueError(f"source: expected finite numbers, got {samples[tuple(place)]} at [{at}]")
+        return least, greatest
+
+
+def offset_of(least: float, greatest: float, dtype: np.dtype[Any]) -> float:
+    """The number that is subtracted from coefficients: the middle of the range, a float32 if the samples are."""
+    spread = greatest - least
+    if not (spread == 0 or _SMALLEST_RANGE <= spread <= _LARGEST_RANGE):
+        raise ValueError(f"source: expected a range of 1e-30 to 1e34, or one value only, got {spread}")
+    middle = 0.5 * least + 0.5 * greatest
+    return float(np.float32(middle)) if dtype == np.float32 else middle
+
+
+@dataclass(frozen=True)
+class PrefilterShard:
+    """Compute and write one shard of the finest level's coefficients, from its samples and those around it."""
+
+    root: Path
+    key: str
+    source: Source
+    model: Model
+    offset: float
+
+    def __call__(self, index: Any) -> None:
+        target = open_array(self.root, self.key, "r+")
+        if is_whole_shard(self.root, self.key, target, index):
+            return
+        box = box_of(index, target.shards, target.shape)
+        write_shard(self.root, self.key, target, index, self.coefficients(box))
+
+    def coefficients(self, box: Any) -> NDArray[np.float32]:
+        """The coefficients of a box."""
+        model, shape = self.model, self.source.shape
+        grown = with_halo(box, model.reach, shape, model.boundary)
+        samples = read_box_folded(self.source.read, grown, shape, model.boundary)
+        arguments = (self.offset, model.degree, model.boundary, model.filter, model.smoothing)
+        return cut(_core._prefilter_block(samples, *arguments), box, grown)
+
+
+def write_shard(root: Path, key: str, target: Any, index: Any, coefficients: NDArray[np.float32]) -> None:
+    """Write a whole shard. Remnants of an earlier run are removed first, because Zarr would read and keep them."""
+    path = chunk_path(root, key, index)
+    with writing(path):
+        path.unlink(missing_ok=True)
+        target[slices_of(box_of(index, target.shards, target.shape))] = coefficients

@@ -1,0 +1,131 @@
+"""Folders of Zarr and N5: the choice of the volume's array, and the place of its samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...parameters import printable
+from .. import ome
+from ..layout import zarr
+from .chunked import ORDERS, ChunkedSource, N5Source, ZarrSource, read_json
+
+#: Files that identify a folder of Zarr or N5.
+ZARR_FILES, N5_FILE = ("zarr.json", ".zarray", ".zgroup"), "attributes.json"
+
+_MULTISCALES = 'a multiscale image of OME-Zarr, or one array; name="KEY" names an array'
+
+
+def is_zarr(path: Path) -> bool:
+    """Whether a folder is an array or a group of Zarr."""
+    return any((path / name).is_file() for name in ZARR_FILES)
+
+
+def is_n5(path: Path) -> bool:
+    """Whether a folder is a dataset or a group of N5."""
+    return (path / N5_FILE).is_file() and not is_zarr(path)
+
+
+def open_zarr(
+    path: Path, name: str | None, axes: str = "zyx", time: int | None = None
+) -> tuple[ChunkedSource, int | None]:
+    """The samples of a Zarr folder: a named array, the only array, or the finest level of a multiscale image.
+
+    Also returns the number of its time steps, or None for a volume.
+    """
+    node = zarr().open(str(path), path=name or "", mode="r")
+    if "isospline" in node.attrs:
+        raise ValueError(f"{printable(path)}: expected samples, got a store of coefficients: open it with open_volume")
+    if hasattr(node, "chunks"):
+        return ZarrSource(path, name or "", ORDERS[axes]), None
+    image = _multiscale(node)
+    if image is None:
+        keys = sorted(node.array_keys())
+        if len(keys) != 1:
+            raise ValueError(f"{printable(path)}: expected {_MULTISCALES}, got arrays {', '.join(keys) or 'none'}")
+        return ZarrSource(path, f"{name}/{keys[0]}" if name else keys[0], ORDERS[axes]), None
+    if axes != "zyx":
+        raise ValueError(f'axes: expected "zyx" for an image that names its axes, got "{axes}"')
+    return _open_multiscale(path, name, node, image, time)
+
+
+def _multiscale(node):
+    """The first multiscale image in a group's attributes, of OME-Zarr 0.5 or an earlier version."""
+    attributes = dict(node.attrs)
+    images = attributes.get("ome", attributes).get("multiscales")
+    return images[0] if isinstance(images, list) and images and isinstance(images[0], dict) else None
+
+
+def _open_multiscale(path, name, node, image, time):
+    try:
+        axes = [axis if isinstance(axis, dict) else {"name": axis} for axis in image.get("axes", list("tczyx"))]
+        names = [str(axis["name"]) for axis in axes]
+        scales = [_transformation(dataset, image, len(axes)) for dataset in image["datasets"]]
+        finest = min(range(len(scales)), key=lambda number: np.prod([scales[number][0][names.index(n)] for n in "zyx"]))
+        key, (scale, translation) = image["datasets"][finest]["path"], scales[finest]
+        space = [names.index(axis) for axis in "zyx"]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ValueError(f"{printable(path)}: expected multiscales with axes z, y and x, got {error}") from error
+    key = f"{name}/{key}" if name else key
+    shape = node[image["datasets"][finest]["path"]].shape
+    others = {axis: 0 for axis in range(len(names)) if axis not in space}
+    steps = None
+    for axis in others:
+        if names[axis] == "t" and shape[axis] > 1:
+            steps = shape[axis]
+            others[axis] = time or 0
+        elif shape[axis] != 1:
+            raise ValueError(f"{printable(path)}: expected one item along {names[axis]}, got {shape[axis]}")
+    units = {axes[axis].get("unit") for axis in space}
+    if len(units) > 1:
+        raise ValueError(f"{printable(path)}: expected one unit along z, y and x, got {', '.join(map(str, units))}")
+    source = ZarrSource(path, key, space, others)
+    unit = units.pop()
+    origin = np.array([float(translation[axis]) for axis in reversed(space)])
+    spacing = tuple(float(scale[axis]) for axis in reversed(space))
+    source.move(spacing=spacing, origin=tuple(origin.tolist()), unit=unit)
+    direction = ome.direction_of([axes[axis] for axis in reversed(space)])
+    if direction is not None:
+        # A patient's world is in millimetres.
+        source.move(direction=direction, origin=tuple((direction @ origin).tolist()), patient=unit == "millimeter")
+    return source, steps
+
+
+def _transformation(dataset, image, dimension):
+    """Scale and translation of a level: its own, followed by those of the whole image."""
+    scale, translation = np.ones(dimension), np.zeros(dimension)
+    for step in (*dataset.get("coordinateTransformations", ()), *image.get("coordinateTransformations", ())):
+        factor = np.asarray(step.get("scale", np.ones(dimension)), float)
+        scale, translation = scale * factor, translation * factor
+        translation = translation + np.asarray(step.get("translation", np.zeros(dimension)), float)
+    if scale.shape != (dimension,) or not (np.isfinite(scale).all() and (scale > 0).all()):
+        raise ValueError(f"scale {scale.tolist()}")
+    return scale, translation
+
+
+def open_n5(path: Path, name: str | None) -> N5Source:
+    """A dataset of N5, or the finest level, s0, of a multiscale one."""
+    key = name or ""
+    attributes = read_json(path / key / N5_FILE)
+    group = {}
+    if "dimensions" not in attributes:
+        group = attributes
+        key = f"{key}/s0".lstrip("/")
+        attributes = read_json(path / key / N5_FILE)
+    if "dimensions" not in attributes:
+        raise ValueError(f'{printable(path)}: expected a dataset of N5, or a group of levels s0, s1, ...; name="KEY"')
+    source = N5Source(path, key, (2, 1, 0))
+    # n5-ij and BigDataViewer write pixelResolution, or resolution and units, both x first.
+    found = {**group, **attributes}
+    pixel = found.get("pixelResolution")
+    spacing: Any = pixel.get("dimensions") if isinstance(pixel, dict) else pixel or found.get("resolution")
+    unit: Any = pixel.get("unit") if isinstance(pixel, dict) else (found.get("units") or [None])[0]
+    if spacing is not None:
+        source.move(spacing=tuple(float(value) for value in spacing), unit=_OME_UNITS.get(unit, unit))
+    return source
+
+
+#: Names of units in OME-Zarr.
+_OME_UNITS = {"um": "micrometer", "µm": "micrometer", "nm": "nanometer", "mm": "millimeter", "m": "meter"}

@@ -1,0 +1,198 @@
+"""Samples that are read slice by slice: compressed files, and folders with a file for each slice.
+
+A block of a volume needs a part of many slices. To decode each slice only once, all slices are first written next to
+the store's arrays, uncompressed, and removed at the end.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io import dicom, itk, packed, tiff
+from ...io.checks import check_file
+from ...io.read import errors_name
+from ..layout import writing
+from .source import RawSource, Source, as_samples, identity_of, samples_type
+
+
+class StackSource(Source):
+    """Slices [y, x] that can be read in order."""
+
+    def slices(self, first: int) -> Iterator[NDArray[Any]]:
+        """All slices beginning at `first`, of type `dtype`."""
+        raise NotImplementedError
+
+    def stage(self, path: Any, report: Callable[[float], None]) -> Source:
+        size = int(np.prod(self.shape[1:])) * self.dtype.itemsize
+        begun = os.path.getsize(path) // size if os.path.exists(path) else 0
+        with open(path, "r+b" if begun else "wb") as file:
+            file.truncate(begun * size)
+            file.seek(begun * size)
+            for number, samples in enumerate(self.slices(begun) if begun < self.shape[0] else (), begun):
+                if samples.shape != self.shape[1:] or samples.dtype != self.dtype:
+                    raise ValueError(
+                        f"slice {number}: expected {self.shape[1:]} samples of {self.dtype}, as in the first one, got "
+                        f"{samples.shape} of {samples.dtype}"
+                    )
+                with writing(path):
+                    file.write(np.ascontiguousarray(samples).data)
+                    file.flush()
+                report((number + 1) / self.shape[0])
+        staged = RawSource(path, self.shape, self.dtype)
+        staged.identity = self.identity
+        return staged.move(**self.frame, unit=self.unit)
+
+
+class FilesSource(StackSource):
+    """A file for each slice."""
+
+    def __init__(self, files: list[Path], shape: Any, dtype: Any, read: Callable[[Path], NDArray[Any]]) -> None:
+        self._files, self._read = files, read
+        super().__init__((len(files), *shape), dtype, identity_of(*files))
+
+    def slices(self, first: int) -> Iterator[NDArray[Any]]:
+        for file in self._files[first:]:
+            with errors_name(file, "a slice"):
+                samples = self._read(file)
+            yield as_samples(samples)
+
+
+class PagesSource(StackSource):
+    """The pages of a TIFF file."""
+
+    def __init__(self, path: Path, shape: Any, dtype: Any) -> None:
+        self._path = path
+        super().__init__(shape, dtype, identity_of(path))
+
+    def slices(self, first: int) -> Iterator[NDArray[Any]]:
+        with tiff.opened_series(self._path) as (_, series):
+            for number in range(first, self.shape[0]):
+                with errors_name(self._path, f"page {number}"):
+                    samples = series.pages[number].asarray()
+                yield as_samples(samples)
+
+
+class PackedSource(StackSource):
+    """A stream of samples, x fastest, in one or several files, compressed or not, with an optional scaling."""
+
+    def __init__(self, parts: Any, shape: Any, dtype: Any, compression: str | None, scaling: Any = None) -> None:
+        self._parts, self._compression, self._scaling = parts, compression, scaling
+        self._stored_type = np.dtype(dtype)
+        scaled = self._scaled(np.zeros(1, dtype)).dtype
+        super().__init__(shape, scaled, identity_of(*(part[0] for part in parts)))
+
+    def _scaled(self, samples):
+        return samples if self._scaling is None else self._scaling(samples)
+
+    def slices(self, first: int) -> Iterator[NDArray[Any]]:
+        size = int(np.prod(self.shape[1:])) * self._stored_type.itemsize
+        whole, rest = divmod(self.shape[0] * size, len(self._parts))
+        if rest or whole % size:
+            raise ValueError(f"expected files of whole slices, got {len(self._parts)} for {self.shape[0]} slices")
+        each = whole // size
+        for number, (path, begin, skipped) in enumerate(self._parts):
+            start = max(first - number * each, 0)
+            if start >= each:
+                continue
+            with packed.opened(path, begin, self._compression) as stream:
+                packed.skip(stream, skipped + start * size)
+                for _ in range(start, each):
+                    content = bytearray(size)
+                    packed.fill(stream, memoryview(content))
+                    samples = np.frombuffer(content, self._stored_type).reshape(self.shape[1:])
+                    yield as_samples(self._scaled(samples))
+                if self._compression is not None:
+                    packed.drain(stream)
+
+
+class ScaledSource(RawSource):
+    """Headerless samples with a scaling."""
+
+    def __init__(self, path: Any, shape: Any, dtype: Any, offset: int, scaling: Any) -> None:
+        super().__init__(path, shape, dtype, offset)
+        self._scaling = scaling
+        self.dtype = samples_type(scaling(np.zeros(1, dtype)).dtype)
+
+    def read(self, box: Any) -> NDArray[Any]:
+        return as_samples(self._scaling(super().read(box)))
+
+    def working_memory(self, shape: Any) -> int:
+        return 2 * super().working_memory(shape)
+
+
+def open_packed(parts: Any, shape: Any, dtype: Any, compression: str | None) -> Source:
+    """A source of the samples that `packed.read_samples` would read."""
+    if compression is None and len(parts) == 1:
+        path, begin, skipped = parts[0]
+        return RawSource(path, shape, dtype, begin + skipped)
+    return PackedSource(parts, shape, dtype, compression)
+
+
+def open_nifti(proxy: Any, shape: Any) -> Source:
+    """A source of the samples of nibabel's proxy, of shape [x, y, z]."""
+    scaling = None if (proxy.slope, proxy.inter) == (1, 0) else Scaling(proxy.slope, proxy.inter)
+    path = proxy.file_like if isinstance(proxy.file_like, (str, os.PathLike)) else proxy.file_like.name
+    if str(path).lower().endswith(".gz"):
+        return PackedSource([(path, 0, proxy.offset)], shape[::-1], proxy.dtype, "gzip", scaling)
+    if scaling is None:
+        return RawSource(path, shape[::-1], proxy.dtype, proxy.offset)
+    return ScaledSource(path, shape[::-1], proxy.dtype, proxy.offset, scaling)
+
+
+class Scaling:
+    """The scaling of NIfTI, as in nibabel."""
+
+    def __init__(self, slope: float, inter: float) -> None:
+        self._slope, self._inter = np.float64(slope), np.float64(inter)
+
+    def __call__(self, samples: NDArray[Any]) -> NDArray[Any]:
+        from nibabel.volumeutils import apply_read_scaling
+
+        return apply_read_scaling(samples, self._slope, self._inter)
+
+
+def open_tiff(path: Path) -> Source:
+    """A source of the pages of a file."""
+    with tiff.opened_series(path) as (file, series):
+        shape, dtype, spacing = tuple(series.shape), np.dtype(series.dtype), tiff.spacing_of(file)
+        begin = series.dataoffset
+        stored = dtype.newbyteorder(file.byteorder)
+        pages = len(series.pages)
+    source: Source
+    if begin is not None:
+        source = RawSource(path, shape, stored, begin)
+    elif pages == shape[0]:
+        source = PagesSource(path, shape, dtype)
+    else:
+        raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
+    return source.move(spacing=spacing)
+
+
+def open_tiff_folder(path: Path) -> Source:
+    """A source of a folder of files of one page each."""
+    files = tiff.slices_of(path)
+    first = tiff.read_slice(files[0])
+    return FilesSource(files, first.shape, first.dtype, tiff.read_slice)
+
+
+def open_dicom(path: Path, name: str | None) -> Source | None:
+    """A source of a series of slices; None if a single file has all of them."""
+    with itk.quiet():
+        files, frame = dicom.find_series(path, name, mapped=True)
+        if len(files) == 1:
+            return None
+        first = read_dicom_slice(Path(files[0]))
+    paths = [Path(file) for file in files]
+    return FilesSource(paths, first.shape, first.dtype, read_dicom_slice).move(**frame, unit="millimeter", patient=True)
+
+
+def read_dicom_slice(path: Path) -> NDArray[Any]:
+    """The samples of a file with one slice."""
+    check_file(path)
+    return dicom.read_file(path).data[0]

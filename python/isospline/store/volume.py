@@ -1,0 +1,93 @@
+"""Volumes whose coefficients stay in a store. Chunks are read when rays enter them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from .. import _core
+from ..parameters import printable
+from ..signatures import explained
+from .budget import parse_memory
+from .layout import Part, read_ranges
+from .metadata import LevelMetadata, StoreMetadata, read_metadata
+
+#: In the order of the C++ enumeration.
+_BOUNDARIES, _FILTERS = ("mirror", "periodic"), ("interpolate", "none", "smoothing")
+
+
+@explained
+def open_volume(
+    path: str | os.PathLike[str], *, memory_limit: int | str = "4GB", level_of_detail: int = 0
+) -> _core.Volume:
+    """Open a volume of a store, written by `prefilter_to` or ``isospline convert``, without reading its coefficients.
+
+    `Isosurface`, `Scene`, `render`, rays and `Volume.sample` use it like a volume in memory, and hits are the same.
+    Chunks of coefficients are read and checked when rays or points enter them. If memory exceeds the limit, the least
+    recently used bricks are dropped; they are made again when they are needed.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Folder of the store.
+    memory_limit : int or str, bytes
+        An approximate limit on the memory of chunks, bricks and their ranges: a number of bytes, or a text such as
+        ``"4GB"`` or ``"512MiB"``. It does not include pictures and Embree's index, which has about 100 bytes for each
+        16 x 16 x 16 cells that the surface crosses.
+    level_of_detail : int
+        Level of the store's spline pyramid. Level 0 has the resolution of the data; each further level has half the
+        resolution of the previous one. See `level_of_detail_for`.
+
+    Returns
+    -------
+    Volume
+        `Volume.paging` has the bytes read and the memory used. Pickling stores the path and not the coefficients.
+
+    Raises
+    ------
+    OSError
+        If a file is missing or cannot be read. Later calls also raise it, if they need a chunk that is missing,
+        truncated or fails its checksum. The message names the chunk and the file.
+    ValueError
+        If `path` is not a store, the store is incomplete, or `memory_limit` is too small for it.
+    """
+    metadata = read_metadata(path)
+    last = len(metadata.levels) - 1
+    if level_of_detail not in range(last + 1):
+        raise ValueError(f"level_of_detail: expected 0 to {last}, got {level_of_detail!r}")
+    return open_level(metadata, metadata.levels[level_of_detail], memory_limit)
+
+
+def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> _core.Volume:
+    """Open the volume of an array of a store again, in another process, or a part of it for rays."""
+    metadata = read_metadata(folder)
+    for level in metadata.levels:
+        if level.path == array:
+            return open_level(metadata, level, memory_limit, part)
+    raise ValueError(f"{printable(folder)}: expected a store with the array {array}, got one without")
+
+
+def open_level(
+    metadata: StoreMetadata, level: LevelMetadata, memory_limit: int | str, part: Part | None = None
+) -> _core.Volume:
+    """The volume of a level of a store, or a part of it."""
+    state = dict(
+        spacing=np.array(level.spacing),
+        origin=np.array(level.origin),
+        direction=level.direction,
+        degree=metadata.degree,
+        boundary=_BOUNDARIES.index(metadata.boundary),
+        filter=_FILTERS.index(metadata.filter),
+        smoothing=metadata.smoothing,
+        axes=0,
+        shape=level.shape[::-1],
+        minimum=level.minimum,
+        maximum=level.maximum,
+        offset=level.offset,
+    )
+    ranges = np.ascontiguousarray(read_ranges(metadata, level, part), np.float32)
+    folder = Path(metadata.path) / level.path
+    limit = parse_memory(memory_limit)
+    return _core.open_sharded_volume(folder, state, level.shard[::-1], level.chunk[::-1], ranges, limit)

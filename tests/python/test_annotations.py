@@ -1,0 +1,136 @@
+"""Marks in pictures: the scale bar's pixels against closed forms, the colours and labels of colour bars."""
+
+import numpy as np
+import pytest
+from spheres import mesh_sphere, sphere
+
+import isospline
+from isospline.annotations import scale_bar, ticks
+from isospline.colors import linear_to_srgb
+
+SIZE = (320, 240)
+RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
+
+
+def bar_length(image, plain):
+    """Columns of the scale bar, with the parts of columns at its ends, and the rows that have it."""
+    darker = (plain.color[..., 1] - image.color[..., 1]) / (plain.color[..., 1] - 0.015)
+    rows = darker.sum(axis=1)
+    return rows.max(), np.nonzero(np.isclose(rows, rows.max(), atol=1e-3))[0]
+
+
+def shown(camera, **options):
+    plain = isospline.render(sphere(), camera, size=SIZE, background="white", **options)
+    return plain, isospline.render(sphere(), camera, size=SIZE, background="white", annotate=["scale_bar"], **options)
+
+
+@pytest.mark.parametrize("distance", [40.0, 123.4, 1000.0])
+def test_the_scale_bar_of_a_perspective(distance):
+    camera = isospline.PerspectiveCamera((11.5, 11.5 - distance, 11.5), (11.5, 11.5, 11.5), field_of_view=30)
+    length, pixels = scale_bar(camera, SIZE)
+    expected = length / (2 * distance * np.tan(np.radians(15))) * SIZE[1]
+    assert pixels == pytest.approx(expected, rel=1e-9) and 0.08 * SIZE[0] <= pixels <= 0.25 * SIZE[0]
+    plain, image = shown(camera)
+    found, rows = bar_length(image, plain)
+    assert found == pytest.approx(expected, abs=0.05)
+    assert len(rows) == 2 and (np.diff(rows) == 1).all() and rows[0] > 0.9 * SIZE[1]
+
+
+@pytest.mark.parametrize("height", [0.07, 30.0, 4e4])
+def test_the_scale_bar_of_parallel_rays(height):
+    camera = isospline.OrthographicCamera((11.5, -90, 11.5), (11.5, 11.5, 11.5), height=height)
+    length, pixels = scale_bar(camera, SIZE)
+    assert pixels == pytest.approx(length / height * SIZE[1], rel=1e-9)
+    mantissa = length / 10 ** np.floor(np.log10(length) + 1e-9)
+    assert min(abs(mantissa - each) for each in (1, 2, 5)) < 1e-9
+    # Another size of the same picture has the same length, in as many pixels as it has more.
+    assert scale_bar(camera, (640, 480)) == pytest.approx((length, 2 * pixels))
+
+
+def test_the_scale_bar_of_the_papers_camera():
+    camera = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))
+    length, pixels = scale_bar(camera, (160, 90))
+    assert pixels == pytest.approx(length * 100)
+
+
+def test_marks_are_dark_on_bright_and_bright_on_dark():
+    camera = isospline.camera_for(sphere(), size=SIZE)
+    for background, ink in (("white", 0.015), ("black", 1.0)):
+        image = isospline.render(sphere(), camera, size=SIZE, background=background, annotate=("scale_bar",))
+        assert (np.abs(image.color[int(0.9 * SIZE[1]) :, :, 1] - ink) < 1e-6).sum() > 30
+
+
+def test_a_unit_and_the_encoding_of_eight_bits():
+    camera = isospline.camera_for(sphere(), size=SIZE)
+    options = dict(size=SIZE, background="white", annotate=("scale_bar",))
+    linear = isospline.render(sphere(), camera, unit="mm", **options)
+    encoded = isospline.render(sphere(), camera, unit="mm", encoding="srgb8", **options)
+    assert np.abs(linear.to_srgb().astype(int) - encoded.to_srgb().astype(int)).max() <= 1
+    without = isospline.render(sphere(), camera, **options)
+    assert (linear.color != without.color).any()
+
+
+@pytest.mark.parametrize("limits", [(0, 100), (100, 0), (-0.5, 0.5)])
+def test_the_colors_of_a_colour_bar(limits):
+    rule = RAMP.replace(limits=limits)
+    image = isospline.render(
+        sphere(), size=SIZE, shading=isospline.Phong(color=rule), background="white", annotate=("colorbar",)
+    )
+    length = round(0.6 * SIZE[1])
+    first, last = (SIZE[1] - length) // 2, (SIZE[1] - length) // 2 + length - 1
+    places = 1 - (np.arange(length) + 0.5) / length
+    expected = np.stack([np.interp(places, [0, 0.5, 1], part) for part in rule.cmap.T], axis=-1)
+    right = image.color[first : last + 1, SIZE[0] // 2 :, :3]
+    errors = np.abs(right - expected[:, None]).max(axis=(0, 2))
+    assert (errors < 1e-6).sum() == round(0.025 * SIZE[0])  # columns of the bar
+    # As it is shown: sRGB of the map's colours.
+    column = SIZE[0] // 2 + int(np.argmin(errors))
+    np.testing.assert_allclose(image.to_srgb()[first, column, :3], 255 * linear_to_srgb(expected[0]), atol=0.51)
+
+
+def test_every_rule_has_a_bar_of_its_own():
+    scene = isospline.Scene([sphere(), mesh_sphere(3.0, 16)])
+    looks = {0: isospline.Phong(color=RAMP), 1: isospline.Phong(color=isospline.ColorByDepth())}
+    first = []
+    for shading in ({0: looks[0]}, looks):
+        plain = isospline.render(scene, size=SIZE, shading=shading, background="white")
+        marked = isospline.render(scene, size=SIZE, shading=shading, background="white", annotate=("colorbar",))
+        first.append(np.nonzero((marked.color != plain.color).any(axis=(0, 2)))[0].min())
+    assert first[1] < first[0] - 20
+
+
+def test_a_path_traced_picture_has_marks():
+    tracer = isospline.PathTracer(isospline.Material(RAMP), max_bounces=1)
+    image = isospline.render(sphere(), size=SIZE, integrator=tracer, annotate=("colorbar", "scale_bar"))
+    assert (image.color[..., 3] == 1).any()
+
+
+def test_ticks_are_round_and_few():
+    assert ticks(0, 100) == [0, 20, 40, 60, 80, 100]
+    assert ticks(-0.5, 0.5) == [-0.4, -0.2, 0, 0.2, 0.4]
+    for lower, upper in np.random.default_rng(3).normal(size=(200, 2)) * 10.0 ** np.arange(-5, 5).repeat(20)[:, None]:
+        found = ticks(lower, upper)
+        assert 2 <= len(found) <= 6
+        assert min(found) >= min(lower, upper) - 1e-9 * abs(upper - lower)
+        assert max(found) <= max(lower, upper) + 1e-9 * abs(upper - lower)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (dict(annotate=("scale",)), "^annotate: expected some of scale_bar, colorbar, got 'scale'$"),
+        (dict(annotate=("colorbar",)), "^annotate: expected a colour rule with a map"),
+        (
+            dict(annotate=("scale_bar",), camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))),
+            "^annotate: expected no scale_bar",
+        ),
+    ],
+)
+def test_marks_that_make_no_sense(options, message):
+    with pytest.raises(ValueError, match=message):
+        isospline.render(sphere(), size=(16, 9), **options)
+
+
+def test_small_pictures_take_marks():
+    for size in ((1, 1), (3, 40), (40, 3), (16, 9)):
+        isospline.render(sphere(), size=size, shading=isospline.Phong(color=RAMP), annotate=("colorbar", "scale_bar"))

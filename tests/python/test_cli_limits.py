@@ -1,0 +1,301 @@
+"""Long renderings of the command line: noise and time limits, Ctrl-C, checkpoints, and messages on the way."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from interrupts import obey_interrupts
+from test_cli import ball, fails, picture, pixels, rendered  # noqa: F401
+
+import isospline
+from isospline import bands, progress
+from isospline.cli import main
+
+TRACED = ("-l", "0", "--size", "48x32", "--shading", "path-trace")
+
+
+@pytest.fixture
+def checkpoint(tmp_path):
+    return tmp_path / "a.checkpoint"
+
+
+def arguments(ball, picture, *options):
+    return ["render", str(ball), "-o", str(picture), *TRACED, *map(str, options)]
+
+
+def traced(ball, samples):
+    return rendered(ball, samples=samples, integrator=isospline.PathTracer()).to_srgb()
+
+
+def test_a_checkpoint_goes_on_to_more_samples(ball, picture, checkpoint, capsys):
+    assert main(arguments(ball, picture, "--samples", 5, "--checkpoint", checkpoint)) == 0
+    np.testing.assert_array_equal(pixels(picture), traced(ball, 5))
+    picture.unlink()
+    assert main(arguments(ball, picture, "--samples", 12, "--checkpoint", checkpoint, "--resume")) == 0
+    np.testing.assert_array_equal(pixels(picture), traced(ball, 12))
+    assert f"isospline: {checkpoint}: continues after 5 samples a pixel\n" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("has_checkpoint", [True, False])
+def test_kill_and_resume(ball, picture, checkpoint, has_checkpoint, tmp_path):
+    """An interrupted and continued run gives the picture of a run without a pause."""
+    command = [sys.executable, "-m", "isospline", *arguments(ball, picture, "--samples", 10**6)]
+    command[command.index("48x32")] = "160x120"
+    keep = ["--checkpoint", str(checkpoint)] if has_checkpoint else []
+    process = subprocess.Popen(
+        [*command, *keep], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
+    )
+    if has_checkpoint:
+        deadline = time.monotonic() + 120
+        while not checkpoint.exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.7)
+    else:
+        assert re.match(r"isospline: .*\d+%", process.stderr.readline())
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=120)
+    assert (process.returncode, out) == (130, "") and "Traceback" not in error
+    found = re.search(r": has (\d+) samples a pixel(; --resume continues)?\nisospline: interrupted\n$", error)
+    assert found and bool(found[2]) == has_checkpoint, error
+    assert int(found[1]) >= 2 and pixels(picture).shape == (120, 160, 4)
+    expected = {ball.name, picture.name} | ({checkpoint.name} if has_checkpoint else set())
+    assert {path.name for path in tmp_path.iterdir()} == expected
+    if not has_checkpoint:
+        return
+
+    samples = str(int(found[1]) + 7)
+    command[command.index(str(10**6))] = samples
+    assert subprocess.run([*command, *keep, "--resume"], capture_output=True, check=False).returncode == 0
+    resumed = pixels(picture)
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+    np.testing.assert_array_equal(resumed, pixels(picture))
+
+
+def test_an_exr_goes_on_bit_for_bit(ball, tmp_path, checkpoint):
+    layers = ("--layers", "variance,direct,depth")
+    for name, steps in (("whole", [7]), ("parts", [2, 7])):
+        checkpoint.unlink(missing_ok=True)
+        for number, samples in enumerate(steps):
+            resume = ["--resume"] if number else []
+            options = ("--samples", samples, "--checkpoint", checkpoint, *resume)
+            assert main(arguments(ball, tmp_path / f"{name}.exr", *layers, *options)) == 0
+    assert (tmp_path / "whole.exr").read_bytes() == (tmp_path / "parts.exr").read_bytes()
+
+
+def test_noise_and_time_end_a_picture(ball, picture, capsys):
+    assert main(arguments(ball, picture, "--noise", 0.02)) == 0
+    found = re.search(r"isospline: (\d+) samples a pixel, noise (0\.0\d+)\n", capsys.readouterr().err)
+    assert int(found[1]) % 16 == 0 and float(found[2]) <= 0.02
+    np.testing.assert_array_equal(pixels(picture), traced(ball, int(found[1])))
+    began = time.monotonic()
+    assert main(arguments(ball, picture, "--time-limit", 0.3)) == 0
+    assert time.monotonic() - began < 60
+    assert re.search(r"isospline: \d+ samples a pixel", capsys.readouterr().err)
+
+
+def test_a_video_is_not_resumed(ball, capsys, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
+    fails(
+        capsys,
+        2,
+        r"--resume: expected numbered pictures, such as turn-####\.png, got the video .*turn\.mp4",
+        *arguments(ball, tmp_path / "turn.mp4", "--resume", "--turntable", 3),
+    )
+
+
+def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys, tmp_path):
+    def bad(code, message, *options):
+        fails(capsys, code, message, *arguments(ball, picture, *options))
+
+    assert main(arguments(ball, tmp_path / "a.png", "--samples", 2, "--checkpoint", checkpoint)) == 0
+    capsys.readouterr()
+    keep = ("--samples", 2, "--checkpoint", checkpoint)
+    bad(2, f"--checkpoint: expected --resume, or the name of a new file, got {checkpoint}, which exists", *keep)
+    bad(2, "--resume: expected --checkpoint with it, got none", "--resume")
+    fails(
+        capsys,
+        2,
+        "--checkpoint: expected one picture, got --turntable 3: --resume alone keeps its numbered pictures and makes",
+        *arguments(ball, tmp_path / "turn-##.png", *keep, "--turntable", 3),
+    )
+    bad(2, r"no\.checkpoint: No such file", "--checkpoint", tmp_path / "no.checkpoint", "--resume")
+    bad(2, "expected a folder that exists", "--checkpoint", tmp_path / "no" / "a")
+    bad(2, "checkpoint: expected one of the same camera, got another one", *keep, "--resume", "--view", "top")
+    bad(2, "checkpoint: expected one of the same size, got another one", *keep, "--resume", "--size", "49x32")
+    bad(2, "checkpoint: expected one of the same volume of object 0, got another one", *keep, "--resume", "--degree", 3)
+    bad(2, "checkpoint: expected one of the same objects, got another one", *keep, "--resume", "-l", 1)
+    other = [*arguments(ball, picture, *keep, "--resume")]
+    other[other.index("-l") + 1] = "1"
+    fails(capsys, 2, "checkpoint: expected one of the same level of object 0, got another one", *other)
+    bad(2, "checkpoint: expected one of the same integrator's lights", *keep, "--resume", "--environment", 2)
+    checkpoint.write_bytes(checkpoint.read_bytes()[:1000])
+    bad(2, r"a\.checkpoint: cannot be read as a checkpoint", *keep, "--resume")
+    bad(2, "noise: expected a finite number above 0, got 0.0", "--noise", 0)
+    bad(2, "time_limit: expected a finite number above 0, got -1.0", "--time-limit", -1)
+    for option in (
+        ("--noise", 1),
+        ("--time-limit", 1),
+        ("--checkpoint", tmp_path / "b"),
+        ("--checkpoint", checkpoint, "--resume"),
+    ):
+        if option[0] != "--checkpoint":
+            message = f"{option[0]}: expected --shading path-trace with it, got studio"
+            fails(capsys, 2, message, "render", ball, "-o", picture, *option)
+        fails(
+            capsys,
+            2,
+            f"{option[0]}: expected it without --session, got both",
+            "render",
+            "--session",
+            "a.json",
+            "-o",
+            picture,
+            *option,
+        )
+    assert not picture.exists()
+
+
+@pytest.mark.parametrize("shading", [[], ["--shading", "phong", "--shadows"], ["--shading", "outline"]])
+def test_pictures_of_all_kinds_go_on_bit_for_bit(ball, tmp_path, checkpoint, capsys, monkeypatch, shading):
+    def render(name, *options):
+        layers = ("--layers", "depth,geometry_ids")
+        command = ["render", ball, "-l", 0, "--size", "48x37", *shading, *layers, "-o", tmp_path / name, *options]
+        return main([str(part) for part in command])
+
+    assert render("whole.exr") == 0
+    render_band = bands.render
+
+    def interrupted(*arguments, crop, **options):
+        if crop[1] >= 20:
+            raise KeyboardInterrupt
+        return render_band(*arguments, crop=crop, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(bands, "render", interrupted)
+        assert render("parts.exr", "--checkpoint", checkpoint) == 130
+    assert f"{checkpoint}: has 20 of 37 rows; --resume continues" in capsys.readouterr().err
+    assert not (tmp_path / "parts.exr").exists()
+    for _ in range(2):  # after the end it goes on as well
+        assert render("parts.exr", "--checkpoint", checkpoint, "--resume") == 0
+        assert f"{checkpoint}: continues after " in capsys.readouterr().err
+        assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+    assert render("other.exr", "--checkpoint", checkpoint, "--resume", "--samples", 3) == 2
+    assert "checkpoint: expected one of the same samples, got another one" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_killed_studio_picture_goes_on(ball, picture, checkpoint):
+    command = [sys.executable, "-m", "isospline", "render", ball, "-l", "0", "--size", "480x360", "-o", picture]
+    keep = ["--checkpoint", checkpoint]
+    process = subprocess.Popen(
+        [*command, *keep], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
+    )
+    deadline = time.monotonic() + 120
+    while not checkpoint.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=120)
+    assert (process.returncode, out) == (130, "") and "Traceback" not in error
+    assert re.search(r": has \d+ of 360 rows; --resume continues\nisospline: interrupted\n$", error), error
+    assert not picture.exists()
+    assert subprocess.run([*command, *keep, "--resume"], capture_output=True, check=False).returncode == 0
+    resumed = pixels(picture)
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+    np.testing.assert_array_equal(resumed, pixels(picture))
+
+
+@pytest.mark.parametrize("shading", [["--fast"], ["--shading", "path-trace", "--samples", "2"]])
+def test_a_turntable_goes_on_with_the_pictures_that_are_missing(ball, tmp_path, capsys, shading):
+    command = ["render", str(ball), "-l", "0", "--size", "32x24", *shading, "--turntable", "4"]
+    command += ["-o", str(tmp_path / "turn-##.png")]
+    paths = [tmp_path / f"turn-{number:02}.png" for number in range(4)]
+    assert main(command) == 0
+    whole = [path.read_bytes() for path in paths]
+    kept = paths[1].stat().st_mtime_ns
+    paths[0].unlink()
+    paths[2].unlink()
+    capsys.readouterr()
+    assert main([*command, "--resume"]) == 0
+    assert "2 of 4 pictures exist already" in capsys.readouterr().err
+    assert [path.read_bytes() for path in paths] == whole and paths[1].stat().st_mtime_ns == kept
+    assert main([*command, "--resume"]) == 0
+    assert "4 of 4 pictures exist already" in capsys.readouterr().err
+    assert main([*command, "--resume", "--background", "red"]) == 0
+    assert "0 of 4 pictures exist already" in capsys.readouterr().err
+    assert all(path.read_bytes() != before for path, before in zip(paths, whole))
+
+
+def test_hostile_checkpoints_of_bands_are_told(ball, picture, checkpoint, capsys):
+    command = ["render", str(ball), "-l", "0", "--size", "16x40", "--fast", "-o", str(picture)]
+    command += ["--checkpoint", str(checkpoint)]
+    assert main(command) == 0
+    with np.load(checkpoint) as found:
+        arrays = dict(found)
+    assert arrays["counts"].tolist()[0] == 38
+    name = next(name for name in arrays if name.startswith("layer "))
+    for change in (
+        {"counts": np.array([40, 1])},
+        {"counts": np.array([-1, 1])},
+        {"counts": np.array([2.0, 1.0])},
+        {"counts": None},
+        {name: arrays[name][:-1]},
+        {name: arrays[name].astype(float)},
+    ):
+        with open(checkpoint, "wb") as file:
+            np.savez(file, **{key: value for key, value in (arrays | change).items() if value is not None})
+        capsys.readouterr()
+        fails(capsys, 2, r"a\.checkpoint: cannot be read as a checkpoint: ", *command, "--resume")
+
+
+def test_a_full_disk_is_told_and_leaves_no_part(ball, picture, checkpoint, capsys, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    fails(
+        capsys,
+        1,
+        r"a\.checkpoint: No space left on device",
+        *arguments(ball, picture, "--samples", 2, "--checkpoint", checkpoint),
+    )
+    assert not picture.exists() and not checkpoint.exists()
+
+
+def test_lines_tell_progress_without_a_terminal(ball, picture, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
+    assert main(arguments(ball, picture, "--samples", 3)) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert any(line.startswith("isospline: filtering: ") for line in lines)
+    told = [re.fullmatch(r"isospline: rendering: (\d+)%, \d+:\d\d(, \d+:\d\d left)?", line) for line in lines]
+    shares = [int(each[1]) for each in told if each]
+    assert shares == sorted(shares) and shares[-1] == 100
+    assert any(each and each[2] for each in told)
+    assert main(arguments(ball, picture, "--samples", 3, "--quiet")) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_the_time_that_is_left_is_that_of_the_rate(capsys, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    lines = progress.Lines("rendering")
+    for seconds, fraction in ((0, 0.5), (5, 0.51), (20, 0.6), (25, 0.62), (60, 0.8)):  # a half was done before
+        now[0] = 100.0 + seconds
+        lines(fraction)
+    assert capsys.readouterr().err == (
+        "isospline: rendering: 60%, 00:20, 01:20 left\nisospline: rendering: 80%, 01:00, 00:40 left\n"
+    )
+
+
+def test_a_bar_tells_the_time_that_is_left(capsys):
+    bar = progress.Bar("rendering")
+    bar(0.5)
+    time.sleep(0.2)
+    bar(0.75)
+    bar.close()
+    assert re.search(r"\rrendering +75%\|[^|]+\| 00:00<00:00", capsys.readouterr().err)

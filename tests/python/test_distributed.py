@@ -1,0 +1,241 @@
+"""Pictures from Dask clusters: the same as those of one process, bit for bit, even if workers are killed."""
+
+import os
+import random
+import re
+import shutil
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+import isospline
+
+distributed = pytest.importorskip("distributed")
+pytest.importorskip("zarr")
+
+from isospline.distributed import cluster as clusters
+from isospline.distributed import picture, tasks, windows
+
+SIZE = (90, 70)
+LIMIT = 1_000_000_000
+LAYERS = ("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "geometry_ids", "primitive_ids")
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    field = isospline.volumes.gyroid()
+    out = tmp_path_factory.mktemp("stores") / "gyroid.zarr"
+    grid = field.grid(72)
+    return isospline.prefilter_to(field.samples(72), out, chunk=16, **grid)
+
+
+@pytest.fixture(scope="module")
+def scene(store):
+    return tasks.open_scene(store, 0.1, LIMIT)
+
+
+@pytest.fixture(scope="module")
+def camera(scene):
+    return isospline.camera_for(scene, view=(2, -3, 1), size=SIZE)
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def client(request):
+    with clusters.local_cluster(request.param, LIMIT) as cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+@pytest.fixture
+def shuffled(monkeypatch):
+    """Windows are requested in a different order each time."""
+    split = windows.split
+    monkeypatch.setattr(picture, "split", lambda *given: random.sample(found := split(*given), len(found)))
+
+
+LOOKS = {
+    "layers": dict(shading=isospline.Phong(), layers=LAYERS),
+    "samples": dict(shading=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth",)),
+    "srgb8": dict(samples=3, encoding="srgb8", background="white"),
+}
+OF_TILES = {
+    "occlusion": dict(shading=isospline.AmbientOcclusion(4), layers=("ambient_occlusion",)),
+    "translucent": dict(shading=isospline.Phong(opacity=0.5, shadows=True), samples=2),
+    "path tracer": dict(integrator=isospline.PathTracer(max_bounces=2), samples=2, layers=("variance", "depth")),
+    "studio": dict(lighting=isospline.Studio(light_samples=1), background="white", annotate="scale_bar", unit="mm"),
+}
+
+
+@pytest.mark.parametrize("look", [*LOOKS, *OF_TILES])
+def test_tiles_make_the_picture_of_one_process(client, scene, camera, store, look, shuffled):
+    options = dict(size=SIZE, **(LOOKS | OF_TILES)[look])
+    expected = isospline.render(scene, camera, **options)
+    given = dict(scene=scene) if look == "layers" else dict(scene=store, level=0.1, memory_limit=LIMIT)
+    got = isospline.distributed.render(**given, camera=camera, client=client, tile_size=(37, 23), **options)
+    assert got == expected
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("count", [1, 5])
+def test_parts_make_the_picture_of_one_process(client, scene, camera, look, count, shuffled):
+    options = dict(size=SIZE, **LOOKS[look])
+    expected = isospline.render(scene, camera, **options)
+    got = isospline.distributed.render(
+        scene, camera, client=client, by="parts", parts=count, tile_size=(64, 64), **options
+    )
+    assert got == expected
+
+
+def test_a_crop_and_volumes_in_memory_travel_too(client, camera):
+    field = isospline.volumes.torus()
+    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    rule = isospline.ColorByVolume(volume, cmap=[(0, 0, 1), (1, 0, 0)], limits=(0, 1))
+    options = dict(size=SIZE, crop=(11, 7, 50, 41), shading=isospline.Phong(color=rule))
+    surface = isospline.Isosurface(volume, field.level)
+    expected = isospline.render(surface, camera, **options)
+    assert isospline.distributed.render(surface, camera, client=client, tile_size=(20, 20), **options) == expected
+
+
+def test_batches_are_made_in_order(client, store, scene):
+    cameras = isospline.turntable(scene, 4, size=(40, 30))
+    own = [{"camera": each, "level": level} for each in cameras for level in (0.0, 0.2)]
+    own.append({"camera": cameras[0], "scene": scene})  # another time step
+    expected = [
+        isospline.render(tasks.open_scene(store, each["level"], LIMIT), each["camera"], size=(40, 30))
+        for each in own[:-1]
+    ]
+    own[-1]["level"] = None
+    expected.append(isospline.render(scene, cameras[0], size=(40, 30)))
+    got = isospline.distributed.render_batch(
+        store, iter(own), client=client, size=(40, 30), tile_size=(16, 16), memory_limit=LIMIT
+    )
+    assert list(got) == expected
+
+
+def test_workers_stay_under_their_limit(client, store, camera):
+    isospline.distributed.render(store, camera, level=0.1, client=client, size=SIZE, memory_limit=LIMIT)
+    # The peak of getrusage includes the memory of the process that started the worker.
+    peaks = client.run(lambda: re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text(encoding="ascii"))[1])
+    peaks = {worker: 1024 * int(kilobytes) for worker, kilobytes in peaks.items()}
+    assert max(peaks.values()) < LIMIT, peaks
+
+
+@pytest.mark.parametrize(
+    ("given", "kind", "message"),
+    [
+        (dict(by="rows"), ValueError, "^by: expected 'tiles' or 'parts', got 'rows'"),
+        (dict(parts=3), ValueError, "^parts: expected None with by='tiles', got 3"),
+        (dict(by="parts", parts=0), ValueError, "^parts: expected a whole number of at least 1"),
+        (dict(by="parts", integrator=isospline.PathTracer()), ValueError, "^integrator: expected by='tiles'"),
+        (dict(by="parts", shading=isospline.Phong(shadows=True)), ValueError, "^shading: expected opaque surfaces"),
+        (dict(by="parts", shading=isospline.Phong(opacity=0.5)), ValueError, "^shading: expected opaque surfaces"),
+        (dict(by="parts", layers=("ambient_occlusion",)), ValueError, "^shading: expected opaque surfaces"),
+        (
+            dict(by="parts", shading=isospline.Phong(color=isospline.ColorByDepth(cmap=[(0, 0, 0), (1, 1, 1)]))),
+            ValueError,
+            "^shading: expected limits of ColorByDepth",
+        ),
+        (dict(level=0.1), ValueError, "^level: expected None for a scene, got 0.1"),
+        (dict(workers=2), ValueError, "^workers: expected None if there is a client, got 2"),
+        (dict(tile_size=(0, 4)), ValueError, "^tile_size: expected at least 1 x 1 pixels, got 0 x 4"),
+        (dict(tile_size=16), TypeError, "^tile_size: expected 2 whole numbers, got"),
+        (dict(size=(0, 4)), ValueError, "^size: expected at least 1 x 1 pixels"),
+        (dict(crop=(0, 0, 91, 4)), ValueError, "^crop: expected columns and rows within 90 x 70 pixels"),
+        (dict(crop=(0, 0, 4, 4), annotate="scale_bar"), ValueError, "^annotate: expected nothing with a crop"),
+        (dict(samples=0), ValueError, "^samples: expected"),
+        (dict(colour=1), TypeError, "colour"),
+        (dict(scene=7), TypeError, "^scene: expected a Scene, or the folder of a store, got"),
+        (dict(scene="no.zarr"), TypeError, "^level: expected a number for the folder of a store, got None"),
+        (dict(scene="no.zarr", level=1.0), OSError, "no.zarr"),
+        (dict(memory_limit="much"), ValueError, "^memory_limit: expected bytes"),
+    ],
+    ids=str,
+)
+def test_bad_input_is_refused(client, scene, camera, given, kind, message):
+    given = dict(scene=scene, client=client, size=SIZE) | given
+    with pytest.raises(kind, match=message):
+        isospline.distributed.render(given.pop("scene"), camera, **given)
+
+
+def test_parts_are_of_stores(client, camera):
+    field = isospline.volumes.torus()
+    surface = isospline.Isosurface(isospline.Volume(field.samples(16), **field.grid(16)), field.level)
+    with pytest.raises(ValueError, match="^by: expected 'tiles' for a scene with a volume in memory, got 'parts'"):
+        isospline.distributed.render(surface, camera, client=client, by="parts")
+
+
+def test_a_broken_chunk_is_named(client, store, camera, tmp_path):
+    broken = tmp_path / "broken.zarr"
+    shutil.copytree(store, broken)
+    for shard in (broken / "0" / "c").rglob("*"):
+        if shard.is_file():
+            damaged = bytearray(shard.read_bytes())
+            damaged[::1000] = bytes(255 - byte for byte in damaged[::1000])
+            shard.write_bytes(damaged)
+    with pytest.raises(OSError, match=r"broken\.zarr"):
+        isospline.distributed.render(broken, camera, level=0.1, client=client, size=SIZE)
+
+
+def test_progress_cancels(client, scene, camera):
+    seen = []
+    with pytest.raises(isospline.Cancelled):
+        isospline.distributed.render(
+            scene,
+            camera,
+            client=client,
+            size=SIZE,
+            tile_size=(10, 10),
+            progress=lambda part: seen.append(part) or part < 0.3,
+        )
+    assert seen[0] == 0 and 0.3 <= seen[-1] < 1
+
+
+def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
+    from isospline.cli import main
+
+    given = ["render", str(store), "--level", "0.1", "--size", "64x48", "--quiet", "--fast"]
+    assert main([*given, "-o", str(tmp_path / "one.exr")]) == 0
+    assert main([*given, "-o", str(tmp_path / "two.exr"), "--workers", "2"]) == 0
+    one, two = (pixels_of(tmp_path / name) for name in ("one.exr", "two.exr"))
+    assert (one == two).all()
+    for more, message in (
+        (["--workers", "0"], "at least 1"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "either it or --scheduler"),
+        (["--workers", "2", "--threads", "2"], "--threads"),
+        (["--workers", "2", "--shading", "path-trace", "--noise", "0.1"], "--noise"),
+        (["--scheduler", "nonsense"], "--scheduler: expected the address of a Dask scheduler"),
+    ):
+        try:
+            status = main([*given, "-o", str(tmp_path / "three.exr"), *more])
+        except SystemExit as ended:
+            status = ended.code
+        assert status == 2 and message in capsys.readouterr().err, more
+
+
+def pixels_of(path):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    with OpenEXR.File(str(path)) as file:
+        return file.channels()["RGBA"].pixels
+
+
+def test_a_killed_worker_costs_no_pixels(scene, camera):
+    options = dict(size=SIZE, shading=isospline.AmbientOcclusion(32), samples=4, layers=LAYERS)
+    expected = isospline.render(scene, camera, **options)
+    with clusters.local_cluster(2, LIMIT) as cluster, distributed.Client(cluster) as client:
+        before = client.run(os.getpid)
+        killed = []
+
+        def progress(fraction):
+            if fraction > 0.2 and not killed:
+                killed.append(next(iter(before.values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        got = isospline.distributed.render(
+            scene, camera, client=client, tile_size=(10, 10), progress=progress, **options
+        )
+        assert got == expected and killed
+        deadline = time.time() + 30
+        while len(client.run(os.getpid)) < 2 and time.time() < deadline:
+            time.sleep(0.1)
+        assert killed[0] not in client.run(os.getpid).values()

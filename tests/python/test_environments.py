@@ -1,0 +1,108 @@
+"""Environments from files that another library has written."""
+
+import struct
+
+import numpy as np
+import pytest
+
+import isospline
+
+
+@pytest.fixture
+def sky(rng):
+    image = rng.uniform(0, 3, (8, 16, 3)).astype(np.float32)
+    image[0, 0], image[1, 1] = 0, (500, 2, 1e-3)
+    return image
+
+
+def write_exr(path, channels):
+    """By the reference library; channels by their names."""
+    OpenEXR = pytest.importorskip("OpenEXR")
+    header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
+    with OpenEXR.File(header, {name: np.ascontiguousarray(each) for name, each in channels.items()}) as file:
+        file.write(str(path))
+
+
+def write_hdr(path, image):
+    """Radiance's format without compression: three bytes and a common exponent (G. Ward, Graphics Gems II, 1991)."""
+    largest = image.max(axis=-1)
+    mantissa, exponent = np.frexp(largest)
+    scale = np.where(largest > 1e-32, 256 * mantissa / np.where(largest > 0, largest, 1), 0)
+    rgbe = np.concatenate([image * scale[..., None], np.where(largest > 1e-32, exponent + 128, 0)[..., None]], axis=-1)
+    height, width, _ = image.shape
+    path.write_bytes(
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+        + f"-Y {height} +X {width}\n".encode()
+        + rgbe.astype(np.uint8).tobytes()
+    )
+
+
+def test_exr_is_read_as_it_was_written(tmp_path, sky):
+    write_exr(tmp_path / "sky.exr", {"RGB": sky})
+    got = isospline.read_environment(tmp_path / "sky.exr")
+    assert got.dtype == np.float32
+    np.testing.assert_array_equal(got, sky)
+
+
+def test_half_floats_and_other_channels_are_read(tmp_path, sky):
+    channels = {name: sky[..., i].astype(np.float16) for i, name in enumerate("RGB")}
+    write_exr(tmp_path / "sky.exr", {**channels, "A": np.ones((8, 16), np.float16), "Z": sky[..., 0]})
+    np.testing.assert_array_equal(isospline.read_environment(tmp_path / "sky.exr"), sky.astype(np.float16))
+
+
+def test_hdr_is_read_as_it_was_written(tmp_path, sky):
+    write_hdr(tmp_path / "sky.HDR", sky)
+    got = isospline.read_environment(str(tmp_path / "sky.HDR"))
+    # All channels share the exponent of the largest one, and have 8 bits; the rest is truncated.
+    assert (np.abs(got - sky) <= sky.max(axis=-1, keepdims=True) / 128).all()
+    assert (got[0, 0] == 0).all() and got[1, 1, 0] == pytest.approx(500, rel=1 / 128)
+
+
+def test_what_is_below_zero_is_black(tmp_path, sky):
+    write_exr(tmp_path / "sky.exr", {"RGB": sky - 1})
+    np.testing.assert_array_equal(isospline.read_environment(tmp_path / "sky.exr"), np.maximum(sky - 1, 0))
+
+
+def test_it_lights_as_its_pixels_do(tmp_path, sky):
+    write_exr(tmp_path / "sky.exr", {"RGB": sky})
+    light = isospline.EnvironmentLight(0.5, image=isospline.read_environment(tmp_path / "sky.exr"), visible=True)
+    image = isospline.render(
+        isospline.Scene([]),
+        isospline.PanoramicCamera((0, 0, 0), (1, 0, 0)),
+        size=(16, 8),
+        integrator=isospline.PathTracer(lights=[light]),
+    )
+    np.testing.assert_allclose(image.color[..., :3], 0.5 * sky, rtol=1e-6)
+
+
+def test_files_that_are_no_environments(tmp_path, sky, monkeypatch):
+    def refused(path, message, kind=ValueError):
+        with pytest.raises(kind, match=message):
+            isospline.read_environment(path)
+
+    refused(tmp_path / "sky.png", r"^path: expected a name that ends in \.exr or \.hdr")
+    refused(tmp_path / "no.hdr", r"no\.hdr", FileNotFoundError)
+    (tmp_path / "folder.hdr").mkdir()
+    refused(tmp_path / "folder.hdr", "folder", IsADirectoryError)
+    refused(3, "path: expected a str or path-like", TypeError)
+    for suffix in ("exr", "hdr"):
+        path = tmp_path / f"a.{suffix}"
+        for content in (b"", b"nonsense", b"#?RADIANCE\n\n-Y 5 +X 5\n" + bytes(3), struct.pack("<II", 20000630, 2)):
+            path.write_bytes(content)
+            refused(path, rf"a\.{suffix}: cannot be read as an environment: [^\n]+$")
+    write_exr(tmp_path / "gray.exr", {"Y": sky[..., 0]})
+    refused(tmp_path / "gray.exr", "gray.exr: expected channels R, G and B, got none named R")
+    sky[3, 3, 1] = np.nan
+    write_exr(tmp_path / "nan.exr", {"RGB": sky})
+    refused(tmp_path / "nan.exr", "nan.exr: expected finite numbers, got nan")
+    monkeypatch.setitem(__import__("sys").modules, "OpenImageIO", None)
+    refused(tmp_path / "nan.exr", r"pip install isospline\[light\]", ImportError)
+
+
+def test_cut_files_are_told(tmp_path, sky):
+    write_hdr(tmp_path / "sky.hdr", sky)
+    whole = (tmp_path / "sky.hdr").read_bytes()
+    for length in range(0, len(whole), 37):
+        (tmp_path / "cut.hdr").write_bytes(whole[:length])
+        with pytest.raises(ValueError, match="cut.hdr: cannot be read as an environment"):
+            isospline.read_environment(tmp_path / "cut.hdr")

@@ -1,0 +1,220 @@
+"""Volumes of stores give the same results as in memory, within their memory limit; errors name broken chunks."""
+
+import copy
+import os
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+
+pytest.importorskip("zarr")
+
+FIELD, SHAPE = volumes.heart(), (70, 64, 90)
+SIZE = (160, 120)
+
+
+@pytest.fixture(scope="module", params=[(1, "mirror"), (2, "mirror"), (2, "periodic"), (3, "mirror")])
+def pair(request, tmp_path_factory):
+    """A volume in memory and the folder of its store."""
+    degree, boundary = request.param
+    data, grid = FIELD.samples(SHAPE), FIELD.grid(SHAPE)
+    folder = tmp_path_factory.mktemp("store") / "heart.zarr"
+    isospline.prefilter_to(data, folder, degree=degree, boundary=boundary, **grid)
+    return isospline.Volume(data, degree=degree, boundary=boundary, **grid), folder
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("store") / "heart.zarr"
+    isospline.prefilter_to(FIELD.samples(SHAPE), folder, **FIELD.grid(SHAPE))
+    return folder
+
+
+def picture(volume, **options):
+    scene = isospline.Scene([isospline.Isosurface(volume, FIELD.level)])
+    camera = isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0), field_of_view=35)
+    return isospline.render(scene, camera, size=SIZE, layers=("depth", "normal", "primitive_ids"), **options)
+
+
+def test_pictures_and_samples_are_those_of_a_volume_in_memory(pair):
+    volume, folder = pair
+    opened = isospline.open_volume(folder, memory_limit="64MB")
+    np.testing.assert_array_equal(opened.coefficients, volume.coefficients)
+    points = np.random.default_rng(1).uniform(-1.3, 1.3, (5000, 3))
+    for derivative in range(3):
+        np.testing.assert_array_equal(
+            opened.sample(points, derivative=derivative), volume.sample(points, derivative=derivative)
+        )
+    expected, image = picture(volume), picture(opened)
+    for layer in ("color", "depth", "normal", "primitive_ids"):
+        np.testing.assert_array_equal(getattr(image, layer), getattr(expected, layer))
+    assert opened.shape == volume.shape and repr(opened) == repr(volume)
+    assert (opened.minimum, opened.maximum) == (volume.minimum, volume.maximum)
+
+
+def test_everything_else_that_asks_for_coefficients(pair):
+    volume, folder = pair
+    opened = isospline.open_volume(folder, memory_limit="64MB")
+    box = isospline.Box((-0.6, -0.5, -0.7), (0.7, 0.6, 0.5))
+    expected, surface = (
+        isospline.Isosurface(each, FIELD.level, clip=[box], capped=True, largest=1) for each in (volume, opened)
+    )
+    assert surface.shell.count == expected.shell.count
+    np.testing.assert_array_equal(surface.bounds, expected.bounds)
+    assert surface.area(order=2).value == pytest.approx(expected.area(order=2).value, rel=1e-12)
+    for name in ("vertices", "faces"):
+        np.testing.assert_array_equal(getattr(surface.to_mesh(), name), getattr(expected.to_mesh(), name))
+    points = np.random.default_rng(2).uniform(-0.8, 0.8, (300, 3))
+    ours, theirs = (isospline.Scene([each]) for each in (surface, expected))
+    np.testing.assert_array_equal(ours.signed_distance(points), theirs.signed_distance(points))
+    rays = np.concatenate([points, -points], axis=1)
+    for name, array in ours.cast_rays(rays).items():
+        np.testing.assert_array_equal(array, theirs.cast_rays(rays)[name])
+
+
+def test_bricks_are_dropped_under_the_limit_and_pictures_stay_the_same(pair):
+    volume, folder = pair
+    limit = 36_000_000
+    opened = isospline.open_volume(folder, memory_limit=limit)
+    expected = picture(volume)
+    surfaces = [isospline.Isosurface(opened, FIELD.level + 0.001 * i) for i in range(40)]
+    camera = isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0), field_of_view=35)
+    for surface in surfaces:
+        isospline.render(isospline.Scene([surface]), camera, size=SIZE)
+        assert opened.paging["memory"] <= limit
+    np.testing.assert_array_equal(picture(opened).depth, expected.depth)
+
+
+def test_only_what_rays_enter_is_read(store):
+    opened = isospline.open_volume(store, memory_limit="64MB")
+    before = opened.paging
+    assert before["chunks_read"] == before["bricks_made"] == 0 and before["memory_limit"] == 64_000_000
+    scene = isospline.Scene([isospline.Isosurface(opened, FIELD.level)])
+    assert opened.paging["chunks_read"] <= 8
+    hits = scene.cast_rays([[0, -3, 0.1, 0, 1, 0]])
+    paging = opened.paging
+    assert np.isfinite(hits["t_hit"]).all() and 1 <= paging["chunks_read"] <= 16 and paging["bricks_made"] < 20
+    assert paging["bytes_read"] > paging["chunks_read"] * 32**3 * 4
+    scene.cast_rays([[0, -3, 0.1, 0, 1, 0]])
+    assert opened.paging["bytes_read"] == paging["bytes_read"]
+    assert isospline.Volume(np.zeros((3, 3, 3))).paging is None
+
+
+def test_threads_share_a_volume(store):
+    opened, expected = isospline.open_volume(store, memory_limit="64MB"), None
+    expected = picture(isospline.open_volume(store)).depth
+    same = []
+
+    def render():
+        same.append(np.array_equal(picture(opened).depth, expected, equal_nan=True))
+
+    threads = [threading.Thread(target=render) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert same == [True] * 4
+
+
+def test_pickles_hold_the_path(store):
+    opened = isospline.open_volume(store, memory_limit="64MB", level_of_detail=1)
+    state = pickle.dumps(opened)
+    assert len(state) < 2000
+    again = pickle.loads(state)
+    assert again.paging["memory_limit"] == 64_000_000 and again.shape == opened.shape
+    scene = pickle.loads(pickle.dumps(isospline.Scene([isospline.Isosurface(opened, FIELD.level)])))
+    assert len(scene.cast_rays([[0, -3, 0.1, 0, 1, 0]])["t_hit"]) == 1
+    assert copy.deepcopy(opened).shape == opened.shape
+
+
+def test_levels_of_detail(store):
+    fine, coarse = (isospline.open_volume(store, level_of_detail=level) for level in (0, 1))
+    assert coarse.shape == tuple((size + 1) // 2 for size in fine.shape)
+    np.testing.assert_allclose(coarse.spacing, 2 * fine.spacing)
+    points = np.random.default_rng(3).uniform(-0.7, 0.7, (200, 3))
+    assert np.abs(coarse.sample(points) - fine.sample(points)).max() < 0.05 * (fine.maximum - fine.minimum)
+    levels = len(isospline.store.read_metadata(store).levels)
+    for wrong in (-1, levels, 0.5):
+        with pytest.raises(ValueError, match=f"level_of_detail: expected 0 to {levels - 1}, got {wrong}"):
+            isospline.open_volume(store, level_of_detail=wrong)
+
+
+def test_the_level_of_detail_follows_the_size_of_a_pixel(store):
+    step = isospline.open_volume(store).spacing.max()
+    last = len(isospline.store.read_metadata(store).levels) - 1
+    for pixels, expected in ((2.0, 0), (1.01, 0), (0.99, 0), (0.49, 1), (0.24, 2), (1e-6, last)):
+        # The size of pixels of an orthographic picture, relative to the largest side of a voxel.
+        camera = isospline.OrthographicCamera((0, 0, 9), (0, 0, 0), up=(0, 1, 0), height=120 * step / pixels)
+        assert isospline.level_of_detail_for(store, camera, SIZE) == min(expected, last)
+    inside = isospline.PerspectiveCamera((0, 0, 0), (1, 0, 0))
+    assert isospline.level_of_detail_for(store, inside, SIZE) == 0
+    near = isospline.PerspectiveCamera((0, -30, 0), (0, 0, 0), field_of_view=30)
+    assert isospline.level_of_detail_for(store, near, (4000, 3000)) <= isospline.level_of_detail_for(store, near, SIZE)
+
+
+def shards_of(folder):
+    return sorted(path for path in (folder / "0" / "c").rglob("*") if path.is_file())
+
+
+def damage(name, folder):
+    (shard,) = shards_of(folder)
+    content = bytearray(shard.read_bytes())
+    if name == "truncated":
+        shard.write_bytes(content[:100])
+    elif name == "flipped":
+        for place in range(0, len(content) - 5000, 5000):
+            content[place] ^= 1
+        shard.write_bytes(content)
+    elif name == "deleted":
+        shard.unlink()
+    elif name == "linked":
+        outside = folder.parent / "outside"
+        shard.rename(outside)
+        os.symlink(outside, shard)
+
+
+SAID = {
+    "truncated": "the file ends before",
+    "flipped": r"checksum of chunk \(\d, \d, \d\) is wrong",
+    "deleted": "cannot open a shard: No such file",
+    "linked": "cannot open a shard: Too many levels of symbolic links",
+}
+
+
+@pytest.mark.parametrize("name", SAID)
+def test_what_is_broken_is_named_and_no_picture_is_made(tmp_path, name):
+    folder = tmp_path / "broken.zarr"
+    isospline.prefilter_to(FIELD.samples(SHAPE), folder, **FIELD.grid(SHAPE))
+    opened = isospline.open_volume(folder)
+    scene = isospline.Scene([isospline.Isosurface(opened, FIELD.level)])
+    damage(name, folder)
+    for _ in range(2):
+        with pytest.raises(OSError, match=SAID[name]) as caught:
+            isospline.render(scene, isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0)), size=SIZE)
+        assert str(caught.value.filename) == str(shards_of(folder)[0] if name != "deleted" else folder / "0/c/0/0/0")
+    with pytest.raises(OSError, match=SAID[name]):
+        opened.sample([[0, 0, 0]])
+
+
+def test_bad_arguments(tmp_path, store):
+    with pytest.raises(OSError):
+        isospline.open_volume(tmp_path / "missing.zarr")
+    with pytest.raises(ValueError, match="memory_limit: expected"):
+        isospline.open_volume(store, memory_limit="many")
+    with pytest.raises(ValueError, match="memory_limit: expected at least"):
+        isospline.open_volume(store, memory_limit=1000)
+
+
+def test_command_line(tmp_path, store, capsys):
+    from isospline.cli import main
+
+    for options, said in (([], "level of detail"), (["--exact"], "level of detail 0 ")):
+        out = tmp_path / "a.png"
+        assert main(["render", str(store), "-q", "-o", str(out), "--size", "80x60", "--fast", *options]) == 0
+        assert out.exists() and said in capsys.readouterr().out
+    assert main(["render", str(store), "-o", str(tmp_path / "b.png"), "--degree", "3"]) == 2
+    assert "--degree: expected 2, as in the store, got 3" in capsys.readouterr().err

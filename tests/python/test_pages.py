@@ -1,0 +1,76 @@
+"""The README and the pages of the documentation: their code runs, and the targets of their links exist."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("sybil")
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs"))
+import pages
+
+# Languages of blocks that are run, or that contain no code.
+RUN = {"python", "sh", "text"}
+FENCE = re.compile(r"^```(\S*)", re.MULTILINE)
+LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]*))?\)")
+
+
+def name_of(page):
+    return str(page.relative_to(pages.REPOSITORY))
+
+
+@pytest.mark.parametrize("page", pages.PAGES, ids=name_of)
+def test_code_of_page_runs(page, tmp_path, monkeypatch):
+    """The code runs with small pictures; the build of the site renders the pictures of pages in full size."""
+    pytest.importorskip("pyvista")
+    pytest.importorskip("SimpleITK")
+    monkeypatch.setenv("RENDER_OPTIONS", "--size 160x120")
+    pages.run(page, tmp_path)
+
+
+@pytest.mark.parametrize("page", pages.PAGES, ids=name_of)
+def test_no_block_escapes(page):
+    """Every block with code is in a language that is run, and every skipped block has a reason."""
+    text = page.read_text(encoding="utf-8")
+    opened = FENCE.findall(text)[::2]
+    assert not [each for each in opened if each not in RUN and not re.match(r"\{\w+\}", each)]
+    assert not re.findall(r"<!-- skip: next -->|skip: start", text)
+
+
+def anchors(page):
+    """The anchors that GitHub and MyST give to headings."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", pages.PAGES, ids=name_of)
+def test_links_within_the_repository_lead_somewhere(page):
+    for path, anchor in LINK.findall(page.read_text(encoding="utf-8")):
+        target = (page.parent / path).resolve() if path else page
+        made_by_the_build = {"gallery", "made"} & set(target.parts)
+        assert target.exists() or made_by_the_build, f"{page}: {path}"
+        if anchor and target.suffix == ".md":
+            assert anchor in anchors(target), f"{page}: {path}#{anchor}"
+
+
+def test_text_that_differs_is_an_error(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```python\nprint(1 + 1)\n```\n\n```text\n3\n```\n", encoding="utf-8")
+    with pytest.raises(AssertionError, match="expected\n3"):
+        pages.run(page, tmp_path)
+
+
+def test_command_that_fails_is_an_error(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```sh\nisospline info nothing.nii.gz\n```\n", encoding="utf-8")
+    with pytest.raises(AssertionError, match="nothing.nii.gz"):
+        pages.run(page, tmp_path)
+
+
+@pytest.mark.parametrize("command", ["make no-such-target", "pip install isospline[no-such-extra]"])
+def test_commands_that_are_not_run_are_checked(command, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(f"```sh\n{command}\n```\n", encoding="utf-8")
+    with pytest.raises(AssertionError):
+        pages.run(page, tmp_path)

@@ -1,0 +1,356 @@
+"""Failures of stores: interruptions, full disks, damage, other stores, links, several processes, memory."""
+
+import itertools
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy as np
+import pytest
+from interrupts import obey_interrupts
+
+import isospline
+
+zarr = pytest.importorskip("zarr")
+
+from isospline.store import layout, read_metadata, read_ranges
+from isospline.store.model import PrefilterShard
+from isospline.store.pyramid import ReduceShard
+from isospline.store.ranges import WriteRanges
+
+#: Shards of 16^3, so that a small volume has many.
+SMALL = {"chunk": 16, "workers": 1}
+
+
+SHAPE = (24, 40, 70)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return np.random.default_rng(0).integers(0, 255, SHAPE).astype(np.uint8)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_shards():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("isospline.store.budget.SHARD_CHUNKS", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def made(data, tmp_path_factory):
+    return isospline.prefilter_to(data, tmp_path_factory.mktemp("made") / "a.zarr", **SMALL)
+
+
+@pytest.fixture
+def store(made, tmp_path):
+    """A store to damage."""
+    return shutil.copytree(made, tmp_path / "a.zarr")
+
+
+def contents(path):
+    """All files of a store except its description, which also has the source."""
+    return {
+        file.relative_to(path): file.read_bytes() for file in path.rglob("*") if file.is_file() and file.parent != path
+    }
+
+
+@pytest.mark.parametrize("after", [0, 7, 31, 62])
+def test_a_conversion_goes_on_where_it_was(data, made, tmp_path, monkeypatch, after):
+    count = itertools.count()
+    for kind in (PrefilterShard, WriteRanges, ReduceShard):
+
+        def call(self, index, call=kind.__call__):
+            if next(count) == after:
+                raise KeyboardInterrupt
+            return call(self, index)
+
+        monkeypatch.setattr(kind, "__call__", call)
+    path = tmp_path / "b.zarr"
+    with pytest.raises(KeyboardInterrupt):
+        isospline.prefilter_to(data, path, **SMALL)
+    with pytest.raises(ValueError, match=r"b\.zarr: expected a complete store, got an incomplete one"):
+        read_metadata(path)
+    # A file that a killed process was writing.
+    (path / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
+    times = {file: file.stat().st_mtime_ns for file in path.rglob("*") if "c" in file.parts and file.is_file()}
+    isospline.prefilter_to(data, path, **SMALL)
+    assert contents(path) == contents(made)
+    assert all(file.stat().st_mtime_ns == changed for file, changed in times.items() if file.suffix != ".partial")
+    assert len(times) >= after
+
+
+def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
+    def stop(self, index):
+        raise KeyboardInterrupt
+
+    path = tmp_path / "a.zarr"
+    with monkeypatch.context() as patch:
+        patch.setattr(PrefilterShard, "__call__", stop)
+        with pytest.raises(KeyboardInterrupt):
+            isospline.prefilter_to(data, path, **SMALL)
+    for options, name in (
+        ({"degree": 3}, "degree"),
+        ({"boundary": "periodic"}, "boundary"),
+        ({"filter": "none"}, "filter"),
+        ({"spacing": 2}, "spacing"),
+        ({"origin": (0, 0, 1)}, "origin"),
+        ({"chunk": 8}, "chunk"),
+    ):
+        with pytest.raises(ValueError, match=rf"a\.zarr: expected {name} as in the conversion that was begun"):
+            isospline.prefilter_to(data, path, **SMALL | options)
+    with pytest.raises(ValueError, match="expected source as in the conversion that was begun"):
+        isospline.prefilter_to(data[:-1], path, **SMALL)
+    with pytest.raises(ValueError, match="source: expected samples from 0.0 to 254.0.*got 0.0 to 255.0"):
+        isospline.prefilter_to(np.where(data == 254, 255, data).astype(np.uint8), path, **SMALL)
+    isospline.prefilter_to(data, path, **SMALL)
+    with pytest.raises(FileExistsError, match=r"a\.zarr: expected no store, or an incomplete one"):
+        isospline.prefilter_to(data, path, **SMALL)
+    isospline.prefilter_to(data, path, **SMALL, degree=3, overwrite=True)
+    assert read_metadata(path).degree == 3
+
+
+def test_nothing_but_a_store_is_overwritten(data, tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("dear", encoding="utf-8")
+    with pytest.raises(FileExistsError, match="folder: expected a new folder, or the folder of a store"):
+        isospline.prefilter_to(data, folder, overwrite=True)
+    with pytest.raises(FileExistsError, match="got a file"):
+        isospline.prefilter_to(data, folder / "thesis.tex", overwrite=True)
+    assert (folder / "thesis.tex").read_text(encoding="utf-8") == "dear"
+    with pytest.raises(FileNotFoundError, match="expected a folder that exists"):
+        isospline.prefilter_to(data, tmp_path / "no" / "a.zarr")
+
+
+def test_a_store_is_kept_where_a_new_one_cannot_be_made(data, store):
+    with pytest.raises(ValueError, match=r"memory_limit: expected at least \d+MB for blocks of .*, got 1MB"):
+        isospline.prefilter_to(data, store, overwrite=True, memory_limit="1MB")
+    read_metadata(store)
+
+
+def test_samples_that_are_not_finite_are_named(tmp_path):
+    data = np.zeros((20, 30, 40), np.float32)
+    data[7, 21, 39] = np.nan
+    with pytest.raises(ValueError, match=r"source: expected finite numbers, got nan at \[7, 21, 39\]"):
+        isospline.prefilter_to(data, tmp_path / "a.zarr")
+    data[7, 21, 39] = 1e35
+    with pytest.raises(ValueError, match="source: expected a range of 1e-30 to 1e34"):
+        isospline.prefilter_to(data, tmp_path / "b.zarr")
+
+
+def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
+    """The system's limit for the size of files simulates the full disk."""
+    script = f"""
+        import numpy as np, isospline, resource, signal
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        try:
+            isospline.prefilter_to(np.zeros((40, 40, 40), np.uint8), {str(tmp_path / "a.zarr")!r})
+        except OSError as error:
+            print(type(error).__name__, error.errno, error)
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], capture_output=True, encoding="utf-8")
+    assert "File too large; the store is incomplete" in done.stdout and "a.zarr/0/c/0/0/0" in done.stdout, done
+    with pytest.raises(ValueError, match="expected a complete store"):
+        read_metadata(tmp_path / "a.zarr")
+    isospline.prefilter_to(np.zeros((40, 40, 40), np.uint8), tmp_path / "a.zarr")
+    assert not list(tmp_path.rglob("*.partial"))
+
+
+@pytest.mark.parametrize("damage", ["flipped", "truncated", "deleted", "index"])
+@pytest.mark.parametrize("key", ["0", "ranges/0"])
+def test_damaged_chunks_are_named(store, damage, key):
+    chunk = store / key / "c" / "1" / "2" / "3"
+    if key.startswith("ranges"):
+        chunk = chunk / "0" / "0"
+    content = bytearray(chunk.read_bytes())
+    if damage == "flipped":
+        content[len(content) // 2] ^= 4
+    elif damage == "index":
+        content[-6 if key == "0" else -1] ^= 4
+    chunk.write_bytes(content[:-100] if damage == "truncated" else content)
+    if damage == "deleted":
+        chunk.unlink()
+    name = chunk.relative_to(store)
+    metadata = read_metadata(store)
+    with pytest.raises(ValueError, match=rf"a\.zarr: chunk {name} cannot be read: "):
+        if key == "0":
+            layout.read_box(store, "0", tuple((0, size) for size in SHAPE))
+        else:
+            read_ranges(metadata, metadata.levels[0])
+
+
+def set_level(store, **fields):
+    """Change the metadata of a store's finest level."""
+    description = json.loads((store / "zarr.json").read_text(encoding="utf-8"))
+    description["attributes"]["isospline"]["levels"][0].update(fields)
+    (store / "zarr.json").write_text(json.dumps(description), encoding="utf-8")
+
+
+@pytest.mark.parametrize("key", ["../other", "/etc", "0/../../other", "..", "", ".", "a\0b", 7, "0\\..\\1"])
+@pytest.mark.parametrize("field", ["path", "ranges"])
+def test_keys_never_leave_a_store(store, tmp_path, field, key):
+    shutil.copytree(store / "0", tmp_path / "other")
+    set_level(store, **{field: key})
+    with pytest.raises(ValueError, match=rf"a\.zarr: levels\[0\]: {field}: expected"):
+        read_metadata(store)
+
+
+@pytest.mark.parametrize("linked", ["0", "0/zarr.json", "0/c/0", "0/c/1/1/1", "ranges", "ranges/0/c/0/0/0/0/0"])
+def test_links_never_leave_a_store(store, tmp_path, linked):
+    shutil.move(store / linked, tmp_path / "other")
+    (store / linked).symlink_to(tmp_path / "other")
+    with pytest.raises(
+        ValueError, match=r"a\.zarr: .*expected (no link that leaves the store|a file within the store)"
+    ):
+        read_metadata(store)
+
+
+def test_a_link_to_a_store_is_one(store, tmp_path):
+    (tmp_path / "link.zarr").symlink_to(store)
+    assert read_metadata(tmp_path / "link.zarr").path == store
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"shape": [24, 40, 71]},
+        {"shape": [24, 40]},
+        {"shape": [24, 40, -1]},
+        {"minimum": "a"},
+        {"offset": None},
+        {"minimum": 300},
+        {"spacing": [1, 1, 0]},
+        {"origin": [1, 2]},
+        {"direction": [[1, 0], [0, 1]]},
+        {"direction": "x"},
+    ],
+)
+def test_descriptions_that_are_wrong_are_refused(store, fields):
+    set_level(store, **fields)
+    with pytest.raises(ValueError, match=rf"a\.zarr: levels\[0\]: .*{next(iter(fields))}"):
+        read_metadata(store)
+
+
+def test_what_is_no_store_is_refused(store, tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"missing\.zarr"):
+        read_metadata(tmp_path / "missing.zarr")
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(ValueError, match="file: expected the folder of a store, got a file"):
+        read_metadata(tmp_path / "file")
+    zarr.create_group(tmp_path / "group.zarr")
+    with pytest.raises(ValueError, match=r"group\.zarr: expected a store that isospline\.prefilter_to has written"):
+        read_metadata(tmp_path / "group.zarr")
+    description = store / "zarr.json"
+    text = description.read_text(encoding="utf-8")
+    for content, expected in (
+        (text[:100], "expected JSON"),
+        ("[]", "expected an object"),
+        ("[" * 100_000, "expected JSON"),
+        (text.replace('"version": 1', '"version": 2'), "expected a store of version 1, got version 2"),
+        (text.replace('"degree": 2', '"degree": 6'), "degree: expected one of 0, 1, 2, 3, 4, 5, got 6"),
+        (text.replace('"zarr_format": 3', '"zarr_format": 2'), "expected a Zarr 3 group"),
+    ):
+        description.write_text(content, encoding="utf-8")
+        with pytest.raises(ValueError, match=rf"a\.zarr: .*{expected}"):
+            read_metadata(store)
+    description.write_text(text, encoding="utf-8")
+    array = store / "0" / "zarr.json"
+    text = array.read_text(encoding="utf-8")
+    for old, new in (("float32", "float64"), ("crc32c", "gzip"), ("sharding_indexed", "bytes"), ('"end"', '"start"')):
+        assert old in text
+        array.write_text(text.replace(old, new), encoding="utf-8")
+        with pytest.raises(ValueError, match=r"a\.zarr: levels\[0\]: 0: expected"):
+            read_metadata(store)
+
+
+def test_one_process_at_a_time_writes_a_store(data, tmp_path, monkeypatch):
+    def begin_again(self, index):
+        isospline.prefilter_to(data, tmp_path / "a.zarr")
+
+    monkeypatch.setattr(PrefilterShard, "__call__", begin_again)
+    with pytest.raises(ValueError, match="expected a store that no other process is writing"):
+        isospline.prefilter_to(data, tmp_path / "a.zarr")
+
+
+def test_two_processes_read_one_store(store):
+    script = f"""
+        from isospline.store import layout, read_metadata, read_ranges
+        for _ in range(5):
+            store = read_metadata({str(store)!r})
+            total = float(layout.read_box(store.path, "0", [(0, size) for size in {SHAPE}]).sum())
+            total += float(read_ranges(store, store.levels[0])[0, 0, 0].sum())
+        print(total)
+    """
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    running = [subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") for _ in range(2)]
+    told = [each.communicate()[0] for each in running]
+    assert told[0] == told[1] != "" and all(each.returncode == 0 for each in running)
+
+
+def test_memory_stays_under_the_limit(tmp_path):
+    """The coefficients alone are larger than the limit, and the limit includes Python and its packages."""
+    limit, size = 230, 400
+    with open(tmp_path / "a.raw", "wb") as file:
+        noise = np.random.default_rng(0).integers(0, 255, (size, size), np.uint8)
+        for z in range(size):
+            file.write(np.roll(noise, z, axis=1).tobytes())
+    script = f"""
+        import isospline, pathlib
+        options = dict(shape=({size},) * 3, dtype="u1", memory_limit="{limit}MB")
+        isospline.prefilter_to({str(tmp_path / "a.raw")!r}, {str(tmp_path / "a.zarr")!r}, **options)
+        lines = pathlib.Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+        print(next(1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM")))
+    """
+    told = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, encoding="utf-8", check=True
+    )
+    assert 4 * size**3 > limit * 1e6 > int(told.stdout)
+
+
+def test_progress_grows_to_one_and_cancels(data, tmp_path):
+    told = []
+    isospline.prefilter_to(data, tmp_path / "a.zarr", **SMALL, progress=told.append)
+    assert told == sorted(told) and told[0] == 0 and told[-1] == pytest.approx(1) and len(told) > 50
+    with pytest.raises(isospline.Cancelled):
+        isospline.prefilter_to(data, tmp_path / "b.zarr", **SMALL, progress=lambda fraction: fraction < 0.3)
+    isospline.prefilter_to(data, tmp_path / "b.zarr", **SMALL)
+    assert contents(tmp_path / "a.zarr") == contents(tmp_path / "b.zarr")
+
+
+def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    isospline.prefilter_to(data, tmp_path / "threads.zarr", chunk=16, workers=3)
+    assert contents(tmp_path / "threads.zarr") == contents(made)
+    np.save(tmp_path / "a.npy", data)
+    with distributed.Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as client:
+        path = isospline.prefilter_to(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, client=client)
+        with pytest.raises(ValueError, match="expected finite numbers"):
+            isospline.prefilter_to(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
+    assert contents(path) == contents(made)
+
+
+def test_the_command_goes_on_after_ctrl_c(data, tmp_path):
+    np.save(tmp_path / "a.npy", np.tile(data, (4, 4, 3)))
+    store = tmp_path / "a.zarr"
+    command = [sys.executable, "-m", "isospline", "convert", str(tmp_path / "a.npy"), str(store), "--chunk", "8"]
+    command += ["--memory-limit", "300MB", "--spacing", "1,2,3", "--degree", "3"]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts)
+    deadline = time.monotonic() + 100
+    while not list(store.glob("0/c/*/*/*")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    running.send_signal(signal.SIGINT)
+    told = running.communicate()[1]
+    assert running.returncode == 130 and "a.zarr is incomplete; run the same command again to continue" in told, told
+    done = subprocess.run(command, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0 and "levels of 210 x 160 x 96, 106 x 81 x 49" in done.stdout, done
+    assert read_metadata(store).levels[0].spacing == (1, 2, 3)
+    again = subprocess.run(command, capture_output=True, encoding="utf-8")
+    assert again.returncode == 2 and "expected no store, or an incomplete one" in again.stderr
+    assert os.listdir(tmp_path) and not list(store.rglob("*.partial"))

@@ -1,0 +1,211 @@
+"""Time series in stores, and many pictures at once."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import isospline
+from isospline.cli import main
+
+zarr = pytest.importorskip("zarr")
+
+from isospline.store import read_metadata, time_steps
+
+
+@pytest.fixture(scope="module")
+def steps():
+    """A ball that moves along x."""
+    z, y, x = np.mgrid[0:24, 0:24, 0:40].astype(np.float32)
+    return np.stack([8 - np.sqrt((x - at) ** 2 + (y - 12) ** 2 + (z - 12) ** 2) for at in (10, 20, 30)])
+
+
+def coefficients(path):
+    return zarr.open_array(path, path="0")[:]
+
+
+def check(path, steps):
+    """Check that a series has the same contents as stores of its steps."""
+    found = time_steps(path)
+    assert [step.relative_to(path).as_posix() for step in found] == ["t/0", "t/1", "t/2"]
+    for step, data in zip(found, steps):
+        expected = isospline.Volume(data).coefficients
+        assert np.allclose(coefficients(step) + read_metadata(step).levels[0].offset, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["array", "list", "files", "zarr", "ome"])
+def test_series_of_any_source(steps, tmp_path, kind):
+    source = steps
+    if kind == "list":
+        source = list(steps)
+    elif kind == "files":
+        source = [tmp_path / f"{number}.npy" for number in range(3)]
+        for file, data in zip(source, steps):
+            np.save(file, data)
+    elif kind == "zarr":
+        source = zarr.create_array(tmp_path / "a.zarr", data=steps)
+    elif kind == "ome":
+        group = zarr.create_group(tmp_path / "a.zarr")
+        group.create_array("0", data=steps, chunks=(1, 10, 10, 10))
+        axes = [{"name": "t", "type": "time"}, *({"name": axis, "type": "space"} for axis in "zyx")]
+        datasets = [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1, 1]}]}]
+        group.attrs["ome"] = {"version": "0.5", "multiscales": [{"axes": axes, "datasets": datasets}]}
+        source = tmp_path / "a.zarr"
+    told = []
+    check(isospline.prefilter_to(source, tmp_path / "series.zarr", progress=told.append), steps)
+    assert told == sorted(told) and told[-1] == pytest.approx(1)
+
+
+def test_a_series_goes_on_where_it_was(steps, tmp_path):
+    path = tmp_path / "series.zarr"
+    with pytest.raises(isospline.Cancelled):
+        isospline.prefilter_to(steps, path, progress=lambda fraction: fraction < 0.5)
+    with pytest.raises(ValueError, match=r"series\.zarr: expected a complete store"):
+        time_steps(path)
+    done = (path / "t" / "0" / "zarr.json").stat().st_mtime_ns
+    with pytest.raises(ValueError, match=r"expected time_steps as in the conversion that was begun, 3, got 2"):
+        isospline.prefilter_to(steps[:2], path)
+    with pytest.raises(ValueError, match=r"expected degree as in the conversion that was begun, 2, got 3"):
+        isospline.prefilter_to(steps, path, degree=3)
+    check(isospline.prefilter_to(steps, path), steps)
+    assert (path / "t" / "0" / "zarr.json").stat().st_mtime_ns == done
+    with pytest.raises(FileExistsError, match="expected no store"):
+        isospline.prefilter_to(steps, path)
+    check(isospline.prefilter_to(steps, path, overwrite=True), steps)
+    with pytest.raises(ValueError, match=r"expected one volume, got a time series of 3: open .*series\.zarr/t/0"):
+        isospline.open_volume(path)
+    text = (path / "zarr.json").read_text(encoding="utf-8")
+    (path / "zarr.json").write_text(text.replace("t/1", "../a"), encoding="utf-8")
+    with pytest.raises(ValueError, match=r"series\.zarr: time_steps: expected t/0, t/1"):
+        time_steps(path)
+    (path / "zarr.json").write_text(text, encoding="utf-8")
+    (path / "t" / "1").rename(tmp_path / "other")
+    (path / "t" / "1").symlink_to(tmp_path / "other")
+    with pytest.raises(ValueError, match=r"series\.zarr: t/1: expected a folder within the store"):
+        time_steps(path)
+
+
+OPTIONS = ["--fast", "--size", "40x30", "--quiet", "--level", "0"]
+
+
+def size(path):
+    with Image.open(path) as picture:
+        return picture.size
+
+
+def middle(path):
+    """The position along x of the dark part of a picture with a light background."""
+    dark = 255.0 - np.asarray(Image.open(path).convert("L"), float)
+    dark = np.where(dark > 60, dark, 0)
+    return float((dark.sum(axis=0) * np.arange(40)).sum() / dark.sum())
+
+
+def test_frames_of_a_series_have_one_camera(steps, tmp_path, capsys):
+    series = str(isospline.prefilter_to(steps, tmp_path / "series.zarr"))
+    pattern = str(tmp_path / "frame-##.png")
+    assert main(["render", series, "--frames", "-o", pattern, "--view", "front", *OPTIONS]) == 0
+    places = [middle(tmp_path / f"frame-{number:02d}.png") for number in range(3)]
+    assert len({round(place) for place in places}) == 3 and places == sorted(places, reverse=places[0] > places[-1])
+
+    # The same pictures again; some exist already.
+    made = {number: (tmp_path / f"frame-{number:02d}.png").read_bytes() for number in range(3)}
+    (tmp_path / "frame-02.png").unlink()
+    changed = (tmp_path / "frame-01.png").stat().st_mtime_ns
+    assert main(["render", series, "--frames", "-o", pattern, "--view", "front", *OPTIONS]) == 0
+    assert "frame-01.png exists already" in capsys.readouterr().err
+    assert (tmp_path / "frame-02.png").read_bytes() == made[2]
+    assert (tmp_path / "frame-01.png").stat().st_mtime_ns == changed
+
+
+def test_frames_are_made_again_where_they_would_differ(steps, tmp_path, capsys):
+    folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
+    folder.mkdir()
+    for name, data in (("a.npy", steps[0]), ("b.npy", steps[1])):
+        np.save(folder / name, data)
+
+    def made(*options):
+        """The names of the rendered pictures."""
+        before = {path.name: path.stat().st_mtime_ns for path in pictures.glob("*.png")}
+        assert main(["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS, *options]) == 0
+        kept = [line for line in capsys.readouterr().err.splitlines() if line.endswith("exists already")]
+        after = {path.name: path.stat().st_mtime_ns for path in pictures.glob("*.png")}
+        changed = [name for name, time in sorted(after.items()) if time != before.get(name)]
+        assert len(kept) == len(after) - len(changed)
+        return changed
+
+    assert made() == ["a.png", "b.png"] and made() == []
+    # The same pictures, and others.
+    assert made("--threads", "1") == []
+    assert made("--size", "50x40") == ["a.png", "b.png"] and size(pictures / "a.png") == (50, 40)
+    assert made("--view", "front") == ["a.png", "b.png"] and made("--view", "front") == []
+    # Volumes and files beside them have changed.
+    np.save(folder / "b.npy", steps[2].astype(np.float64))
+    assert made("--view", "front") == ["b.png"]
+    isospline.Isosurface(isospline.Volume(steps[0]), 4).to_mesh().write(tmp_path / "m.stl")
+    mesh = ["--mesh", f"{tmp_path}/m.stl@1,2,3"]
+    assert made(*mesh) == ["a.png", "b.png"] and made(*mesh) == []
+    isospline.Isosurface(isospline.Volume(steps[1]), 6).to_mesh().write(tmp_path / "m.stl")
+    assert made(*mesh) == ["a.png", "b.png"]
+    # One picture is gone, one was made by other means, and a record is damaged.
+    (pictures / "a.png").unlink()
+    assert made(*mesh) == ["a.png"]
+    record = pictures / "frames.json"
+    record.write_text(record.read_text(encoding="utf-8").replace('"a.png"', '"other.png"'), encoding="utf-8")
+    assert made(*mesh) == ["a.png"]
+    record.write_text("{", encoding="utf-8")
+    assert made(*mesh) == ["a.png", "b.png"] and made(*mesh) == []
+
+
+def test_a_frame_that_was_interrupted_is_made_again(steps, tmp_path, monkeypatch, capsys):
+    series = str(isospline.prefilter_to(steps, tmp_path / "series.zarr"))
+    given = ["render", series, "--frames", "-o", str(tmp_path / "frame-#.png"), *OPTIONS]
+    assert main(given) == 0
+    write = isospline.image.Image.write
+
+    def interrupted(image, path, **options):
+        write(image, path, **options)
+        if path.endswith("frame-1.png"):
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(isospline.image.Image, "write", interrupted)
+        assert main([*given, "--size", "50x40"]) == 130
+    capsys.readouterr()
+    assert main(given) == 0
+    kept = [line for line in capsys.readouterr().err.splitlines() if line.endswith("exists already")]
+    assert len(kept) == 1 and "frame-2.png" in kept[0]
+    assert {size(path) for path in tmp_path.glob("*.png")} == {(40, 30)}
+
+
+def test_a_folder_of_volumes_makes_a_folder_of_pictures(steps, tmp_path):
+    folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
+    folder.mkdir()
+    np.save(folder / "ball10.npy", steps[0])
+    np.save(folder / "ball9.npy", steps[1])
+    isospline.prefilter_to(steps[2], folder / "last.zarr")
+    (folder / "notes.txt").write_text("none", encoding="utf-8")
+    assert main(["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS]) == 0
+    assert sorted(each.name for each in pictures.iterdir()) == [
+        "ball10.png",
+        "ball9.png",
+        "frames.json",
+        "last.png",
+    ]
+    assert main(["render", str(folder), "--frames", "-o", str(tmp_path / "a-#.png"), *OPTIONS]) == 0
+    assert (tmp_path / "a-0.png").read_bytes() == (pictures / "ball9.png").read_bytes()
+
+
+def test_frames_that_make_no_sense_are_refused(steps, tmp_path, capsys):
+    np.save(tmp_path / "a.npy", steps[0])
+    store = isospline.prefilter_to(steps[0], tmp_path / "a.zarr")
+    (tmp_path / "empty").mkdir()
+    out = ["--frames", "-o", str(tmp_path / "out")]
+    for arguments, expected in (
+        ([str(tmp_path / "a.npy"), *out], "expected a store of a time series or a folder of volumes"),
+        ([str(store), *out], "got a store of one volume"),
+        ([str(tmp_path / "empty"), *out], "expected a folder of volumes, got none in it"),
+        ([str(tmp_path), "--frames", "-o", str(tmp_path / "a.png")], "with #### in place of the number"),
+        ([str(tmp_path), *out], "expected volumes of different names, got several of a"),
+        ([str(tmp_path), *out, "--turntable", "3"], "--turntable: expected it without --frames"),
+    ):
+        assert main(["render", *arguments]) == 2
+        assert expected in capsys.readouterr().err

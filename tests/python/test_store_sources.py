@@ -1,0 +1,317 @@
+"""Sources of stores: each format, read box by box, compared with the result of its library."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import isospline
+
+zarr = pytest.importorskip("zarr")
+h5py = pytest.importorskip("h5py")
+tensorstore = pytest.importorskip("tensorstore")
+nibabel = pytest.importorskip("nibabel")
+SimpleITK = pytest.importorskip("SimpleITK")
+tifffile = pytest.importorskip("tifffile")
+pytest.importorskip("pydicom")
+
+from test_io import write_slices
+
+from isospline.store import read_metadata
+from isospline.store.sources.opening import open_source
+from isospline.store.sources.source import RawSource
+
+READING = dict(shape=None, dtype=None, offset=0, name=None)
+BOX = ((1, 5), (2, 7), (3, 8))
+
+
+@pytest.fixture
+def data(rng):
+    return rng.integers(-900, 900, (6, 7, 8)).astype(np.int16)
+
+
+def opened(given, tmp_path, axes="zyx", **reading):
+    """The staged source of an argument, also after pickling, as for workers of a cluster."""
+    source = open_source(given, axes, READING | reading).stage(tmp_path / "staged", lambda fraction: None)
+    return pickle.loads(pickle.dumps(source))
+
+
+def check(source, expected):
+    """Check all samples of a source and those of a box."""
+    assert source.shape == expected.shape
+    whole = source.read([(0, size) for size in expected.shape])
+    assert whole.dtype == source.dtype and whole.dtype.isnative
+    assert np.array_equal(whole, expected)
+    assert np.array_equal(source.read(BOX), expected[1:5, 2:7, 3:8])
+    assert source.working_memory((4, 5, 5)) >= 100 * source.dtype.itemsize
+
+
+@pytest.mark.parametrize("axes", ["zyx", "xyz"])
+@pytest.mark.parametrize("dtype", ["?", "u1", "<i2", ">i2", "<f2", ">f8", "g"])
+def test_arrays_of_any_type(data, tmp_path, axes, dtype):
+    array = data.astype(dtype)
+    source = opened(array.T if axes == "xyz" else array, tmp_path, axes)
+    check(source, array)
+
+
+def test_array_likes_are_sliced_and_never_read_as_a_whole(data, tmp_path):
+    class ArrayLike:
+        shape, dtype = data.shape, data.dtype
+
+        def __getitem__(self, slices):
+            assert all(each.stop - each.start < size for each, size in zip(slices, self.shape))
+            return data[slices].tolist()
+
+    assert np.array_equal(open_source(ArrayLike(), "zyx", READING).read(BOX), data[1:5, 2:7, 3:8])
+    dask = pytest.importorskip("dask.array")
+    check(open_source(dask.from_array(data, chunks=3), "zyx", READING), data)
+
+
+@pytest.mark.parametrize(
+    "name", ["a.nii", "a.nii.gz", "a.nrrd", "packed.nrrd", "a.mha", "packed.mha", "a.vtk", "a.npy"]
+)
+def test_formats_of_read_volume(data, tmp_path, name):
+    path = tmp_path / name
+    frame = dict(spacing=(0.5, 1.5, 2.0), origin=(3.0, -4.0, 5.0))
+    if "nii" in name:
+        nibabel.save(nibabel.Nifti1Image(data.T, isospline.VolumeData(data, **frame).affine), path)
+    elif name.endswith(".npy"):
+        np.save(path, data)
+    else:
+        image = SimpleITK.GetImageFromArray(data)
+        image.SetSpacing(frame["spacing"])
+        image.SetOrigin(frame["origin"])
+        SimpleITK.WriteImage(image, path, useCompression="packed" in name)
+    expected = isospline.read_volume(path)
+    source = opened(path, tmp_path)
+    check(source, np.asarray(expected.data))
+    assert tuple(source.spacing) == expected.spacing and tuple(source.origin) == expected.origin
+    assert np.array_equal(source.direction, expected.direction)
+    if "packed" not in name and "gz" not in name and name != "a.vtk":
+        assert type(source) is RawSource and not (tmp_path / "staged").exists()
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+def test_scaled_nifti(data, tmp_path, suffix):
+    image = nibabel.Nifti1Image(data.T, np.eye(4))
+    image.header.set_slope_inter(0.25, -3)
+    nibabel.save(image, tmp_path / f"a{suffix}")
+    source = opened(tmp_path / f"a{suffix}", tmp_path)
+    check(source, np.asarray(isospline.read_volume(tmp_path / f"a{suffix}").data))
+
+
+def test_slices_of_dicom(data, tmp_path):
+    folder = tmp_path / "series"
+    folder.mkdir()
+    write_slices(folder, data)
+    expected = isospline.read_volume(folder)
+    source = opened(folder, tmp_path)
+    check(source, expected.data)
+    assert np.allclose(source.spacing, expected.spacing) and np.allclose(source.origin, expected.origin)
+    assert np.allclose(source.direction, expected.direction) and source.unit == "millimeter"
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"compression": "zlib"}, {"bigtiff": True}, {"byteorder": ">"}, {"tile": (16, 16)}]
+)
+def test_pages_of_tiff(data, tmp_path, options):
+    tifffile.imwrite(tmp_path / "a.tif", data, photometric="minisblack", **options)
+    check(opened(tmp_path / "a.tif", tmp_path), data)
+
+
+def test_a_folder_of_tiff(data, tmp_path):
+    folder = tmp_path / "slices"
+    folder.mkdir()
+    for number, samples in enumerate(data):
+        tifffile.imwrite(folder / f"slice{number + 7}.tif", samples)
+    check(opened(folder, tmp_path), data)
+    (folder / "slice9.tif").write_bytes((folder / "slice9.tif").read_bytes()[:150])
+    (tmp_path / "staged").unlink()
+    with pytest.raises(ValueError, match=r"slice9\.tif"):
+        opened(folder, tmp_path)
+
+
+def test_raw_samples(data, tmp_path):
+    data.astype(">i2").tofile(tmp_path / "a.raw")
+    check(opened(tmp_path / "a.raw", tmp_path, shape=data.shape, dtype=">i2"), data)
+
+
+def test_staging_goes_on_where_it_was(data, tmp_path):
+    nibabel.save(nibabel.Nifti1Image(data.T, np.eye(4)), tmp_path / "a.nii.gz")
+    told = []
+
+    def stop(fraction):
+        told.append(fraction)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    source = open_source(tmp_path / "a.nii.gz", "zyx", READING)
+    with pytest.raises(KeyboardInterrupt):
+        source.stage(tmp_path / "staged", stop)
+    with open(tmp_path / "staged", "ab") as file:
+        file.write(b"half a slice")
+    told = [None] * 3
+    check(source.stage(tmp_path / "staged", stop), data)
+    assert told[3:] == [4 / 6, 5 / 6, 1]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_zarr_arrays_and_groups(data, tmp_path, version):
+    group = zarr.create_group(tmp_path / "a.zarr", zarr_format=version)
+    group.create_array("image", data=data, chunks=(3, 4, 5))
+    check(opened(tmp_path / "a.zarr", tmp_path), data)
+    check(opened(tmp_path / "a.zarr" / "image", tmp_path), data)
+    check(opened(zarr.open_array(tmp_path / "a.zarr" / "image"), tmp_path), data)
+    group.create_array("other", data=data[:3])
+    check(opened(tmp_path / "a.zarr", tmp_path, name="image"), data)
+    with pytest.raises(ValueError, match="expected a multiscale image of OME-Zarr, or one array.* image, other"):
+        open_source(tmp_path / "a.zarr", "zyx", READING)
+
+
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+def test_ome_zarr_takes_the_finest_level_with_its_place(data, tmp_path, version):
+    group = zarr.create_group(tmp_path / "a.zarr", zarr_format=2 if version == "0.4" else 3)
+    group.create_array("half", data=data[None, None, ::2, ::2, ::2], chunks=(1, 1, 2, 2, 2))
+    group.create_array("full", data=data[None, None], chunks=(1, 1, 3, 4, 5))
+    axes = [{"name": "t", "type": "time"}, {"name": "c", "type": "channel"}]
+    axes += [{"name": axis, "type": "space", "unit": "micrometer"} for axis in "zyx"]
+
+    def level(path, factor):
+        steps = [{"type": "scale", "scale": [1, 1, 2 * factor, 0.5 * factor, 0.25 * factor]}]
+        return {
+            "path": path,
+            "coordinateTransformations": [*steps, {"type": "translation", "translation": [0, 0, 3, 4, 5]}],
+        }
+
+    image = {"version": version, "axes": axes, "datasets": [level("half", 2), level("full", 1)]}
+    image["coordinateTransformations"] = [{"type": "scale", "scale": [1, 1, 10, 10, 10]}]
+    group.attrs.update(
+        {"multiscales": [image]} if version == "0.4" else {"ome": {"version": "0.5", "multiscales": [image]}}
+    )
+    source = opened(tmp_path / "a.zarr", tmp_path)
+    check(source, data)
+    assert source.spacing == (2.5, 5, 20) and source.origin == (50, 40, 30) and source.unit == "micrometer"
+
+    path = isospline.prefilter_to(tmp_path / "a.zarr", tmp_path / "store.zarr")
+    attributes = zarr.open_group(path, mode="r").attrs["ome"]["multiscales"][0]
+    assert [axis["unit"] for axis in attributes["axes"]] == ["micrometer"] * 3
+    assert attributes["datasets"][0]["coordinateTransformations"] == [
+        {"type": "scale", "scale": [20, 5, 2.5]},
+        {"type": "translation", "translation": [30, 40, 50]},
+    ]
+    assert read_metadata(path).levels[0].spacing == (2.5, 5, 20)
+
+
+def test_axes_of_ome_zarr_in_any_order(data, tmp_path):
+    group = zarr.create_group(tmp_path / "a.zarr")
+    group.create_array("0", data=data.transpose(2, 0, 1), chunks=(5, 3, 4))
+    datasets = [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1, 2, 3]}]}]
+    axes = [{"name": axis, "type": "space"} for axis in "xzy"]
+    group.attrs["ome"] = {"version": "0.5", "multiscales": [{"axes": axes, "datasets": datasets}]}
+    source = opened(tmp_path / "a.zarr", tmp_path)
+    check(source, data)
+    assert source.spacing == (1, 3, 2)
+
+
+@pytest.mark.parametrize("unit", ["millimeter", "micrometer"])
+def test_ome_zarr_tells_the_sides_of_a_patient(data, tmp_path, unit):
+    group = zarr.create_group(tmp_path / "a.zarr")
+    group.create_array("0", data=data, chunks=(3, 4, 5))
+    steps = [{"type": "scale", "scale": [3, 2, 1]}, {"type": "translation", "translation": [30, 20, 10]}]
+    image = {"datasets": [{"path": "0", "coordinateTransformations": steps}]}
+
+    def opened_with(*values):
+        oriented = [{"orientation": {"type": "anatomical", "value": value}} if value else {} for value in values]
+        image["axes"] = [{"name": axis, "type": "space", "unit": unit, **each} for axis, each in zip("zyx", oriented)]
+        group.attrs["ome"] = {"version": "0.5", "multiscales": [image]}
+        return opened(tmp_path / "a.zarr", tmp_path)
+
+    source = opened_with("superior-to-inferior", "left-to-right", "anterior-to-posterior")
+    check(source, data)
+    assert np.array_equal(source.direction, [(0, -1, 0), (1, 0, 0), (0, 0, -1)])
+    assert source.spacing == (1, 2, 3) and tuple(source.origin) == (-20, 10, -30)
+    assert source.patient == (unit == "millimeter")  # a patient's world is in millimetres
+    for values in (
+        ("inferior-to-superior", "anterior-to-posterior", None),
+        ("inferior-to-superior", "superior-to-inferior", "left-to-right"),
+        ("rostral-to-caudal", "anterior-to-posterior", "left-to-right"),
+    ):
+        source = opened_with(*values)
+        assert not source.patient and np.array_equal(source.direction, np.eye(3)) and source.origin == (10, 20, 30)
+
+
+def test_hdf5_datasets(data, tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_dataset("scan/volume", data=data, chunks=(3, 4, 5), compression="gzip")
+        file.create_dataset("table", data=np.arange(3))
+    check(opened(tmp_path / "a.h5", tmp_path), data)
+    check(opened(f"{tmp_path}/a.h5:/scan/volume", tmp_path), data)
+    check(opened(tmp_path / "a.h5", tmp_path, name="scan/volume"), data)
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file["whole"] = data
+        check(open_source(file["whole"], "zyx", READING), data)
+    check(opened(f"{tmp_path}/a.h5:whole", tmp_path), data)
+    with pytest.raises(ValueError, match="expected one dataset of three dimensions.* scan/volume, whole"):
+        open_source(tmp_path / "a.h5", "zyx", READING)
+    with pytest.raises(ValueError, match="expected a dataset nothing, got scan/volume"):
+        open_source(f"{tmp_path}/a.h5:/nothing", "zyx", READING)
+
+
+@pytest.mark.parametrize("key", ["", "scan"])
+def test_n5_datasets(data, tmp_path, key):
+    folder = tmp_path / "a.n5" / key / "s0"
+    spec = {"driver": "n5", "kvstore": {"driver": "file", "path": f"{folder}/"}}
+    metadata = {"dataType": "int16", "dimensions": data.shape[::-1], "blockSize": [5, 4, 3]}
+    tensorstore.open(spec | {"metadata": metadata | {"compression": {"type": "gzip"}}}, create=True).result()[...] = (
+        data.T
+    )
+    group = tmp_path / "a.n5" / key / "attributes.json"
+    group.write_text(json.dumps({"pixelResolution": {"dimensions": [0.5, 1, 2], "unit": "um"}}), encoding="utf-8")
+    source = opened(tmp_path / "a.n5" / key, tmp_path)
+    check(source, data)
+    assert source.spacing == (0.5, 1, 2) and source.unit == "micrometer"
+    check(opened(folder, tmp_path), data)
+
+
+@pytest.mark.parametrize("kind", ["zarr", "n5", "h5"])
+def test_a_broken_chunk_is_named(data, tmp_path, kind):
+    path = tmp_path / f"a.{kind}"
+    if kind == "zarr":
+        zarr.create_array(path, data=data, chunks=(3, 4, 5))
+        chunk = path / "c" / "1" / "0" / "1"
+        chunk.write_bytes(chunk.read_bytes()[:10])
+    elif kind == "n5":
+        spec = {"driver": "n5", "kvstore": {"driver": "file", "path": f"{path}/"}}
+        metadata = {"dataType": "int16", "dimensions": data.shape[::-1], "blockSize": [5, 4, 3]}
+        metadata["compression"] = {"type": "gzip"}
+        tensorstore.open(spec | {"metadata": metadata}, create=True).result()[...] = data.T
+        chunk = path / "1" / "0" / "1"
+        chunk.write_bytes(chunk.read_bytes()[:-10])
+    else:
+        with h5py.File(path, "w") as file:
+            stored = file.create_dataset("a", data=data, chunks=(3, 4, 5), fletcher32=True)
+            place = stored.id.get_chunk_info_by_coord((3, 0, 5))
+        content = bytearray(path.read_bytes())
+        content[place.byte_offset + 4] ^= 1
+        path.write_bytes(content)
+    with pytest.raises(ValueError, match=rf"a\.{kind}.*chunk \(1, 0, 1\) \(z, y, x\) cannot be read: "):
+        open_source(path, "zyx", READING).read([(0, 6), (0, 7), (0, 8)])
+    with pytest.raises(ValueError, match=r"chunk \(1, 0, 1\)"):
+        isospline.prefilter_to(path, tmp_path / "store.zarr")
+    with pytest.raises(ValueError, match=r"store\.zarr: expected a complete store"):
+        read_metadata(tmp_path / "store.zarr")
+
+
+def test_what_is_no_volume_is_refused(data, tmp_path):
+    isospline.prefilter_to(data, tmp_path / "store.zarr")
+    with pytest.raises(ValueError, match="expected samples, got a store of coefficients"):
+        open_source(tmp_path / "store.zarr", "zyx", READING)
+    zarr.create_array(tmp_path / "flat.zarr", data=data[0])
+    with pytest.raises(ValueError, match=r"flat\.zarr.*expected an array of three dimensions, got shape \(7, 8\)"):
+        open_source(tmp_path / "flat.zarr", "zyx", READING)
+    with pytest.raises(TypeError, match="source: expected a path, a VolumeData or an array"):
+        isospline.prefilter_to(None, tmp_path / "a.zarr")
+    with pytest.raises(ValueError, match="expected real numbers"):
+        isospline.prefilter_to(data.astype(complex), tmp_path / "a.zarr")
+    assert not (tmp_path / "a.zarr").exists()

@@ -1,0 +1,147 @@
+"""Studio light: its parts, the ground and its shadows."""
+
+import numpy as np
+import pytest
+from spheres import mesh_sphere, sphere
+
+import isospline
+from isospline.colors import named_color
+from isospline.tone import tone_mapped
+
+SIZE = (96, 72)
+FEW = isospline.Studio(light_samples=2)
+
+
+def test_studio_light_is_key_fill_and_sky():
+    """The sum of pictures in each light, tone mapped, for one direction of the key light."""
+    scene = isospline.Scene([sphere(), mesh_sphere(5.0, 32)])
+    camera = isospline.camera_for(scene, size=SIZE)
+    look = isospline.Phong(color=(0.9, 0.5, 0.2), diffuse=0.8, specular=0.3)
+    light = isospline.Studio(key=1.1, fill=0.4, sky=0.5, ground=False, light_samples=1)
+    image = isospline.render(scene, camera, size=SIZE, shading=look, lighting=light, samples=2)
+
+    right, up, forward = camera.world_to_camera[:3, :3]
+    towards = 1.1 * right - 1.2 * up + 0.8 * forward
+    towards /= np.linalg.norm(towards)
+    across = np.cross(towards, right)
+    across /= np.linalg.norm(across)
+    key = isospline.DirectionalLight(towards + 0.12 * np.sqrt(0.5) * across, intensity=1.1)
+    fill = isospline.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=0.4)
+    extents = scene.extent(np.eye(3))
+    radius = np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2
+
+    def part(shading):
+        return isospline.render(scene, camera, size=SIZE, shading=shading, samples=2).color
+
+    in_key = part(look.replace(ambient=0, lights=[key], shadows=True))
+    in_fill = part(look.replace(ambient=0, specular=0, lights=[fill]))
+    in_sky = part(isospline.AmbientOcclusion(1, distance=radius, color=look.color))
+    alpha = in_key[..., 3:]
+    total = in_key[..., :3] + in_fill[..., :3] + 0.5 * in_sky[..., :3]
+    expected = tone_mapped(total / np.maximum(alpha, 1e-6), "neutral") * alpha
+    np.testing.assert_allclose(image.color[..., :3], expected, atol=1e-5)
+    np.testing.assert_array_equal(image.color[..., 3:], alpha)
+
+
+def test_no_highlight_is_blown_out():
+    white = isospline.Phong(color="white", specular=1.0, diffuse=1.0)
+    for light in (isospline.Studio(key=3, light_samples=1), isospline.Studio(key=3, fast=True)):
+        image = isospline.render(sphere(), size=SIZE, shading=white, lighting=light)
+        covered = image.color[..., 3] == 1
+        assert image.color[covered, :3].max() < 1
+
+
+def test_the_ground_has_the_background_but_for_shadows():
+    background = named_color("#e8ebef")
+    with_ground = isospline.render(sphere(), size=SIZE, lighting=FEW, background="#e8ebef")
+    without = isospline.render(
+        sphere(), size=SIZE, lighting=isospline.Studio(light_samples=2, ground=False), background="#e8ebef"
+    )
+    outside = np.isclose(isospline.render(sphere(), size=SIZE).color[..., 3], 0)
+    np.testing.assert_allclose(without.color[outside, :3], np.broadcast_to(background, (outside.sum(), 3)), atol=1e-6)
+    share = with_ground.color[outside, :3] / background
+    assert (share <= 1 + 1e-5).all() and share.min() < 0.6  # there is a shadow
+    np.testing.assert_allclose(share[:, 0], share[:, 2], atol=1e-5)  # without a colour
+    np.testing.assert_allclose(with_ground.color[0, [0, -1], :3], [background] * 2, atol=1e-5)  # and no horizon
+    assert (with_ground.color[..., 3] == 1).all()
+    # Everything except the ground is the same.
+    inside = isospline.render(sphere(), size=SIZE).color[..., 3] == 1
+    both = inside & (without.color[..., 3] == 1)
+    np.testing.assert_allclose(with_ground.color[both], without.color[both], atol=0.3)
+
+
+def test_shadows_are_kept_where_there_is_no_background():
+    image = isospline.render(sphere(), size=SIZE, lighting=FEW)
+    outside = np.isclose(isospline.render(sphere(), size=SIZE).color[..., 3], 0)
+    assert (image.color[outside, :3] == 0).all()
+    assert image.color[outside, 3].max() > 0.3 and image.color[0, 0, 3] < 1e-5
+
+
+@pytest.mark.parametrize("view", ["bottom", (0.5, -1, -0.8)])
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_a_ground_hides_nothing_from_below(view, projection):
+    camera = isospline.camera_for(sphere(), view=view, projection=projection, size=SIZE)
+    image = isospline.render(sphere(), camera, size=SIZE, lighting=FEW)
+    plain = isospline.render(sphere(), camera, size=SIZE)
+    np.testing.assert_array_equal(image.color[..., 3], plain.color[..., 3])
+
+
+def test_the_given_scene_stays_as_it_is():
+    scene = isospline.Scene([sphere()])
+    scene.add(mesh_sphere(40.0, 16), camera=False, shadow=False)
+    before = {id: scene.visibility(id) for id in scene.ids}
+    isospline.render(scene, size=SIZE, lighting=FEW)
+    assert {id: scene.visibility(id) for id in scene.ids} == before
+
+
+def test_layers_and_opacity_come_along():
+    scene = isospline.Scene([sphere(), sphere(4.0)])
+    looks = {0: isospline.Phong(color="peru", opacity=0.3), 1: isospline.Phong(color="ivory")}
+    camera = isospline.camera_for(scene, size=SIZE)
+    image = isospline.render(scene, camera, size=SIZE, shading=looks, lighting=FEW, layers=("depth", "normal"))
+    plain = isospline.render(scene, camera, size=SIZE, shading=looks, layers=("depth", "normal"))
+    np.testing.assert_array_equal(image.depth, plain.depth)
+    np.testing.assert_array_equal(image.normal, plain.normal)
+
+
+def test_progress_goes_up_to_one():
+    for light in (FEW, isospline.Studio(fast=True)):
+        told = []
+        isospline.render(sphere(), size=(400, 300), lighting=light, progress=told.append)
+        assert told == sorted(told) and told[-1] == 1
+    with pytest.raises(isospline.Cancelled):
+        isospline.render(sphere(), size=(400, 300), lighting=FEW, progress=lambda fraction: fraction < 0.5)
+
+
+def test_an_empty_scene_and_a_panorama():
+    image = isospline.render(
+        isospline.Scene(),
+        isospline.PerspectiveCamera((0, 0, 0), (1, 0, 0)),
+        size=SIZE,
+        lighting=FEW,
+        background="white",
+    )
+    np.testing.assert_allclose(image.color, 1)
+    isospline.render(sphere(), isospline.PanoramicCamera((11.5, 11.5, 11.5), (0, 1, 0)), size=SIZE, lighting=FEW)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (dict(lighting=3), "^lighting: expected a Studio"),
+        (dict(lighting=FEW, shading=isospline.Outline()), "^shading: expected Phong with lighting, got Outline"),
+        (dict(lighting=FEW, integrator=isospline.PathTracer()), "^lighting: expected None with an integrator"),
+        (dict(lighting=FEW, encoding="srgb8"), "^encoding: expected 'linear' with lighting, got 'srgb8'"),
+        (dict(lighting=FEW, background=(1, 2)), "^background: expected None, a name"),
+        (dict(lighting=FEW, background=255), "^background: expected linear numbers from 0 to 1"),
+    ],
+)
+def test_what_does_not_go_with_it(options, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        isospline.render(sphere(), size=(16, 9), **options)
+
+
+@pytest.mark.parametrize("options", [dict(key=-1), dict(sky=float("nan")), dict(up=(0, 0, 0)), dict(light_samples=0)])
+def test_bad_studios(options):
+    with pytest.raises(ValueError, match=f"^{next(iter(options))}: expected "):
+        isospline.Studio(**options)
