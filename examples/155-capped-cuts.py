@@ -22,8 +22,9 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0), field_of_view=32)
     Path(folder).mkdir(exist_ok=True)
     scene = isospline.Scene([surface])
-    look = {"shading": shading, "background": "white", "samples": 16}
-    image = isospline.render(scene, camera, size=size, **look, layers=("primitive_ids",))
+    image = isospline.render(
+        scene, camera, size=size, shading=shading, background="white", samples=16, layers=("primitive_ids",)
+    )
     image.write(Path(folder) / "155-capped-cuts.png")
 
     # Primitive ids minus the number of cells identify the faces: 0 to 5 of the box, 6 of the half-space.
