@@ -7,6 +7,8 @@ SHELL := /bin/bash
 
 bin := .venv/bin
 python := $(bin)/python
+# Files of tests run in parallel, each in one process.
+pytest = $(python) -m pytest --numprocesses auto --dist loadfile
 sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
 sources := CMakeLists.txt CMakePresets.json pyproject.toml \
     $(shell find bindings cmake core python -type f -not -name '*.pyc')
@@ -45,7 +47,7 @@ test: .venv/.installed ## build everything and run the C++ and the Python tests
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
-	@$(python) -m pytest
+	@$(pytest)
 
 # For tests on further platforms: only the parts that depend on the compiler and the libraries. Benchmarks, pages in a
 # browser, fuzzing and tests that read the sources are left out, because they give the same results everywhere.
@@ -57,7 +59,7 @@ test-module: build-module ## run only the tests of the compiled parts
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc) --exclude-regex '^benchmarks_run$$'
 	@echo "== Running the Python tests of the compiled module"
-	@$(python) -m pytest $$(tests/python/of_the_module)
+	@$(pytest) $$(tests/python/of_the_module)
 
 test-debian13: ## test the compiled parts on Debian 13, in a folder: Embree 4, Catch2 3, GCC 14, Python 3.13
 	@tests/debian13/run

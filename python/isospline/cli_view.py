@@ -6,7 +6,7 @@ import os
 
 import isospline
 
-from .cli_picture import largest_of
+from .cli_picture import ALL, largest_of
 
 
 def serve(arguments, reading, say):
@@ -38,6 +38,7 @@ def serve(arguments, reading, say):
                 path,
                 levels=arguments.level,
                 largest=largest_of(arguments),
+                table=arguments.largest == ALL,
                 read_options=read_options,
                 model_options=model_options,
             )

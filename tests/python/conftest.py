@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from interrupts import obey_interrupts
 
+import isospline
+
 
 def pytest_configure():
     """Tests send SIGINT to their own process, which background jobs ignore."""
@@ -33,6 +35,24 @@ def volumes_folder():
     if not folder:
         pytest.skip("ISOSPLINE_VOLUMES is not set")
     return Path(folder)
+
+
+@pytest.fixture
+def scan_with_table(tmp_path):
+    """A NIfTI file of a CT of a patient on a table, and the number of cells of the bone's surface at level 300.
+
+    The bone is a cylinder of radius 4 about (24, 16); the table, which is larger and denser, is at y = 36 to 39. The
+    samples are also in a file .npy beside it.
+    """
+    nibabel = pytest.importorskip("nibabel")
+    _, y, x = np.mgrid[0:40, 0:44, 0:48]
+    data = np.where(np.hypot(x - 24, y - 16) < 12, 40, -1000).astype(np.int16)
+    data[np.hypot(x - 24, y - 16) < 4] = 700
+    bone = isospline.Isosurface(isospline.Volume(data), 300).shell.count
+    data[:, 36:40] = 1200
+    nibabel.save(nibabel.Nifti1Image(data.T, np.diag([-1, -1, 1, 1])), tmp_path / "scan.nii")
+    np.save(tmp_path / "scan.npy", data)
+    return tmp_path / "scan.nii", bone
 
 
 def pytest_terminal_summary(terminalreporter):

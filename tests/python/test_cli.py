@@ -1033,18 +1033,11 @@ def test_a_ct_of_a_patient_shows_bones(tmp_path, picture, capsys):
         assert capsys.readouterr().err.startswith(f"isospline: level {level:g}, the first one ")
 
 
-def test_a_ct_is_rendered_without_its_table(tmp_path, capsys):
-    nibabel = pytest.importorskip("nibabel")
-
-    z, y, x = np.mgrid[0:40, 0:44, 0:48]
-    data = np.where(np.hypot(x - 24, y - 16) < 12, 40, -1000).astype(np.int16)
-    data[np.hypot(x - 24, y - 16) < 4] = 700
-    bone = isospline.Isosurface(isospline.Volume(data), 300).shell.count
-    data[:, 36:40] = 1200  # in front, and larger than the bone
-    nibabel.save(nibabel.Nifti1Image(data.T, np.diag([1, 1, 1, 1])), tmp_path / "scan.nii.gz")
+def test_a_ct_is_rendered_without_its_table(tmp_path, scan_with_table, capsys):
+    path, bone = scan_with_table
 
     def cells(*options):
-        given = ["render", str(tmp_path / "scan.nii.gz"), "--size", "32x24", "--fast", "-o", str(tmp_path / "a.png")]
+        given = ["render", str(path), "--size", "32x24", "--fast", "-o", str(tmp_path / "a.png")]
         assert main([*given, *options]) == 0
         printed = capsys.readouterr()
         return int(re.search(r"(\d+) cells", printed.out)[1]), printed.err

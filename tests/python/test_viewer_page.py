@@ -354,6 +354,22 @@ def test_a_page_goes_on_with_a_viewer_that_comes_back(browser, ball):
         page.wait("!!isospline.frame?.final")
 
 
+def test_the_table_of_a_ct_is_hidden(browser, scan_with_table):
+    with isospline.view(scan_with_table[0], browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+        body_level = viewer.state.objects[0].body_level
+        box = page.page.get_by_label("Only the body, without the table")
+        assert box.is_checked() and body_level is not None
+        for is_hidden in (False, True):
+            box.click()
+            page.wait(f"isospline.state.objects[0].body_level {'!==' if is_hidden else '==='} null")
+            page.settle()
+            assert viewer.state.objects[0].body_level == (body_level if is_hidden else None)
+        page.close()
+        assert not page.problems
+
+
 def test_sides_of_a_patient(browser, tmp_path):
     import nibabel
 

@@ -42,7 +42,7 @@ def opened(folder):
     document = Document()
     volume = document.add(read_source(folder / "ball.npy"))
     mesh = document.add(read_source(folder / "one.off"))
-    level = volume.suggested_levels()[0]
+    level = volume.default_levels()[0]
     state = ViewState(camera=CAMERA).with_new_object(volume.key, level, color_by="mean-curvature")
     look = dict(opacity=0.5, silhouette_opacity=0.9)
     state = state.with_new_object(volume.key, level + 100, **look).with_new_object(mesh.key)
@@ -168,3 +168,37 @@ def test_other_levels_of_a_surface_have_its_options():
     assert found.level == 0.1 and surface.level == 0.0
     np.testing.assert_array_equal(found.shell.mask, surface.with_level(0.1).shell.mask)
     assert not found.shell.mask[:10].any() and found.shell.mask.any()
+
+
+def test_a_ct_is_shown_without_its_table(tmp_path, scan_with_table, monkeypatch):
+    path, _ = scan_with_table
+    with isospline.view(path, browser=False) as viewer:
+        (each,) = viewer.state.objects
+        assert each.level > 0 > each.body_level
+        about = viewer.document[each.source].to_json()
+        assert about["body_level"] == each.body_level
+        state = viewer.state.replace(camera=CAMERA)
+        cut = ClipState("plane", (24.0, 16.0, 20.0), (0.0, 0.0, 1.0))
+        with viewer.making() as maker:
+
+            def extent(state):
+                maker.geometry_ids(state)
+                return maker.scene.extent([(0, 1, 0)])[0]
+
+            for changes in ({}, {"clip": cut}):
+                for level in (each.level, each.level + 1):
+                    changed = state.with_object(each.id, level=level).replace(**changes)
+                    np.testing.assert_allclose(extent(changed), (12, 20), atol=0.75)
+                    assert extent(changed.with_object(each.id, body_level=None))[1] > 38
+        session = session_of(viewer.document, state)
+        again = Document()
+        np.testing.assert_array_equal(shot(again, open_session(again, session)), shot(viewer.document, state))
+        monkeypatch.chdir(tmp_path)
+        known = {}
+        exec(compile(script(viewer.document, state, SIZE), "picture.py", "exec"), known)
+        np.testing.assert_array_equal(known["image"].to_srgb(), shot(viewer.document, state))
+    with isospline.view(isospline.read_volume(path), browser=False) as viewer:
+        assert viewer.state.objects == state.objects
+    for levels in ([300], None):
+        with isospline.view(np.load(path.with_suffix(".npy")), levels=levels, browser=False) as viewer:
+            assert viewer.state.objects[0].body_level is None

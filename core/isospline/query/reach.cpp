@@ -5,6 +5,7 @@
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/box.h"
+#include "isospline/query/surface_box.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/cap.h"
 #include "isospline/trace/point_in_cell.h"
@@ -67,12 +68,34 @@ void for_each_corner(const IsosurfaceSnapshot& surface, const std::vector<HalfSp
             }
 }
 
+/// Whether a box may contain points of the solid: false only if it has none, true if it has one at a corner of a part
+/// of it. Parts of an eighth of a cell count without further division.
+template <int Degree>
+bool may_be_inside(const SurfaceBox<Degree>& box, bool is_above)
+{
+    const auto [least, most] = std::minmax_element(box.b.begin(), box.b.end());
+    const double rounding = 0x1p-46 * std::max(-*least, *most);
+    if ((is_above ? *most : -*least) < -rounding)
+        return false;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 at = Degree * child_position(corner);
+        const double value = box.b[bernstein_item<Degree>(at.x, at.y, at.z)];
+        if ((is_above ? value : -value) >= 0.0)
+            return true;
+    }
+    if (box.depth == 9)
+        return true;
+    const int axis = box.depth % 3;
+    return may_be_inside<Degree>(half_of<Degree>(box, axis, false), is_above) ||
+           may_be_inside<Degree>(half_of<Degree>(box, axis, true), is_above);
+}
+
 /// Calls `visit` for the corners of all cells that may contain a part of a cap.
 template <typename Visit>
 void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
 {
     const Volume& volume = surface.volume();
-    const double sign = surface.options().inside == Inside::above ? 1.0 : -1.0;
+    const bool is_above = surface.options().inside == Inside::above;
     const auto has_cap = [&](const Brick& cell) {
         bool is_cut = false;
         for (const HalfSpace& plane : surface.clip_lattice()) {
@@ -84,12 +107,7 @@ void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
             return false;
         const VolumeCell coefficients(volume, surface.threshold(), cell.first);
         return dispatch_degree(volume.degree(), [&](auto degree) {
-            for (int k = 0; k <= degree; ++k)
-                for (int j = 0; j <= degree; ++j)
-                    for (int i = 0; i <= degree; ++i)
-                        if (sign * coefficients(i, j, k) >= 0.0)
-                            return true;
-            return false;
+            return may_be_inside<degree>(surface_box<degree>(coefficients, 0), is_above);
         });
     };
     // Several planes may cut a brick: its boxes are next to each other.

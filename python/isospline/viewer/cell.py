@@ -34,7 +34,7 @@ def picture(item):
     """The image of a Scene, an Isosurface or a Volume that a notebook shows."""
     if isinstance(item, _core.Volume):
         source = source_of(item)("volume")
-        item = closed_surface(item, (source.suggested_levels() or [source.range[0]])[0])
+        item = closed_surface(item, source.default_levels()[0])
     scene = item if isinstance(item, _core.Scene) else _core.Scene([item])
     looks = {id: _core.Phong(color=color_of(place)) for place, id in enumerate(scene.ids)}
     seen = scene if np.isfinite(scene.extent(np.eye(3))).all() else [[-1] * 3, [1] * 3]

@@ -13,6 +13,7 @@ from .. import _core
 from ..interop import read_mesh
 from ..io import VolumeData, read_volume
 from ..levels import histogram, levels_of_histogram
+from ..pictures import body_mask, default_levels
 from ..store.detail import LevelsOfDetail, is_store
 
 #: Suffixes of files that hold meshes; others are read as volumes.
@@ -44,6 +45,8 @@ class Source:
         A surface with the options that other levels get.
     levels_of_detail : LevelsOfDetail or None
         For a volume in a store; `item` is then its overview.
+    masks : dict
+        The masks of bodies by their level and their level of detail; `making` locks it.
     """
 
     key: str
@@ -56,6 +59,8 @@ class Source:
     patient: bool = False
     template: object = None
     levels_of_detail: Any = None
+    masks: dict[Any, np.ndarray] = field(default_factory=dict)
+    making: Any = field(default_factory=threading.Lock)
 
     @property
     def is_volume(self):
@@ -94,9 +99,28 @@ class Source:
         """The smallest and the largest value."""
         return float(self.values[0]), float(self.values[-1])
 
-    def suggested_levels(self, count=1):
-        """Suggested levels of isosurfaces."""
-        return levels_of_histogram(self.values, self.counts, count)
+    def default_levels(self):
+        """The level of the first isosurface, and the level of the patient's body, or None, as in `render`.
+
+        Volumes in stores have no level of the body, because its components would need all of the store.
+        """
+        suggested = levels_of_histogram(self.values, self.counts)
+        if not suggested:
+            return self.range[0], None
+        is_stored = self.levels_of_detail is not None
+        minimum = self.levels_of_detail.metadata.levels[0].minimum if is_stored else self.range[0]
+        level, body_level = default_levels(suggested, minimum, self.patient)
+        return level, None if is_stored else body_level
+
+    def mask(self, body_level, level_of_detail=None):
+        """The mask of the largest piece at a level, computed once; None for a level of None."""
+        if body_level is None:
+            return None
+        with self.making:
+            known = (body_level, level_of_detail)
+            if known not in self.masks:
+                self.masks[known] = body_mask(self.volume(level_of_detail), body_level)
+            return self.masks[known]
 
     def window(self):
         """The values shown as black and white in slices: the range without the lowest 1% and the highest 0.5%."""
@@ -122,6 +146,7 @@ class Source:
             "affine": self.item.affine.tolist(),
             "window": list(self.window()),
             "patient": self.patient,
+            "body_level": self.default_levels()[1],
         }
 
 

@@ -90,7 +90,7 @@ class PictureMaker:
         self._document = document
         self._scene = _core.Scene([])
         self._objects = {}  # object id in the state: (parameters, geometry id, object)
-        self._indices = {}  # (volume key, level of detail): a surface that owns the index of bricks
+        self._indices = {}  # (volume key, level of detail, level of the body): a surface that owns the index of bricks
         self._tracing = None  # the path traced state and its renderer
 
     @property
@@ -120,7 +120,7 @@ class PictureMaker:
         for id, each in wanted.items():
             source = self._document[each.source]
             detail = None if camera is None else source.level_of_detail(camera, size)
-            made_of = (each.source, detail, None if each.level is None else (each.largest, cuts))
+            made_of = (each.source, detail, None if each.level is None else (each.largest, each.body_level, cuts))
             known = self._objects.get(id)
             if known and known[0] != made_of:
                 self._scene.remove(known[1])
@@ -137,13 +137,16 @@ class PictureMaker:
         item = source.volume(detail)
         if each.level is None:
             return item
-        cuts = clip.cuts()
-        known = (each.source, detail)
+        cuts, mask = clip.cuts(), source.mask(each.body_level, detail)
+        known = (each.source, detail, each.body_level)
         if known not in self._indices:
-            self._indices[known] = source.template or _core.Isosurface(item, each.level)
+            is_whole = source.template and mask is None
+            self._indices[known] = source.template if is_whole else _core.Isosurface(item, each.level, mask=mask)
         if cuts is None and each.largest == self._indices[known].largest:
             return self._indices[known].with_level(each.level)
-        return _core.Isosurface(item, each.level, largest=each.largest, clip=cuts, capped=bool(cuts) and clip.capped)
+        return _core.Isosurface(
+            item, each.level, mask=mask, largest=each.largest, clip=cuts, capped=bool(cuts) and clip.capped
+        )
 
     def shadings(self, state, ids, moving=False):
         """A shading for each geometry id."""

@@ -49,6 +49,8 @@ def _object(state, each):
     if each.level is None:
         return each.source
     options = "" if each.largest is None else f", largest={each.largest}"
+    if each.body_level is not None:
+        options += f", mask=isospline.Isosurface({each.source}, {each.body_level!r}, largest=1).to_mask()"
     if state.clip.kind != "none":
         options += f", clip=[{_cuts(state.clip)}], capped={state.clip.capped}"
     return f"isospline.Isosurface({each.source}, {each.level!r}{options})"

@@ -32,6 +32,9 @@ class ObjectState(Checked):
         The level of the isosurface; None for a mesh.
     largest : int or None
         The number of connected components of the isosurface's solid to keep; None keeps all.
+    body_level : float or None
+        Only what is in the largest connected component at this level is shown: a patient without the table. None shows
+        everything.
     color_by : str
         "color", "normal", a curvature such as "mean-curvature", or the key of a volume.
     """
@@ -40,6 +43,7 @@ class ObjectState(Checked):
     source: str = field(text)
     level: float | None = field(optional(number()), None)
     largest: int | None = field(optional(count), None)
+    body_level: float | None = field(optional(number()), None)
     color: str = field(color, COLORS[0])
     opacity: float = field(number(0, 1), 1.0)
     silhouette_opacity: float | None = field(optional(number(0, 1)), None)

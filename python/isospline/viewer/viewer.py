@@ -72,12 +72,16 @@ class Viewer:
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 
-    def open(self, path, *, levels=None, largest=None, read_options=None, model_options=None):
-        """Read a file and show it: a mesh, or isosurfaces of a volume, by default at the first suggested level."""
+    def open(self, path, *, levels=None, largest=None, table=False, read_options=None, model_options=None):
+        """Read a file and show it: a mesh, or isosurfaces of a volume, by default at a suggested level.
+
+        By default, a CT of a patient is shown without the table and other things apart from the body.
+        """
         return self._show(
             read_source(path, progress=self.tell, read_options=read_options, model_options=model_options),
             levels,
             {"largest": largest},
+            table,
         )
 
     def add(self, item, *, levels=None, **look):
@@ -104,16 +108,21 @@ class Viewer:
         for window in self.windows():
             window.set_camera(state.camera)
 
-    def _show(self, make, levels, look=None):
+    def _show(self, make, levels, look=None, table=False):
         with self._telling_end():
             source = self.document.add(make)
-            return self._show_source(source, levels, look or {})
+            return self._show_source(source, levels, look or {}, table)
 
-    def _show_source(self, source, levels, look):
+    def _show_source(self, source, levels, look, table):
         if not source.is_volume:
             levels = [None]
         elif levels is None:
-            levels = source.suggested_levels() or [source.range[0]]
+            level, body_level = source.default_levels()
+            levels = [level]
+            if body_level is not None and not table:
+                self.tell(f"finding the body in {source.name}", 0.0)
+                source.mask(body_level)
+                look = {**look, "body_level": body_level}
         first = not self._state.objects
 
         def add(state):

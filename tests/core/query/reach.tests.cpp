@@ -107,3 +107,29 @@ TEST_CASE("the reach of a capped surface holds its caps, and no more", "[query][
     CHECK(bounds.lower.y == -reach[1]);
     CHECK(bounds.upper.z == reach[2]);
 }
+
+TEST_CASE("coefficients above the level alone make no cap", "[query][reach]")
+{
+    // A block of 1 in a block of 0.5: the coefficients at the border of the outer block exceed 0.65, the values do not.
+    const glm::ivec3 shape(30);
+    std::vector<float> samples;
+    for (int z = 0; z < shape.z; ++z)
+        for (int y = 0; y < shape.y; ++y)
+            for (int x = 0; x < shape.x; ++x) {
+                const bool is_inner = x >= 12 && x < 18 && y >= 12 && y < 18;
+                const bool is_outer = x >= 4 && x < 26 && y >= 4 && y < 26;
+                samples.push_back(is_inner ? 1.0f : is_outer ? 0.5f : 0.0f);
+            }
+    constexpr std::ptrdiff_t step = sizeof(float);
+    const auto volume = std::make_shared<const Volume>(
+        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}});
+    IsosurfaceOptions options;
+    options.capped = true;
+    options.clip = {{{0.0, 0.0, 1.0}, 14.2}};
+    options.shell.mask.assign(samples.size(), true);
+    options.shell.mask[0] = false;
+    const Isosurface surface(volume, 0.65, options);
+    const Box bounds = bounds_lattice(*surface.snapshot());
+    CHECK(bounds.lower.x > 10.0);
+    CHECK(bounds.upper.y < 20.0);
+}
