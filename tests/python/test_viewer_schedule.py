@@ -106,9 +106,12 @@ def test_frames_wait_for_those_that_have_not_arrived(make):
         recorder.scheduler.request(number)
         wait_for(lambda number=number: len(recorder.frames) == min(number + 1, 2))
     time.sleep(0.05)
+    recorder.scheduler.request("newest")
+    time.sleep(0.05)
     assert len(recorder.frames) == 2
     recorder.scheduler.acknowledge()
     wait_for(lambda: len(recorder.frames) == 3)
+    assert recorder.frames[-1] == ("newest", None)
 
 
 def test_a_window_that_never_answers_is_not_waited_for_without_end(make):

@@ -146,11 +146,20 @@ class FrameScheduler:
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._closed or self._version != drawn)
+                self._wait_for_room()  # before the state is read: newer ones may arrive meanwhile
                 if self._closed:
                     return
                 state, drawn = self._state, self._version
             if self._show(state, None, drawn) and self._wait(drawn):
                 self._refine(state, drawn)
+
+    def _wait_for_room(self):
+        """Wait until another frame may be in flight; the lock is held."""
+        arrived = self._changed.wait_for(
+            lambda: self._closed or self._in_flight < self._in_flight_limit, self._patience
+        )
+        if not arrived:
+            self._in_flight = 0
 
     def _wait(self, version):
         """Wait until the state has not changed for a while; False if another one arrived."""
@@ -169,11 +178,7 @@ class FrameScheduler:
     def _show(self, state, stage, version):
         """Draw and publish a frame; False if it was cancelled or failed."""
         with self._changed:
-            arrived = self._changed.wait_for(
-                lambda: self._closed or self._in_flight < self._in_flight_limit, self._patience
-            )
-            if not arrived:
-                self._in_flight = 0
+            self._wait_for_room()
             if self._closed:
                 return False
 

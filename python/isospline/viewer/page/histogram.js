@@ -10,6 +10,8 @@ export class Histogram {
     this.app = app;
     this.element = element;
     this.zoom = null; // the visible range, for the volume with this key
+    this.bars = null; // what the bars were drawn for
+    this.markers = makeSvg("g");
   }
 
   // The volume of the selected surface, or the first one.
@@ -31,8 +33,32 @@ export class Histogram {
     const {app} = this, source = this.source();
     this.element.hidden = !source;
     if (!source) return;
-    const [lower, upper] = this.range(source), span = upper - lower || 1;
+    const range = this.range(source), [lower, upper] = range, span = upper - lower || 1;
     const x = value => (value - lower) / span * WIDTH;
+    const focused = document.activeElement?.dataset?.object;
+    if (this.bars?.source !== source || String(this.bars.range) !== String(range)) {
+      this.bars = {source, range};
+      this.drawBars(source, range, x);
+    }
+    this.markers.replaceChildren(...app.state.objects.filter(each => each.source === source.key && each.level !== null)
+      .map(each => this.marker(each, x(each.level), source)).filter(Boolean));
+    if (focused !== undefined && this.element !== document.activeElement) this.element.querySelector(`[data-object="${focused}"]`)?.focus();
+  }
+
+  marker(each, place, source) {
+    if (place < -1 || place > WIDTH + 1) return null;
+    const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level)}`, "aria-valuenow": each.level,
+      "data-object": each.id},
+      makeSvg("rect", {x: place - 8, y: 0, width: 16, height: BOTTOM}),
+      makeSvg("line", {x1: place, x2: place, y1: TOP - 4, y2: BOTTOM, stroke: each.color}),
+      makeSvg("circle", {cx: place, cy: TOP - 4, r: 6, fill: each.color}),
+      makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level)));
+    marker.onpointerdown = event => this.drag(event, each.id, source);
+    marker.onkeydown = event => this.key(event, each.id, source);
+    return marker;
+  }
+
+  drawBars(source, [lower, upper], x) {
     const bars = source.histogram, most = Math.log1p(Math.max(...bars)), width = (source.range[1] - source.range[0] || 1) / bars.length;
     let path = `M0,${BOTTOM}`;
     bars.forEach((count, i) => {
@@ -45,25 +71,11 @@ export class Histogram {
       makeSvg("path", {class: "bars", d: `${path}L${WIDTH},${BOTTOM}Z`}),
       makeSvg("line", {x1: 0, x2: WIDTH, y1: BOTTOM, y2: BOTTOM, stroke: "#9aa7b3"}),
       ...[[lower, "start"], [upper, "end"]].map(([value, anchor], i) =>
-        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, "font-size": 11, fill: "#66727f"}, tidy(value))));
-    for (const each of app.state.objects.filter(each => each.source === source.key && each.level !== null)) {
-      const place = x(each.level);
-      if (place < -1 || place > WIDTH + 1) continue;
-      const marker = makeSvg("g", {class: "level", tabindex: 0, role: "slider", "aria-label": `Level ${tidy(each.level)}`, "aria-valuenow": each.level,
-        "data-object": each.id},
-        makeSvg("rect", {x: place - 8, y: 0, width: 16, height: BOTTOM}),
-        makeSvg("line", {x1: place, x2: place, y1: TOP - 4, y2: BOTTOM, stroke: each.color}),
-        makeSvg("circle", {cx: place, cy: TOP - 4, r: 6, fill: each.color}),
-        makeSvg("text", {x: clamp(place, 22, WIDTH - 22), y: 10}, tidy(each.level)));
-      marker.onpointerdown = event => this.drag(event, each.id, source);
-      marker.onkeydown = event => this.key(event, each.id, source);
-      svg.append(marker);
-    }
+        makeSvg("text", {x: i * WIDTH, y: HEIGHT - 3, "text-anchor": anchor, "font-size": 11, fill: "#66727f"}, tidy(value))),
+      this.markers);
     svg.onwheel = event => this.zoomed(event, source);
     svg.ondblclick = () => { this.zoom = null; this.draw(); };
-    const focused = document.activeElement?.dataset?.object;
     this.element.replaceChildren(svg);
-    if (focused !== undefined && this.element !== document.activeElement) this.element.querySelector(`[data-object="${focused}"]`)?.focus();
   }
 
   setLevel(id, value, step, source) {

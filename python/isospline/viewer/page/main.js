@@ -84,10 +84,13 @@ class App {
 
   receive(message) {
     if (message.type === "state") {
+      const limits = this.defaultLimits;
       this.defaultLimits = message.default_limits;
       // A state from before the page's newest change is older than the displayed one.
       if (message.input < this.inputs && this.state) return;
+      const before = JSON.stringify([this.state, limits]);
       this.state = message.state;
+      if (JSON.stringify([this.state, this.defaultLimits]) === before) return; // the page's own change
       if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
       this.tell("state", {own: false});
     } else if (message.type === "document") {

@@ -31,8 +31,14 @@ export class Panel {
     if (!app.state) return;
     this.histogram.draw();
     const {objects, shading, shadows, exponent, background, clip, slices} = app.state, open = [...app.sources.keys()];
-    this.put("objects", [objects, shading, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
-    this.put("add", [objects.map(each => [each.source, each.level]), open], () => this.drawAdd());
+    // Levels change often; they only change the value of their input.
+    const withoutLevels = objects.map(each => ({...each, level: each.level !== null}));
+    this.put("objects", [withoutLevels, shading, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
+    for (const each of objects) {
+      const input = document.querySelector(`.object[data-object="${each.id}"] .head input[type=number]`);
+      if (input && input !== document.activeElement) input.value = tidy(each.level);
+    }
+    this.put("add", [objects.map(each => each.source), open], () => this.drawAdd());
     this.put("light", [shading, shadows, exponent, background], () => this.drawLight(), true);
     this.put("cut", [clip.kind, clip.capped, clip.values], () => this.drawCut(), true);
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
@@ -110,9 +116,11 @@ export class Panel {
         if (app.state.objects.some(each => each.source === source.key)) return null;
         return make("button", {onclick: () => app.change({type: "add_object", source: source.key})}, `+ ${source.name}`);
       }
-      const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
       const name = app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
-      return make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: between(levels, source.range)})}, name);
+      return make("button", {onclick: () => {
+        const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
+        app.change({type: "add_object", source: source.key, level: between(levels, source.range)});
+      }}, name);
     });
   }
 
