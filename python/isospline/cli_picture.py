@@ -77,7 +77,7 @@ def _annotations(text):
 
 
 def color(text):
-    """An argument type for colours: a name, one number, or three numbers with commas."""
+    """An argument type for colours: a name, one number, or three numbers separated by commas."""
     with contextlib.suppress(ValueError):
         numbers = tuple(float(part) for part in text.split(","))
         if len(numbers) in (1, 3):
@@ -85,7 +85,7 @@ def color(text):
     try:
         return tuple(named_color(text).tolist())
     except ValueError:
-        expected = "the name of a colour, such as white or #f0c0a0, or 1 or 3 numbers from 0 to 1 with commas"
+        expected = "the name of a colour, such as white or #f0c0a0, or 1 or 3 numbers from 0 to 1, separated by commas"
         raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}") from None
 
 

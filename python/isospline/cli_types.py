@@ -12,8 +12,8 @@ from .views import VIEWS
 
 
 def numbers(*counts, instead=""):
-    """A type of numbers with commas between them; `instead` names the alternative."""
-    expected = f"{' or '.join(map(str, counts))} numbers with commas" + (instead and f" or {instead}")
+    """A type of numbers that are separated by commas; `instead` names the alternative."""
+    expected = f"{' or '.join(map(str, counts))} numbers separated by commas" + (instead and f" or {instead}")
 
     def parse(text):
         with contextlib.suppress(ValueError):
@@ -26,7 +26,7 @@ def numbers(*counts, instead=""):
 
 
 def layers(text):
-    """Names of layers with commas between them."""
+    """Names of layers, separated by commas."""
     names = tuple(text.split(","))
     unknown = [name for name in names if name not in LAYERS]
     if unknown:

@@ -88,7 +88,7 @@ def test_the_colors_of_a_colour_bar(limits):
     np.testing.assert_allclose(image.to_srgb()[first, column, :3], 255 * linear_to_srgb(expected[0]), atol=0.51)
 
 
-def test_every_rule_has_a_bar_of_its_own():
+def test_every_color_rule_has_its_own_bar():
     scene = isospline.Scene([sphere(), mesh_sphere(3.0, 16)])
     looks = {0: isospline.Phong(color=RAMP), 1: isospline.Phong(color=isospline.ColorByDepth())}
     first = []

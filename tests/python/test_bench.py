@@ -122,7 +122,7 @@ def test_directions_of_ambient_occlusion_are_cosine_distributed(bench):
     assert (cosine**2).mean() == pytest.approx(1 / 2, abs=5e-3)
 
 
-def test_goals_say_by_how_much_they_are_missed(bench):
+def test_missed_goals_state_their_factor(bench):
     from suite.goal import at_least, at_most, none_of
 
     assert at_least("x", 4, {"a": 5.0, "b": 2.0}).verdict == "missed by a factor of 2.00"
@@ -134,7 +134,7 @@ def test_goals_say_by_how_much_they_are_missed(bench):
     assert none_of("x", {}, 0).verdict == at_least("x", 4, {}).verdict == "not measured"
 
 
-def test_a_goal_for_a_median_says_the_worst_as_well(bench):
+def test_a_goal_for_a_median_states_the_worst_as_well(bench):
     from suite.goal import at_least
 
     goal = at_least("x", 4, {"a": 1.0, "b": 5.0, "c": 6.0}, of_median=True)
@@ -180,7 +180,7 @@ def test_memory_that_the_api_leaves_out_still_counts(bench):
     assert [goal.verdict.split()[0] for goal in left_out] == ["missed", "missed"]
 
 
-def test_judge_counts_what_is_lost_and_what_is_wrong(bench):
+def test_judge_counts_lost_and_wrong_hits(bench):
     from suite.judge import differences
 
     inf = np.inf
@@ -191,7 +191,7 @@ def test_judge_counts_what_is_lost_and_what_is_wrong(bench):
     assert found["distance_max"] == pytest.approx(0.2)
 
 
-def test_a_peer_that_ends_its_process_is_skipped_with_what_it_said(bench):
+def test_a_peer_that_ends_its_process_is_skipped_with_its_message(bench):
     from suite.peers import Skipped, require
 
     require("nothing", "pass")
@@ -325,7 +325,7 @@ def test_a_row_that_was_not_measured_is_in_the_goals(bench):
     assert "not measured: no such thing" in document.goal_table({"mitsuba": entry})
 
 
-def test_simulated_clusters_keep_to_what_is_known_of_them(bench, rng):
+def test_simulated_clusters_obey_known_bounds(bench, rng):
     from suite.simulation import Network, Work, efficiency, enlarged, makespan
 
     instant = Network(machine=np.inf, store=np.inf, latency=0.0)
@@ -345,7 +345,7 @@ def test_simulated_clusters_keep_to_what_is_known_of_them(bench, rng):
     assert enlarged(costs, 3, 2).reshape(4, 6)[::2, ::2].tolist() == costs.reshape(2, 3).tolist()
 
 
-def test_the_published_page_is_what_the_script_writes(bench, repository):
+def test_the_published_page_is_up_to_date(bench, repository):
     import publish
 
     published = [repository / "docs" / name for name in ("benchmarks.json", "benchmarks.md")]

@@ -40,7 +40,7 @@ def test_hits_do_not_depend_on_the_edge_of_boxes(surface, rays, edge):
 
 
 @pytest.mark.parametrize("edge", [0, -1, 3, 32])
-def test_an_edge_of_boxes_that_is_no_halving_is_refused(surface, edge):
+def test_an_edge_of_boxes_must_be_a_power_of_two(surface, edge):
     with pytest.raises(ValueError, match=f"box_edge: expected 1, 2, 4, 8 or 16 cells, got {edge}"):
         isospline.Scene([surface], box_edge=edge)
 

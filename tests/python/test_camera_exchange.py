@@ -63,7 +63,7 @@ def test_other_fields_of_view_become_vertical(axis, rng):
         camera.to_pyvista()
 
 
-def test_from_pyvista_takes_what_has_three_items():
+def test_from_pyvista_accepts_sequences_of_three():
     class Position:  # as pyvista.CameraPosition
         def __getitem__(self, index):
             return POSITION[index]
@@ -196,7 +196,7 @@ def test_pictures_of_other_sizes_show_the_same_of_a_distorted_view():
     np.testing.assert_allclose(larger[1::3, 1::3], camera.rays(SIZE), atol=1e-12)
 
 
-def test_what_a_distorted_picture_shows_is_where_opencv_projects_it():
+def test_distorted_pictures_agree_with_opencv_projection():
     field = isospline.volumes.torus(0.6, 0.25)
     volume = isospline.Volume(field.samples(32), **field.grid(32))
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))

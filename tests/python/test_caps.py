@@ -174,7 +174,7 @@ def around(surface, rng, count):
     return points, np.concatenate([points, rng.normal(size=points.shape)], axis=-1)
 
 
-def test_what_contains_is_what_crossings_count(closed, rng):
+def test_contains_agrees_with_counts_of_crossings(closed, rng):
     points, rays = around(closed, rng, 40_000)
     inside = closed.contains(points)
     assert 100 < inside.sum() < 39_000
@@ -328,7 +328,7 @@ def test_cuts_follow_the_transform(rng):
     np.testing.assert_allclose(hits["primitive_normals"][cap], normals, atol=1e-12)
 
 
-def test_what_is_open_stays_open():
+def test_open_surfaces_stay_open():
     """Caps do not close the volume's border without a clip there, nor the cells that a mask removes."""
     z, y, x = np.mgrid[0:9, 0:9, 0:9].astype(float)
     volume = isospline.Volume(x + 10, degree=2)

@@ -53,7 +53,7 @@ def path(tmp_path):
 # Limits
 
 
-def test_run_makes_what_render_makes(whole):
+def test_run_gives_the_picture_of_render(whole):
     for samples in (1, 2, 24):
         image = make_renderer().run(samples)
         layers = ("variance", "direct", "depth")
@@ -63,14 +63,14 @@ def test_run_makes_what_render_makes(whole):
         assert samples != 24 or image == whole
 
 
-def test_run_goes_on_from_steps(whole):
+def test_run_continues_after_steps(whole):
     renderer = make_renderer()
     renderer.step()
     assert renderer.run(24) == whole
     assert renderer.run(5) == whole  # the renderer already has more samples
 
 
-def test_noise_is_what_a_standard_error_changes(whole):
+def test_noise_is_the_change_by_one_standard_error(whole):
     renderer = make_renderer()
     assert renderer.noise == math.inf
     renderer.step(24)
@@ -138,7 +138,7 @@ def test_limits_that_make_no_sense(limits, message):
 # Checkpoints
 
 
-def test_a_picture_goes_on_after_each_sample(whole, path):
+def test_a_picture_continues_after_each_sample(whole, path):
     for samples in (1, 2, 23, 24):
         first = make_renderer()
         first.step(samples)
@@ -150,7 +150,7 @@ def test_a_picture_goes_on_after_each_sample(whole, path):
 
 
 @pytest.mark.parametrize("count", [1, 3, 10, 20])
-def test_a_picture_goes_on_after_ctrl_c(path, count):
+def test_a_picture_continues_after_ctrl_c(path, count):
     """The interrupt may come at any time: tiles then have different numbers of samples."""
     options = dict(size=(200, 150))
     expected = make_renderer(**options).run(32, noise=1e-9)
@@ -309,7 +309,7 @@ def test_checkpoints_with_other_contents_are_told(path, changes, message):
         make_renderer().load_checkpoint(path)
 
 
-def test_what_is_no_file_is_the_systems_error(path, tmp_path):
+def test_missing_files_raise_the_error_of_the_system(path, tmp_path):
     with pytest.raises(FileNotFoundError, match=path.name):
         make_renderer().load_checkpoint(path)
     with pytest.raises(IsADirectoryError):

@@ -49,7 +49,7 @@ def leftovers(folder):
 # demo
 
 
-def test_demo_makes_a_volume_and_its_picture_and_says_what_next(tmp_path, capsys):
+def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsys):
     image = pytest.importorskip("PIL.Image")
     folder = tmp_path / "a folder"
     assert main(["demo", "-o", str(folder)]) == 0
@@ -76,7 +76,7 @@ def test_demo_needs_a_folder_that_it_may_make(ball, capsys):
 # info
 
 
-def test_info_tells_what_is_in_a_file(ball, capsys):
+def test_info_describes_a_file(ball, capsys):
     assert main(["info", str(ball), "--spacing", "0.5,1,2"]) == 0
     text = capsys.readouterr().out
     data = np.load(ball)
@@ -163,7 +163,7 @@ def test_render_writes_a_picture(ball, picture, capsys, options):
     assert leftovers(picture.parent) == ["picture.png"]
 
 
-def test_render_shows_what_the_library_shows(ball, picture):
+def test_render_gives_the_picture_of_the_library(ball, picture):
     image = pytest.importorskip("PIL.Image")
     assert (
         main(
@@ -568,7 +568,7 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "required: -o/--output", "render", ball)
     fails(capsys, 2, "--level: invalid float value: 'high'", *render, "--level", "high")
     fails(capsys, 2, "--size: expected a width and a height such as 640x480, got '640'", *render, "--size", "640")
-    fails(capsys, 2, "--spacing: expected 3 numbers with commas, got '1,2'", *render, "--spacing", "1,2")
+    fails(capsys, 2, "--spacing: expected 3 numbers separated by commas, got '1,2'", *render, "--spacing", "1,2")
     fails(capsys, 2, "--shape: expected three counts", *render, "--shape", "1,2")
     fails(capsys, 2, "--dtype: expected a type such as uint8", *render, "--dtype", "integer")
     fails(capsys, 2, "--background: expected the name of a colour, such as white", *render, "--background", "muave")
@@ -586,7 +586,7 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(capsys, 2, "--annotate: expected scale-bar, colorbar or scale-bar,colorbar", *render, "--annotate", "ruler")
     fails(capsys, 2, "annotate: expected a colour rule", *render, "-l", "0", "--annotate", "colorbar")
     fails(capsys, 2, "--fast: expected --shading studio with it, got phong", *render, "--fast", "--shadows")
-    fails(capsys, 2, "--clip: expected 6 numbers with commas, got '1,2,3'", *render, "--clip", "1,2,3")
+    fails(capsys, 2, "--clip: expected 6 numbers separated by commas, got '1,2,3'", *render, "--clip", "1,2,3")
     fails(
         capsys,
         2,
@@ -616,7 +616,7 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(
         capsys,
         2,
-        "--light: expected 3 or 4 numbers with commas or one of .*front, .* got 'above'",
+        "--light: expected 3 or 4 numbers separated by commas or one of .*front, .* got 'above'",
         *render,
         "--light",
         "above",
@@ -648,7 +648,7 @@ def test_bad_arguments_are_told(ball, picture, capsys):
     fails(
         capsys,
         2,
-        "--environment: expected 1 or 3 numbers with commas or a file: .exr or .hdr, got 'blue'",
+        "--environment: expected 1 or 3 numbers separated by commas or a file: .exr or .hdr, got 'blue'",
         *render,
         *traced,
         "--environment",
@@ -814,7 +814,7 @@ def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
     )
 
 
-def test_the_process_ends_as_main_says(ball, tmp_path):
+def test_the_exit_code_is_that_of_main(ball, tmp_path):
     result = run("info", tmp_path / "missing.nrrd")
     assert (result.returncode, result.stdout) == (2, "") and "Traceback" not in result.stderr
     result = run("--version")
@@ -958,7 +958,7 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
         (["-o", "ball.stl", "--level", "1e9"], "ball.stl: expected a mesh with faces, got none"),
     ],
 )
-def test_mesh_says_what_is_wrong(ball, tmp_path, monkeypatch, capsys, options, message):
+def test_mesh_errors_are_clear(ball, tmp_path, monkeypatch, capsys, options, message):
     monkeypatch.chdir(tmp_path)
     assert main(["mesh", str(ball), *options]) == 2
     assert f"isospline: error: {message}" in capsys.readouterr().err
@@ -998,7 +998,7 @@ def test_fast_leaves_shadows_out(ball, picture):
     assert difference.max() <= 2  # the border that closes it is no part of this ball
 
 
-def test_what_takes_longer_than_a_second_says_so(ball, picture, capsys, monkeypatch):
+def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
     from isospline import cli_picture
 
     options = types.SimpleNamespace(quiet=False, fast=False, shading="studio")
@@ -1138,7 +1138,7 @@ def test_marks_of_the_command_line(ball, picture):
 
 
 @pytest.mark.parametrize(("option", "up"), [("-z", (0, 0, -1)), ("+y", (0, 1, 0)), ("1,0,1", (1, 0, 1))])
-def test_what_is_upwards(ball, picture, option, up):
+def test_upward_direction(ball, picture, option, up):
     assert (
         main(
             [
@@ -1174,7 +1174,7 @@ def test_what_is_upwards(ball, picture, option, up):
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
-def test_render_alone_leaves_specks_out_and_tells_of_turning_over(tmp_path, picture, capsys):
+def test_render_leaves_specks_out_and_explains_how_to_turn_the_picture(tmp_path, picture, capsys):
     grid = np.mgrid[0:24, 0:24, 0:24]
     data = np.full((24, 24, 24), 100.0)
     data[((grid - 12) ** 2).sum(axis=0) < 49] = 900

@@ -22,7 +22,7 @@ def traced(ball, materials=None, lights=None, meshes=(), samples=2, **options):
     return rendered(ball, samples=samples, integrator=integrator, meshes=meshes).to_srgb()
 
 
-def test_materials_are_those_of_the_library(ball, plate, picture):
+def test_command_line_materials_equal_those_of_the_library(ball, plate, picture):
     got = draw(
         ball,
         picture,
@@ -136,7 +136,7 @@ def test_an_even_environment_has_an_intensity(ball, picture):
 
 
 @pytest.mark.parametrize("shading", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
-def test_silhouettes_are_those_of_the_library(ball, picture, shading):
+def test_command_line_silhouettes_equal_those_of_the_library(ball, picture, shading):
     name = {isospline.Phong: "phong", isospline.Outline: "outline"}.get(shading, "ambient-occlusion")
     got = draw(
         ball,
@@ -244,7 +244,7 @@ def test_a_name_may_have_an_at(ball, plate, picture):
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
-def test_what_does_not_fit_is_told(ball, plate, picture, capsys, tmp_path):
+def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path):
     render = ("render", ball, "-o", picture, "--shading", "phong")
     sky = tmp_path / "sky.exr"
 

@@ -31,7 +31,7 @@ def traced(ball, samples):
     return rendered(ball, samples=samples, integrator=isospline.PathTracer()).to_srgb()
 
 
-def test_a_checkpoint_goes_on_to_more_samples(ball, picture, checkpoint, capsys):
+def test_a_checkpoint_continues_with_more_samples(ball, picture, checkpoint, capsys):
     assert main(arguments(ball, picture, "--samples", 5, "--checkpoint", checkpoint)) == 0
     np.testing.assert_array_equal(pixels(picture), traced(ball, 5))
     picture.unlink()
@@ -76,7 +76,7 @@ def test_kill_and_resume(ball, picture, checkpoint, has_checkpoint, tmp_path):
     np.testing.assert_array_equal(resumed, pixels(picture))
 
 
-def test_an_exr_goes_on_bit_for_bit(ball, tmp_path, checkpoint):
+def test_an_exr_continues_bit_for_bit(ball, tmp_path, checkpoint):
     layers = ("--layers", "variance,direct,depth")
     for name, steps in (("whole", [7]), ("parts", [2, 7])):
         checkpoint.unlink(missing_ok=True)
@@ -189,7 +189,7 @@ def test_pictures_of_all_kinds_go_on_bit_for_bit(ball, tmp_path, checkpoint, cap
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_a_killed_studio_picture_goes_on(ball, picture, checkpoint):
+def test_a_killed_studio_picture_continues(ball, picture, checkpoint):
     command = [sys.executable, "-m", "isospline", "render", ball, "-l", "0", "--size", "480x360", "-o", picture]
     keep = ["--checkpoint", checkpoint]
     process = subprocess.Popen(
@@ -211,7 +211,7 @@ def test_a_killed_studio_picture_goes_on(ball, picture, checkpoint):
 
 
 @pytest.mark.parametrize("shading", [["--fast"], ["--shading", "path-trace", "--samples", "2"]])
-def test_a_turntable_goes_on_with_the_pictures_that_are_missing(ball, tmp_path, capsys, shading):
+def test_a_turntable_continues_with_the_missing_pictures(ball, tmp_path, capsys, shading):
     command = ["render", str(ball), "-l", "0", "--size", "32x24", *shading, "--turntable", "4"]
     command += ["-o", str(tmp_path / "turn-##.png")]
     paths = [tmp_path / f"turn-{number:02}.png" for number in range(4)]
@@ -267,7 +267,7 @@ def test_a_full_disk_is_told_and_leaves_no_part(ball, picture, checkpoint, capsy
     assert not picture.exists() and not checkpoint.exists()
 
 
-def test_lines_tell_progress_without_a_terminal(ball, picture, capsys, monkeypatch):
+def test_progress_without_a_terminal_is_lines(ball, picture, capsys, monkeypatch):
     monkeypatch.setattr(progress, "LINE_INTERVAL", 0.0)
     assert main(arguments(ball, picture, "--samples", 3)) == 0
     lines = capsys.readouterr().err.splitlines()
@@ -292,7 +292,7 @@ def test_the_time_that_is_left_is_that_of_the_rate(capsys, monkeypatch):
     )
 
 
-def test_a_bar_tells_the_time_that_is_left(capsys):
+def test_a_bar_shows_the_remaining_time(capsys):
     bar = progress.Bar("rendering")
     bar(0.5)
     time.sleep(0.2)

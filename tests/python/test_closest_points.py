@@ -189,7 +189,7 @@ def test_mask_cuts_cells_away(rng):
     np.testing.assert_allclose(nearest["points"], expected, atol=1e-5)
 
 
-def test_where_all_is_equally_near_the_bound_says_so():
+def test_the_bound_holds_at_equidistant_points():
     surface, center = ball(7.0)
     nearest = surface.closest_points(center)
     assert nearest["distances"].shape == () and nearest["points"].shape == (3,)

@@ -275,7 +275,7 @@ def test_bad_colors(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["viridis", "coolwarm"])
-def test_default_maps_are_those_of_matplotlib_and_need_none(name, monkeypatch):
+def test_default_maps_equal_those_of_matplotlib_without_it(name, monkeypatch):
     matplotlib = pytest.importorskip("matplotlib")
     expected = srgb_to_linear(matplotlib.colormaps[name](np.linspace(0, 1, 256))[:, :3])
     monkeypatch.setitem(sys.modules, "matplotlib", None)

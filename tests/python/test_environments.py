@@ -58,7 +58,7 @@ def test_hdr_is_read_as_it_was_written(tmp_path, sky):
     assert (got[0, 0] == 0).all() and got[1, 1, 0] == pytest.approx(500, rel=1 / 128)
 
 
-def test_what_is_below_zero_is_black(tmp_path, sky):
+def test_negative_values_are_black(tmp_path, sky):
     write_exr(tmp_path / "sky.exr", {"RGB": sky - 1})
     np.testing.assert_array_equal(isospline.read_environment(tmp_path / "sky.exr"), np.maximum(sky - 1, 0))
 

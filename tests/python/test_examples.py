@@ -47,7 +47,7 @@ def test_higher_degrees_come_closer_to_the_formula():
     assert errors[5, 2] < errors[3, 2] < 0.1
 
 
-def test_voxel_hopping_finds_what_the_scene_finds():
+def test_voxel_hopping_finds_the_hits_of_the_scene():
     scene_hits, hopper_hits = example("110-voxel-hopping")
     np.testing.assert_allclose(scene_hits["t_hit"], hopper_hits["t_hit"], rtol=1e-6)
     np.testing.assert_array_equal(scene_hits["primitive_ids"], hopper_hits["primitive_ids"])
@@ -65,7 +65,7 @@ def test_closest_points_of_a_torus_are_the_closed_form(tmp_path):
     np.testing.assert_allclose(nearest["distances"], np.abs(distance), atol=1e-3)
 
 
-def test_first_tries_find_what_is_there(tmp_path):
+def test_common_guesses_of_names_work(tmp_path):
     image = example("200-first-try", samples=32, size=(32, 24), folder=tmp_path)
     assert 0.05 < (np.asarray(image)[..., :3] < 200).any(axis=-1).mean() < 0.8
     assert example("210-photograph", samples=48, size=(33, 25), folder=tmp_path) == pytest.approx(3.3, abs=1e-3)
@@ -75,7 +75,7 @@ def test_first_tries_find_what_is_there(tmp_path):
     assert depths[0] == pytest.approx(depths[2], abs=1e-2) and depths[1] < depths[0]
 
 
-def test_meshes_and_measures_are_those_of_the_solids(tmp_path):
+def test_meshes_and_measures_match_the_solids(tmp_path):
     part = example("235-print-it", samples=48, folder=tmp_path)
     assert part == pytest.approx(1.6**3 / 2, rel=0.1)  # a gyroid halves space
     volume, area, thickness = example("240-measure")
@@ -86,12 +86,12 @@ def test_meshes_and_measures_are_those_of_the_solids(tmp_path):
     assert 0 < distance.mean.value < 0.01 and distance.maximum[0] < 0.01
 
 
-def test_signs_alone_lose_pixels(tmp_path):
+def test_sign_tests_lose_pixels(tmp_path):
     lost, wrong = example("255-lost-pixels", size=(120, 100), folder=tmp_path)
     assert 0.01 < lost < 0.04 and 0.05 < wrong < 0.15
 
 
-def test_pruning_leaves_what_the_paper_reports(tmp_path):
+def test_pruning_leaves_the_cells_of_table_1(tmp_path):
     """Table 1 of the paper has 80, 67, 60 and 57% for another volume on the same grid."""
     counts = np.array(example("270-paper-figures", size=(32, 18), folder=tmp_path))
     np.testing.assert_allclose(counts[1:] / counts[0], (0.80, 0.67, 0.60, 0.57), atol=0.04)

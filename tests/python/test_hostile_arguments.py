@@ -24,7 +24,7 @@ def volume():
         (np.zeros(3), "ndarray of shape (3,) and type float64"),
     ],
 )
-def test_none_is_no_object(wrong, got):
+def test_none_is_not_an_object(wrong, got):
     data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
     for call, message in (
         (lambda: isospline.ColorByVolume(wrong), "volume: expected a Volume"),
@@ -121,7 +121,7 @@ def test_images_are_written_to_paths():
         image.write("a\0.png")
 
 
-def test_memory_errors_tell_what_the_memory_was_for():
+def test_memory_errors_name_the_purpose_of_the_memory():
     script = """
 import resource
 import numpy as np

@@ -83,7 +83,7 @@ def test_contains_sees_masks_and_clips(rng):
 
 
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
-def test_what_is_not_in_the_domain_is_outside(boundary):
+def test_points_beyond_the_domain_are_outside(boundary):
     # High at both ends of x, where the spline continues beyond the volume's border.
     volume = isospline.Volume(np.full((4, 5, 6), 7.0) + (3, 2, 1, 1, 2, 3), boundary=boundary)
     surface = isospline.Isosurface(volume, 8.5)

@@ -67,7 +67,7 @@ def itk_positions(image):
 
 @directions
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
-def test_nifti_is_where_nibabel_says(tmp_path, data, direction, suffix):
+def test_nifti_is_placed_as_by_nibabel(tmp_path, data, direction, suffix):
     affine = np.eye(4)
     affine[:3, :3], affine[:3, 3] = direction * SPACING, ORIGIN
     image = nibabel.Nifti1Image(data.T, affine)
@@ -82,7 +82,7 @@ def test_nifti_is_where_nibabel_says(tmp_path, data, direction, suffix):
 
 
 @directions
-def test_nifti_is_where_itk_says(tmp_path, data, direction):
+def test_nifti_is_placed_as_by_itk(tmp_path, data, direction):
     image = itk_image(data, direction)
     SimpleITK.WriteImage(image, tmp_path / "a.nii.gz")
     np.testing.assert_allclose(read_volume(tmp_path / "a.nii.gz").position(INDICES), itk_positions(image), atol=1e-4)
@@ -113,7 +113,7 @@ def test_nifti_is_not_confused_by_its_neighbour(tmp_path, data):
 @directions
 @pytest.mark.parametrize("name", ["a.nrrd", "a.nhdr", "a.mha", "a.mhd"])
 @pytest.mark.parametrize("compressed", [False, True])
-def test_itk_formats_are_where_itk_says(tmp_path, data, direction, name, compressed):
+def test_itk_formats_are_placed_as_by_itk(tmp_path, data, direction, name, compressed):
     image = itk_image(data, direction)
     SimpleITK.WriteImage(image, tmp_path / name, compressed)
 
@@ -256,7 +256,7 @@ def test_tiff_pages_are_slices(tmp_path, data, dtype, options):
     assert volume.spacing == (1, 1, 1)
 
 
-def test_tiff_resolution_alone_is_no_spacing(tmp_path, data):
+def test_tiff_resolution_is_not_taken_as_spacing(tmp_path, data):
     tifffile.imwrite(tmp_path / "a.tif", data, resolution=(72, 72), resolutionunit="INCH", photometric="minisblack")
     assert read_volume(tmp_path / "a.tif").spacing == (1, 1, 1)
 
@@ -322,7 +322,7 @@ def write_vtk(image, path, ascii=False, **settings):
 
 @dtypes
 @pytest.mark.parametrize("ascii", [False, True])
-def test_legacy_vtk_is_where_vtk_says(tmp_path, data, dtype, ascii):
+def test_legacy_vtk_is_placed_as_by_vtk(tmp_path, data, dtype, ascii):
     image = vtk_image(data.astype(dtype))
     write_vtk(image, tmp_path / "a.vtk", ascii)
     volume = read_volume(tmp_path / "a.vtk")
@@ -342,7 +342,7 @@ def test_legacy_vtk_is_where_vtk_says(tmp_path, data, dtype, ascii):
         "SetCompressorTypeToNone",
     ],
 )
-def test_vti_is_where_vtk_says(tmp_path, data, direction, setting):
+def test_vti_is_placed_as_by_vtk(tmp_path, data, direction, setting):
     image = vtk_image(data, direction, extent=(2, 8, -3, 2, 10, 14))
     write_vtk(image, tmp_path / "a.vti", **{setting: True})
     volume = read_volume(tmp_path / "a.vti")
@@ -626,7 +626,7 @@ REAL = {  # name: size, type, spacing, options
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_real_volumes_are_what_is_said_of_them(volumes_folder, name):
+def test_real_volumes_match_their_description(volumes_folder, name):
     size, dtype, spacing, options = REAL[name]
     volume = read_volume(volumes_folder / name, **options)
     assert volume.data.shape == size[::-1]

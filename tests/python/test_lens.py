@@ -54,7 +54,7 @@ def test_an_edge_in_focus_is_sharp():
     assert np.abs(blurred - coverage).max() > 0.1
 
 
-def test_the_lens_leaves_all_but_colour_alone():
+def test_the_lens_changes_only_colours():
     scene = isospline.Scene([half_plane(3.0)])
     sharp = render(scene, camera(), size=SIZE)
     for samples in (1, 5, 8):

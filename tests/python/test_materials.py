@@ -82,7 +82,7 @@ def test_base_colors_follow_from_the_point(ball, name):
     np.testing.assert_allclose(image.albedo[inner], expected_color(name, image, ball.bounds)[inner], atol=2e-4)
 
 
-def test_base_colors_are_those_of_every_hit_of_a_path():
+def test_every_hit_of_a_path_has_its_base_color():
     """A linear volume and equal colours at vertices give the same picture, including light between surfaces."""
     corner = np.concatenate([8 * SQUARE, 8 * SQUARE[:, [2, 0, 1]] - (8, 0, -8), 8 * SQUARE[:, [1, 2, 0]] + (0, 8, 8)])
     faces = np.concatenate([np.add(FACES, first) for first in (0, 4, 8)])
@@ -104,7 +104,7 @@ def test_colors_at_vertices_do_not_make_light():
         isospline.Mesh(9 * SQUARE, FACES, colors=np.full((4, 3), 3.0))
 
 
-def test_a_rule_has_no_scattering_function_of_its_own():
+def test_a_color_rule_has_no_scattering_function():
     material = isospline.Material(isospline.ColorByNormal())
     assert isinstance(material.base_color, isospline.ColorByNormal) and "ColorByNormal()" in repr(material)
     with pytest.raises(ValueError, match="^base_color: expected a constant colour, .* got ColorByNormal"):

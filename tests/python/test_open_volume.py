@@ -40,7 +40,7 @@ def picture(volume, **options):
     return isospline.render(scene, camera, size=SIZE, layers=("depth", "normal", "primitive_ids"), **options)
 
 
-def test_pictures_and_samples_are_those_of_a_volume_in_memory(pair):
+def test_pictures_and_samples_equal_those_in_memory(pair):
     volume, folder = pair
     opened = isospline.open_volume(folder, memory_limit="64MB")
     np.testing.assert_array_equal(opened.coefficients, volume.coefficients)
@@ -89,7 +89,7 @@ def test_bricks_are_dropped_under_the_limit_and_pictures_stay_the_same(pair):
     np.testing.assert_array_equal(picture(opened).depth, expected.depth)
 
 
-def test_only_what_rays_enter_is_read(store):
+def test_only_chunks_on_rays_are_read(store):
     opened = isospline.open_volume(store, memory_limit="64MB")
     before = opened.paging
     assert before["chunks_read"] == before["bricks_made"] == 0 and before["memory_limit"] == 64_000_000
@@ -186,7 +186,7 @@ SAID = {
 
 
 @pytest.mark.parametrize("name", SAID)
-def test_what_is_broken_is_named_and_no_picture_is_made(tmp_path, name):
+def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     folder = tmp_path / "broken.zarr"
     isospline.prefilter_to(FIELD.samples(SHAPE), folder, **FIELD.grid(SHAPE))
     opened = isospline.open_volume(folder)

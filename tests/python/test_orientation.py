@@ -213,7 +213,7 @@ def test_one_rule_with_and_without_a_patient():
 
 
 @pytest.mark.parametrize(("orientation", "expected"), [("RAI", True), ("LPS", True), ("???", False), ("RRI", False)])
-def test_a_metaimage_says_whether_it_is_of_a_patient(tmp_path, orientation, expected):
+def test_a_metaimage_declares_whether_it_is_of_a_patient(tmp_path, orientation, expected):
     data, origin = patient(np.eye(3))
     write_itk(tmp_path / "a.mha", data, np.eye(3), origin)
     content = (tmp_path / "a.mha").read_bytes()

@@ -108,7 +108,7 @@ def assert_hits_are_real(scene, volume, level, random, rays, hits):
 
 
 @pytest.mark.parametrize("degree", [2, 3])
-def test_rays_that_leave_a_torus_meet_only_what_is_there(degree):
+def test_rays_that_leave_a_torus_have_no_false_hits(degree):
     random = np.random.default_rng(2)
     field = isospline.volumes.torus()
     data = field.samples(32)
@@ -119,7 +119,7 @@ def test_rays_that_leave_a_torus_meet_only_what_is_there(degree):
         assert_hits_are_real(scene, volume, field.level, random, rays, hits)
 
 
-def test_rays_that_leave_bone_meet_only_what_is_there(volumes_folder):
+def test_rays_that_leave_bone_have_no_false_hits(volumes_folder):
     random = np.random.default_rng(3)
     volume = isospline.Volume(isospline.read_volume(volumes_folder / "mouse_skull.nrrd").data)
     scene = isospline.Scene([isospline.Isosurface(volume, 40)])

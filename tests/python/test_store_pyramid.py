@@ -42,7 +42,7 @@ def basis(size, degree, boundary, positions):
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("size", [2, 3, 4, 7, 12, 33, 90])
-def test_rows_are_those_of_dense_least_squares(size, degree, boundary):
+def test_rows_equal_those_of_dense_least_squares(size, degree, boundary):
     coarse = coarse_size(size, degree, boundary)
     positions, weights = nodes(coarse, degree, boundary)
     design = basis(coarse, degree, boundary, positions)
@@ -56,7 +56,7 @@ def test_rows_are_those_of_dense_least_squares(size, degree, boundary):
         assert np.abs(got - expected[first:last]).max() < 1e-9
 
 
-def test_halos_are_those_of_the_largest_poles():
+def test_halos_follow_from_the_largest_poles():
     for degree, pole in enumerate(POLES):
         # The Gram matrix of a long line; its inverse decays by the pole.
         positions, weights = nodes(61, degree, "mirror")

@@ -61,7 +61,7 @@ def contents(path):
 
 
 @pytest.mark.parametrize("after", [0, 7, 31, 62])
-def test_a_conversion_goes_on_where_it_was(data, made, tmp_path, monkeypatch, after):
+def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monkeypatch, after):
     count = itertools.count()
     for kind in (PrefilterShard, WriteRanges, ReduceShard):
 
@@ -238,7 +238,7 @@ def test_descriptions_that_are_wrong_are_refused(store, fields):
         read_metadata(store)
 
 
-def test_what_is_no_store_is_refused(store, tmp_path):
+def test_folders_that_are_no_stores_are_refused(store, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"missing\.zarr"):
         read_metadata(tmp_path / "missing.zarr")
     (tmp_path / "file").write_bytes(b"")
@@ -336,7 +336,7 @@ def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     assert contents(path) == contents(made)
 
 
-def test_the_command_goes_on_after_ctrl_c(data, tmp_path):
+def test_the_command_continues_after_ctrl_c(data, tmp_path):
     np.save(tmp_path / "a.npy", np.tile(data, (4, 4, 3)))
     store = tmp_path / "a.zarr"
     command = [sys.executable, "-m", "isospline", "convert", str(tmp_path / "a.npy"), str(store), "--chunk", "8"]

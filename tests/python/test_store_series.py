@@ -55,7 +55,7 @@ def test_series_of_any_source(steps, tmp_path, kind):
     assert told == sorted(told) and told[-1] == pytest.approx(1)
 
 
-def test_a_series_goes_on_where_it_was(steps, tmp_path):
+def test_a_series_continues_after_an_interruption(steps, tmp_path):
     path = tmp_path / "series.zarr"
     with pytest.raises(isospline.Cancelled):
         isospline.prefilter_to(steps, path, progress=lambda fraction: fraction < 0.5)

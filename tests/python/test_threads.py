@@ -307,7 +307,7 @@ os._exit(0)
 
 @needs_fork
 @pytest.mark.parametrize("parent, codes", [("idle", {"10"}), ("busy", {"10", "11"})])
-def test_a_forked_child_works_or_says_why_not(parent, codes, folder):
+def test_a_forked_child_works_or_raises(parent, codes, folder):
     """If nothing ran, the child can do everything, with one thread; otherwise it cannot build new objects."""
     assert set(python(FORK, folder, arguments=[parent, "10"], timeout=300).split()) <= codes
 

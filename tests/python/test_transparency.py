@@ -321,7 +321,7 @@ def test_light_through_a_ball_that_is_opaque_at_its_silhouette():
     np.testing.assert_allclose(image.color[on_floor, 0], expected, atol=1e-5)
 
 
-def test_silhouettes_of_meshes_are_those_of_their_normals():
+def test_silhouettes_of_meshes_follow_their_normals():
     """A flat square whose normals at its corners lean outwards: its opacity follows them, and not its plane."""
     corners = np.array([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], float)
     mesh = isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], normals=unit(corners + (0, -1, 0)))

@@ -50,7 +50,7 @@ def test_meshes_of_other_libraries_in_scenes():
             np.testing.assert_allclose(scene.bounds, expected.bounds, atol=1e-6)
 
 
-def test_images_of_other_libraries_name_what_takes_them():
+def test_errors_for_foreign_images_name_the_converter():
     image = SimpleITK.Image(4, 4, 4, SimpleITK.sitkFloat32)
     nibabel = pytest.importorskip("nibabel").Nifti1Image(np.zeros((4, 4, 4), np.float32), np.eye(4))
     grid = pytest.importorskip("pyvista").ImageData(dimensions=(4, 4, 4))
@@ -130,7 +130,7 @@ FIELD = volumes.heart()
 
 
 @pytest.mark.parametrize("type_name", ["uint8", "int16", "uint16", "float32", "FLOAT64"])
-def test_names_of_raw_files_tell_shape_and_type(tmp_path, type_name):
+def test_names_of_raw_files_give_shape_and_type(tmp_path, type_name):
     data = (100 + 50 * FIELD.samples((10, 11, 12)).clip(-1, 1)).astype(type_name.lower())
     path = tmp_path / f"heart_12x11x10_{type_name}.raw"
     data.tofile(path)

@@ -118,7 +118,7 @@ def test_values_differ_in_every_part(value):
             assert changed.replace(**{name: parts(value)[name]}) == value
 
 
-def test_replacing_what_is_not_there():
+def test_replacing_an_unknown_field():
     with pytest.raises(TypeError, match="^colour: expected a parameter of Phong .*did you mean color"):
         isospline.Phong().replace(colour=1)
     camera = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))

@@ -337,7 +337,7 @@ def test_a_reloaded_page_shows_the_same(page, viewer):
     np.testing.assert_array_equal(page.pixels(), pixels)
 
 
-def test_a_page_goes_on_with_a_viewer_that_comes_back(browser, ball):
+def test_a_page_continues_with_a_restarted_viewer(browser, ball):
     with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
         # The page tries to connect again while no viewer is there, and Chromium reports every attempt as an error.
         page = Page(browser, viewer.url, expected_error="ERR_CONNECTION_REFUSED")

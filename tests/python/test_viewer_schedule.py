@@ -114,7 +114,7 @@ def test_frames_wait_for_those_that_have_not_arrived(make):
     assert recorder.frames[-1] == ("newest", None)
 
 
-def test_a_window_that_never_answers_is_not_waited_for_without_end(make):
+def test_the_wait_for_a_silent_window_ends(make):
     recorder = make(passes=(), in_flight=1, patience=0.05)
     recorder.scheduler.request("a")
     wait_for(lambda: recorder.frames)
@@ -122,7 +122,7 @@ def test_a_window_that_never_answers_is_not_waited_for_without_end(make):
     wait_for(lambda: len(recorder.frames) == 2)
 
 
-def test_an_error_is_told_and_the_next_state_drawn(make):
+def test_an_error_is_reported_and_the_next_state_drawn(make):
     recorder = make()
     recorder.scheduler.request("broken")
     wait_for(lambda: recorder.errors)

@@ -117,7 +117,7 @@ def test_a_viewer_for_other_machines_wants_its_token(ball):
             connect(viewer, query=f"?token={token}", origin="http://evil.example")
 
 
-def test_it_listens_to_this_machine_alone(viewer):
+def test_it_listens_only_to_this_machine(viewer):
     outside = next(
         (
             each[4][0]
@@ -306,7 +306,7 @@ def test_without_websockets_the_extra_is_named(monkeypatch):
         isospline.view(browser=False)
 
 
-def test_what_view_takes(ball):
+def test_arguments_of_view(ball):
     data = np.load(ball).astype(float)
     volume = isospline.Volume(data)
     surface = isospline.Isosurface(volume, 100.0)

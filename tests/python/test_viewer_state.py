@@ -96,7 +96,7 @@ def test_sessions_move_with_their_folder(opened, folder, tmp_path_factory):
     assert open_session(again, read_session(elsewhere / "a.json")).object(0).level == state.object(0).level
 
 
-def test_what_is_not_from_a_file_is_no_session():
+def test_sessions_need_objects_from_files():
     document = Document()
     source = document.add(source_of(np.random.default_rng(0).normal(size=(6, 6, 6))))
     with pytest.raises(ValueError, match="^session: expected objects that were read from files, got source1"):
@@ -126,7 +126,7 @@ def test_a_wrong_session_is_one_clear_error(tmp_path, changes, message, capsys):
 
 
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"format": "isospline session 99"}', "\x00", "[" * 10000])
-def test_what_is_no_session_says_so(tmp_path, content):
+def test_files_that_are_no_sessions_are_refused(tmp_path, content):
     (tmp_path / "a.json").write_text(content, encoding="utf-8")
     with pytest.raises(ValueError, match="expected a session of isospline"):
         read_session(tmp_path / "a.json")
@@ -142,13 +142,13 @@ def test_states_know_their_objects():
         state.with_object(7, level=5)
 
 
-def test_records_make_json_of_what_they_are():
+def test_records_convert_to_json():
     state = ViewState(camera=PARALLEL, slices=SliceState(True, "a", (1, 2, 3))).with_new_object("a", 1.0, limits=(0, 1))
     assert ViewState.from_json(json.loads(json.dumps(state.to_json())), "state") == state
     assert isinstance(state.objects[0], ObjectState)
 
 
-def test_cameras_are_those_of_camera_for():
+def test_camera_states_give_the_rays_of_camera_for():
     for projection in ("perspective", "orthographic"):
         camera = isospline.camera_for([(0, 0, 0), (1, 2, 3)], projection=projection)
         np.testing.assert_array_equal(CameraState.of(camera).camera().rays((5, 4)), camera.rays((5, 4)))
