@@ -99,7 +99,6 @@ def test_a_background_keeps_its_colour():
         (lambda image: image.over("mauvish"), "background: expected"),
         (lambda image: image.over((1, 2)), "background: expected"),
     ],
-    ids=str,
 )
 def test_bad_options_are_named(call, message):
     with pytest.raises(ValueError, match=f"^{message}"):
