@@ -73,8 +73,8 @@ export class Panel {
         make("button", {class: "bare", title: "Remove", "aria-label": "Remove", onclick: () => {
           app.change({type: "remove_object", id: each.id});
         }}, "×")));
-    if (source?.body_level != null) element.append(checkbox("Only the body, without the table", each.body_level !== null,
-      body => change({body_level: body ? source.body_level : null})));
+    if (source?.body_level != null) element.append(make("div", {class: "row"}, checkbox("Only the body, without the table",
+      each.body_level !== null, body => change({body_level: body ? source.body_level : null}))));
     if (app.selected === each.id) element.append(...this.drawLook(each, change));
     return element;
   }
