@@ -7,8 +7,8 @@ SHELL := /bin/bash
 
 bin := .venv/bin
 python := $(bin)/python
-# Files of tests run in parallel, each in one process.
-pytest = $(python) -m pytest --numprocesses auto --dist loadfile
+# Files of tests run in parallel, each in one process, in the order of tests/python/conftest.py.
+pytest = $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
 sources := CMakeLists.txt CMakePresets.json pyproject.toml \
     $(shell find bindings cmake core python -type f -not -name '*.pyc')

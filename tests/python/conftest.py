@@ -11,6 +11,24 @@ from interrupts import obey_interrupts
 import isospline
 
 
+# Files that take longest. They run first, so that no process has one left when the others have finished.
+LONGEST = (
+    "test_site",
+    "test_pages",
+    "test_types",
+    "test_fuzz",
+    "test_viewer_page",
+    "test_threads",
+    "test_store_reliability",
+)
+
+
+def pytest_collection_modifyitems(items):
+    """Move the longest files to the front."""
+    place = {name: number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
+
+
 def pytest_configure():
     """Tests send SIGINT to their own process, which background jobs ignore."""
     obey_interrupts()

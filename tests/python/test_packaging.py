@@ -14,7 +14,7 @@ import isospline
 def symbols(path):
     """The names that a library exports."""
     listed = subprocess.run(
-        ["nm", "-D", "--defined-only", path], capture_output=True, encoding="utf-8", check=True
+        ["nm", "-D", "--extern-only", "--defined-only", path], capture_output=True, encoding="utf-8", check=True
     ).stdout
     return [line.split()[-1] for line in listed.splitlines()]
 
