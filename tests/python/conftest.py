@@ -10,7 +10,6 @@ from interrupts import obey_interrupts
 
 import isospline
 
-
 # Files that take longest. They run first, so that no process has one left when the others have finished.
 LONGEST = (
     "test_site",
