@@ -109,7 +109,7 @@ def needs_volumes(path):
 def with_heading(path):
     source = path.read_text(encoding="utf-8")
     docstring = ast.get_docstring(ast.parse(source), clean=True)
-    title = path.stem.split("-", 1)[1].replace("-", " ").capitalize()
+    title = path.stem.split("-", 1)[1].replace("-", " ").capitalize().replace(" ct", " CT")
     code = source.split('"""', 2)[2]
     if needs_volumes(path):
         docstring += "\n\n.. image:: /images/hero.jpg"
