@@ -89,7 +89,8 @@ public:
     void descend_octet(const Octet& octet, const Entry& entry)
     {
         for_each_met(entry, brick_size, octet.bricks, [&](int child, const Entry& inner) HWY_ATTR {
-            descend_brick(bricks_.brick(octet, child), ~std::uint64_t{0}, inner);
+            if (any_ray_meets(inner, brick_size))
+                descend_brick(bricks_.brick(octet, child), ~std::uint64_t{0}, inner);
         });
     }
 
@@ -130,7 +131,7 @@ public:
         for (std::uint64_t rest = blocks_front_to_back(met, flip_); rest != 0; rest &= rest - 1u) {
             const auto nth = static_cast<unsigned>(hwy::Num0BitsBelowLS1Bit_Nonzero64(rest));
             const Entry inner = advance(entry, {nth & 3u, nth >> 2 & 3u, nth >> 4}, 2);
-            if (first_t(inner) <= t_end_)
+            if (first_t(inner) <= t_end_ && any_ray_meets(inner, 2))
                 descend_block(brick, static_cast<int>(flipped_block(nth, flip_)), 0xffu, inner);
         }
     }
@@ -222,6 +223,27 @@ private:
                 continue;
             visit(static_cast<int>(child), advance(entry, {nth & 1u, nth >> 1 & 1u, nth >> 2}, half));
         }
+    }
+
+    // Whether a ray meets a cube of `edge` cells. The test of all rays together often takes cubes between them, and
+    // behind the hits of some, for met.
+    HWY_INLINE bool any_ray_meets(const Entry& entry, int edge) const
+    {
+        const Rays d;
+        LaneMask lanes = 0;
+        for (std::size_t lane = 0; lane < capacity; lane += hn::Lanes(d)) {
+            R t_near = hn::Load(d, t_near_ + lane), t_far = hn::Load(d, t_limit_ + lane);
+            for (int axis = 0; axis < 3; ++axis) {
+                const R per_cell = hn::Load(d, per_cell_[axis] + lane);
+                const R t_entry = hn::Load(d, t_entry_[axis] + lane);
+                const R to_near_side = hn::Set(d, entry.way[axis] - margin_);
+                const R to_far_side = hn::Set(d, entry.way[axis] + static_cast<float>(edge) + margin_);
+                t_near = hn::Max(t_near, hn::MulAdd(to_near_side, per_cell, t_entry));
+                t_far = hn::Min(t_far, hn::MulAdd(to_far_side, per_cell, t_entry));
+            }
+            lanes |= to_lane_mask(d, hn::Le(t_near, t_far), lane);
+        }
+        return (lanes & lanes_) != 0;
     }
 
     // The rays that meet a cell and are in its slab for a part of their segment in it.
