@@ -2,6 +2,7 @@
 // the parameter, the expected and the given value: ValueError for shapes and values, TypeError for types.
 #pragma once
 
+#include "gil.h"
 #include "glm_casters.h"
 #include "mistakes.h"
 
@@ -79,7 +80,7 @@ inline pybind11::array as_array(const pybind11::handle& value, const char* param
             throw_wrong_type(parameter, std::string(expected) + " in the memory of the CPU", value);
         }
     }
-    auto array = py::array::ensure(given);
+    auto array = stay_at_exit([&] { return py::array::ensure(given); });
     if (!array)
         PyErr_Clear();
     if (!array || kinds.find(array.dtype().kind()) == std::string_view::npos)
@@ -90,6 +91,9 @@ inline pybind11::array as_array(const pybind11::handle& value, const char* param
 /// An array of shape (..., columns), such as rays (..., 6) or points (..., 3), whose numbers are read as float64.
 /// C-contiguous float32 and float64 arrays are read in place; others are copied.
 class RowArray {
+    static constexpr int aligned_doubles =
+        pybind11::array::c_style | pybind11::array::forcecast | pybind11::detail::npy_api::NPY_ARRAY_ALIGNED_;
+
 public:
     RowArray(const pybind11::handle& value, const char* parameter, pybind11::ssize_t columns)
         : array_(as_array(value, parameter, "iuf")), columns_(static_cast<std::size_t>(columns))
@@ -104,8 +108,7 @@ public:
             return;
         }
         if (!py::isinstance<py::array_t<double, py::array::c_style>>(array_) || !is_aligned<double>())
-            array_ = py::array_t<double, py::array::c_style>(py::module_::import("numpy").attr("array")(
-                array_, py::arg("dtype") = py::dtype::of<double>(), py::arg("order") = "C"));
+            array_ = stay_at_exit([&] { return py::array_t<double, aligned_doubles>(array_); });
         doubles_ = static_cast<const double*>(array_.data());
     }
 

@@ -57,7 +57,7 @@ void long_call(const std::string& what_for, const pybind11::object& progress, Op
     const auto tell = [&] {
         if (report.is_none())
             return;
-        const py::object go_on = report(finished.load());
+        const py::object go_on = call_python(report, py::float_(finished.load()));
         if (!go_on.is_none() && !py::bool_(go_on))
             cancelled = true;
     };
