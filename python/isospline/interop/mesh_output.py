@@ -29,8 +29,9 @@ def to_trimesh(self):
     Examples
     --------
     >>> import isospline
-    >>> isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_trimesh().area
-    np.float64(0.5)
+    >>> mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]).to_trimesh()
+    >>> print(mesh.area)
+    0.5
     """
     with library_of("Mesh.to_trimesh"):
         import trimesh
