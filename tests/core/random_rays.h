@@ -16,7 +16,8 @@ inline Ray random_lattice_ray(std::mt19937& random, const glm::dvec3& shape)
 {
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     std::uniform_int_distribution<int> axis(0, 2), kind(0, 6);
-    const auto point = [&] { return shape * glm::dvec3(unit(random), unit(random), unit(random)); };
+    // In braces, numbers are drawn in the order of the text with every compiler.
+    const auto point = [&] { return shape * glm::dvec3{unit(random), unit(random), unit(random)}; };
     const auto corner = [&] { return glm::floor(point() + 0.5); };
     glm::dvec3 target = point(), origin = target + 60.0 * glm::normalize(point() - 0.5 * shape);
     glm::dvec3 along(0.0);
@@ -34,7 +35,8 @@ inline Ray random_lattice_ray(std::mt19937& random, const glm::dvec3& shape)
         target = corner(), origin = target - 70.0 * along;
         break; // along an edge
     case 4:
-        target = corner(), origin = corner() + 2.0 * (corner() - target);
+        target = corner(), origin = 2.0 * (corner() - target);
+        origin += corner();
         break; // through corners
     case 5:
         origin[axis(random)] = target[axis(random)];

@@ -198,7 +198,10 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
     for (std::size_t first = 0; first < blocks_per_brick; first += hn::Lanes(d)) {
         const auto lower = hn::Load(d, codes.lower.data() + first), upper = hn::Load(d, codes.upper.data() + first);
         std::uint8_t bits[8] = {};
-        hn::StoreMaskBits(d, hn::And(hn::Le(lower, most_lower), hn::Ge(upper, least_upper)), bits);
+        // Old versions of Highway have no Le and Ge of integers for NEON.
+        const auto lower_meets = hn::Eq(hn::Min(lower, most_lower), lower);
+        const auto upper_meets = hn::Eq(hn::Max(upper, least_upper), upper);
+        hn::StoreMaskBits(d, hn::And(lower_meets, upper_meets), bits);
         blocks |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << first;
     }
     return blocks;
