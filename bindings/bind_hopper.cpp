@@ -10,10 +10,11 @@
 #include "isospline/util/turn.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <ranges>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -152,8 +153,9 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
             const HopStatistics of_chunk = hopper->cast_rays(given.chunk(begin, end), hits);
             for (std::size_t i = begin; i < end; i += RayPacket::capacity) {
                 const std::size_t count = std::min<std::size_t>(RayPacket::capacity, end - i);
-                arrays.set(std::views::iota(i, i + count), count, ~LaneMask{0},
-                           std::span<const Hit>(hits).subspan(i - begin, count));
+                std::array<std::size_t, RayPacket::capacity> places;
+                std::iota(places.begin(), places.end(), i);
+                arrays.set(places, count, ~LaneMask{0}, std::span<const Hit>(hits).subspan(i - begin, count));
             }
             const std::lock_guard lock(adding);
             statistics += of_chunk;

@@ -47,6 +47,7 @@ std::vector<SurfaceHit> mesh_hits()
     std::vector<TriangleHit> found(rays_of(Rays::whole).size());
     triangle_scene().cast_singles(rays_of(Rays::whole), found);
     std::vector<SurfaceHit> hits;
+    hits.reserve(found.size());
     for (const TriangleHit& hit : found)
         hits.push_back({hit.t, hit.normal});
     return hits;

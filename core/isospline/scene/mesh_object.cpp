@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <compare>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -92,7 +93,7 @@ bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std
     if (std::abs(gap) > first.t_error + second.t_error)
         return gap > 0.0;
     const std::weak_ordering order = exact_order(ray, triangle(first_primitive), triangle(second_primitive));
-    return order < 0 || (order == 0 && first_primitive < second_primitive);
+    return std::is_lt(order) || (std::is_eq(order) && first_primitive < second_primitive);
 }
 
 bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,

@@ -154,7 +154,7 @@ StoreError::StoreError(const std::string& what, const std::filesystem::path& fil
 {
 }
 
-ShardedArray::ShardedArray(ShardedArrayLayout layout, std::vector<float> ranges, std::size_t memory_limit)
+ShardedArray::ShardedArray(const ShardedArrayLayout& layout, std::vector<float> ranges, std::size_t memory_limit)
     : layout_(checked(layout)), chunks_per_shard_(layout_.shard / layout_.chunk), ranges_(std::move(ranges)),
       memory_limit_(memory_limit),
       budget_(left_of(memory_limit, ranges_.size() * sizeof(float), layout_.chunk) / 32 * 23),

@@ -48,7 +48,7 @@ public:
     /// `ranges` are those of the volume's bricks, in the layout of BrickRanges::Octet. Chunks, and the bricks that
     /// `budget()` counts, take about `memory_limit` bytes in all. Throws std::invalid_argument for shapes that do not
     /// fit together, and StoreError if the folder does not exist.
-    ShardedArray(ShardedArrayLayout layout, std::vector<float> ranges, std::size_t memory_limit);
+    ShardedArray(const ShardedArrayLayout& layout, std::vector<float> ranges, std::size_t memory_limit);
     ~ShardedArray() override;
     ShardedArray(const ShardedArray&) = delete;
     ShardedArray& operator=(const ShardedArray&) = delete;

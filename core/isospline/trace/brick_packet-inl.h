@@ -296,8 +296,8 @@ private:
     alignas(64) float t_near_[capacity], t_limit_[capacity];
 };
 
-void trace_packet(const Bricks& bricks, const ShellBox& box, const LatticeRayPacket& rays, float margin,
-                  LaneMask active, const PacketVisitor& visitor)
+inline void trace_packet(const Bricks& bricks, const ShellBox& box, const LatticeRayPacket& rays, float margin,
+                         LaneMask active, const PacketVisitor& visitor)
 {
     const MemoryBudget::InUse in_use(bricks.budget());
     const Octet& octet = bricks.octets()[box.octet];

@@ -219,8 +219,8 @@ private:
     const float* farther_[3]; // for each child, whether it is the farther half
 };
 
-void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,
-               const RayVisitor& visitor)
+inline void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,
+                      const RayVisitor& visitor)
 {
     const MemoryBudget::InUse in_use(bricks.budget());
     RayDescent descent(bricks, ray, margin, t_limit, visitor);

@@ -21,6 +21,8 @@ PAGE = Path(__file__).parent / "page"
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 #: Bytes of the longest message of a page: a part of an upload.
 LONGEST_MESSAGE = 1 << 22
+#: Seconds that a window has to answer when the server closes; a page that hangs must not delay the end of the program.
+CLOSE_TIMEOUT = 2
 
 
 class Server:
@@ -102,7 +104,13 @@ class Server:
     async def _serve(self, host, port, started):
         self._stopping = asyncio.Event()
         async with self._sockets.serve(
-            self._connect, host, port, process_request=self._answer, max_size=LONGEST_MESSAGE, compression=None
+            self._connect,
+            host,
+            port,
+            process_request=self._answer,
+            max_size=LONGEST_MESSAGE,
+            compression=None,
+            close_timeout=CLOSE_TIMEOUT,
         ) as server:
             self.port = server.sockets[0].getsockname()[1]
             started.set()

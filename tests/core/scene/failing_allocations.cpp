@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -115,7 +116,7 @@ struct World {
         scene.add(mesh);
         scene.snapshot();
         for (int i = 0; i < 32 * 32; ++i)
-            rays.push_back({{-5.0, (i % 32) * size / 32.0, (i / 32) * size / 32.0}, {1.0, 0.01, 0.02}});
+            rays.push_back({glm::dvec3(-5, 0, 0) + size / 32.0 * glm::dvec3(0, i % 32, i / 32), {1.0, 0.01, 0.02}});
     }
 
     double cast(bool coherent)
@@ -236,14 +237,13 @@ Outcome outcome(const Operation& operation, long number, int pipe)
     const double expected = operation.run(undisturbed);
     failing = number;
     counting = true;
-    double result = expected;
-    bool thrown = false;
+    std::optional<double> result; // none if there is no memory
     try {
         result = operation.run(world);
     } catch (const std::bad_alloc&) {
-        thrown = true;
+        result.reset();
     } catch (const std::filesystem::filesystem_error&) {
-        thrown = true; // OpenEXR makes an error of its stream of some
+        result.reset(); // OpenEXR makes an error of its stream of some
     } catch (const std::exception& error) {
         counting = false;
         std::fprintf(stderr, "%s, allocation %ld: %s\n", operation.name, number, error.what());
@@ -257,7 +257,7 @@ Outcome outcome(const Operation& operation, long number, int pipe)
     if (!std::filesystem::is_empty("."))
         return file_left;
     // An operation that succeeds without the memory must have the same result.
-    if (!thrown && result != expected)
+    if (result && result != expected)
         return swallowed;
     return operation.run(world) == expected ? good : wrong;
 }

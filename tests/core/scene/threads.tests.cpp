@@ -74,7 +74,7 @@ TEST_CASE("all calls of all threads at a time", "[scene][threads]")
     scene.add(capped);
     std::vector<Ray> rays;
     for (int i = 0; i < 256; ++i)
-        rays.push_back({{-20.0, i % 16 + 0.3, i / 16 + 0.2}, {1.0, 0.01, 0.02}});
+        rays.push_back({glm::dvec3(-20, i % 16, i / 16) + glm::dvec3(0.0, 0.3, 0.2), {1.0, 0.01, 0.02}});
     const PerspectiveCamera camera{{-40, 9, 9}, {9, 9, 9}};
 
     const auto change_levels = [&](int i) {
