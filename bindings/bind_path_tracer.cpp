@@ -97,11 +97,15 @@ void step(SceneRenderer& self, int samples, const py::object& progress)
 constexpr int parts_of_sum = sizeof(PathSums::Sum) / sizeof(double);
 static_assert(parts_of_sum == 7 && sizeof(glm::dvec3) == 3 * sizeof(double));
 
+/// How many numbers an item has. clang-tidy takes this for the length of an array.
+template <typename Number, typename Item>
+constexpr py::ssize_t numbers_of = sizeof(Item) / sizeof(Number); // NOLINT(bugprone-sizeof-expression)
+
 /// A copy of the numbers, pixel by pixel.
 template <typename Number, typename Item>
 py::array_t<Number> rows_of(const std::vector<Item>& items)
 {
-    constexpr py::ssize_t columns = sizeof(Item) / sizeof(Number);
+    constexpr py::ssize_t columns = numbers_of<Number, Item>;
     auto array = new_array<Number>(Shape{static_cast<py::ssize_t>(items.size()), columns});
     std::copy_n(reinterpret_cast<const Number*>(items.data()), array.size(), array.mutable_data());
     return array;
@@ -111,7 +115,7 @@ template <typename Number, typename Item>
 std::vector<Item> items_of(const py::dict& state, const char* name, const char* parameter)
 {
     const auto rows = state.contains(name) ? state[name].cast<py::object>() : py::object(py::none());
-    constexpr py::ssize_t columns = sizeof(Item) / sizeof(Number);
+    constexpr py::ssize_t columns = numbers_of<Number, Item>;
     const char* const expected = "the arrays of ProgressiveRenderer.state()";
     if (!py::isinstance<py::array_t<Number>>(rows))
         throw_invalid(parameter, expected, std::string("another type of ") + name);

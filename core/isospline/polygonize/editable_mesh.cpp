@@ -114,7 +114,7 @@ void EditableMesh::collapse(std::uint32_t from, std::uint32_t to)
     first_corner_[from] = none;
 }
 
-void EditableMesh::take(std::vector<glm::uvec3>& faces, std::vector<FaceLabel>& labels) &&
+std::pair<std::vector<glm::uvec3>, std::vector<FaceLabel>> EditableMesh::take() &&
 {
     std::size_t kept = 0;
     for (std::size_t face = 0; face < faces_.size(); ++face)
@@ -124,8 +124,7 @@ void EditableMesh::take(std::vector<glm::uvec3>& faces, std::vector<FaceLabel>& 
         }
     faces_.resize(kept);
     labels_.resize(kept);
-    faces = std::move(faces_);
-    labels = std::move(labels_);
+    return {std::move(faces_), std::move(labels_)};
 }
 
 } // namespace isospline

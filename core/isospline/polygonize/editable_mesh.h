@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace isospline {
@@ -29,7 +30,7 @@ public:
     bool can_collapse(std::uint32_t from, std::uint32_t to) const;
     void collapse(std::uint32_t from, std::uint32_t to);
     /// The remaining faces, with their labels.
-    void take(std::vector<glm::uvec3>& faces, std::vector<FaceLabel>& labels) &&;
+    std::pair<std::vector<glm::uvec3>, std::vector<FaceLabel>> take() &&;
 
 private:
     /// The other end of an edge at a vertex.

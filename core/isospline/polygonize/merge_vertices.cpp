@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -92,7 +93,7 @@ void merge_close_vertices(LabeledMesh& mesh, double distance)
                 if (!try_collapse(a, b))
                     try_collapse(b, a);
             }
-    std::move(editable).take(mesh.faces, mesh.labels);
+    std::tie(mesh.faces, mesh.labels) = std::move(editable).take();
     drop_unused_vertices(mesh);
 }
 

@@ -299,7 +299,7 @@ double Simplification<Degree>::finish(LabeledMesh& mesh) &&
             largest =
                 std::max(largest, glm::distance(world_[sample], closest_point_of_triangle(world_[sample], a, b, c)));
         }
-    std::move(editable_).take(mesh.faces, mesh.labels);
+    std::tie(mesh.faces, mesh.labels) = std::move(editable_).take();
     drop_unused_vertices(mesh);
     return largest;
 }

@@ -102,9 +102,10 @@ TEST_CASE("cells are connected if the solid passes through the face between them
                 }
                 for (int axis = 0; axis < 3; ++axis)
                     for (int at = 0; at < steps * steps; ++at) {
+                        const int row = at / steps, column = at % steps;
                         glm::dvec3 local(1.0);
-                        local[(axis + 1) % 3] = at % steps / (steps - 1.0);
-                        local[(axis + 2) % 3] = at / steps / (steps - 1.0);
+                        local[(axis + 1) % 3] = column / (steps - 1.0);
+                        local[(axis + 2) % 3] = row / (steps - 1.0);
                         if (!(subject.value(cell, local) > 1e-9))
                             continue;
                         REQUIRE(label >= 0);

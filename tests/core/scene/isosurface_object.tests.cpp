@@ -210,7 +210,7 @@ TEST_CASE("an exception of a source ends the query, and everything can be used a
     for (const std::size_t before : {std::size_t{0}, std::size_t{20}}) {
         surface->set_level(0.3);
         const auto snapshot = scene.snapshot();
-        Answers(*snapshot, std::span(rays).first(before));
+        const Answers answers_before(*snapshot, std::span(rays).first(before));
         source->refuse = true;
         std::vector<Hit> hits(rays.size());
         std::vector<std::uint8_t> occluded(rays.size());

@@ -212,7 +212,7 @@ TEST_CASE("errors name the broken part of a shard", "[store]")
 TEST_CASE("layouts that do not fit together are refused", "[store]")
 {
     const ArrayOnDisk disk(small);
-    const auto open = [](ShardedArrayLayout layout, std::size_t limit = memory_limit) {
+    const auto open = [](const ShardedArrayLayout& layout, std::size_t limit = memory_limit) {
         ShardedArray array(layout, {}, limit);
     };
     ShardedArrayLayout layout = small;
