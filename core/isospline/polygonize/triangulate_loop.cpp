@@ -58,7 +58,7 @@ private:
 
     std::size_t size_;
     double cost_[most_vertices][most_vertices];
-    std::uint8_t apex_[most_vertices][most_vertices];
+    std::uint8_t apex_[most_vertices][most_vertices] = {};
 };
 
 } // namespace

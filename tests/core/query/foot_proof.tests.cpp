@@ -24,8 +24,8 @@ std::shared_ptr<const Volume> ramp(int degree)
 {
     const glm::ivec3 shape{9, 9, 9};
     std::vector<float> samples;
-    for (int i = 0; i < 9 * 9 * 9; ++i)
-        samples.push_back(static_cast<float>(i / 81));
+    for (int z = 0; z < 9; ++z)
+        samples.insert(samples.end(), 81, static_cast<float>(z));
     VolumeOptions options;
     options.degree = degree;
     options.filter = Filter::none;
