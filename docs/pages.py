@@ -24,6 +24,7 @@ import unittest.mock
 import urllib.request
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 from sybil import Region, Sybil
 from sybil.evaluators.python import PythonEvaluator
@@ -147,8 +148,9 @@ def run(page, folder):
     make_files(folder)
     here = os.getcwd()
     os.chdir(folder)
+    same_names = matplotlib.rc_context({"svg.hashsalt": page.stem})  # in SVG files, otherwise random
     try:
-        with unittest.mock.patch("PIL.ImageShow.show"):  # opens a window
+        with same_names, unittest.mock.patch("PIL.ImageShow.show"):  # opens a window
             for example in SYBIL.parse(page).examples():
                 with contextlib.suppress(unittest.SkipTest):
                     example.evaluate()
