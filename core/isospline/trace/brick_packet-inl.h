@@ -225,22 +225,29 @@ private:
         }
     }
 
-    // Whether a ray meets a cube of `edge` cells. The test of all rays together often takes cubes between them, and
-    // behind the hits of some, for met.
+    // Narrows [t_near, t_far] of the rays from `lane` on to a cube of `edge` cells.
+    HWY_INLINE void meet(const Entry& entry, int edge, std::size_t lane, R& t_near, R& t_far) const
+    {
+        const Rays d;
+        for (int axis = 0; axis < 3; ++axis) {
+            const R per_cell = hn::Load(d, per_cell_[axis] + lane);
+            const R t_entry = hn::Load(d, t_entry_[axis] + lane);
+            const R to_near_side = hn::Set(d, entry.way[axis] - margin_);
+            const R to_far_side = hn::Set(d, entry.way[axis] + static_cast<float>(edge) + margin_);
+            t_near = hn::Max(t_near, hn::MulAdd(to_near_side, per_cell, t_entry));
+            t_far = hn::Min(t_far, hn::MulAdd(to_far_side, per_cell, t_entry));
+        }
+    }
+
+    // Whether one of the rays meets a cube of `edge` cells. The test of all rays together is wider: it also finds cubes
+    // between the rays, and cubes behind the hits of some rays.
     HWY_INLINE bool any_ray_meets(const Entry& entry, int edge) const
     {
         const Rays d;
         LaneMask lanes = 0;
         for (std::size_t lane = 0; lane < capacity; lane += hn::Lanes(d)) {
             R t_near = hn::Load(d, t_near_ + lane), t_far = hn::Load(d, t_limit_ + lane);
-            for (int axis = 0; axis < 3; ++axis) {
-                const R per_cell = hn::Load(d, per_cell_[axis] + lane);
-                const R t_entry = hn::Load(d, t_entry_[axis] + lane);
-                const R to_near_side = hn::Set(d, entry.way[axis] - margin_);
-                const R to_far_side = hn::Set(d, entry.way[axis] + static_cast<float>(edge) + margin_);
-                t_near = hn::Max(t_near, hn::MulAdd(to_near_side, per_cell, t_entry));
-                t_far = hn::Min(t_far, hn::MulAdd(to_far_side, per_cell, t_entry));
-            }
+            meet(entry, edge, lane, t_near, t_far);
             lanes |= to_lane_mask(d, hn::Le(t_near, t_far), lane);
         }
         return (lanes & lanes_) != 0;
@@ -251,18 +258,13 @@ private:
                                       const Entry& entry) const
     {
         const Rays d;
-        const R margin = hn::Set(d, margin_), one = hn::Set(d, 1.0f);
         const auto i = static_cast<std::size_t>(cell);
         LaneMask lanes = 0;
         for (std::size_t lane = 0; lane < capacity; lane += hn::Lanes(d)) {
             R t_near = hn::Load(d, t_near_ + lane), t_far = hn::Load(d, t_limit_ + lane);
+            meet(entry, 1, lane, t_near, t_far);
             R along_direction = hn::Zero(d), to_cell = hn::Zero(d);
             for (int axis = 0; axis < 3; ++axis) {
-                const R per_cell = hn::Load(d, per_cell_[axis] + lane);
-                const R t_entry = hn::Load(d, t_entry_[axis] + lane);
-                const R way = hn::Set(d, entry.way[axis]);
-                t_near = hn::Max(t_near, hn::MulAdd(hn::Sub(way, margin), per_cell, t_entry));
-                t_far = hn::Min(t_far, hn::MulAdd(hn::Add(hn::Add(way, one), margin), per_cell, t_entry));
                 const R normal = hn::Set(d, static_cast<float>(block.slab_normal[axis][i]));
                 const R to_lower =
                     hn::Add(hn::Load(d, to_corner_[axis] + lane), hn::Set(d, static_cast<float>(from_corner[axis])));
