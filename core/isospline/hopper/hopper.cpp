@@ -6,7 +6,7 @@
 #include "isospline/math/affine.h"
 #include "isospline/trace/prepared_ray.h"
 #include "isospline/trace/surface_hit.h"
-#include "isospline/util/error.h"
+#include "isospline/util/check.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -154,7 +154,7 @@ VoxelHopper::~VoxelHopper() = default;
 
 HopStatistics VoxelHopper::cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const
 {
-    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
+    check_one_per_ray("hits", rays.size(), hits.size());
     HopStatistics statistics;
     for (std::size_t i = 0; i < rays.size(); ++i)
         hits[i] = impl_->cast(rays[i], i, statistics);

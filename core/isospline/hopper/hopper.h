@@ -46,7 +46,8 @@ public:
     ~VoxelHopper();
 
     /// The first crossing of each ray within its [t_near, t_far], on the caller's thread alone. Throws
-    /// std::invalid_argument for a ray that is not finite or has no direction.
+    /// std::invalid_argument for a ray that is not finite or has no direction, and if there is not one hit for each
+    /// ray.
     HopStatistics cast_rays(std::span<const Ray> rays, std::span<Hit> hits) const;
 
     /// The bytes of this object, without the surface.

@@ -52,6 +52,14 @@ inline void set_ray(const Ray& from, RTCRay& to)
     to.flags = 0;
 }
 
+/// Sets Embree's ray, which has not hit anything yet.
+inline void set_ray(const Ray& from, RTCRayHit& to)
+{
+    set_ray(from, to.ray);
+    to.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    to.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+
 /// Sets the rays of an Embree packet.
 template <int Size>
 void set_rays(const PreparedPacket& prepared, RTCRayHitNt<Size>& packet)

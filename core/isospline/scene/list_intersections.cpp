@@ -1,6 +1,6 @@
 #include "isospline/scene/ray_query.h"
 #include "isospline/scene/scene_snapshot_impl.h"
-#include "isospline/util/error.h"
+#include "isospline/util/check.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -81,7 +81,7 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     query.all->clear();
     query.begin(ray);
     RTCRayHit ray_hit;
-    set_ray(query.prepared.ray, ray_hit.ray);
+    set_ray(query.prepared.ray, ray_hit);
     embree::intersect(top, query, ray_hit);
     query.rethrow();
 
@@ -123,7 +123,7 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
 void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
                                std::span<std::uint32_t> counts) const
 {
-    ISOSPLINE_ASSERT(rays.size(), ==, counts.size());
+    check_one_per_ray("counts", rays.size(), counts.size());
     constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // the same limit as in Open3D
     RayQuery query(instances);
     std::vector<RawCrossing> raw;

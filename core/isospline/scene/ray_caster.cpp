@@ -2,12 +2,13 @@
 
 #include "isospline/scene/ray_query.h"
 #include "isospline/scene/scene_snapshot_impl.h"
-#include "isospline/util/error.h"
+#include "isospline/util/check.h"
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace isospline {
 
@@ -24,6 +25,15 @@ void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_me
         return;
     hit.t = nearest_in_mesh.hit.t;
     hit.uv = nearest_in_mesh.hit.uv;
+}
+
+/// Throws std::invalid_argument unless a packet has at most `width` rays, and a hit for each of them.
+void check_packet(const RayPacket& rays, int width, std::size_t hits)
+{
+    if (rays.count < 0 || rays.count > width)
+        throw_invalid("rays", "a packet of at most " + std::to_string(width) + " rays", rays.count);
+    if (static_cast<std::size_t>(rays.count) > hits)
+        throw_invalid("hits", "one for each of " + std::to_string(rays.count) + " rays", hits);
 }
 
 /// Calls `body(packet, first)` for packets of up to `width` rays.
@@ -69,7 +79,7 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
         const Ray given = rays.ray(lane);
         query.prepared = prepared[lane];
         query.begin(given);
-        set_ray(query.prepared.ray, ray_hit.ray);
+        set_ray(query.prepared.ray, ray_hit);
         embree::intersect(scene.camera_top.get(), query, ray_hit);
         query.rethrow();
         if (!query.has_hit())
@@ -160,8 +170,7 @@ int RayCaster::width() const
 
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
-    ISOSPLINE_ASSERT(rays.count, <=, width());
-    ISOSPLINE_ASSERT(static_cast<std::size_t>(rays.count), <=, hits.size());
+    check_packet(rays, width(), hits.size());
     switch (impl_->packet_size) {
     case 16:
         return impl_->cast_packet<16>(rays, index, hits);
@@ -176,6 +185,7 @@ LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit
 
 void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
 {
+    check_one_per_ray("hits", rays.size(), hits.size());
     for_each_packet(rays, width(), [&](const RayPacket& packet, std::size_t first) {
         const std::span<Hit> of_packet = hits.subspan(first, static_cast<std::size_t>(packet.count));
         const LaneMask hit_lanes = cast(packet, first, of_packet);
@@ -187,18 +197,18 @@ void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
 
 LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
+    check_packet(rays, width(), RayPacket::capacity);
     return impl_->test_occlusions(rays, index);
 }
 
 void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
 {
-    ISOSPLINE_ASSERT(rays.size(), ==, hits.size());
     RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent).cast(rays, hits);
 }
 
 void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
 {
-    ISOSPLINE_ASSERT(rays.size(), ==, occluded.size());
+    check_one_per_ray("occluded", rays.size(), occluded.size());
     RayCaster caster(*this, RayCaster::Rays::incoherent);
     for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
         const LaneMask lanes = caster.test_occlusions(packet, first);

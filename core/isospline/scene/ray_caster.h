@@ -30,14 +30,18 @@ public:
     int width() const;
 
     /// First crossing of each ray of a packet within its [t_near, t_far]. Returns the lanes that hit and sets their
-    /// hits; other hits are unchanged. Throws std::invalid_argument for a ray whose origin or direction is not finite
-    /// or whose direction is zero. `index` is the number of the packet's first ray, for this message.
+    /// hits; other hits are unchanged. Throws std::invalid_argument for more than width() rays, for fewer hits than
+    /// rays, and for a ray whose origin or direction is not finite or whose direction is zero. `index` is the number of
+    /// the packet's first ray, for this message. What a callback raises, a store that cannot be read for instance, is
+    /// thrown; later calls are not affected.
     LaneMask cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
 
-    /// The same for any number of rays, packet by packet. Hits of rays that hit nothing are set to misses.
+    /// The same for any number of rays, packet by packet, with one hit for each ray. Hits of rays that hit nothing are
+    /// set to misses.
     void cast(std::span<const Ray> rays, std::span<Hit> hits);
 
     /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Rays are traced one by one.
+    /// Throws like cast().
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 
 private:

@@ -20,6 +20,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -86,11 +87,11 @@ struct Query : embree::QueryContext {
         std::fill_n(t_far, count, -std::numeric_limits<float>::infinity());
     }
 
-    /// Call this after the traversal.
-    void rethrow() const
+    /// Call this after the traversal. The query can then be used again.
+    void rethrow()
     {
         if (raised)
-            std::rethrow_exception(raised);
+            std::rethrow_exception(std::exchange(raised, nullptr));
     }
 
     std::exception_ptr raised;

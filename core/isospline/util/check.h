@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -64,6 +65,13 @@ inline void check_count(const char* parameter, std::uint64_t count)
     constexpr std::uint64_t most = 0xffffffff;
     if (count > most)
         throw_invalid(parameter, "at most " + std::to_string(most), count);
+}
+
+/// Checks that there is one item of an output for each ray.
+inline void check_one_per_ray(const char* parameter, std::size_t rays, std::size_t items)
+{
+    if (items != rays)
+        throw_invalid(parameter, "one for each of " + std::to_string(rays) + " rays", items);
 }
 
 inline void check_fraction(const char* parameter, double value)
