@@ -22,7 +22,7 @@ SimpleITK = pytest.importorskip("SimpleITK")
 tifffile = pytest.importorskip("tifffile")
 trimesh = pytest.importorskip("trimesh")
 
-from test_io import write_slices
+from placed_images import write_slices
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ pyvista = pytest.importorskip("pyvista")
 SimpleITK = pytest.importorskip("SimpleITK")
 xarray = pytest.importorskip("xarray")
 
-from test_io import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image
+from placed_images import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image
 
 # All indices, (x, y, z), in the order of data.ravel().
 INDICES = np.stack(np.meshgrid(*map(np.arange, SHAPE), indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1]

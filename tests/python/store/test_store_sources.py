@@ -16,7 +16,7 @@ SimpleITK = pytest.importorskip("SimpleITK")
 tifffile = pytest.importorskip("tifffile")
 pytest.importorskip("pydicom")
 
-from test_io import write_slices
+from placed_images import write_slices
 
 from isospline.store import read_metadata
 from isospline.store.sources.opening import open_source

@@ -4,8 +4,8 @@ import pickle
 
 import numpy as np
 import pytest
+from projections import project
 from scipy.spatial.transform import Rotation
-from test_cameras import project
 
 import isospline
 

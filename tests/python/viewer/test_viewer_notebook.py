@@ -15,7 +15,7 @@ import isospline
 from isospline import volumes
 from isospline.viewer.cell import cell
 
-NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.ipynb"))
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.ipynb"))
 
 
 @pytest.fixture

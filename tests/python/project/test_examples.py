@@ -9,7 +9,7 @@ import pytest
 
 # Calls that write a file.
 WRITING = ("image.write", "part.write", ".save(", ".savefig(", ".tofile(", "write_video(")
-EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.py"))
+EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.py"))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from environment_files import write_exr, write_hdr
 from test_cli import ball, fails, picture, pixels, plate, rendered  # noqa: F401
-from test_environments import write_exr, write_hdr
 
 import isospline
 from isospline.cli import main

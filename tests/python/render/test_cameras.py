@@ -2,16 +2,9 @@
 
 import numpy as np
 import pytest
+from projections import corners_of, project
 
 import isospline
-
-
-def project(world_to_ndc, points, size):
-    """Pixel coordinates of points."""
-    ndc = points @ world_to_ndc[:3, :3].T + world_to_ndc[:3, 3]
-    w = points @ world_to_ndc[3, :3] + world_to_ndc[3, 3]
-    return ndc[..., :2] / w[..., None] * size
-
 
 CAMERAS = [
     isospline.PerspectiveCamera((3, -5, 2), (0.5, 0.2, 0.1), (0, 0, 1), 35),
@@ -104,10 +97,6 @@ def test_bad_other_cameras():
         isospline.OrthographicCamera((0, -9, 0), (0, 0, 0), height=1, width=2)
     with pytest.raises(TypeError):
         isospline.PerspectiveCamera("eye", (0, 0, 0))
-
-
-def corners_of(bounds):
-    return np.array([[bounds[i][0], bounds[j][1], bounds[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 @pytest.mark.parametrize("size", [(640, 360), (90, 200)])

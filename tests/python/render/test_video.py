@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 from interrupts import obey_interrupts
-from test_cameras import corners_of, project
+from projections import corners_of, project
 
 import isospline
 from isospline import volumes

@@ -30,7 +30,10 @@ def run(tmp_path_factory):
 
 @pytest.fixture
 def typed_sources(repository):
-    return [*sorted((repository / "examples").glob("*.py")), repository / "tests" / "python" / "typed_user.py"]
+    return [
+        *sorted((repository / "examples").glob("*.py")),
+        repository / "tests" / "python" / "project" / "typed_user.py",
+    ]
 
 
 def test_mypy_accepts_examples_and_a_users_script(run, typed_sources, tmp_path):
