@@ -10,18 +10,20 @@ from typing import Any
 
 from .._core import Mesh
 from ..io.checks import check_file, utf8
+from ..io.confinement import check_within
 from ..io.vtk import check_messages, messages
 from ..parameters import check_path, printable
 from ..signatures import explained
 from .checks import library_of
 from .mesh_guards import EndingFile, check_before, check_gmsh
+from .mesh_references import check_entities, check_references, resolver_within
 from .meshio import mesh_from_meshio
 from .trimesh import mesh_from_trimesh
 from .vtk import mesh_from_vtk
 
 
 @explained
-def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
+def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | None = None, **options: Any) -> Mesh:
     """Read a triangle mesh from a file.
 
     ==========================================================  =======================================  =========
@@ -40,6 +42,10 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     ----------
     path : str or path-like
         A file; its suffix determines the format.
+    within : str or path-like, optional
+        A folder. The path, and every file that it refers to, such as buffers of glTF, must be in this folder after
+        symbolic links are resolved. Set it for files from others, which may name any file of yours. Formats based on
+        HDF5 and formats of several files are then refused. By default, a file may refer to any file.
     **options
         Options of `Mesh`.
 
@@ -52,7 +58,8 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     OSError
         If the file is missing or cannot be read.
     ValueError
-        If the file has none of these formats, is broken, or has no faces. The message names the path.
+        If the file has none of these formats, is broken, or has no faces. Also if a file is not `within` the folder.
+        The message names the path.
     ImportError
         If the library for the format is not installed. ``pip install isospline[interop]`` installs all except those for
         3MF and COLLADA, which trimesh names.
@@ -69,12 +76,13 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
     """
     check_path(path)
     path = Path(path)
+    check_within(path, within, "a path")
     check_file(path)
     name = path.name.lower()
     reader = next((reader for suffix, reader in _READERS.items() if name.endswith(suffix)), _read_meshio)
     try:
         with library_of(f"{printable(path)}: read_mesh"):
-            return reader(path, options)
+            return reader(path, within, options)
     except ImportError:
         raise
     except Exception as error:
@@ -87,15 +95,26 @@ def read_mesh(path: str | os.PathLike[str], **options: Any) -> Mesh:
         raise ValueError(f"{printable(path)}: cannot be read as a mesh: {reason}") from error
 
 
-def _read_trimesh(path, options):
+def _read_trimesh(path, within, options):
     import trimesh
 
     check_before(path)
+    check_entities(path, within)
     # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
-    return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
+    if within is None:
+        return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
+    resolver = resolver_within(path, within)
+    with open(path, "rb") as file:
+        try:
+            mesh = trimesh.load_mesh(file, file_type=path.suffix[1:].lower(), resolver=resolver, process=False)
+        finally:
+            if resolver.refused is not None:
+                raise resolver.refused
+    return mesh_from_trimesh(Mesh, mesh, **options)
 
 
-def _read_vtk(path, options):
+def _read_vtk(path, within, options):
+    del within  # these formats refer to no files
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
@@ -113,12 +132,13 @@ def _read_vtk(path, options):
     return mesh_from_vtk(Mesh, reader.GetOutput(), **options)
 
 
-def _read_meshio(path, options):
+def _read_meshio(path, within, options):
     import meshio
 
     suffixes = sorted({*_READERS, *meshio.extension_to_filetypes})
     if not path.name.lower().endswith(tuple(suffixes)):
         raise ValueError(f"expected a name that ends in {', '.join(suffixes)}")
+    check_references(path, within)
     check_before(path)
     said = io.StringIO()
     try:

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import itk
 from .checks import check_file, utf8
+from .confinement import check_folder_within
 from .dicom_elements import DIRECTORY_CLASS, begins_as_dicom, check_elements
 
 # Suffixes of files that count as slices, even without the preamble of DICOM.
@@ -27,10 +28,11 @@ def read_file(path):
         return itk.to_volume_data(reader.Execute()).replace(patient=True)
 
 
-def read_folder(path, name=None):
+def read_folder(path, name=None, *, within=None):
     """Read the only series of a folder, or the one whose Series Instance UID is `name`."""
     import SimpleITK
 
+    check_folder_within(path, within)
     with itk.quiet():
         files, frame = find_series(path, name)
         if len(files) == 1:

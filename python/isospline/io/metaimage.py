@@ -13,6 +13,7 @@ import numpy as np
 
 from . import itk
 from .checks import check_file, utf8
+from .confinement import check_within
 from .packed import read_samples
 
 # The longest line of a header in bytes: ITK reads it into a buffer of fixed size.
@@ -34,11 +35,15 @@ _COUNTS = {
 }
 
 
-def read(path, load=read_samples):
-    """Read a MetaImage file with attached or detached samples. `load` reads binary samples, like `read_samples`."""
+def read(path, load=read_samples, *, within=None):
+    """Read a MetaImage file with attached or detached samples, which must be in the folder `within`, if it is given.
+
+    `load` reads binary samples, like `read_samples`.
+    """
     header, begin = _read_header(path)
     parts = _parts(path, header, begin)
     for part, _ in parts:
+        check_within(part, within, "files of samples")
         check_file(part)
     with itk.quiet():
         reader = itk.open_header(path, "MetaImageIO")

@@ -36,6 +36,9 @@ def read(path, load=None):
     image = nibabel.load(path)
     if not isinstance(image, _nifti_types()):
         raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
+    # A pair's header without its samples; nibabel would read the header's bytes as samples.
+    if image.dataobj.offset < image.header.template_dtype.itemsize:
+        raise ValueError("expected samples after the header, got the header of a pair of files")
     # nibabel allocates memory for all samples in the header before it checks that they exist.
     expected = image.dataobj.offset + math.prod(image.shape) * image.get_data_dtype().itemsize
     if (size := os.path.getsize(path)) < expected:

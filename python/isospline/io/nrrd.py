@@ -13,6 +13,7 @@ import numpy as np
 
 from . import itk
 from .checks import check_file, utf8
+from .confinement import check_within
 from .packed import read_samples
 
 _TEXTS = ("ascii", "text", "txt")
@@ -32,12 +33,16 @@ LINE_LIMIT, HEADER_LIMIT = 1000, 1 << 20
 DIMENSION_LIMIT = 16
 
 
-def read(path, load=read_samples):
-    """Read an NRRD file with attached or detached samples. `load` reads binary samples, like `read_samples`."""
+def read(path, load=read_samples, *, within=None):
+    """Read an NRRD file with attached or detached samples, which must be in the folder `within`, if it is given.
+
+    `load` reads binary samples, like `read_samples`.
+    """
     header, names, begin = _read_header(path)
     folder = os.path.dirname(utf8(path))
     files = [os.path.join(folder, name) for name in names] if names is not None else [path]
     for file in files:
+        check_within(file, within, "files of samples")
         check_file(file)
     with itk.quiet():
         reader = itk.open_header(path, "NrrdImageIO")

@@ -16,22 +16,23 @@ from ..parameters import check_path, printable
 from ..signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
+from .confinement import check_within
 from .volume_data import VolumeData
 
-#: Formats by the suffix of the file name: name, reader, and whether the reader accepts the name of a part of the file.
-FORMATS: dict[str, tuple[str, Any, bool]] = {
-    ".nii": ("NIfTI", nifti.read, False),
-    ".nii.gz": ("NIfTI", nifti.read, False),
-    ".nrrd": ("NRRD", nrrd.read, False),
-    ".nhdr": ("NRRD", nrrd.read, False),
-    ".mha": ("MetaImage", metaimage.read, False),
-    ".mhd": ("MetaImage", metaimage.read, False),
-    ".dcm": ("DICOM", dicom.read_file, False),
-    ".tif": ("TIFF", tiff.read_file, False),
-    ".tiff": ("TIFF", tiff.read_file, False),
-    ".vtk": ("legacy VTK", vtk.read_legacy, True),
-    ".vti": ("VTK XML", vtk.read_xml, True),
-    ".npy": ("NPY", arrays.read_npy, False),
+#: Formats by the suffix of the file name: name, reader, and which options of `read_volume` the reader accepts.
+FORMATS: dict[str, tuple[str, Any, tuple[str, ...]]] = {
+    ".nii": ("NIfTI", nifti.read, ()),
+    ".nii.gz": ("NIfTI", nifti.read, ()),
+    ".nrrd": ("NRRD", nrrd.read, ("within",)),
+    ".nhdr": ("NRRD", nrrd.read, ("within",)),
+    ".mha": ("MetaImage", metaimage.read, ("within",)),
+    ".mhd": ("MetaImage", metaimage.read, ("within",)),
+    ".dcm": ("DICOM", dicom.read_file, ()),
+    ".tif": ("TIFF", tiff.read_file, ("within",)),
+    ".tiff": ("TIFF", tiff.read_file, ("within",)),
+    ".vtk": ("legacy VTK", vtk.read_legacy, ("name",)),
+    ".vti": ("VTK XML", vtk.read_xml, ("name",)),
+    ".npy": ("NPY", arrays.read_npy, ()),
 }
 
 
@@ -46,6 +47,7 @@ def read_volume(
     origin: ArrayLike | None = None,
     direction: ArrayLike | None = None,
     name: str | None = None,
+    within: str | os.PathLike[str] | None = None,
 ) -> VolumeData:
     """Read a volume from a file or a folder.
 
@@ -84,6 +86,10 @@ def read_volume(
         Replaces that of the file; its columns are the directions of x, y and z.
     name : str, optional
         Name of the part to read: an array of a VTK file, or a Series Instance UID in a folder of DICOM files.
+    within : str or path-like, optional
+        A folder. The path, and every file that it refers to, must be in this folder after symbolic links are resolved;
+        otherwise nothing of them is read. Set it for files from others, whose headers may name any file of yours. By
+        default, a file may refer to any file.
 
     Returns
     -------
@@ -102,7 +108,8 @@ def read_volume(
         If the file is missing or cannot be read.
     ValueError
         If the file has none of these formats, is truncated or otherwise broken, or does not contain a volume of real
-        numbers but colours, vectors, a flat picture or a time series. The message names the path.
+        numbers but colours, vectors, a flat picture or a time series. Also if a file is not `within` the folder. The
+        message names the path.
     MemoryError
         If the samples would not fit into memory; raised before they are read.
     ImportError
@@ -119,7 +126,8 @@ def read_volume(
     given = check_frame(spacing, origin, direction)
     check_path(path)
     path = Path(path)
-    format, read = _reader(path, shape, dtype, offset, name)
+    check_within(path, within, "a path")
+    format, read = _reader(path, shape, dtype, offset, {"name": name, "within": within})
     with errors_name(path, format):
         volume = read(path)
         volume = volume.replace(format=volume.format or format)
@@ -163,12 +171,12 @@ def check_frame(
     }
 
 
-def _reader(path, shape, dtype, offset, name):
+def _reader(path, shape, dtype, offset, options):
     """Name of the format of a path, and the function that reads it."""
     if path.is_dir():
         if tiff.slices_of(path):
-            return "TIFF slices", tiff.read_folder
-        return "DICOM series", lambda path: dicom.read_folder(path, name)
+            return "TIFF slices", lambda path: tiff.read_folder(path, within=options["within"])
+        return "DICOM series", lambda path: dicom.read_folder(path, **options)
     check_file(path)
     with open(path, "rb") as file:
         beginning = file.read(132)
@@ -186,8 +194,8 @@ def _reader(path, shape, dtype, offset, name):
             f"{printable(path)}: expected a name that ends in {', '.join(FORMATS)} or .raw, a DICOM file, a folder of "
             f"DICOM files or TIFF slices, or the shape and dtype of raw samples"
         )
-    format, read, takes_name = FORMATS[suffix]
-    return format, (lambda path: read(path, name)) if takes_name else read
+    format, read, accepted = FORMATS[suffix]
+    return format, lambda path: read(path, **{option: options[option] for option in accepted})
 
 
 def _numbers(values, parameter, shape):

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .checks import check_components, check_file, check_samples
+from .confinement import check_within
 from .volume_data import VolumeData
 
 SUFFIXES = (".tif", ".tiff")
@@ -22,24 +23,21 @@ SUFFIXES = (".tif", ".tiff")
 _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
 
 
-def read_file(path):
+def read_file(path, *, within=None):
     """Read a file of several pages.
 
     Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are ignored: they do not
     include z, and are often a default of a scanner or a program.
     """
-    with opened_series(path) as (file, series):
+    with opened_series(path, within) as (file, series):
         check_samples(series.shape, series.dtype)
         return VolumeData(series.asarray(), spacing_of(file))
 
 
 @contextlib.contextmanager
-def opened_series(path):
+def opened_series(path, within=None):
     """A tifffile file and its only series of pages, after checks."""
-    import tifffile
-
-    _check_pages(path)
-    with _quiet(), tifffile.TiffFile(path) as file:
+    with _opened(path, within) as file:
         if len(file.series) != 1:
             shapes = ", ".join(str(series.shape) for series in file.series)
             raise ValueError(f"expected pages of one kind, got {len(file.series)}: {shapes}")
@@ -48,12 +46,40 @@ def opened_series(path):
         yield file, series
 
 
-def read_folder(path):
+@contextlib.contextmanager
+def _opened(path, within):
+    """A tifffile file. If it is confined to a folder, only the files that OME's metadata name may belong to it."""
+    import tifffile
+
+    _check_pages(path)
+    with _quiet():
+        is_of_several = within is None or _names_files(path, within)
+        with tifffile.TiffFile(path, _multifile=is_of_several) as file:
+            yield file
+
+
+def _names_files(path, within):
+    """Whether OME's metadata name further files, after checking that these are in a folder."""
+    import tifffile
+
+    with tifffile.TiffFile(path, _multifile=False) as file:
+        if not file.is_ome or file.is_mmstack or file.is_ndtiff:
+            return False
+        elements = list(xml.etree.ElementTree.fromstring(file.ome_metadata or "").iter())
+    names = {element.get(key) for element in elements for key in ("FileName", "MetadataFile")} - {None, path.name}
+    for name in names:
+        check_within(path.parent / name, within)
+    return bool(names)
+
+
+def read_folder(path, *, within=None):
     """Read a folder of files of one page each, in the order of the numbers in their names."""
     files = slices_of(path)
+    for file in files:
+        check_within(file, within)
     data: NDArray[Any] = np.empty(0)
     for index, file in enumerate(files):
-        samples = read_slice(file)
+        samples = read_slice(file, within=within)
         if index == 0:
             check_samples((len(files), *samples.shape), samples.dtype)
             data = np.empty((len(files), *samples.shape), samples.dtype)
@@ -66,13 +92,10 @@ def read_folder(path):
     return VolumeData(data)
 
 
-def read_slice(path):
+def read_slice(path, *, within=None):
     """Read a file of one page, [y, x]."""
-    import tifffile
-
     check_file(path)
-    _check_pages(path)
-    with _quiet(), tifffile.TiffFile(path) as file:
+    with _opened(path, within) as file:
         series = file.series[0]
         _check_axes(series)
         if len(series.shape) != 2:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..parameters import printable
+from ..io.confinement import check_within
+from ..parameters import check_path, printable
 from ..signatures import explained
 from .budget import parse_memory
 from .layout import Part, read_ranges
@@ -20,7 +21,11 @@ _BOUNDARIES, _FILTERS = ("mirror", "periodic"), ("interpolate", "none", "smoothi
 
 @explained
 def open_volume(
-    path: str | os.PathLike[str], *, memory_limit: int | str = "4GB", level_of_detail: int = 0
+    path: str | os.PathLike[str],
+    *,
+    memory_limit: int | str = "4GB",
+    level_of_detail: int = 0,
+    within: str | os.PathLike[str] | None = None,
 ) -> _core.Volume:
     """Open a volume of a store, written by `prefilter_to` or ``isospline convert``, without reading its coefficients.
 
@@ -39,6 +44,9 @@ def open_volume(
     level_of_detail : int
         Level of the store's spline pyramid. Level 0 has the resolution of the data; each further level has half the
         resolution of the previous one. See `level_of_detail_for`.
+    within : str or path-like, optional
+        A folder in which the store must be after symbolic links are resolved. Links and keys that lead out of the store
+        are always refused.
 
     Returns
     -------
@@ -52,7 +60,10 @@ def open_volume(
         truncated or fails its checksum. The message names the chunk and the file.
     ValueError
         If `path` is not a store, the store is incomplete, or `memory_limit` is too small for it.
+        Also if it is not `within` the folder.
     """
+    check_path(path)
+    check_within(path, within, "a path")
     metadata = read_metadata(path)
     last = len(metadata.levels) - 1
     if level_of_detail not in range(last + 1):
