@@ -27,8 +27,12 @@ FILES ?= /(core|bindings|bench|tests)/.*[.]cpp$$
 ROWS ?=
 BENCH ?=
 
+# What `make bench-against` compares with, and the volumes whose names contain a text.
+REV ?= c6962fb
+VOLUMES ?=
+
 .PHONY: help demo test build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
-    fuzz bench bench-docs docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages
+    fuzz bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -101,6 +105,10 @@ bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary g
 
 bench-docs: ## write docs/benchmarks.md and the README's figures from the last run of the benchmark
 	@$(python) bench/publish.py out/bench/benchmarks.json
+
+bench-against: .venv/.installed ## measure REV=commit (or a built tree) and the working tree in turns; ROWS="packets single", VOLUMES=head, BENCH=--quick
+	@$(pip) "isospline[bench]"
+	@$(python) bench/against.py "$(REV)" $(ROWS) $(if $(VOLUMES),--volumes "$(VOLUMES)") $(BENCH) --output out/bench
 
 docs: .venv/.installed ## build the documentation in build/docs/html
 	@$(sphinx) -b html docs build/docs/html

@@ -45,6 +45,14 @@ def procedural(names, sizes):
             yield Subject(f"{name} {size}", field.samples(size), field.grid(size), field.level)
 
 
+def noisy(size):
+    """Blobs seen by a detector that counts photons, so that the level lies within the noise of the ground."""
+    field = volumes.blobs(24)
+    light = np.clip(field.samples(size), 0, None)
+    counts = np.random.default_rng(size).poisson(6 + 40 * light / light.max())
+    return Subject(f"noisy {size}", np.clip(4 * counts, 0, 255).astype(np.uint8), field.grid(size), 60.0)
+
+
 def real(pattern=""):
     """Subjects made of the files in the folder ISOSPLINE_VOLUMES whose names contain the pattern."""
     folder = os.environ.get("ISOSPLINE_VOLUMES")
