@@ -1,91 +1,22 @@
 #include "isospline/cell/intersector.h"
 
-#include "isospline/spline/degree.h"
+#include "isospline/cell/intersectors_of_degrees.h"
 #include "isospline/util/error.h"
 
-#include <glm/geometric.hpp>
-
-#include <bit>
-
-// Vectors whose size is only known at run time cannot be array elements.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "isospline/cell/intersector.cpp"
-#include <hwy/foreach_target.h>
-
-#include <hwy/highway.h>
-
-#include "isospline/cell/bracket-inl.h"
-#include "isospline/cell/packet-inl.h"
-#include "isospline/cell/single_ray-inl.h"
-
-HWY_BEFORE_NAMESPACE();
 namespace isospline {
-namespace HWY_NAMESPACE {
-
-using FirstRootFunction = std::optional<RootInCell> (*)(const CellCoefficients& cell, const LatticeRay& ray);
-
-template <FirstRootFunction first_root>
-bool any_root_of(const CellCoefficients& cell, const LatticeRay& ray)
-{
-    return first_root(cell, ray).has_value();
-}
-
-// One ray after the other.
-template <FirstRootFunction first_root>
-LaneMask first_roots_of(const CellCoefficients& cell, const LatticeRayPacket& rays, const double* t_limit,
-                        LaneMask active, RootPacket& roots)
-{
-    LaneMask found = 0;
-    for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        if (const auto root = first_root(cell, rays.ray(lane)); root && root->t <= t_limit[lane]) {
-            found |= LaneMask{1} << lane;
-            roots.set(lane, *root);
-        }
-    }
-    return found;
-}
-
-template <int Degree>
-void bracket_all_roots(const CellCoefficients& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
-{
-    if (const auto root = bracket_first_root<Degree>(cell, ray))
-        crossings.push_back({*root, glm::dot(root->gradient, ray.direction) > 0.0});
-}
-
-CellIntersector intersector(int degree, Method method)
-{
-    return dispatch_degree(degree, [method](auto constant) -> CellIntersector {
-        constexpr int n = constant;
-        switch (method) {
-        case Method::exact:
-            return {exact_first_root<n>, exact_any_root<n>, exact_all_roots<n>, exact_first_roots<n>};
-        case Method::reference:
-            return {reference_first_root<n>, any_root_of<reference_first_root<n>>, reference_all_roots<n>,
-                    first_roots_of<reference_first_root<n>>};
-        default:
-            return {bracket_first_root<n>, any_root_of<bracket_first_root<n>>, bracket_all_roots<n>,
-                    first_roots_of<bracket_first_root<n>>};
-        }
-    });
-}
-
-} // namespace HWY_NAMESPACE
-} // namespace isospline
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace isospline {
-
-HWY_EXPORT(intersector);
 
 CellIntersector cell_intersector(int degree, Method method)
 {
-    if (degree < 1 || degree > 3)
+    switch (degree) {
+    case 1:
+        return linear_intersector(method);
+    case 2:
+        return quadratic_intersector(method);
+    case 3:
+        return cubic_intersector(method);
+    default:
         throw_invalid("degree", "1, 2 or 3 for a surface", degree);
-    return HWY_DYNAMIC_DISPATCH(intersector)(degree, method);
+    }
 }
 
 } // namespace isospline
-#endif

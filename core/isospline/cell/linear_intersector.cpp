@@ -1,0 +1,37 @@
+#include "isospline/cell/intersectors_of_degrees.h"
+
+// Vectors whose size is only known at run time cannot be array elements.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "isospline/cell/linear_intersector.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/highway.h>
+
+#include "isospline/cell/intersector-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace isospline {
+namespace HWY_NAMESPACE {
+
+CellIntersector linear(Method method)
+{
+    return intersector<1>(method);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace isospline
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace isospline {
+
+HWY_EXPORT(linear);
+
+CellIntersector linear_intersector(Method method)
+{
+    return HWY_DYNAMIC_DISPATCH(linear)(method);
+}
+
+} // namespace isospline
+#endif
