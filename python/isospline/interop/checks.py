@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import contextlib
 
+import numpy as np
+
+from ..colors import srgb_to_linear
+
 # Options of `Volume` that the other library's object determines.
 _PLACE = ("spacing", "origin", "direction", "axes")
 
@@ -45,8 +49,24 @@ def to_volume(volume_type, data, parameter, options):
     return volume_type(data.data, spacing=data.spacing, origin=data.origin, direction=data.direction, **options)
 
 
-def to_mesh(mesh_type, vertices, faces, parameter, options):
-    """Make a mesh of at least one triangle."""
-    if len(faces) == 0:
-        raise ValueError(f"{parameter}: expected faces, got none ({len(vertices)} vertices)")
-    return mesh_type(vertices, faces, **options)
+def to_mesh(mesh_type, arrays, parameter, options):
+    """Make a mesh of at least one triangle from its arrays, by parameter; options replace them."""
+    if len(arrays["faces"]) == 0:
+        raise ValueError(f"{parameter}: expected faces, got none ({len(arrays['vertices'])} vertices)")
+    return mesh_type(**{**arrays, **options})
+
+
+def attributes(normals, colors):
+    """Normals and colours of vertices as parameters of `Mesh`, without those that are missing or cannot be used.
+
+    Colours are linear numbers from 0 to 1 or, if they are whole numbers up to 255, sRGB. Opacity is left out.
+    """
+    found = {}
+    if normals is not None and np.isfinite(normals).all():
+        found["normals"] = np.asarray(normals)
+    if colors is not None and np.ndim(colors) == 2 and np.shape(colors)[1] >= 3:
+        colors = np.asarray(colors)[:, :3]
+        colors = srgb_to_linear(colors / 255) if colors.dtype == np.uint8 else colors
+        if colors.dtype.kind == "f" and np.isfinite(colors).all() and ((colors >= 0) & (colors <= 1)).all():
+            found["colors"] = colors
+    return found

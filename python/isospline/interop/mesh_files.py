@@ -8,14 +8,18 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .._core import Mesh
+from ..colors import linear_to_srgb
+from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
-from ..io.vtk import check_messages, messages
+from ..io.vtk import LIBRARIES, check_end, check_messages, messages
 from ..parameters import check_path, printable
 from ..signatures import explained
 from .checks import library_of
-from .mesh_guards import EndingFile, check_before, check_gmsh
+from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
 from .meshio import mesh_from_meshio
 from .trimesh import mesh_from_trimesh
@@ -35,8 +39,10 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
-    Faces keep the order of the file, and vertices are not merged. Larger faces are cut into triangles. If a file has
-    solid cells and no faces, their surface is used. Coordinates are those of the file.
+    Normals and colours of vertices are kept. Faces keep the order of the file; larger ones are cut into triangles. STL
+    has no vertices but corners of faces, of which those with equal positions become one vertex; in other formats,
+    vertices are not merged. If a file has solid cells and no faces, their surface is used. Coordinates are those of the
+    file. A process of its own reads the file, with limits on memory and time.
 
     Parameters
     ----------
@@ -79,10 +85,12 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     check_within(path, within, "a path")
     check_file(path)
     name = path.name.lower()
-    reader = next((reader for suffix, reader in _READERS.items() if name.endswith(suffix)), _read_meshio)
+    reader, libraries = next((found for suffix, found in _READERS.items() if name.endswith(suffix)), _MESHIO)
+    folder = None if within is None else os.path.abspath(within)
     try:
         with library_of(f"{printable(path)}: read_mesh"):
-            return reader(path, within, options)
+            arrays = isolated.call(f"isospline.interop.mesh_files:{reader}", path, libraries, within=folder)
+        return Mesh(**{**arrays, **options})
     except ImportError:
         raise
     except Exception as error:
@@ -95,51 +103,71 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
         raise ValueError(f"{printable(path)}: cannot be read as a mesh: {reason}") from error
 
 
-def _read_trimesh(path, within, options):
+# What follows runs in a process of its own.
+
+
+def load_trimesh(path, within):
+    """Read a file by trimesh."""
     import trimesh
 
+    path = Path(path)
     check_before(path)
     check_entities(path, within)
     # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
     if within is None:
-        return mesh_from_trimesh(Mesh, trimesh.load_mesh(str(path), process=False), **options)
+        return _arrays_of_trimesh(path, trimesh.load_scene(str(path), process=False))
     resolver = resolver_within(path, within)
     with open(path, "rb") as file:
         try:
-            mesh = trimesh.load_mesh(file, file_type=path.suffix[1:].lower(), resolver=resolver, process=False)
+            scene = trimesh.load_scene(file, file_type=path.suffix[1:].lower(), resolver=resolver, process=False)
         finally:
             if resolver.refused is not None:
                 raise resolver.refused
-    return mesh_from_trimesh(Mesh, mesh, **options)
+    return _arrays_of_trimesh(path, scene)
 
 
-def _read_vtk(path, within, options):
-    del within  # these formats refer to no files
+def _arrays_of_trimesh(path, scene):
+    mesh = mesh_from_trimesh(Mesh, scene)
+    arrays, suffix = _arrays(mesh), path.suffix.lower()
+    if suffix == ".stl":
+        arrays["vertices"], places = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)
+        arrays["faces"] = places.reshape(-1)[mesh.faces]
+    if suffix in (".glb", ".gltf") and mesh.colors is not None:
+        arrays["colors"] = linear_to_srgb(mesh.colors)  # trimesh takes the linear colours of glTF for sRGB
+    return arrays
+
+
+def load_vtk(path, within):
+    """Read a file by VTK. Its formats refer to no other files."""
     from vtkmodules.vtkIOLegacy import vtkDataSetReader
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
 
-    check_before(path)
+    del within
+    path = Path(path)
     readers: dict[str, Any] = {
         ".vtk": vtkDataSetReader,
         ".vtp": vtkXMLPolyDataReader,
         ".vtu": vtkXMLUnstructuredGridReader,
     }
     reader = readers[path.suffix.lower()]()
+    if path.suffix.lower() != ".vtk":
+        check_end(path)
     with messages() as text:
         reader.SetFileName(utf8(path))
         reader.Update()
         check_messages(text())
-    return mesh_from_vtk(Mesh, reader.GetOutput(), **options)
+    return _arrays(mesh_from_vtk(Mesh, reader.GetOutput()))
 
 
-def _read_meshio(path, within, options):
+def load_meshio(path, within):
+    """Read a file by meshio."""
     import meshio
 
+    path = Path(path)
     suffixes = sorted({*_READERS, *meshio.extension_to_filetypes})
     if not path.name.lower().endswith(tuple(suffixes)):
         raise ValueError(f"expected a name that ends in {', '.join(suffixes)}")
     check_references(path, within)
-    check_before(path)
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
@@ -147,7 +175,7 @@ def _read_meshio(path, within, options):
     except SystemExit:
         # If no reader succeeds, meshio prints the reasons and exits.
         raise ValueError(" ".join(said.getvalue().split()) or f"meshio has no reader for {os.fspath(path)}") from None
-    return mesh_from_meshio(Mesh, mesh, **options)
+    return _arrays(mesh_from_meshio(Mesh, mesh))
 
 
 def _read_msh(path):
@@ -158,11 +186,18 @@ def _read_msh(path):
         if file.read(1) == b"$":
             check_gmsh(path)
             return meshio.gmsh.read(utf8(path))
-    with EndingFile(path) as file:
-        return meshio.ansys.read(file)
+    return meshio.ansys.read(utf8(path))
 
 
+def _arrays(mesh):
+    """The arrays of a mesh, by the names of its parameters."""
+    arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "normals", "colors")}
+    return {name: array for name, array in arrays.items() if array is not None}
+
+
+#: The functions of formats by their suffix, and the packages that they need.
 _READERS = {
-    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), _read_trimesh),
-    **dict.fromkeys((".vtk", ".vtp", ".vtu"), _read_vtk),
+    **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), ("load_trimesh", "trimesh")),
+    **dict.fromkeys((".vtk", ".vtp", ".vtu"), ("load_vtk", f"{LIBRARIES} vtkmodules.vtkFiltersGeometry")),
 }
+_MESHIO = ("load_meshio", "meshio pyvista")

@@ -1,14 +1,10 @@
-"""Checks of mesh files before a library reads them, which would otherwise crash, hang or guess."""
+"""Checks of mesh files before a library reads them, which would otherwise accept truncated files."""
 
 from __future__ import annotations
 
-import io
 import os
 import re
 from typing import Any
-
-from ..io.vtk_legacy import check_counts
-from ..io.vtk_xml import check_vtk_xml
 
 # Bytes of a header or trailer that are checked.
 HEADER_LIMIT = 1 << 16
@@ -112,55 +108,10 @@ def check_gmsh(path):
         raise ValueError(f"expected $End{begun.decode()}: the file is truncated")
 
 
-def check_nastran(path):
-    """Check that a file has data after its header: meshio searches for them without end."""
-    with open(path, "rb") as file:
-        begun = False
-        for line in iter(lambda: file.readline(HEADER_LIMIT), b""):
-            if begun and len(line) >= 4 and not line.startswith((b"$", b"//", b"#")):
-                return
-            begun = begun or line.strip().startswith(b"BEGIN BULK")
-    raise ValueError("expected data after BEGIN BULK: the file is truncated or damaged")
-
-
-class EndingFile(io.BufferedReader):
-    """A file that raises an error if a reader reads at its end too many times.
-
-    Some readers of meshio search for a bracket, or the end of a section, without end.
-    """
-
-    PATIENCE = 100
-
-    def __init__(self, path):
-        super().__init__(io.FileIO(path))
-        self._ends = 0
-
-    def read(self, size=-1):
-        """At most as many bytes."""
-        return self._count(super().read(size), size)
-
-    def readline(self, size=-1):
-        """A line."""
-        return self._count(super().readline(size), size)
-
-    def _count(self, content, size):
-        if not content and size != 0:
-            self._ends += 1
-            if self._ends > self.PATIENCE:
-                raise ValueError("expected the rest of the file: the file is truncated or damaged")
-        return content
-
-
 _GUARDS = {
-    ".bdf": check_nastran,
-    ".fem": check_nastran,
-    ".nas": check_nastran,
     ".off": check_off,
     ".ply": check_ply,
     ".stl": check_stl,
-    ".vtk": check_counts,
-    ".vtp": check_vtk_xml,
-    ".vtu": check_vtk_xml,
 }
 
 

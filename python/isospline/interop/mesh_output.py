@@ -109,7 +109,7 @@ def write_mesh(self, path):
     ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
     ``.ply``  binary; vertices, faces, normals and colours, in float64              meshio
     ``.obj``  text; vertices, faces, normals and colours, 15 decimal places         trimesh
-    ``.glb``  binary glTF; vertices, faces, normals and colours, in float32         trimesh
+    ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits    trimesh
     ========  ====================================================================  =========
 
     Parameters
@@ -180,7 +180,10 @@ def writer_of(path):
 
 def _write_trimesh(file_type, **options):
     def write(mesh, path):
-        content = mesh.to_trimesh().export(file_type=file_type, **options)
+        converted = mesh.to_trimesh()
+        if file_type == "glb" and mesh.colors is not None:
+            converted.visual.vertex_colors = _bytes_of(mesh.colors)  # the standard's COLOR_0 is linear
+        content = converted.export(file_type=file_type, **options)
         with open(path, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
 
@@ -207,7 +210,11 @@ def _srgb_colors(mesh):
     """(V, 3) uint8 colours for files, or None."""
     if mesh.colors is None:
         return None
-    return np.rint(255 * np.clip(linear_to_srgb(np.asarray(mesh.colors)), 0, 1)).astype(np.uint8)
+    return _bytes_of(linear_to_srgb(np.asarray(mesh.colors)))
+
+
+def _bytes_of(colors):
+    return np.rint(255 * np.clip(np.asarray(colors), 0, 1)).astype(np.uint8)
 
 
 _WRITERS = {

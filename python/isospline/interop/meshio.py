@@ -13,6 +13,7 @@ def mesh_from_meshio(cls, mesh, **options):
     """Convert the faces of a meshio mesh or, if it has none, the surface of its solid cells.
 
     VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out.
+    Normals and colours of points are kept, with the names of `Mesh.to_meshio`, or of the properties of PLY.
 
     Parameters
     ----------
@@ -49,9 +50,26 @@ def mesh_from_meshio(cls, mesh, **options):
         for block in mesh.cells:
             for indices in _index_arrays(block):
                 check_indices(indices, len(mesh.points))
-        # PyVista would also copy all data, and write cell sets into the original mesh.
+        # PyVista would also write cell sets into the original mesh.
         grid = pyvista.from_meshio(meshio.Mesh(mesh.points, [(block.type, block.data) for block in mesh.cells]))
+        normals, colors = (_point_data(mesh, *names) for names in _ATTRIBUTES)
+        if normals is not None:
+            grid.point_data.active_normals = normals
+        if colors is not None:
+            grid.point_data["colors"] = colors
     return mesh_from_vtk(cls, grid, **options)
+
+
+# Names of the arrays of normals and colours, and of their components in PLY.
+_ATTRIBUTES = ("normals", "nx", "ny", "nz"), ("colors", "red", "green", "blue")
+
+
+def _point_data(mesh, name, *components):
+    """An array (N, 3) of numbers at the points; None if there is none."""
+    found = mesh.point_data.get(name)
+    if found is None and all(component in mesh.point_data for component in components):
+        found = np.stack([mesh.point_data[component] for component in components], axis=1)
+    return found if found is not None and np.ndim(found) == 2 and np.shape(found)[1] in (3, 4) else None
 
 
 def _index_arrays(block):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..parameters import check_type
-from .checks import library_of, to_mesh
+from .checks import attributes, library_of, to_mesh
 
 
 def check_trimesh(mesh):
@@ -18,6 +18,9 @@ def check_trimesh(mesh):
 
 def mesh_from_trimesh(cls, mesh, **options):
     """Convert a trimesh mesh, without changes of vertices and faces.
+
+    Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept; for a scene, if
+    all meshes have them.
 
     Parameters
     ----------
@@ -45,6 +48,41 @@ def mesh_from_trimesh(cls, mesh, **options):
     >>> isospline.Mesh.from_trimesh(trimesh.creation.box()).faces.shape
     (12, 3)
     """
-    if check_trimesh(mesh):
-        mesh = mesh.to_mesh()
-    return to_mesh(cls, np.asarray(mesh.vertices), np.asarray(mesh.faces), "mesh", options)
+    if not check_trimesh(mesh):
+        parts = [_arrays(mesh, np.eye(4))]
+    else:
+        placed = (mesh.graph[node] for node in mesh.graph.nodes_geometry)
+        shapes = ((mesh.geometry[name], place) for place, name in placed)
+        parts = [_arrays(shape, place) for shape, place in shapes if hasattr(shape, "faces")]
+    return to_mesh(cls, _joined(parts), "mesh", options)
+
+
+def _arrays(mesh, place):
+    """The arrays of a mesh, moved by a (4, 4) matrix."""
+    linear, is_moved = place[:3, :3], not np.array_equal(place, np.eye(4))
+    vertices, faces, normals = np.asarray(mesh.vertices), np.asarray(mesh.faces), None
+    if "vertex_normals" in mesh._cache:  # given, or already computed; the property computes them
+        normals = np.asarray(mesh.vertex_normals)
+    visual = mesh.visual
+    colors = visual.vertex_colors if visual.kind == "vertex" else None
+    if visual.kind == "texture":
+        colors = visual.vertex_attributes.get("color")
+    if is_moved:
+        vertices = vertices @ linear.T + place[:3, 3]
+        faces = faces if np.linalg.det(linear) > 0 else faces[:, ::-1]
+        normals = None if normals is None else normals @ np.linalg.inv(linear)
+    return {"vertices": vertices, "faces": faces, **attributes(normals, colors)}
+
+
+def _joined(parts):
+    """The arrays of several meshes, one after the other, with those attributes that all have."""
+    if len(parts) == 1:
+        return parts[0]
+    if not parts:
+        return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
+    first = np.cumsum([0, *(len(part["vertices"]) for part in parts)])
+    joined = {"faces": np.concatenate([part["faces"] + offset for part, offset in zip(parts, first)])}
+    for name in ("vertices", "normals", "colors"):
+        if all(name in part for part in parts):
+            joined[name] = np.concatenate([part[name] for part in parts])
+    return joined

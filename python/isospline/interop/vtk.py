@@ -6,7 +6,7 @@ import numpy as np
 
 from ..io import vtk
 from ..parameters import check_type
-from .checks import errors_name, library_of, to_mesh, to_volume
+from .checks import attributes, errors_name, library_of, to_mesh, to_volume
 
 
 def volume_from_vtk(cls, image_data, scalars=None, **options):
@@ -58,7 +58,8 @@ def mesh_from_vtk(cls, mesh, **options):
     """Convert a surface of VTK.
 
     VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
-    points are left out.
+    points are left out. Normals of points are kept, and their colours: the active scalars or an array named colors,
+    RGB or RGBA, of three or four numbers a point, sRGB in bytes or linear from 0 to 1.
 
     Parameters
     ----------
@@ -95,8 +96,8 @@ def mesh_from_vtk(cls, mesh, **options):
     check_type(mesh, "mesh", kinds, "a surface or a grid of VTK or PyVista")
     with errors_name("mesh"):
         check_connectivity(mesh)
-        vertices, faces = triangles(mesh if isinstance(mesh, vtkPolyData) else surface(mesh))
-    return to_mesh(cls, vertices, faces, "mesh", options)
+        arrays = triangles(mesh if isinstance(mesh, vtkPolyData) else surface(mesh))
+    return to_mesh(cls, arrays, "mesh", options)
 
 
 def check_connectivity(mesh):
@@ -191,19 +192,32 @@ def surface(grid):
 
 
 def triangles(poly_data):
-    """(V, 3) vertices and (F, 3) faces of a surface."""
+    """The arrays of a surface: vertices, faces, normals and colours."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
     if poly_data.GetNumberOfPoints() == 0:
-        return np.empty((0, 3)), np.empty((0, 3), int)
+        return {"vertices": np.empty((0, 3)), "faces": np.empty((0, 3), int)}
     cut = vtkTriangleFilter()
     cut.PassVertsOff()
     cut.PassLinesOff()
     cut.SetInputData(poly_data)
     cut.Update()
     faces = vtk_to_numpy(cut.GetOutput().GetPolys().GetConnectivityArray())
-    return vtk_to_numpy(cut.GetOutput().GetPoints().GetData()), faces.reshape(-1, 3)
+    vertices = vtk_to_numpy(cut.GetOutput().GetPoints().GetData())
+    data = cut.GetOutput().GetPointData()
+    normals = data.GetNormals()
+    normals = None if normals is None or normals.GetNumberOfComponents() != 3 else vtk_to_numpy(normals)
+    return {"vertices": vertices, "faces": faces.reshape(-1, 3), **attributes(normals, _colors(data))}
+
+
+def _colors(data):
+    """The colours among the data of points, or None."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    arrays = [data.GetScalars(), *(data.GetArray(name) for name in ("colors", "Colors", "RGB", "RGBA"))]
+    colors = (vtk_to_numpy(array) for array in arrays if array is not None and array.GetNumberOfComponents() in (3, 4))
+    return next(colors, None)
 
 
 def flat_cell_types():

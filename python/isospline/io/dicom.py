@@ -1,16 +1,18 @@
-"""DICOM, a series of slices or one file of several frames, read by SimpleITK, which uses GDCM."""
+"""DICOM, a series of slices or one file of several frames, read by SimpleITK, which uses GDCM, in its own process."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+from pathlib import Path
 
 import numpy as np
 
-from . import itk
+from . import isolated, itk
 from .checks import check_file, utf8
 from .confinement import check_folder_within
 from .dicom_elements import DIRECTORY_CLASS, begins_as_dicom, check_elements
+from .volume_data import read_isolated
 
 # Suffixes of files that count as slices, even without the preamble of DICOM.
 SUFFIXES = (".dcm", ".dicom", ".ima")
@@ -21,22 +23,42 @@ TOLERANCE = 0.02
 
 def read_file(path):
     """Read a single file: an enhanced file with several frames, or one slice."""
-    check_elements(path)
-    with itk.quiet():
-        reader = itk.open_header(path, "GDCMImageIO")
-        itk.check_header(reader)
-        return itk.to_volume_data(reader.Execute()).replace(patient=True)
+    return read_isolated("isospline.io.dicom:load_file", path, "SimpleITK")
 
 
 def read_folder(path, name=None, *, within=None):
     """Read the only series of a folder, or the one whose Series Instance UID is `name`."""
+    check_folder_within(path, within)
+    return read_isolated("isospline.io.dicom:load_folder", path, "SimpleITK", name=name)
+
+
+def find_series(path, name=None):
+    """The files of a series of slices, in order, and its spacing, origin and direction; checked, but not read.
+
+    A single file may have several slices and its own frame.
+    """
+    found = isolated.call("isospline.io.dicom:load_series", path, "SimpleITK", name=name, mapped=True)
+    return [Path(file) for file in found["files"]], found["frame"]
+
+
+def load_file(path):
+    """`read_file`, in this process."""
+    path = Path(path)
+    check_elements(path)
+    with itk.quiet():
+        reader = itk.open_header(path, "GDCMImageIO")
+        itk.check_header(reader)
+        return vars(itk.to_volume_data(reader.Execute()).replace(patient=True))
+
+
+def load_folder(path, name):
+    """`read_folder`, in this process."""
     import SimpleITK
 
-    check_folder_within(path, within)
     with itk.quiet():
-        files, frame = find_series(path, name)
+        files, frame = _find_series(Path(path), name)
         if len(files) == 1:
-            return read_file(files[0])
+            return load_file(files[0])
         reader = SimpleITK.ImageSeriesReader()
         reader.SetImageIO("GDCMImageIO")
         reader.SetFileNames(files)
@@ -46,16 +68,19 @@ def read_folder(path, name=None, *, within=None):
             # ITK does not say which file is broken.
             for file in files:
                 with errors_name(file):
-                    read_file(file)
+                    load_file(file)
             raise
-    return volume.replace(patient=True, **frame)
+    return vars(volume.replace(patient=True, **frame))
 
 
-def find_series(path, name=None, mapped=False):
-    """The files of a series of slices, in order, and its spacing, origin and direction; checked, but not read.
+def load_series(path, name, mapped):
+    """`find_series`, in this process."""
+    with itk.quiet():
+        files, frame = _find_series(Path(path), name, mapped)
+    return {"files": list(files), "frame": frame}
 
-    A single file may have several slices and its own frame.
-    """
+
+def _find_series(path, name, mapped=False):
     import SimpleITK
 
     slices = _slices_of(path)

@@ -1,4 +1,4 @@
-"""TIFF, a file of several pages or a folder of slices, read by tifffile."""
+"""TIFF, a file of several pages or a folder of slices, read by tifffile in a process of its own."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ import os
 import re
 import struct
 import xml.etree.ElementTree
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import isolated
 from .checks import check_components, check_file, check_samples
 from .confinement import check_within
-from .volume_data import VolumeData
+from .volume_data import VolumeData, read_isolated
 
 SUFFIXES = (".tif", ".tiff")
+#: The packages that are needed, imported once by the server of processes.
+LIBRARIES = "tifffile imagecodecs"
 
 # Bytes of an item of a tag, by the type of the tag.
 _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
@@ -29,13 +33,66 @@ def read_file(path, *, within=None):
     Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are ignored: they do not
     include z, and are often a default of a scanner or a program.
     """
-    with opened_series(path, within) as (file, series):
+    return read_isolated("isospline.io.tiff:load_file", path, LIBRARIES, within=_text(within))
+
+
+def read_folder(path, *, within=None):
+    """Read a folder of files of one page each, in the order of the numbers in their names."""
+    return read_isolated("isospline.io.tiff:load_folder", path, LIBRARIES, within=_text(within))
+
+
+def read_slice(path):
+    """Read a file of one page, [y, x]."""
+    return isolated.call("isospline.io.tiff:load_slice", path, LIBRARIES)
+
+
+def read_layout(path):
+    """Where the samples of a file are: a dict of `shape`, `dtype`, `stored`, `spacing`, `begin` (or None), `pages`."""
+    return isolated.call("isospline.io.tiff:load_layout", path, LIBRARIES)
+
+
+def read_pages(path, first, last):
+    """The samples of pages of a file, from `first` up to `last`, exclusive."""
+    return isolated.call("isospline.io.tiff:load_pages", path, LIBRARIES, first=first, last=last)
+
+
+# What follows runs in the process of its own.
+
+
+def load_file(path, within=None):
+    """`read_file`, in this process."""
+    with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        return VolumeData(series.asarray(), spacing_of(file))
+        return vars(VolumeData(series.asarray(), spacing_of(file)))
+
+
+def load_layout(path):
+    """`read_layout`, in this process."""
+    with _opened_series(Path(path)) as (file, series):
+        return {
+            "shape": series.shape,
+            "dtype": series.dtype.str,
+            "stored": series.dtype.newbyteorder(file.byteorder).str,
+            "spacing": spacing_of(file),
+            "begin": series.dataoffset,
+            "pages": len(series.pages),
+        }
+
+
+def load_pages(path, first, last):
+    """`read_pages`, in this process."""
+    with _opened_series(Path(path)) as (_, series):
+        pages = []
+        for number in range(first, last):
+            try:
+                pages.append(series.pages[number].asarray())
+            except Exception as error:
+                raise ValueError(f"page {number}: {error}") from error
+        return pages
 
 
 @contextlib.contextmanager
-def opened_series(path, within=None):
+def _opened_series(path, within=None):
     """A tifffile file and its only series of pages, after checks."""
     with _opened(path, within) as file:
         if len(file.series) != 1:
@@ -72,14 +129,14 @@ def _names_files(path, within):
     return bool(names)
 
 
-def read_folder(path, *, within=None):
-    """Read a folder of files of one page each, in the order of the numbers in their names."""
-    files = slices_of(path)
+def load_folder(path, within):
+    """`read_folder`, in this process."""
+    files = slices_of(Path(path))
     for file in files:
         check_within(file, within)
     data: NDArray[Any] = np.empty(0)
     for index, file in enumerate(files):
-        samples = read_slice(file, within=within)
+        samples = load_slice(file, within)
         if index == 0:
             check_samples((len(files), *samples.shape), samples.dtype)
             data = np.empty((len(files), *samples.shape), samples.dtype)
@@ -89,11 +146,12 @@ def read_folder(path, *, within=None):
                 f"got {samples.shape} {samples.dtype} in {file.name}"
             )
         data[index] = samples
-    return VolumeData(data)
+    return vars(VolumeData(data))
 
 
-def read_slice(path, *, within=None):
-    """Read a file of one page, [y, x]."""
+def load_slice(path, within=None):
+    """`read_slice`, in this process."""
+    path = Path(path)
     check_file(path)
     with _opened(path, within) as file:
         series = file.series[0]
@@ -111,6 +169,10 @@ def slices_of(folder):
         files,
         key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name.lower())],
     )
+
+
+def _text(path):
+    return None if path is None else os.path.abspath(path)
 
 
 def _check_axes(series):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..signatures import explained_methods
+from . import isolated
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -100,3 +102,10 @@ class VolumeData:
             f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r}, "
             f"patient={self.patient})"
         )
+
+
+def read_isolated(function: str, path: Path, libraries: str, **arguments: Any) -> VolumeData:
+    """The `VolumeData` with the attributes that a function returns, called in a process of its own."""
+    fields = isolated.call(function, path, libraries, **arguments)
+    place = {name: tuple(fields[name]) for name in ("spacing", "origin")}
+    return VolumeData(**{**fields, **place})

@@ -1,38 +1,41 @@
-"""VTK's image data, legacy .vtk and XML .vti, read by VTK."""
+"""VTK's image data, legacy .vtk and XML .vti, read by VTK in a process of its own."""
 
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 from typing import Any
 
 import numpy as np
 
 from .checks import check_components, check_samples, utf8
-from .volume_data import VolumeData
-from .vtk_legacy import check_counts
-from .vtk_xml import check_vtk_xml
+from .volume_data import VolumeData, read_isolated
+
+#: The modules that are needed, imported once by the server of processes.
+LIBRARIES = "vtkmodules.vtkIOLegacy vtkmodules.vtkIOXML vtkmodules.util.numpy_support"
 
 
 def read_legacy(path, name=None):
     """Read a legacy file of structured points."""
-    from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
-
-    check_counts(path, whole=False)
-    reader = vtkStructuredPointsReader()
-    reader.ReadAllScalarsOn()
-    return _read(reader, path, name)
+    return read_isolated("isospline.io.vtk:load", path, LIBRARIES, name=name, legacy=True)
 
 
 def read_xml(path, name=None):
     """Read a .vti file."""
+    return read_isolated("isospline.io.vtk:load", path, LIBRARIES, name=name, legacy=False)
+
+
+def load(path, name, legacy):
+    """Read a file in this process."""
+    from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
-    check_vtk_xml(path)
-    return _read(vtkXMLImageDataReader(), path, name)
-
-
-def _read(reader, path, name):
+    reader: Any = vtkStructuredPointsReader() if legacy else vtkXMLImageDataReader()
+    if legacy:
+        reader.ReadAllScalarsOn()
+    else:
+        check_end(path)
     with messages() as text:
         reader.SetFileName(utf8(path))
         reader.UpdateInformation()
@@ -40,7 +43,15 @@ def _read(reader, path, name):
         _check_memory(reader.GetOutputInformation(0))
         reader.Update()
         check_messages(text())
-    return to_volume_data(reader.GetOutput(), name)
+    return vars(to_volume_data(reader.GetOutput(), name))
+
+
+def check_end(path):
+    """Check that an XML file is complete: VTK accepts a file without its last line."""
+    with open(path, "rb") as file:
+        file.seek(-min(os.path.getsize(path), 256), os.SEEK_END)
+        if b"</VTKFile>" not in file.read():
+            raise ValueError("expected </VTKFile> at the end: the file is truncated, or not a VTK file")
 
 
 def to_volume_data(image, name=None):

@@ -223,6 +223,89 @@ def test_polygons_of_files_are_cut_into_triangles(tmp_path, name, text):
     assert (len(mesh.faces), area(mesh)) == (2, pytest.approx(2))
 
 
+@pytest.fixture
+def colored(rng):
+    """A ball with normals that are not those of its faces, and a colour for each vertex."""
+    ball = trimesh.creation.icosphere(1)
+    normals = rng.normal(size=ball.vertices.shape)
+    return isospline.Mesh(ball.vertices, ball.faces, normals=normals, colors=rng.random(ball.vertices.shape))
+
+
+def check_attributes(mesh, expected, color_step):
+    """Compare at the corners of faces: normals in float32 at least, of any length, and colours."""
+    unit = [(m.normals / np.linalg.norm(m.normals, axis=1, keepdims=True))[m.faces] for m in (mesh, expected)]
+    np.testing.assert_allclose(*unit, atol=1e-6)
+    np.testing.assert_allclose(mesh.colors[mesh.faces], expected.colors[expected.faces], atol=color_step)
+
+
+@pytest.mark.parametrize("name", ["trimesh", "pyvista", "meshio"])
+def test_normals_and_colors_survive_libraries(colored, name):
+    mesh = getattr(isospline.Mesh, f"from_{name}")(getattr(colored, f"to_{name}")())
+    check_attributes(mesh, colored, 1e-12 if name == "meshio" else 0.005)
+    plain = isospline.Mesh(colored.vertices, colored.faces)
+    mesh = getattr(isospline.Mesh, f"from_{name}")(getattr(plain, f"to_{name}")())
+    assert mesh.normals is None and mesh.colors is None
+    replaced = getattr(isospline.Mesh, f"from_{name}")(getattr(colored, f"to_{name}")(), colors="red")
+    np.testing.assert_array_equal(replaced.colors[0], (1, 0, 0))
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb"])
+def test_normals_and_colors_survive_files(tmp_path, colored, suffix):
+    colored.write(tmp_path / f"a{suffix}")
+    check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 0.005)
+
+
+def test_normals_and_colors_of_vtk_files_are_read(tmp_path, colored):
+    for suffix in (".vtk", ".vtp"):
+        colored.to_pyvista().save(tmp_path / f"a{suffix}")
+        check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 0.005)
+    pyvista.Sphere().save(tmp_path / "sphere.vtp")
+    normals = np.asarray(pyvista.Sphere()["Normals"])
+    np.testing.assert_array_equal(isospline.read_mesh(tmp_path / "sphere.vtp").normals, normals)
+
+
+def test_colors_of_gltf_are_linear(tmp_path):
+    triangle = TETRAHEDRON[:3], [(0, 1, 2)]
+    isospline.Mesh(*triangle, colors=[(0.2, 0.5, 1.0)] * 3).write(tmp_path / "a.glb")
+    # The oracle is trimesh, which takes the bytes of a file as they are.
+    stored = next(iter(trimesh.load_scene(tmp_path / "a.glb", process=False).geometry.values())).visual.vertex_colors
+    assert stored[0].tolist() == [51, 128, 255, 255]
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb").colors[0], stored[0, :3] / 255, atol=1e-12)
+
+
+def test_parts_of_a_scene_keep_what_all_of_them_have(colored):
+    mirror = np.diag([-1.0, 2, 3, 1])
+    scene = trimesh.Scene()
+    scene.add_geometry(colored.to_trimesh())
+    scene.add_geometry(colored.to_trimesh(), transform=mirror)
+    mesh = isospline.Mesh.from_trimesh(scene)
+    count = len(colored.vertices)
+    expected = colored.normals / np.array([-1, 2, 3])
+    expected = isospline.Mesh(mesh.vertices[count:], OUTWARD, normals=expected, colors=colored.colors)
+    moved = isospline.Mesh(mesh.vertices[count:], OUTWARD, normals=mesh.normals[count:], colors=mesh.colors[count:])
+    check_attributes(moved, expected, 0.005)
+    scene.add_geometry(trimesh.creation.box())
+    mesh = isospline.Mesh.from_trimesh(scene)
+    assert mesh.normals is None and mesh.colors is None
+
+
+def test_attributes_that_cannot_be_used_are_left_out():
+    shape = pyvista.PolyData(TETRAHEDRON, np.insert(OUTWARD, 0, 3, axis=1))
+    shape.point_data.active_normals = np.full((4, 3), np.nan)
+    shape.point_data["colors"] = np.full((4, 3), 7.0)
+    mesh = isospline.Mesh.from_pyvista(shape)
+    assert mesh.normals is None and mesh.colors is None
+
+
+def test_corners_of_stl_with_equal_positions_are_one_vertex(tmp_path):
+    ball = trimesh.creation.icosphere(3)
+    for kind in ("stl", "stl_ascii"):
+        ball.export(tmp_path / "a.stl", file_type=kind)
+        mesh = isospline.read_mesh(tmp_path / "a.stl")
+        assert (len(mesh.vertices), len(mesh.faces)) == (len(ball.vertices), len(ball.faces))
+        np.testing.assert_allclose(corners(mesh), ball.triangles, atol=1e-6)
+
+
 def test_vertices_of_files_are_not_merged_or_dropped(tmp_path):
     small = 1e-12 * TETRAHEDRON
     trimesh.Trimesh(small, OUTWARD, process=False).export(tmp_path / "a.ply")

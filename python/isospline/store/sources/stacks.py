@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io import dicom, itk, packed, tiff
+from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
 from ..layout import writing
 from .source import RawSource, Source, as_samples, identity_of, samples_type
+
+#: Bytes of the pages of a TIFF file that are decoded at a time.
+_PAGES_BYTES = 1 << 26
 
 
 class StackSource(Source):
@@ -71,11 +74,12 @@ class PagesSource(StackSource):
         super().__init__(shape, dtype, identity_of(path))
 
     def slices(self, first: int) -> Iterator[NDArray[Any]]:
-        with tiff.opened_series(self._path) as (_, series):
-            for number in range(first, self.shape[0]):
-                with errors_name(self._path, f"page {number}"):
-                    samples = series.pages[number].asarray()
-                yield as_samples(samples)
+        size = int(np.prod(self.shape[1:])) * self.dtype.itemsize
+        count = max(1, _PAGES_BYTES // size)
+        for begin in range(first, self.shape[0], count):
+            with errors_name(self._path, "TIFF"):
+                pages = tiff.read_pages(self._path, begin, min(begin + count, self.shape[0]))
+            yield from map(as_samples, pages)
 
 
 class PackedSource(StackSource):
@@ -159,11 +163,9 @@ class Scaling:
 
 def open_tiff(path: Path) -> Source:
     """A source of the pages of a file."""
-    with tiff.opened_series(path) as (file, series):
-        shape, dtype, spacing = tuple(series.shape), np.dtype(series.dtype), tiff.spacing_of(file)
-        begin = series.dataoffset
-        stored = dtype.newbyteorder(file.byteorder)
-        pages = len(series.pages)
+    layout = tiff.read_layout(path)
+    shape, dtype, stored = tuple(layout["shape"]), np.dtype(layout["dtype"]), np.dtype(layout["stored"])
+    begin, pages = layout["begin"], layout["pages"]
     source: Source
     if begin is not None:
         source = RawSource(path, shape, stored, begin)
@@ -171,7 +173,7 @@ def open_tiff(path: Path) -> Source:
         source = PagesSource(path, shape, dtype)
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
-    return source.move(spacing=spacing)
+    return source.move(spacing=tuple(layout["spacing"]))
 
 
 def open_tiff_folder(path: Path) -> Source:
@@ -183,13 +185,11 @@ def open_tiff_folder(path: Path) -> Source:
 
 def open_dicom(path: Path, name: str | None) -> Source | None:
     """A source of a series of slices; None if a single file has all of them."""
-    with itk.quiet():
-        files, frame = dicom.find_series(path, name, mapped=True)
-        if len(files) == 1:
-            return None
-        first = read_dicom_slice(Path(files[0]))
-    paths = [Path(file) for file in files]
-    return FilesSource(paths, first.shape, first.dtype, read_dicom_slice).move(**frame, unit="millimeter", patient=True)
+    files, frame = dicom.find_series(path, name)
+    if len(files) == 1:
+        return None
+    first = read_dicom_slice(files[0])
+    return FilesSource(files, first.shape, first.dtype, read_dicom_slice).move(**frame, unit="millimeter", patient=True)
 
 
 def read_dicom_slice(path: Path) -> NDArray[Any]:

@@ -1,0 +1,209 @@
+"""Calls the readers of other libraries in a process of their own, with limits.
+
+A damaged or hostile file may crash a library, or make it use all memory or run without end. Then the process ends, and
+the caller gets an exception. One server process per caller imports the libraries once and forks a process for each
+call, so that calls take milliseconds and no file can affect the next one. Results come back as JSON, and arrays in
+memory that both processes map; nothing that the process sends is executed.
+"""
+
+from __future__ import annotations
+
+import atexit
+import fcntl
+import json
+import mmap
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .checks import available_memory
+
+#: Seconds of processor time for any file, and for each byte of it; the time on the clock may be several times as long.
+SECONDS, SECONDS_OF_BYTE, CLOCK = 20.0, 4e-6, 5.0
+#: Bytes of a message to the server, and of a result without its arrays.
+MESSAGE, RESULT_LIMIT = 256, 1 << 24
+
+_BEGIN = (
+    "import json, sys\nsys.path[:] = json.loads(sys.argv[2])\n"
+    "from isospline.io.isolated_server import serve\nserve(int(sys.argv[1]))"
+)
+# Libraries would start threads, with which processes cannot be forked safely.
+_ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB")}
+ERRORS = {
+    kind.__name__: kind for kind in (ValueError, TypeError, MemoryError, OSError, ModuleNotFoundError, RuntimeError)
+}
+
+
+def call(function: str, path: Path, libraries: str = "", **arguments: Any) -> Any:
+    """Call ``function(path, **arguments)`` in a process of its own.
+
+    Parameters
+    ----------
+    function : str
+        A function, as ``"isospline.io.vtk:load"``. It returns what JSON can hold, and arrays of numbers.
+    path : Path
+        A file or a folder; its size determines the limit of time.
+    libraries : str
+        Names of the packages to import before the call, separated by blanks.
+    **arguments
+        What JSON can hold.
+    """
+    seconds = SECONDS + SECONDS_OF_BYTE * _size(path)
+    request = {
+        "function": function,
+        "arguments": {"path": os.path.abspath(path), **arguments},
+        "memory": available_memory(),
+        "seconds": seconds,
+        "clock": CLOCK * seconds,
+    }
+    with _shared_file() as file:
+        for last in (False, True):
+            answer = _SERVERS.ask(json.dumps(request).encode(), libraries, file.fileno(), 2 * CLOCK * seconds)
+            if answer or last:
+                break
+        return _result(answer, file, seconds)
+
+
+class _Servers:
+    """The server of this process; a forked process gets its own."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._control: socket.socket | None = None
+        self._process: Any = None
+        os.register_at_fork(after_in_child=self._forget)
+        atexit.register(self.stop)
+
+    def _forget(self) -> None:
+        """Leave the server to the process that was forked, which started it."""
+        self._lock = threading.Lock()
+        if self._control is not None:
+            self._control.close()
+            self._control = None
+            self._process.returncode = 0  # it is not a child of this process, which need not wait for it
+
+    def ask(self, request, libraries, shared, timeout):
+        """The bytes of the answer; none if the server ended meanwhile, which it does when it is not needed."""
+        here, there = socket.socketpair()
+        with here:
+            with there, self._lock:
+                message = libraries.encode().ljust(MESSAGE)
+                fds = [there.fileno(), shared]
+                try:
+                    socket.send_fds(self._server(), [message], fds)
+                except (BrokenPipeError, ConnectionResetError):
+                    self._start()
+                    socket.send_fds(self._server(), [message], fds)
+            here.settimeout(timeout)
+            answer = bytearray()
+            try:
+                here.sendall(request + b"\n")
+                while len(answer) < RESULT_LIMIT and (part := here.recv(1 << 16)):
+                    answer += part
+            except (BrokenPipeError, ConnectionResetError):
+                pass
+            return bytes(answer)
+
+    def _server(self):
+        if self._control is None:
+            self._start()
+        return self._control
+
+    def _start(self):
+        self.stop()
+        self._control, there = socket.socketpair()
+        package = str(Path(__file__).resolve().parents[2])
+        paths = [entry for entry in sys.path if entry]
+        with there:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", "-c", _BEGIN, str(there.fileno()), json.dumps([*paths, package])],
+                pass_fds=[there.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl-C is for the caller, who then closes the connection
+                env={**os.environ, **_ONE_THREAD},
+            )
+
+    def stop(self):
+        """End the server, which waits for messages only."""
+        if self._control is not None:
+            self._control.close()
+            try:
+                self._process.wait(5)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self._control = None
+
+
+_SERVERS = _Servers()
+
+
+def _size(path):
+    if not path.is_dir():
+        return path.stat().st_size
+    return sum(entry.stat().st_size for entry in os.scandir(path) if entry.is_file())
+
+
+def _shared_file():
+    """A file without a name, in memory if the system has such files."""
+    if hasattr(os, "memfd_create"):
+        return os.fdopen(os.memfd_create("isospline", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING), "r+b", buffering=0)
+    return tempfile.TemporaryFile(buffering=0)
+
+
+def _result(answer, file, seconds):
+    """The result of a call; or its exception, or a ValueError for a process that died."""
+    lines = answer.split(b"\n")
+    try:
+        result = json.loads(lines[-3]) if len(lines) > 2 else None
+        status = json.loads(lines[-2]) if len(lines) > 1 else {"signal": signal.SIGKILL}
+        number, is_late = int(status["signal"]), bool(status.get("late"))
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"expected an answer of the reader, got {error}") from error
+    if is_late or number == signal.SIGXCPU:
+        raise ValueError(f"the reader found no end in {seconds:.0f} s: the file is damaged")
+    if number == signal.SIGKILL:
+        raise MemoryError("the system ended the reader, most likely for lack of memory")
+    if number or not isinstance(result, dict):
+        name = signal.Signals(number).name if number else "no result"
+        raise ValueError(f"the reader crashed ({name}): the file is damaged")
+    if "error" in result:
+        raise _exception(result["error"])
+    size = os.fstat(file.fileno()).st_size
+    if hasattr(fcntl, "F_ADD_SEALS"):
+        fcntl.fcntl(file.fileno(), fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
+    shared = mmap.mmap(file.fileno(), size) if size else b""
+    return _with_arrays(result["value"], shared)
+
+
+def _exception(error):
+    kind, message = ERRORS.get(error["kind"], ValueError), str(error["message"])
+    if kind is OSError:
+        return OSError(error["errno"], message, error["filename"]) if error["errno"] else OSError(message)
+    return ModuleNotFoundError(message, name=error["name"]) if kind is ModuleNotFoundError else kind(message)
+
+
+def _with_arrays(value, shared):
+    """The result, with the arrays that it refers to."""
+    if isinstance(value, list):
+        return [_with_arrays(item, shared) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if "array" not in value:
+        return {key: _with_arrays(item, shared) for key, item in value.items()}
+    dtype, shape, offset = value["array"]
+    dtype = np.dtype(dtype)
+    if dtype.kind not in "biuf":
+        raise ValueError(f"expected numbers, got {dtype}")
+    count = int(np.prod(shape, dtype=object))
+    return np.frombuffer(shared, dtype, count, offset).reshape(shape) if count else np.empty(shape, dtype)
