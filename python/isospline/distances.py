@@ -10,8 +10,8 @@ import numpy as np
 from ._core import Isosurface, Measurement, Mesh, Scene
 from .signatures import explained, explained_methods
 
-#: Largest number of boxes for one bound.
-MOST_BOXES = 1 << 18
+#: Largest number of boxes or triangles for one bound.
+MOST_PARTS = 1 << 18
 #: Approximate number of boxes at the beginning.
 FIRST_BOXES = 1 << 12
 
@@ -46,27 +46,29 @@ class SurfaceDistance:
 
 @explained
 def surface_distance(
-    surface: Isosurface,
+    surface: Isosurface | Mesh,
     other: Isosurface | Mesh | Scene,
     *,
     samples: int = 10000,
     seed: int = 0,
     tolerance: float | None = None,
 ) -> SurfaceDistance:
-    """Measure the distances of the points of an isosurface from another surface. The measure is not symmetric.
+    """Measure the distances of the points of a surface from another one. The measure is not symmetric.
 
     Parameters
     ----------
-    surface : Isosurface
+    surface : Isosurface or Mesh
         A surface with points to sample.
     other : Isosurface, Mesh or Scene
         The distances are measured from it.
     samples : int
         Points of the surface for the mean, the root mean square and the map.
     seed : int
-        Seed for `Isosurface.sample_points`.
+        Seed of the samples.
     tolerance : float, world units, optional
-        Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel.
+        Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel. Of two
+        isosurfaces, those of `surface` count. Between two meshes, it is a thousandth of the diagonal of the bounds of
+        `surface`.
 
     Returns
     -------
@@ -79,10 +81,11 @@ def surface_distance(
 
     Notes
     -----
-    Caps of capped surfaces count. The distance from a surface is Lipschitz continuous with constant 1. So the distance
-    of a box's centre, plus half the box's diagonal, is an upper bound for the surface in the box. Boxes with the
-    largest bounds are divided into eight, until the bounds are within the tolerance of a known distance or there are
-    2^18 boxes. If surfaces are parallel, a small tolerance is not reached; the bounds show this.
+    Caps count. The distance from a surface is Lipschitz continuous with constant 1. So the distance of a box's centre,
+    plus half the box's diagonal, is an upper bound for the surface in the box; the same holds for the centre of a
+    triangle and its farthest corner. Boxes with the largest bounds are divided into eight, triangles into four, until
+    the bounds are within the tolerance of a known distance or there are 2^18 of them. If surfaces are parallel, a small
+    tolerance is not reached; the bounds show this.
 
     Examples
     --------
@@ -94,16 +97,18 @@ def surface_distance(
     >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.23
     (0.2, 0.2, True)
     """
-    if not isinstance(surface, Isosurface):
-        raise TypeError(f"surface: expected an Isosurface, got {type(surface).__name__}")
+    if not isinstance(surface, (Isosurface, Mesh)):
+        raise TypeError(f"surface: expected an Isosurface or a Mesh, got {type(surface).__name__}")
     if samples < 2:
         raise ValueError(f"samples: expected at least 2, got {samples}")
-    edge = float(np.linalg.norm(surface.volume.affine[:3, :3], axis=0).min())
-    tolerance = 0.25 * edge if tolerance is None else tolerance
+    target = _target(other)
+    tolerance = _default_tolerance(surface, other) if tolerance is None else tolerance
     if not (tolerance > 0 and math.isfinite(tolerance)):
         raise ValueError(f"tolerance: expected a finite number above 0, got {tolerance}")
-    target = _target(other)
-    points = surface.sample_points(samples, seed=seed)["points"]
+    if isinstance(surface, Mesh):
+        points, largest_distance = _points_of_mesh(surface, samples, seed), _largest_distance_of_mesh
+    else:
+        points, largest_distance = surface.sample_points(samples, seed=seed)["points"], _largest_distance
     distances = target.closest_points(points)["distances"]
     if not np.isfinite(distances).all():
         raise ValueError("other: expected a surface with points, got one without")
@@ -113,7 +118,7 @@ def surface_distance(
     return SurfaceDistance(
         Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
         Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
-        _largest_distance(surface, target, float(distances.max()), tolerance),
+        largest_distance(surface, target, float(distances.max()), tolerance),
         points,
         distances,
     )
@@ -121,13 +126,13 @@ def surface_distance(
 
 @explained
 def hausdorff_distance(
-    surface: Isosurface, other: Isosurface, *, tolerance: float | None = None
+    surface: Isosurface | Mesh, other: Isosurface | Mesh, *, tolerance: float | None = None
 ) -> tuple[float, float]:
-    """The Hausdorff distance of two isosurfaces: the largest distance of a point of either from the other.
+    """The Hausdorff distance of two surfaces: the largest distance of a point of either from the other.
 
     Parameters
     ----------
-    surface, other : Isosurface
+    surface, other : Isosurface or Mesh
         Surfaces with points.
     tolerance : float, world units, optional
         As in `surface_distance`.
@@ -158,6 +163,63 @@ def _target(other):
     if isinstance(other, Mesh):
         return Scene([other])
     raise TypeError(f"other: expected an Isosurface, a Mesh or a Scene, got {type(other).__name__}")
+
+
+def _default_tolerance(surface, other):
+    for each in (surface, other):
+        if isinstance(each, Isosurface):
+            return 0.25 * float(np.linalg.norm(each.volume.affine[:3, :3], axis=0).min())
+    diagonal = float(np.linalg.norm(np.diff(surface.bounds, axis=0)))
+    return 1e-3 * diagonal if math.isfinite(diagonal) and diagonal > 0 else 1.0  # without points, there is no bound
+
+
+def _points_of_mesh(mesh, count, seed):
+    """Random points of a mesh, uniform by area."""
+    corners = mesh.vertices[mesh.faces]
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    until = np.cumsum(areas)
+    if not (len(until) > 0 and until[-1] > 0):
+        raise ValueError("surface: expected a surface with points to sample, got a mesh without area")
+    random = np.random.default_rng(seed)
+    faces = np.minimum(np.searchsorted(until, random.uniform(0, until[-1], count), side="right"), len(until) - 1)
+    u, v = random.uniform(size=(2, count, 1))
+    u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
+    a, b, c = corners[faces].transpose(1, 0, 2)
+    return a + u * (b - a) + v * (c - a)
+
+
+def _largest_distance_of_mesh(mesh, target, lower, tolerance):
+    """Bounds on the largest distance of a point of the mesh from the target, given that one is as far as `lower`."""
+    triangles = mesh.vertices[mesh.faces]
+    of_vertices = np.zeros(len(mesh.vertices))
+    used = np.unique(mesh.faces)
+    of_vertices[used] = target.closest_points(mesh.vertices[used])["distances"]
+    lower = max(lower, float(of_vertices.max()))
+    # From a vertex, no point of a triangle is farther than the triangle's longer edge there.
+    edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
+    upper = (of_vertices[mesh.faces] + np.maximum(edges, np.roll(edges, 1, axis=1))).min(axis=1)
+    looked_at, left_out = 0, 0.0
+    while True:
+        wanted = upper > lower + tolerance
+        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
+        triangles, upper = triangles[wanted], upper[wanted]
+        if len(triangles) == 0:
+            return lower, max(lower, min(left_out, lower + tolerance))
+        looked_at += len(triangles)
+        if looked_at > max(MOST_PARTS, len(mesh.faces)):
+            return lower, max(lower, float(upper.max(initial=left_out)))
+        centers = triangles.mean(axis=1)
+        found = target.closest_points(centers)["distances"]
+        lower = max(lower, float(found.max()))
+        radius = np.linalg.norm(triangles - centers[:, None], axis=2).max(axis=1)
+        upper = np.minimum(upper, found + radius)
+        wanted = upper > lower + tolerance
+        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
+        a, b, c = triangles[wanted].transpose(1, 0, 2)
+        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+        quarters = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        triangles = np.concatenate([np.stack(each, axis=1) for each in quarters])
+        upper = np.tile(upper[wanted], 4)
 
 
 def _largest_distance(surface, target, lower, tolerance):
@@ -191,7 +253,7 @@ def _largest_distance(surface, target, lower, tolerance):
         wanted = upper > lower + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         centers, upper = centers[wanted], upper[wanted]
-        if looked_at + 8 * len(centers) > MOST_BOXES:
+        if looked_at + 8 * len(centers) > MOST_PARTS:
             return lower, max(lower, float(upper.max(initial=left_out)))
         half /= 2
         corners = np.stack(np.meshgrid(*((-half, half),) * 3, indexing="ij"), axis=-1).reshape(-1, 3)

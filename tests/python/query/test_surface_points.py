@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import trimesh
 
 import isospline
 
@@ -102,10 +103,64 @@ def test_distance_from_a_mesh(rng):
     assert apart.maximum[0] - 1e-4 <= 9.7 <= apart.maximum[1] + 1e-4
 
 
+def test_distance_of_a_mesh_from_a_sphere():
+    """Of the points of a cube, its corners are farthest from a ball in it, and the middles of its faces nearest."""
+    box = trimesh.creation.box(extents=(2, 2, 2))
+    cube = isospline.Mesh(box.vertices, box.faces)
+    apart = isospline.surface_distance(cube, sphere(0.7), samples=20_000, seed=3)
+    assert abs(abs(apart.points).max(axis=1) - 1).max() < 1e-12 and len(apart.points) == 20_000
+    u = (np.arange(1000) + 0.5) / 1000
+    radius = np.sqrt(1 + u[:, None] ** 2 + u**2)  # on a quarter of a face
+    assert abs(apart.mean.value - (radius - 0.7).mean()) < 5 * apart.mean.error + 1e-4
+    assert abs(apart.rms.value - np.sqrt(((radius - 0.7) ** 2).mean())) < 5 * apart.rms.error + 1e-4
+    np.testing.assert_allclose(apart.distances, np.linalg.norm(apart.points, axis=1) - 0.7, atol=1e-4)
+    lower, upper = apart.maximum
+    assert lower - 1e-4 <= math.sqrt(3) - 0.7 <= upper + 1e-4 and upper - lower <= 0.25 / 16 + 1e-12
+    back = isospline.surface_distance(sphere(0.7), cube, samples=500).maximum
+    both = isospline.hausdorff_distance(cube, sphere(0.7))
+    assert both == isospline.hausdorff_distance(sphere(0.7), cube) == (max(lower, back[0]), max(upper, back[1]))
+
+
+def test_distances_of_meshes_are_those_of_trimesh(rng):
+    ball, box = trimesh.creation.icosphere(2, 0.8), trimesh.creation.box(extents=(1, 2, 0.6))
+    one, other = isospline.Mesh(ball.vertices, ball.faces), isospline.Mesh(box.vertices, box.faces)
+    for mesh, shape, target, theirs in ((one, ball, other, box), (other, box, one, ball)):
+        apart = isospline.surface_distance(mesh, target, samples=3000)
+        assert trimesh.proximity.closest_point(shape, apart.points)[1].max() < 1e-12
+        np.testing.assert_allclose(apart.distances, trimesh.proximity.closest_point(theirs, apart.points)[1], atol=1e-9)
+        # The largest distance, from a dense subdivision.
+        dense = shape.subdivide_to_size(0.02)
+        largest = trimesh.proximity.closest_point(theirs, dense.vertices)[1].max()
+        lower, upper = apart.maximum
+        assert lower - 1e-9 <= largest + 0.02 and largest <= upper + 1e-9
+        assert upper - lower <= 1e-3 * np.linalg.norm(np.ptp(shape.bounds, axis=0)) + 1e-12
+    lower, upper = isospline.hausdorff_distance(one, other, tolerance=1e-4)
+    assert upper - lower <= 1e-4 + 1e-12
+    # Samples are uniform by area: each of the box's faces has its share.
+    points = isospline.surface_distance(other, one, samples=20_000).points
+    for axis, part in enumerate(np.array([1.2, 0.6, 2.0]) / 3.8):
+        found = (abs(abs(points[:, axis]) - (0.5, 1, 0.3)[axis]) < 1e-12).mean()
+        assert abs(found - part) < 5 * math.sqrt(part * (1 - part) / 20_000)
+    same = isospline.surface_distance(one, one, samples=100)
+    assert same.mean.value < 1e-12 and same.maximum[1] < 0.02  # parallel: the bound ends at 2^18 triangles
+
+
+def test_meshes_without_area_have_no_distances():
+    flat = isospline.Mesh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])
+    none = isospline.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    for mesh in (flat, none):
+        with pytest.raises(
+            ValueError, match="^surface: expected a surface with points to sample, got a mesh without area"
+        ):
+            isospline.surface_distance(mesh, sphere(0.7))
+    with pytest.raises(ValueError, match="^other: expected a surface with points, got one without"):
+        isospline.surface_distance(sphere(0.7), none)
+
+
 def test_bad_distances():
     with pytest.raises(TypeError, match="other: expected an Isosurface, a Mesh or a Scene, got int"):
         isospline.surface_distance(sphere(0.7), 3)
-    with pytest.raises(TypeError, match="surface: expected an Isosurface, got int"):
+    with pytest.raises(TypeError, match="surface: expected an Isosurface or a Mesh, got int"):
         isospline.surface_distance(3, sphere(0.7))
     with pytest.raises(ValueError, match="samples: expected at least 2, got 1"):
         isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1)
