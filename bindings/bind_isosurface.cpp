@@ -4,6 +4,7 @@
 #include "clip.h"
 #include "long_call.h"
 #include "masks.h"
+#include "warn.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/query/reach.h"
@@ -137,8 +138,7 @@ void warn_of_empty_shell(const IsosurfaceSnapshot& surface)
     text.precision(12);
     text << "level " << surface.level() << (out_of_range ? " is out of" : " has an empty shell, within")
          << " the data's range, " << lower << " to " << upper << ": there is no surface and rays miss it";
-    if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
-        throw py::error_already_set();
+    warn(text.str());
 }
 
 std::shared_ptr<Isosurface> build(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,

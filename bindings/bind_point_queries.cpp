@@ -3,6 +3,7 @@
 #include "long_call.h"
 #include "points.h"
 #include "results.h"
+#include "warn.h"
 
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
@@ -243,8 +244,7 @@ py::array_t<double> signed_distance(const Isosurface& surface, const py::object&
         std::ostringstream text;
         text << uncertain << " of " << rows.count() << " distances may be too large by more than the tolerance, " << aim
              << ": see the error bounds of closest_points";
-        if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
-            throw py::error_already_set();
+        warn(text.str());
     }
     return result;
 }

@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "long_call.h"
+#include "warn.h"
 
 #include "isospline/polygonize/surface_mesh.h"
 #include "isospline/scene/mesh.h"
@@ -96,8 +97,7 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
         std::ostringstream text;
         text << "tolerance: the mesh is up to " << distance << " from the surface, more than the " << *tolerance
              << " that was requested";
-        if (PyErr_WarnEx(PyExc_UserWarning, text.str().c_str(), 1) != 0)
-            throw py::error_already_set();
+        warn(text.str());
     }
     if (return_distance)
         return py::make_tuple(mesh, distance);

@@ -110,11 +110,15 @@ def _limits(rule, scene, camera):
 
 def _title(rule, unit):
     if isinstance(rule, _core.ColorByCurvature):
-        power = "²" if rule.kind == "gaussian" else ""
+        power = "^2" if rule.kind == "gaussian" else ""
         return f"{rule.kind} curvature" + (f" (1/{unit}{power})" if unit else "")
     if isinstance(rule, _core.ColorByDepth):
         return "depth" + (f" ({unit})" if unit else "")
     return "value"
+
+
+# What stands for characters that Pillow's font lacks.
+_PLAIN = str.maketrans({"−": "-", "²": "^2", "³": "^3", "µ": "u", "μ": "u"})
 
 
 def _font(image):
@@ -138,7 +142,7 @@ def _draw_colorbar(image, right, rule, limits, unit):
     """Draw a colour bar whose labels end at a column; returns the column at which it begins."""
     width, height = image.size
     drawn = _Drawing(image)
-    labels = [(value, f"{value:g}".replace("-", "−")) for value in ticks(*limits)]
+    labels = [(value, f"{value:g}") for value in ticks(*limits)]
     thickness, length = max(6, round(0.025 * width)), round(0.6 * height)
     mark = max(2, thickness // 4)
     text_width = max((drawn.width(text) for _, text in labels), default=0)
@@ -178,11 +182,11 @@ class _Drawing:
         self.line_height = self._font.getbbox("0")[3] * 1.4
 
     def width(self, text):
-        return self._font.getlength(text)
+        return self._font.getlength(text.translate(_PLAIN))
 
     def text(self, x, y, text, anchor):
         """Draw text; `anchor` is Pillow's name of the point of the text at (x, y)."""
-        self._draw.text((x, y), text, fill=255, font=self._font, anchor=anchor)
+        self._draw.text((x, y), text.translate(_PLAIN), fill=255, font=self._font, anchor=anchor)
 
     def bar(self, left, right, top, bottom):
         """Draw a rectangle; pixels that it covers in part get that part."""

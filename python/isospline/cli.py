@@ -20,17 +20,18 @@ from .cli_convert import run as run_convert
 from .cli_demo import make_demo
 from .cli_frames import render_frames
 from .cli_interrupts import heard_interrupts
+from .cli_levels import choose_levels, make_surfaces
 from .cli_limits import banded_image, check_limits, frames_to_make, traced_images
 from .cli_output import check_folder, check_output
 from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
-from .cli_picture import ALL, Patience, annotations_of, background_of, kept_pieces, largest_of, lighting_of
+from .cli_picture import Patience, annotations_of, background_of, lighting_of
 from .cli_placement import read_placed
-from .cli_store import Store, least_sample
+from .cli_store import Store
 from .cli_view import serve, session_image
 from .cli_write import error_text, write_images
 from .interop.mesh_output import MESHES
 from .looks import LIMITS, TONE, flag, given, ground_look, looks
-from .pictures import body_mask, border, default_levels
+from .pictures import border
 from .progress import Bar, Lines
 from .store.detail import is_store
 from .views import DEFAULT_VIEW
@@ -84,28 +85,43 @@ def info(arguments):
 
 
 def measure(arguments):
-    """Print the volume, area and curvature of an isosurface."""
+    """Print the volume, area and curvature of isosurfaces."""
     from .summary import describe_measures
 
     clip = _clip(arguments)
     data = _read(arguments)
-    level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
-    volume = _volume(data, arguments)
-    surface = _surface(volume, level, clip, arguments)
+    chosen = choose_levels(data, arguments, _say)
+    surfaces = _surfaces(_volume(data, arguments), chosen, clip, arguments)
+    measured = [_measured(surface, arguments) for surface in surfaces]
+    if arguments.json:
+        parts = [
+            {
+                "path": str(arguments.file),
+                "level": surface.level,
+                **{name: {"value": each.value, "error": each.error} for name, each in found.items()},
+                "components": {name: array.tolist() for name, array in components.items()},
+            }
+            for surface, (found, components) in zip(surfaces, measured)
+        ]
+        print(json.dumps(parts if len(parts) > 1 else parts[0], indent=2))
+        return
+    for surface, (found, components) in zip(surfaces, measured):
+        print(describe_measures(arguments.file, surface.level, found, components))
+
+
+def _measured(surface, arguments):
+    """The measures of a surface, by their names, and its components."""
     names = ["enclosed_volume", "area"]
-    names += ["mean_curvature", "gaussian_curvature"] if volume.degree > 1 else []
+    names += ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []
     found = {}
     for name in names:
         with _progress(name.replace("_", " "), arguments) as progress:
             found[name] = getattr(surface, name)(order=arguments.order, progress=progress)
     with _progress("components", arguments) as progress:
         components = surface.components(order=arguments.order, progress=progress)
-    if arguments.json:
-        numbers = {name: {"value": each.value, "error": each.error} for name, each in found.items()}
-        numbers["components"] = {name: array.tolist() for name, array in components.items()}
-        print(json.dumps({"path": str(arguments.file), "level": level, **numbers}, indent=2))
-    else:
-        print(describe_measures(arguments.file, level, found, components))
+    if found["area"].value == 0 and found["enclosed_volume"].value == 0:
+        raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
+    return found, components
 
 
 def render(arguments):
@@ -142,15 +158,7 @@ def _render(arguments, write=True):
         isospline.image.denoiser()  # fails now if it is missing, and not after the work
     meshes = [read_placed(text) for text in arguments.mesh]
     data = Store(arguments) if is_store(arguments.file) else _read(arguments)
-    levels, body_level = arguments.level, None
-    if levels is None:
-        level, body_level = _picture_level(data, arguments.file)
-        levels = [level]
-
-    # Finding components would read all of a store.
-    is_plain = arguments.level is None and arguments.largest is None and not isinstance(data, Store)
-    if arguments.largest == ALL or isinstance(data, Store):
-        body_level = None
+    chosen = choose_levels(data, arguments, _say)
 
     def make_scene(volume):
         with _progress("finding cells", arguments) as progress:
@@ -162,13 +170,7 @@ def _render(arguments, write=True):
                 inside=arguments.inside,
                 progress=progress,
             )
-            if body_level is not None:
-                options["mask"] = body_mask(volume, body_level)
-                _say(f"only what is in the largest piece at level {body_level:g}, the body, is shown")
-            first = isospline.Isosurface(volume, levels[0], largest=largest_of(arguments), **options)
-            if is_plain and (kept := kept_pieces(first, _say)):
-                first = isospline.Isosurface(volume, levels[0], largest=kept, **options)
-            surfaces = [first, *(first.with_level(level) for level in levels[1:])]
+            surfaces = make_surfaces(volume, chosen, arguments, options, _say)
         return isospline.Scene([*surfaces, *meshes]), surfaces, volume
 
     def make_cameras(made):
@@ -185,7 +187,7 @@ def _render(arguments, write=True):
         cameras = make_cameras(made)
         extent = f"{sum(surface.shell.count for surface in made[1])} cells"
     if not write:
-        return cameras, levels
+        return cameras, chosen.levels
     scene = made[0]
     if arguments.ground:
         look = [*look, ground_look(arguments, look)]
@@ -204,7 +206,7 @@ def _render(arguments, write=True):
     if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
         _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")
     print(f"{arguments.output}: {written}, {extent}, {time.perf_counter() - begin:.1f} s")
-    return cameras, levels
+    return cameras, chosen.levels
 
 
 def mesh(arguments):
@@ -213,13 +215,14 @@ def mesh(arguments):
     if not arguments.output.lower().endswith(MESHES):
         raise ValueError(f"{arguments.output}: expected a name that ends in {', '.join(MESHES)}")
     check_folder(arguments.output)
+    if len(arguments.level or ()) > 1:
+        raise ValueError(f"--level: expected one level for a mesh, got {len(arguments.level)}: write a mesh for each")
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     clip = _clip(arguments)
     data = _read(arguments)
-    level = _suggested_level(data, arguments.file) if arguments.level is None else arguments.level
-    volume = _volume(data, arguments)
-    surface = _surface(volume, level, clip, arguments)
+    chosen = choose_levels(data, arguments, _say)
+    (surface,) = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     with _progress("meshing", arguments) as progress:
         if arguments.tolerance is None:
             made, distance = surface.to_mesh(progress=progress), ""
@@ -233,18 +236,16 @@ def mesh(arguments):
     print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
 
 
-def _surface(volume, level, clip, arguments):
-    """The isosurface that the options specify."""
+def _surfaces(volume, chosen, clip, arguments):
+    """The isosurfaces that the options specify."""
     with _progress("finding cells", arguments) as progress:
-        return isospline.Isosurface(
-            volume,
-            level,
-            largest=largest_of(arguments),
+        options = dict(
             clip=clip,
             capped=arguments.capped,
             inside=arguments.inside,
             progress=progress,
         )
+        return make_surfaces(volume, chosen, arguments, options, _say)
 
 
 def _volume(data, arguments):
@@ -278,33 +279,6 @@ def _clip(arguments):
     if arguments.capped and not clip and arguments.run is not render:
         raise ValueError("--capped: expected --clip or --clip-box with it, got none")
     return clip
-
-
-def _suggested_level(data, path):
-    """The first suggested level."""
-    suggested = _suggested_levels(data, path)
-    _say_level(suggested[0], "the first one", suggested)
-    return suggested[0]
-
-
-def _picture_level(data, path):
-    """The level of a picture, and the level of the patient's body, or None."""
-    suggested = _suggested_levels(data, path)
-    level, body_level = default_levels(suggested, least_sample(data), data.patient)
-    which = "the first one" if level == suggested[0] else "the first one above water, for bones,"
-    _say_level(level, which, suggested)
-    return level, body_level
-
-
-def _suggested_levels(data, path):
-    suggested = isospline.suggest_levels(data.data)
-    if not suggested:
-        raise ValueError(f"{path}: expected samples that differ, all of them are {data.data.flat[0]}")
-    return suggested
-
-
-def _say_level(level, which, suggested):
-    _say(f"level {level:g}, {which} of the suggested levels: {', '.join(f'{each:g}' for each in suggested)}")
 
 
 def _cameras(arguments, seen):

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import re
 from pathlib import Path
 
-from .cli_output import PICTURES
+from .cli_output import PICTURES, VIDEOS
 from .cli_record import Record, identity, options_of, record_path
 from .io.read import FORMATS
 from .store import time_steps
 from .store.detail import is_store
+
+# Files that --frames does not write: a folder with such a name would be a mistake.
+_OTHER_FILES = (*VIDEOS, ".avi", ".bmp", ".gif", ".jpeg", ".jpg", ".mkv", ".mov", ".tif", ".tiff", ".webm", ".webp")
 
 
 def render_frames(arguments, render, say):
@@ -48,6 +52,8 @@ def render_frames(arguments, render, say):
 
 def _frames_of(path):
     """Names and paths of the volumes to render, and whether they are a time series."""
+    if not path.exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     if not path.is_dir():
         raise ValueError(f"{path}: expected a store of a time series or a folder of volumes, got a file")
     if is_store(path):
@@ -77,6 +83,11 @@ def _outputs(output, names):
         if len(re.findall("#+", os.path.basename(output))) != 1 or "#" in os.path.dirname(output):
             raise ValueError(f"{output}: expected a name with #### in place of the number, such as frame-####.png")
         return [re.sub("#+", lambda hashes: f"{at:0{len(hashes[0])}d}", output) for at in range(len(names))]
+    if output.lower().endswith(_OTHER_FILES) and not os.path.isdir(output):
+        raise ValueError(
+            f"{output}: expected the name of a folder, or of pictures with #### in place of their number, such as "
+            "frame-####.png: --frames makes one picture of each volume"
+        )
     stems = [re.sub(r"(\.nii\.gz|\.[^.]*)$", "", name) for name in names]
     doubled = next((stem for stem in stems if stems.count(stem) > 1), None)
     if doubled is not None:

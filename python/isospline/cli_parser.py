@@ -21,6 +21,10 @@ from .views import DEFAULT_VIEW
 #: Exit codes: of an error, of bad arguments and files, and after Ctrl-C.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
+# What is shown, written or measured by default.
+_LEVEL = "by default the first suggested one, of a patient's CT the first above water"
+_LARGEST = "all; without --level, all except small specks of noise"
+
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, like all others."""
@@ -33,7 +37,8 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     """The parser of the command line; its arguments are the functions of the commands."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    parser.set_defaults(run=lambda _: parser.print_help())
+    commands = parser.add_subparsers(metavar="COMMAND")
 
     command = commands.add_parser("demo", help="make a volume and a picture of it, without any file")
     command.add_argument(
@@ -59,7 +64,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=mesh)
     group = command.add_argument_group("surface")
-    group.add_argument("-l", "--level", type=float, help="value on the surface; by default the first suggested one")
+    group.add_argument("-l", "--level", type=float, action="append", help=f"value on the surface; {_LEVEL}")
     group.add_argument(
         "--tolerance",
         type=float,
@@ -67,7 +72,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         help="largest distance between surface and mesh, in world units, with as few triangles as possible; "
         "by default a vertex on every edge of a cell that the surface crosses",
     )
-    _add_model(group)
+    _add_model(group, _LARGEST)
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
     _add_clip(command, "close the solid where it is cut")
 
@@ -78,8 +83,14 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     command.add_argument("--order", type=int, default=4, metavar="N", help="nodes of quadrature, 2 to 10 (default 4)")
     command.set_defaults(run=measure)
     group = command.add_argument_group("surface")
-    group.add_argument("-l", "--level", type=float, help="value on the surface; by default the first suggested one")
-    _add_model(group)
+    group.add_argument(
+        "-l",
+        "--level",
+        type=float,
+        action="append",
+        help=f"value on the surface; repeated, one surface after the other; {_LEVEL}",
+    )
+    _add_model(group, _LARGEST)
     _add_clip(command, "close the solid where it is cut")
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
@@ -114,8 +125,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "--level",
         type=float,
         action="append",
-        help="value on the surface; repeated, one surface for each; by default the first suggested one, of a "
-        "patient's CT the first above water",
+        help=f"value on the surface; repeated, one surface for each; {_LEVEL}",
     )
     group.add_argument(
         "--mesh",
@@ -125,7 +135,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         help="triangles to show as well, in the volume's world; FILE@X,Y,Z moves them, and FILE@MATRIX "
         "places them by a file with 4 x 4 numbers; may be repeated",
     )
-    _add_model(group, "all; without --level, all except small specks of noise")
+    _add_model(group, _LARGEST)
     group.add_argument("--prune-depth", type=int, default=2, metavar="DEPTH", help="of the shell, 0 to 6 (default 2)")
     group.add_argument("--method", choices=("exact", "reference", "bracket"), default="exact", help="root finder")
 
@@ -242,7 +252,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     return parser
 
 
-def _add_model(group, largest="all"):
+def _add_model(group, largest):
     group.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
     group.add_argument(
         "--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples continue outside"

@@ -20,7 +20,7 @@ def as_volume(value, parameter):
     if isinstance(value, VolumeData):
         return value.to_volume()
     if isinstance(value, np.ndarray) and value.ndim == 3:
-        return Volume(value)
+        return VolumeData(value).to_volume()
     raise TypeError(sentence(parameter, "a Volume, a VolumeData or a three-dimensional array", value))
 
 

@@ -112,14 +112,25 @@ def _find_series(path, name, mapped=False):
     return files, {"spacing": spacing, "origin": first.GetOrigin(), "direction": direction}
 
 
+def may_have_slices(folder):
+    """Whether a folder has files that look like DICOM, or some that are no regular files, which the reader refuses."""
+    return any(not file.is_file() or _looks_like_a_slice(file) for file in _entries_of(folder))
+
+
+def _entries_of(folder):
+    return [file for file in sorted(folder.iterdir()) if not (file.is_dir() or file.name.startswith("."))]
+
+
+def _looks_like_a_slice(file):
+    return begins_as_dicom(file) or file.suffix.lower() in SUFFIXES
+
+
 def _slices_of(folder):
     """The DICOM files of a folder, after checking all of them: GDCM would leave out files that it cannot read."""
     slices = []
-    for file in sorted(folder.iterdir()):
-        if file.is_dir() or file.name.startswith("."):
-            continue
+    for file in _entries_of(folder):
         check_file(file)
-        if not (begins_as_dicom(file) or file.suffix.lower() in SUFFIXES):
+        if not _looks_like_a_slice(file):
             continue
         with errors_name(file):
             utf8(file)

@@ -176,6 +176,10 @@ def _reader(path, shape, dtype, offset, options):
     if path.is_dir():
         if tiff.slices_of(path):
             return "TIFF slices", lambda path: tiff.read_folder(path, within=options["within"])
+        if not dicom.may_have_slices(path):
+            raise ValueError(
+                f"{printable(path)}: expected a folder with a DICOM series or TIFF slices, got one without images"
+            )
         return "DICOM series", lambda path: dicom.read_folder(path, **options)
     check_file(path)
     with open(path, "rb") as file:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..signatures import explained_methods
 from . import isolated
+from .label_map import warn_of_labels
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -94,6 +95,7 @@ class VolumeData:
         """Model the samples: ``isospline.Volume(data, spacing=..., origin=..., direction=..., **options)``."""
         from .. import Volume
 
+        warn_of_labels(self.data)
         return Volume(self.data, spacing=self.spacing, origin=self.origin, direction=self.direction, **options)
 
     def __repr__(self) -> str:

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from command_line import fails, pixels, rendered
 from environment_files import write_exr, write_hdr
-from test_cli import ball, fails, picture, pixels, plate, rendered  # noqa: F401
 
 import isospline
 from isospline.cli import main

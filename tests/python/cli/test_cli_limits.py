@@ -8,8 +8,8 @@ import time
 
 import numpy as np
 import pytest
+from command_line import fails, pixels, rendered
 from interrupts import obey_interrupts
-from test_cli import ball, fails, picture, pixels, rendered  # noqa: F401
 
 import isospline
 from isospline import bands, progress

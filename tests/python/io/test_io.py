@@ -424,7 +424,7 @@ def test_missing_files_and_unknown_names_are_refused(tmp_path):
     with pytest.raises(ValueError, match="shape: expected"):
         read_volume(tmp_path / "a.xyz", dtype="u1")
     (tmp_path / "folder").mkdir()
-    with pytest.raises(ValueError, match="a folder that holds a DICOM series or TIFF slices"):
+    with pytest.raises(ValueError, match="a folder with a DICOM series or TIFF slices, got one without images"):
         read_volume(tmp_path / "folder")
 
 

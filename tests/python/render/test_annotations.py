@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from PIL import ImageDraw
 from spheres import mesh_sphere, sphere
 
 import isospline
-from isospline.annotations import scale_bar, ticks
+from isospline.annotations import _font, scale_bar, ticks
 from isospline.colors import linear_to_srgb
 
 SIZE = (320, 240)
@@ -134,3 +135,18 @@ def test_marks_that_make_no_sense(options, message):
 def test_small_pictures_take_marks():
     for size in ((1, 1), (3, 40), (40, 3), (16, 9)):
         isospline.render(sphere(), size=size, shading=isospline.Phong(color=RAMP), annotate=("colorbar", "scale_bar"))
+
+
+def test_marks_have_letters_that_the_font_has(monkeypatch):
+    drawn = set()
+    text = ImageDraw.ImageDraw.text
+    monkeypatch.setattr(
+        ImageDraw.ImageDraw, "text", lambda self, at, words, **rest: (drawn.add(words), text(self, at, words, **rest))
+    )
+    shading = isospline.Phong(color=isospline.ColorByCurvature("gaussian", limits=(-0.1, 0.1)))
+    marks = dict(annotate=("colorbar", "scale_bar"), unit="µm")
+    image = isospline.render(sphere(), size=SIZE, shading=shading, **marks)
+    assert "-0.1" in drawn and "gaussian curvature (1/um^2)" in drawn
+    font = _font(image)
+    missing = bytes(font.getmask("\ue000"))
+    assert not [letter for words in drawn for letter in words if bytes(font.getmask(letter)) == missing]

@@ -1,0 +1,43 @@
+"""Calls of the command line, and the library's results to compare with."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline.cli import main
+
+
+def run(*arguments, **options):
+    command = [sys.executable, "-m", "isospline", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=300, **options)
+
+
+def fails(capsys, code, pattern, *arguments):
+    try:
+        got = main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        got = stop.code
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"isospline: error: [^\n]*\n", error), error
+    assert re.search(pattern, error), error
+    assert got == code
+
+
+def leftovers(folder):
+    return sorted(path.name for path in folder.iterdir() if path.name != "ball.npy")
+
+
+def pixels(path):
+    return np.asarray(pytest.importorskip("PIL.Image").open(path))
+
+
+def rendered(ball, levels=(0,), meshes=(), samples=1, **options):
+    """The library's result for the ball."""
+    volume = isospline.Volume(np.load(ball))
+    scene = isospline.Scene([*(isospline.Isosurface(volume, level) for level in levels), *meshes])
+    camera = isospline.camera_for(scene, size=(48, 32))
+    return isospline.render(scene, camera, size=(48, 32), background=0, samples=samples, **options)

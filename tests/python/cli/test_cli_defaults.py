@@ -1,0 +1,232 @@
+"""Pictures for which no option is given: studio light, the level and the pieces that are worth looking at."""
+
+import re
+import types
+
+import numpy as np
+import pytest
+from command_line import pixels
+
+import isospline
+from isospline.cli import main
+from isospline.levels import histogram
+
+REAL = {
+    "engine.nii.gz": (80, []),
+    "bonsai.nii.gz": (40, []),
+    "fuel.nii.gz": (40, []),
+    "vismale_128x256x256_uint8.raw": (
+        60,
+        ["--shape", "128,256,256", "--dtype", "uint8", "--spacing", "1.57774,0.995861,1.00797"],
+    ),
+    "tooth_103x94x161_uint16.raw": (600, ["--shape", "103,94,161", "--dtype", "uint16"]),
+    "headsq.mha": (500, []),
+    "ironprot.vtk": (128, []),
+    "mouse_skull.nrrd": (40, []),
+    "weave.tif": (140, []),
+    "abdomen_512x512x275_int16.nii.gz": (250, []),
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_real_volumes_render(volumes_folder, picture, capsys, name):
+    level, options = REAL[name]
+    assert (
+        main(
+            [
+                "render",
+                str(volumes_folder / name),
+                "--level",
+                str(level),
+                "--size",
+                "64x48",
+                "--samples",
+                "1",
+                "-o",
+                str(picture),
+                *options,
+            ]
+        )
+        == 0
+    )
+    covered = int(re.search(r"(\d+)% covered", capsys.readouterr().out).group(1))
+    assert 2 < covered < 98
+
+
+def test_first_suggestions_of_real_volumes_are_worth_seeing(volumes_folder):
+    """They differ from a level in the volume's description by less than a twelfth of the range of values."""
+    for name, levels in {
+        "bonsai.nii.gz": (40, 80),
+        "headsq.mha": (500, 1150),
+        "weave.tif": (140,),
+        "mouse_skull.nrrd": (40,),
+        "engine.nii.gz": (80, 180),
+    }.items():
+        values, _ = histogram(isospline.read_volume(volumes_folder / name).data)
+        first = isospline.suggest_levels(isospline.read_volume(volumes_folder / name).data)[0]
+        assert min(abs(first - level) for level in levels) < (values[-1] - values[0]) / 12
+
+
+def test_the_default_picture_is_in_studio_light(ball, picture):
+    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "-o", str(picture)]) == 0
+    volume = isospline.Volume(np.load(ball))
+    surface = isospline.Isosurface(volume, 0, clip=isospline.Box(*volume.bounds), capped=True)
+    expected = isospline.render(
+        surface,
+        size=(48, 36),
+        samples=8,
+        shading=isospline.Phong(color="#d9c7a8"),
+        lighting=isospline.Studio(),
+        background="#e8ebef",
+    )
+    np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
+
+
+def test_fast_leaves_shadows_out(ball, picture):
+    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "--fast", "-o", str(picture)]) == 0
+    volume = isospline.Volume(np.load(ball))
+    expected = isospline.render(
+        isospline.Isosurface(volume, 0),
+        size=(48, 36),
+        samples=4,
+        background="#e8ebef",
+        shading=isospline.Phong(color="#d9c7a8"),
+        lighting=isospline.Studio(fast=True),
+    )
+    difference = np.abs(pixels(picture).astype(int) - expected.to_srgb().astype(int))
+    assert difference.max() <= 2  # the border that closes it is no part of this ball
+
+
+def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
+    from isospline import cli_picture
+
+    options = types.SimpleNamespace(quiet=False, fast=False, shading="studio")
+    for changes, expected in (({}, 1), ({"quiet": True}, 0), ({"fast": True}, 0), ({"shading": "phong"}, 0)):
+        said, handed_on = [], []
+        patience = cli_picture.Patience(
+            types.SimpleNamespace(**{**vars(options), **changes}), handed_on.append, said.append
+        )
+        patience(0.5)
+        patience._begin -= 4
+        for fraction in (0.5, 0.75, 1.0):
+            patience(fraction)
+        assert handed_on == [0.5, 0.5, 0.75, 1.0] and len(said) == expected
+    monkeypatch.setattr(cli_picture, "PATIENCE", 0.0)
+    assert main(["render", str(ball), "-l", "0", "--size", "160x120", "-o", str(picture)]) == 0
+    assert re.fullmatch(
+        r"isospline: soft light and shadows take about \d+ s; --fast leaves them out\n", capsys.readouterr().err
+    )
+
+
+def test_a_ct_of_a_patient_shows_bones(tmp_path, picture, capsys):
+    nibabel = pytest.importorskip("nibabel")
+    data = np.full((20, 22, 24), -1000, np.int16)
+    data[4:16, 4:18, 4:20] = 40
+    data[8:12, 8:14, 8:16] = 700
+    nibabel.save(nibabel.Nifti1Image(data, np.eye(4)), tmp_path / "a.nii")
+    np.save(tmp_path / "a.npy", data)
+    suggested = isospline.suggest_levels(data)
+    assert suggested[0] < 0 < suggested[1]
+    for name, level in (("a.nii", suggested[1]), ("a.npy", suggested[0])):
+        assert main(["render", str(tmp_path / name), "--size", "16x9", "--fast", "-o", str(picture)]) == 0
+        assert capsys.readouterr().err.startswith(f"isospline: level {level:g}, the first one ")
+
+
+def test_a_ct_is_rendered_without_its_table(tmp_path, scan_with_table, capsys):
+    path, bone = scan_with_table
+
+    def cells(*options):
+        given = ["render", str(path), "--size", "32x24", "--fast", "-o", str(tmp_path / "a.png")]
+        assert main([*given, *options]) == 0
+        printed = capsys.readouterr()
+        return int(re.search(r"(\d+) cells", printed.out)[1]), printed.err
+
+    few, told = cells()
+    assert "above water, for bones" in told and "the body, is shown" in told
+    assert few < 1.2 * bone  # the suggested level is another one
+    assert cells("--largest", "1")[0] == few
+    every, told = cells("--largest", "all")
+    assert every > 2 * few and "the body" not in told
+
+
+def test_a_store_of_a_patient_is_rendered_as_its_file(tmp_path, capsys):
+    nibabel = pytest.importorskip("nibabel")
+    pytest.importorskip("zarr")
+    z, y, x = np.mgrid[0:40, 0:44, 0:48]
+    data = np.where(np.hypot(x - 24, y - 22) < 15, 40, -1000).astype(np.int16)
+    data[np.hypot(x - 20, y - 30) < 5] = 700
+    data[z > 30] = -1000
+    nibabel.save(nibabel.Nifti1Image(data.T, np.diag([-0.5, 0.5, -0.75, 1])), tmp_path / "scan.nii.gz")
+    assert main(["convert", str(tmp_path / "scan.nii.gz"), str(tmp_path / "scan.zarr"), "--quiet"]) == 0
+    pictures = []
+    for name in ("scan.nii.gz", "scan.zarr"):
+        out = tmp_path / f"{name}.png"
+        given = ["render", str(tmp_path / name), "--size", "64x48", "--fast", "--quiet", "-o", str(out)]
+        given += ["--annotate", "scale_bar"]
+        capsys.readouterr()
+        assert main([*given, "--exact"]) == 0
+        assert "above water, for bones" in capsys.readouterr().err
+        assert main([*given, "--exact", "--view", "anterior", "--level", "300"]) == 0
+        assert "upwards" not in capsys.readouterr().err
+        pictures.append(out.read_bytes())
+    assert pictures[0] == pictures[1]
+
+
+def test_a_solid_is_closed_where_the_volume_ends(tmp_path, picture):
+    np.save(tmp_path / "full.npy", np.pad(np.full((12, 14, 16), 100, np.int16), ((0, 0), (0, 0), (0, 5))))
+    common = [
+        "render",
+        str(tmp_path / "full.npy"),
+        "-l",
+        "50",
+        "--size",
+        "40x30",
+        "--fast",
+        "--background",
+        "none",
+        "-o",
+        str(picture),
+    ]
+    assert main([*common, "--view", "front"]) == 0
+    closed = pixels(picture)[..., 3] > 0
+    assert main([*common, "--view", "front", "--no-capped"]) == 0
+    assert closed.mean() > 0.5 and (pixels(picture)[..., 3] > 0).mean() < 0.5 * closed.mean()
+
+
+def test_a_solid_in_an_oblique_volume_is_closed():
+    from isospline.pictures import border, closed_surface
+
+    turn = np.array([(0.6, -0.8, 0), (0.8, 0.6, 0), (0, 0, 1)])
+    for degree in (1, 2, 3):
+        for axes in ("zyx", "xyz"):
+            place = dict(spacing=(1, 2, 0.5), direction=turn, origin=(3, 4, 5))
+            volume = isospline.Volume(np.ones((6, 7, 8), np.float32), degree=degree, axes=axes, **place)
+            surface = closed_surface(volume, 0.5)
+            cells = np.array([8, 7, 6] if axes == "zyx" else [6, 7, 8]) - (degree % 2)
+            assert surface.enclosed_volume().value == pytest.approx(cells.prod() * 1.0, rel=1e-6)
+            assert len(border(volume)) == 6
+
+
+def test_render_leaves_specks_out_and_explains_how_to_turn_the_picture(tmp_path, picture, capsys):
+    grid = np.mgrid[0:24, 0:24, 0:24]
+    data = np.full((24, 24, 24), 100.0)
+    data[((grid - 12) ** 2).sum(axis=0) < 49] = 900
+    for corner in ((2, 2, 2), (2, 2, 21), (21, 2, 2)):
+        data[corner] = 900
+    path = tmp_path / "specks.npy"
+    np.save(path, data)
+
+    def cells(*options):
+        assert main(["render", str(path), "--fast", "-o", str(picture), "--size", "32x24", *options]) == 0
+        printed = capsys.readouterr()
+        return int(re.search(r"(\d+) cells", printed.out)[1]), printed.err
+
+    few, told = cells()
+    assert "showing 1 of 4 pieces, without the small ones; --largest all shows all of them" in told
+    assert "z is upwards, as the file has no patient directions; --up -z turns the picture" in told
+    every, told = cells("--largest", "all", "--up", "-z")
+    assert "pieces" not in told and "upwards" not in told and every > few
+    assert cells("--level", "500")[0] == cells("--level", "500", "--largest", "all")[0]
+    with pytest.raises(SystemExit, match="2"):
+        main(["render", str(path), "-o", str(picture), "--largest", "some"])
+    assert "--largest: expected a number or all, got 'some'" in capsys.readouterr().err

@@ -1,0 +1,290 @@
+"""Errors of the command line: one line, an exit code, and no file; and Ctrl-C."""
+
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from command_line import fails, leftovers, run
+from interrupts import obey_interrupts
+
+import isospline
+
+LENS = ("--level", "0", "--aperture", "1")
+TRACED = ("--level", "0", "--shading", "path-trace")
+
+
+@pytest.mark.parametrize(
+    ("message", "arguments"),
+    [
+        ("invalid choice: 'paint'", ["paint"]),
+        ("required: -o/--output", ["render", "ball.npy"]),
+        ("--capped: expected --clip or --clip-box", ["mesh", "ball.npy", "-o", "a.stl", "--capped"]),
+        ("--level: expected one level for a mesh, got 2", ["mesh", "ball.npy", "-o", "a.stl", "-l", "0", "-l", "1"]),
+        ("nowhere: No such file or directory", ["render", "nowhere", "--frames", "-o", "pictures"]),
+        ("a.mp4: expected the name of a folder, or of pictures", ["render", "volumes", "--frames", "-o", "a.mp4"]),
+    ],
+)
+def test_bad_commands_are_told(ball, monkeypatch, capsys, message, arguments):
+    monkeypatch.chdir(ball.parent)
+    (ball.parent / "volumes").mkdir()
+    shutil.copy(ball, ball.parent / "volumes")
+    fails(capsys, 2, message, *arguments)
+    assert leftovers(ball.parent) == ["volumes"]
+
+
+@pytest.mark.parametrize(
+    ("message", "options"),
+    [
+        ("--level: invalid float value: 'high'", ["--level", "high"]),
+        ("--size: expected a width and a height such as 640x480, got '640'", ["--size", "640"]),
+        ("--spacing: expected 3 numbers separated by commas, got '1,2'", ["--spacing", "1,2"]),
+        ("--shape: expected three counts", ["--shape", "1,2"]),
+        ("--dtype: expected a type such as uint8", ["--dtype", "integer"]),
+        ("--dtype, with it", ["--big-endian"]),
+        ("unrecognized arguments: --colour", ["--colour", "1,1,1"]),
+        ("spacing: expected positive numbers", ["--spacing", "1,-1,1"]),
+        ("prune_depth: expected", ["--level", "0", "--prune-depth", "9"]),
+        ("level: expected", ["--level", "nan"]),
+        ("--clip: expected 6 numbers separated by commas, got '1,2,3'", ["--clip", "1,2,3"]),
+        ("normal", ["--clip", "1,2,3,0,0,0"]),
+        (r"no\.stl: No such file", ["--mesh", "no.stl"]),
+    ],
+)
+def test_bad_surfaces_are_told(ball, monkeypatch, capsys, message, options):
+    refuses(ball, monkeypatch, capsys, message, options)
+
+
+@pytest.mark.parametrize(
+    ("message", "options"),
+    [
+        ("--background: expected the name of a colour, such as white", ["--background", "muave"]),
+        ("--annotate: expected scale-bar, colorbar or scale-bar,colorbar", ["--annotate", "ruler"]),
+        ("annotate: expected a colour rule", ["-l", "0", "--annotate", "colorbar"]),
+        ("view: expected one of", ["--level", "0", "--view", "within"]),
+        ("--aperture: expected a perspective", [*LENS, "--projection", "orthographic"]),
+        ("focus_distance: expected", [*LENS, "--focus", "-1"]),
+        ("--layers: expected the name of a picture that has layers", ["--layers", "curvature"]),
+    ],
+)
+def test_bad_pictures_are_told(ball, monkeypatch, capsys, message, options):
+    refuses(ball, monkeypatch, capsys, message, options)
+
+
+TWO_LEVELS = ("-l", "0", "-l", "1")
+
+
+@pytest.mark.parametrize(
+    ("message", "options"),
+    [
+        ("--color: expected the name of a colour, .* got 'muave'", ["--color", "muave"]),
+        (
+            'color: expected linear numbers from 0 to 1 for red, .* got .*did you mean "#ff8000"',
+            ["-l", "0", "--color", "255,128,0"],
+        ),
+        (
+            "--color: expected 1, or 3 for all levels and meshes, got 2",
+            ["--color", "1,1,1", "--color", "1,1,1", *TWO_LEVELS, "--mesh", "a.stl"],
+        ),
+        ("--opacity: expected 1, or 2 for all levels and meshes, got 3", [*TWO_LEVELS, *["--opacity", "0.5"] * 3]),
+        ("opacity: expected", ["--opacity", "2"]),
+        ("--color: expected it without --color-by", ["--color", "1,1,1", "--color-by", "normal"]),
+        ("--limits: expected --color-by", ["--limits", "0,1"]),
+        ("--cmap: expected --color-by", ["--color-by", "normal", "--cmap", "magma"]),
+        ("--limits: expected two curvatures", ["--color-by", "mean-curvature"]),
+        ("cmap: expected the name of a colour map", ["--color-by", "depth", "--cmap", "magna"]),
+        ("gradient: No such file", ["--color-by", "gradient"]),
+    ],
+)
+def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
+    refuses(ball, monkeypatch, capsys, message, options)
+
+
+@pytest.mark.parametrize(
+    ("message", "options"),
+    [
+        ("--fast: expected --shading studio with it, got phong", ["--fast", "--shadows"]),
+        (
+            "--light: expected 3 or 4 numbers separated by commas or one of .*front, .* got 'above'",
+            ["--light", "above"],
+        ),
+        ("--light: expected a side, which is not 0,0,0", ["--light", "0,0,0"]),
+        ("intensity: expected", ["--light", "0,0,1,-1"]),
+        (
+            "--light: expected --shading phong or path-trace with it, got outline",
+            ["--light", "top", "--shading", "outline"],
+        ),
+        ("--shadows: expected --shading phong with it, got path-trace", [*TRACED, "--shadows"]),
+        ("--environment: expected --shading path-trace with it, got studio", ["--environment", "1"]),
+        ("--denoise: expected --shading path-trace with it, got studio", ["--denoise"]),
+        (
+            "--environment: expected 1 or 3 numbers separated by commas or a file: .exr or .hdr, got 'blue'",
+            [*TRACED, "--environment", "blue"],
+        ),
+        (r"no\.exr: No such file", [*TRACED, "--environment", "no.exr"]),
+        ("radiance: expected", [*TRACED, "--environment", "-1"]),
+        ("base_color: expected linear numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
+        (
+            "--opacity: expected --shading studio, .* or ambient-occlusion with it, got path-trace",
+            [*TRACED, "--opacity", "0.5"],
+        ),
+    ],
+)
+def test_bad_light_is_told(ball, monkeypatch, capsys, message, options):
+    refuses(ball, monkeypatch, capsys, message, options)
+
+
+@pytest.mark.parametrize(
+    ("message", "layers"),
+    [
+        ("--layers: expected names among depth, .*, primitive_ids, got 'z'", ["depth,z"]),
+        ("--layers: expected direct with --shading path-trace only, got studio", ["direct"]),
+        (
+            "ambient_occlusion_samples: expected rays a hit",
+            ["ambient_occlusion", "--ambient-occlusion-samples", "0"],
+        ),
+    ],
+)
+def test_bad_layers_are_told(ball, monkeypatch, capsys, message, layers):
+    refuses(ball, monkeypatch, capsys, message, ["--level", "0", "--layers", *layers], output="a.exr")
+
+
+def refuses(ball, monkeypatch, capsys, message, options, output="a.png"):
+    """Rendering fails with a message, and writes nothing."""
+    monkeypatch.chdir(ball.parent)
+    fails(capsys, 2, message, "render", "ball.npy", "-o", output, *options)
+    assert not leftovers(ball.parent)
+
+
+def test_bad_files_are_told(tmp_path, picture, capsys):
+    pytest.importorskip("SimpleITK")
+    (tmp_path / "a.npy").write_bytes(b"nonsense")
+    (tmp_path / "a.raw").write_bytes(b"12345678")
+    raw = ("--shape", "3,3,3", "--dtype", "uint8")
+    expected = r"expected 27 bytes, 3 x 3 x 3 samples \(x, y, z\) of uint8, got 8 bytes \(shape="
+    fails(capsys, 2, r"missing\.nrrd: No such file", "info", tmp_path / "missing.nrrd")
+    fails(capsys, 2, "a folder with a DICOM series or TIFF slices, got one without images", "info", tmp_path)
+    fails(capsys, 2, r"a\.npy: cannot be read as NPY", "render", tmp_path / "a.npy", "-o", picture)
+    fails(capsys, 2, expected, "info", tmp_path / "a.raw", *raw)
+    assert not picture.exists()
+
+
+def test_samples_without_a_surface_are_told(tmp_path, picture, capsys):
+    np.save(tmp_path / "nan.npy", np.full((3, 3, 3), np.nan))
+    np.save(tmp_path / "flat.npy", np.ones((3, 3, 3)))
+    fails(capsys, 2, "finite", "render", tmp_path / "nan.npy", "--level", "0", "-o", picture)
+    fails(capsys, 2, r"flat\.npy: expected samples that differ", "render", tmp_path / "flat.npy", "-o", picture)
+    assert not picture.exists()
+
+
+def test_bad_files_beside_the_volume_are_told(ball, picture, capsys):
+    (ball.parent / "a.exr").write_bytes(b"nonsense")
+    (ball.parent / "a.off").write_text("nonsense", encoding="utf-8")
+    render = ("render", ball, "-o", picture)
+    sky, mesh = ball.parent / "a.exr", ball.parent / "a.off"
+    fails(capsys, 2, r"a\.exr: cannot be read as an environment", *render, *TRACED, "--environment", sky)
+    fails(capsys, 2, r"a\.off: cannot be read as a mesh", *render, "--level", "0", "--mesh", mesh)
+    assert not picture.exists()
+
+
+def test_bad_output_is_told_before_anything_is_read(tmp_path, capsys):
+    missing = tmp_path / "missing.npy"
+    fails(capsys, 2, r"a\.jpg: expected the name of a picture", "render", missing, "-o", tmp_path / "a.jpg")
+    fails(capsys, 2, "expected a folder that exists", "render", missing, "-o", tmp_path / "no" / "a.png")
+    (tmp_path / "b.png").mkdir()
+    fails(capsys, 2, "got that of a folder", "render", missing, "-o", tmp_path / "b.png")
+    if os.geteuid() != 0:
+        (tmp_path / "locked").mkdir(mode=0o500)
+        fails(capsys, 2, "can be written to", "render", missing, "-o", tmp_path / "locked" / "a.png")
+
+
+def test_a_full_disk_is_told(ball, capsys):
+    if not os.access("/dev/full", os.W_OK):
+        pytest.skip("no /dev/full")
+    with pytest.MonkeyPatch.context() as patch:
+
+        def full(*_, **__):
+            raise OSError(28, "No space left on device", "a.png")
+
+        patch.setattr(isospline.Image, "write", full)
+        fails(
+            capsys,
+            1,
+            r"a\.png: No space left on device",
+            "render",
+            ball,
+            "--level",
+            "0",
+            "--size",
+            "8x8",
+            "-o",
+            ball.parent / "a.png",
+        )
+
+
+def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SimpleITK", None)
+    (tmp_path / "a.nrrd").write_bytes(
+        b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n" + bytes(8)
+    )
+    fails(
+        capsys, 1, r"reading NRRD needs the package SimpleITK: pip install isospline\[io\]", "info", tmp_path / "a.nrrd"
+    )
+
+
+def test_the_exit_code_is_that_of_main(ball, tmp_path):
+    result = run("info", tmp_path / "missing.nrrd")
+    assert (result.returncode, result.stdout) == (2, "") and "Traceback" not in result.stderr
+    result = run("--version")
+    assert (result.returncode, result.stdout) == (0, f"isospline {isospline.__version__}\n")
+    for arguments in ([], ["--help"], ["info", "--help"], ["render", "--help"]):
+        result = run(*arguments)
+        assert result.returncode == 0 and result.stdout.startswith("usage: isospline")
+
+
+def test_progress_is_shown_on_a_terminal_only(ball, picture):
+    pty, fcntl, termios = (pytest.importorskip(name) for name in ("pty", "fcntl", "termios"))
+    try:
+        ours, terminal = pty.openpty()
+    except OSError as error:
+        pytest.skip(f"no pseudo-terminals here: {error}")
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    command = [sys.executable, "-m", "isospline", "render", ball, "--level", "0", "--size", "64x64", "-o", picture]
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=terminal, check=False)
+    shown = os.read(ours, 100_000)
+    os.close(terminal)
+    os.close(ours)
+    assert result.returncode == 0
+    for stage in (b"filtering", b"finding cells", b"rendering"):
+        assert stage in shown
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_interrupting_leaves_no_file(tmp_path, ball):
+    picture = tmp_path / "picture.png"
+    command = [
+        sys.executable,
+        "-m",
+        "isospline",
+        "render",
+        str(ball),
+        "--size",
+        "4096x4096",
+        "--samples",
+        "4096",
+        "-o",
+        str(picture),
+    ]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts)
+    assert process.stderr.readline().startswith("isospline: level")
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error == "isospline: interrupted\n"
+    assert leftovers(tmp_path) == []

@@ -1,0 +1,102 @@
+"""The commands `demo` and `info`."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from command_line import fails, run
+
+import isospline
+from isospline import volumes
+from isospline.cli import main
+from isospline.cli_parser import make_parser
+
+
+def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsys):
+    image = pytest.importorskip("PIL.Image")
+    folder = tmp_path / "a folder"
+    assert main(["demo", "-o", str(folder)]) == 0
+    printed = capsys.readouterr()
+    assert sorted(path.name for path in folder.iterdir()) == ["demo.npy", "demo.png"]
+    assert all(re.fullmatch("isospline: (filter|render)ing: .* left", line) for line in printed.err.splitlines())
+    assert str(folder / "demo.npy") in printed.out and str(folder / "demo.png") in printed.out
+    np.testing.assert_array_equal(np.load(folder / "demo.npy"), volumes.heart().samples(192))
+    pixels = np.asarray(image.open(folder / "demo.png").convert("RGB")).astype(int)
+    red = pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 20
+    assert 0.15 < red.mean() < 0.7 and red[:, 240:720].mean() > red[:, :240].mean()
+    # The suggested next commands are valid, and find the volume.
+    lines = [shlex.split(line) for line in printed.out.splitlines() if line.startswith("  isospline ")]
+    assert [words[1] for words in lines] == ["info", "view", "render", "measure", "view", "render"]
+    parse = make_parser(*["run"] * 7).parse_args
+    assert all(parse(words[1:]).run == "run" for words in lines)
+    assert main(lines[0][1:]) == 0 and "192 x 192 x 192" in capsys.readouterr().out
+
+
+def test_demo_needs_a_folder_that_it_may_make(ball, capsys):
+    fails(capsys, 2, "ball.npy: expected a folder, got a file", "demo", "-o", ball)
+
+
+def test_info_describes_a_file(ball, capsys):
+    assert main(["info", str(ball), "--spacing", "0.5,1,2"]) == 0
+    text = capsys.readouterr().out
+    data = np.load(ball)
+    assert "24 x 22 x 20   int16, 20.6 KiB" in text
+    assert re.search(r"spacing +0\.5  1  2\n", text)
+    assert re.search(r"direction +\+x \+y \+z\n", text)
+    assert re.search(r"patient +not told\n", text)
+    assert f"range      {data.min()} to {data.max()}" in text
+    assert f"levels     {isospline.suggest_levels(data)[0]:.6g}" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_info_as_json_agrees_with_numpy(ball, capsys):
+    assert main(["info", str(ball), "--json", "--spacing", "0.5,1,2"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    data = np.load(ball).astype(float)
+    assert summary["size"] == [24, 22, 20] and summary["type"] == "int16" and summary["spacing"] == [0.5, 1, 2]
+    assert summary["bounds"] == [[0, 0, 0], [11.5, 21, 38]]
+    assert (summary["minimum"], summary["maximum"]) == (data.min(), data.max())
+    assert summary["mean"] == pytest.approx(data.mean()) and summary["standard_deviation"] == pytest.approx(data.std())
+    assert summary["histogram"]["counts"] == np.histogram(data, summary["histogram"]["edges"])[0].tolist()
+    assert summary["suggested_levels"] == isospline.suggest_levels(data.astype(np.int16))
+
+
+def test_info_of_constant_samples(tmp_path, capsys):
+    np.save(tmp_path / "a.npy", np.full((3, 4, 5), 7, np.uint8))
+    assert main(["info", str(tmp_path / "a.npy")]) == 0
+    assert "none: all samples are the same" in capsys.readouterr().out
+
+
+def test_info_without_unicode(ball):
+    result = run("info", ball, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert result.returncode == 0 and "####" in result.stdout and "<- " in result.stdout
+
+
+@pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "POSIX", "PYTHONUTF8": "0"}])
+def test_names_that_the_terminal_cannot_show(ball, environment):
+    """As on Python's standard error, their letters are escaped, or their bytes are written unchanged."""
+    path = ball.rename(ball.with_name(os.fsdecode("µ.npy".encode())))
+    environment = {**os.environ, "PYTHONCOERCECLOCALE": "0", **environment}
+    for arguments in (["info", path], ["mesh", path, "-l", "0", "-o", path.with_suffix(".stl"), "--quiet"]):
+        result = run(*arguments, env=environment)
+        assert (result.returncode, result.stderr) == (0, "")
+        assert re.search(r"(µ|\\xb5|\\udcc2\\udcb5)[.](npy|stl)", result.stdout)
+
+
+def test_info_into_a_pipe_that_closes(ball):
+    command = f"{sys.executable} -m isospline info {ball} | true"
+    assert subprocess.run(command, shell=True, capture_output=True, encoding="utf-8", check=False).stderr == ""
+
+
+def test_info_of_raw_samples(tmp_path, capsys):
+    data = np.arange(60).reshape(3, 4, 5)
+    data.astype(">u2").tofile(tmp_path / "a.raw")
+    for shape in ("5,4,3", "5x4x3"):
+        assert main(["info", str(tmp_path / "a.raw"), "--shape", shape, "--dtype", "uint16", "--big-endian"]) == 0
+        text = capsys.readouterr().out
+        assert "5 x 4 x 3   uint16" in text and "range      0 to 59" in text
