@@ -22,7 +22,8 @@ std::int64_t make_all(const Bricks& bricks)
     Block own;
     for (const Octet& octet : bricks.octets())
         for (unsigned children = octet.bricks; children != 0; children &= children - 1u) {
-            const MadeBrick& brick = bricks.brick(octet, std::countr_zero(children));
+            BrickPin pin;
+            const MadeBrick& brick = bricks.brick(octet, std::countr_zero(children), pin);
             for (std::uint64_t rest = brick.blocks(); rest != 0; rest &= rest - 1u, ++blocks)
                 cells ^= brick.block(std::countr_zero(rest), bricks.degree(), bricks.threshold(), own).cells;
         }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -32,6 +33,8 @@ public:
     void copy(const glm::ivec3& first, const glm::ivec3& size, float* to, std::ptrdiff_t row_stride,
               std::ptrdiff_t slice_stride) const override
     {
+        if (delay)
+            delay();
         const std::lock_guard lock(mutex_);
         if (refuse)
             throw Refusal();
@@ -70,6 +73,7 @@ public:
     }
 
     bool refuse = false;
+    std::function<void()> delay; ///< called at the begin of each request; it may wait, as a slow disk does
 
 private:
     const std::shared_ptr<const Volume> volume_;

@@ -43,6 +43,12 @@ const Block& MadeBrick::make(Slot& slot, int index, int degree, double threshold
     return own;
 }
 
+void BrickPin::release()
+{
+    delete std::exchange(own_, nullptr);
+    std::exchange(readers_, nullptr)->fetch_sub(1, std::memory_order_release);
+}
+
 Bricks::Bricks(const Volume& volume, const BrickRanges& ranges, double threshold, const CellSet& kept,
                const std::vector<HalfSpace>& clip_lattice, const Progress& progress)
     : volume_(volume), ranges_(ranges), budget_(volume.budget()), threshold_(threshold), kept_(kept),
@@ -96,8 +102,10 @@ Bricks::Bricks(const Volume& volume, const BrickRanges& ranges, double threshold
                                 "surface, got " +
                                 std::to_string(count_));
     bricks_ = std::make_unique<std::atomic<const MadeBrick*>[]>(count_);
-    if (budget_ != nullptr)
+    if (budget_ != nullptr) {
+        readers_ = std::make_unique<std::atomic<std::uint32_t>[]>(count_);
         budget_->add(*this);
+    }
 }
 
 Bricks::~Bricks()
@@ -127,7 +135,30 @@ BrickCells Bricks::uncut_cells(const Brick& brick) const
     return cells;
 }
 
-const MadeBrick& Bricks::make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const
+// With a budget, a thread announces itself as a reader of the brick before it looks for the brick. The budget only
+// drops a brick whose count of readers it could change from zero to `being_dropped`. So neither waits for the other,
+// not even in a forked process, where the other thread may not exist: a reader that finds this mark makes a brick of
+// its own.
+const MadeBrick& Bricks::find_or_make(std::size_t index, const Octet& octet, int child, BrickPin& pin) const
+{
+    if (budget_ == nullptr)
+        return publish(index, make(octet, child));
+    if (pin.readers_ != nullptr)
+        pin.release();
+    pin.readers_ = &readers_[index];
+    if (pin.readers_->fetch_add(1, std::memory_order_acquire) >= being_dropped)
+        return *(pin.own_ = make(octet, child).release());
+    const std::uint64_t now = budget_->now();
+    if (const MadeBrick* const made = bricks_[index].load(std::memory_order_acquire)) {
+        if (made->last_use_.load(std::memory_order_relaxed) != now)
+            made->last_use_.store(now, std::memory_order_relaxed);
+        return *made;
+    }
+    budget_->make_room();
+    return publish(index, make(octet, child));
+}
+
+std::unique_ptr<const MadeBrick> Bricks::make(const Octet& octet, int child) const
 {
     const Brick brick = this->place(octet, child);
     CoefficientBox coefficients = volume_.box(brick.first, brick.size);
@@ -140,25 +171,35 @@ const MadeBrick& Bricks::make(std::atomic<const MadeBrick*>& place, const Octet&
         new MadeBrick(brick.first, std::move(coefficients), blocks, uncut_cells(brick)));
     if (budget_ != nullptr)
         made->last_use_ = budget_->now();
+    return made;
+}
+
+const MadeBrick& Bricks::publish(std::size_t index, std::unique_ptr<const MadeBrick> brick) const
+{
     const MadeBrick* others = nullptr;
-    if (!place.compare_exchange_strong(others, made.get(), std::memory_order_acq_rel))
+    if (!bricks_[index].compare_exchange_strong(others, brick.get(), std::memory_order_acq_rel))
         return *others;
-    const MadeBrick& brick_made =
-        *made.release(); // from here on other threads may use it, even if the code below fails
-    made_memory_ += brick_made.memory();
+    const MadeBrick& made = *brick.release(); // from here on other threads may use it, even if the code below fails
+    made_memory_ += made.memory();
     if (budget_ != nullptr) {
         budget_->tick();
-        budget_->count_up(brick_made.memory());
+        budget_->count_up(made.memory());
         const std::lock_guard lock(moment_mutex(this));
-        droppable_.push_back(&place);
+        newly_made_.push_back(index);
     }
-    return brick_made;
+    return made;
 }
 
 void Bricks::list_items(std::vector<MemoryBudget::Item>& items) const
 {
-    for (const auto* place : droppable_) {
-        const MadeBrick& brick = *place->load(std::memory_order_relaxed);
+    std::vector<std::size_t> newly_made;
+    {
+        const std::lock_guard lock(moment_mutex(this));
+        newly_made.swap(newly_made_);
+    }
+    droppable_.insert(droppable_.end(), newly_made.begin(), newly_made.end());
+    for (const std::size_t index : droppable_) {
+        const MadeBrick& brick = *bricks_[index].load(std::memory_order_acquire);
         items.push_back({brick.last_use_.load(std::memory_order_relaxed), brick.memory()});
     }
 }
@@ -166,13 +207,16 @@ void Bricks::list_items(std::vector<MemoryBudget::Item>& items) const
 void Bricks::drop_unused_since(std::uint64_t time)
 {
     std::size_t dropped_memory = 0;
-    const std::size_t dropped = std::erase_if(droppable_, [&](std::atomic<const MadeBrick*>* place) {
-        const MadeBrick* const brick = place->load(std::memory_order_relaxed);
-        if (brick->last_use_.load(std::memory_order_relaxed) > time)
+    const std::size_t dropped = std::erase_if(droppable_, [&](std::size_t index) {
+        const MadeBrick* const brick = bricks_[index].load(std::memory_order_acquire);
+        std::uint32_t none = 0;
+        if (brick->last_use_.load(std::memory_order_relaxed) > time ||
+            !readers_[index].compare_exchange_strong(none, being_dropped, std::memory_order_acquire))
             return false;
         dropped_memory += brick->memory();
-        place->store(nullptr, std::memory_order_relaxed);
+        bricks_[index].store(nullptr, std::memory_order_relaxed);
         delete brick;
+        readers_[index].fetch_sub(being_dropped, std::memory_order_release);
         return true;
     });
     made_memory_ -= dropped_memory;
@@ -182,7 +226,8 @@ void Bricks::drop_unused_since(std::uint64_t time)
 
 std::size_t Bricks::memory() const
 {
-    return octets_.capacity() * sizeof(Octet) + count_ * sizeof(bricks_[0]) + made_memory_;
+    const std::size_t of_place = sizeof(bricks_[0]) + (readers_ ? sizeof(readers_[0]) : 0);
+    return octets_.capacity() * sizeof(Octet) + count_ * of_place + made_memory_;
 }
 
 } // namespace isospline

@@ -63,6 +63,27 @@ private:
     std::array<std::uint8_t, blocks_per_brick> uncut_{}; ///< their cells that are in the volume and not cut away
 };
 
+/// Keeps the brick that a thread reads from being dropped, until the thread asks for another one with this pin.
+class BrickPin {
+public:
+    BrickPin() = default;
+    ~BrickPin()
+    {
+        if (readers_ != nullptr)
+            release();
+    }
+    BrickPin(const BrickPin&) = delete;
+    BrickPin& operator=(const BrickPin&) = delete;
+
+private:
+    friend class Bricks;
+
+    void release();
+
+    std::atomic<std::uint32_t>* readers_ = nullptr; ///< of the brick; null without a budget
+    const MadeBrick* own_ = nullptr;                ///< a brick of this thread alone
+};
+
 /// Up to eight bricks that fill a cube.
 struct Octet {
     std::array<std::uint16_t, 3> first; ///< cell
@@ -70,9 +91,9 @@ struct Octet {
     std::uint32_t first_brick;          ///< number of its first brick
 };
 
-/// The bricks of one level. Any number of threads may ask for bricks at the same time. If the volume has a budget, the
-/// least recently used bricks are dropped and made again when they are needed. A brick is not dropped while a thread
-/// uses it.
+/// The bricks of one level. Any number of threads may ask for bricks at the same time, and none waits for another. If
+/// the volume has a budget, the least recently used bricks that no thread reads are dropped, and made again when they
+/// are needed.
 class Bricks final : private MemoryBudget::Holder {
 public:
     /// Selects the bricks that straddle the threshold, have a cell of the set `kept` and are not wholly cut away.
@@ -96,21 +117,19 @@ public:
     {
         return octet.first_brick + static_cast<unsigned>(std::popcount(octet.bricks & ((1u << child) - 1u)));
     }
-    /// A brick; the first call makes it.
-    const MadeBrick& brick(const Octet& octet, int child) const
+    /// A brick; the first call makes it. The reference is valid until the pin is used again or destroyed.
+    const MadeBrick& brick(const Octet& octet, int child, BrickPin& pin) const
     {
-        std::atomic<const MadeBrick*>& place = bricks_[number(octet, child)];
-        if (const MadeBrick* const made = place.load(std::memory_order_acquire)) {
-            if (budget_ != nullptr)
-                note_use(*made);
-            return *made;
-        }
-        return make(place, octet, child);
+        const std::size_t index = number(octet, child);
+        if (const MadeBrick* const made = bricks_[index].load(std::memory_order_acquire))
+            if (budget_ == nullptr)
+                return *made;
+        return find_or_make(index, octet, child, pin);
     }
-    /// A brick, or null if it is not made yet.
-    const MadeBrick* made(const Octet& octet, int child) const
+    /// The address of a brick, or null if it is not made yet; for prefetching, because the brick may be dropped.
+    const void* address_of(const Octet& octet, int child) const
     {
-        return bricks_[number(octet, child)].load(std::memory_order_acquire);
+        return bricks_[number(octet, child)].load(std::memory_order_relaxed);
     }
     /// The mixed cells of a brick that are kept and not cut away.
     BrickCells cells(const Brick& brick) const;
@@ -123,12 +142,13 @@ public:
     std::size_t memory() const;
 
 private:
-    const MadeBrick& make(std::atomic<const MadeBrick*>& place, const Octet& octet, int child) const;
-    void note_use(const MadeBrick& brick) const
-    {
-        if (const std::uint64_t now = budget_->now(); brick.last_use_.load(std::memory_order_relaxed) != now)
-            brick.last_use_.store(now, std::memory_order_relaxed);
-    }
+    /// A count of readers is at least this while the brick is deleted.
+    static constexpr std::uint32_t being_dropped = 1u << 31;
+
+    const MadeBrick& find_or_make(std::size_t index, const Octet& octet, int child, BrickPin& pin) const;
+    std::unique_ptr<const MadeBrick> make(const Octet& octet, int child) const;
+    /// Shares a brick with other threads; returns theirs if another thread was faster.
+    const MadeBrick& publish(std::size_t index, std::unique_ptr<const MadeBrick> brick) const;
     void list_items(std::vector<MemoryBudget::Item>& items) const override;
     void drop_unused_since(std::uint64_t time) override;
     /// The cells of a brick that are kept and not cut away.
@@ -144,8 +164,10 @@ private:
     std::size_t count_ = 0;
     std::unique_ptr<std::atomic<const MadeBrick*>[]> bricks_;
     mutable std::atomic<std::size_t> made_memory_ = 0;
-    /// The bricks that were made, where there is a budget. Under the moment mutex of this object.
-    mutable std::vector<std::atomic<const MadeBrick*>*> droppable_;
+    // If there is a budget:
+    std::unique_ptr<std::atomic<std::uint32_t>[]> readers_; ///< threads that read each brick
+    mutable std::vector<std::size_t> newly_made_;           ///< under the moment mutex of this object
+    mutable std::vector<std::size_t> droppable_; ///< bricks made before; used by one call of the budget at a time
 };
 
 } // namespace isospline

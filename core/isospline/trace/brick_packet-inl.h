@@ -90,7 +90,7 @@ public:
     {
         for_each_met(entry, brick_size, octet.bricks, [&](int child, const Entry& inner) HWY_ATTR {
             if (any_ray_meets(inner, brick_size))
-                descend_brick(bricks_.brick(octet, child), ~std::uint64_t{0}, inner);
+                descend_brick(bricks_.brick(octet, child, pin_), ~std::uint64_t{0}, inner);
         });
     }
 
@@ -288,6 +288,7 @@ private:
     LaneMask lanes_;
     unsigned flip_;
     const PacketVisitor& visitor_;
+    BrickPin pin_;
     const float* farther_[3];
     glm::ivec3 corner_;
     float t_begin_, t_end_;
@@ -301,7 +302,6 @@ private:
 inline void trace_packet(const Bricks& bricks, const ShellBox& box, const LatticeRayPacket& rays, float margin,
                          LaneMask active, const PacketVisitor& visitor)
 {
-    const MemoryBudget::InUse in_use(bricks.budget());
     const Octet& octet = bricks.octets()[box.octet];
     while (active != 0) {
         // The rays with the signs of the first one.
@@ -325,7 +325,8 @@ inline void trace_packet(const Bricks& bricks, const ShellBox& box, const Lattic
             descent.descend_octet(octet, descent.enter(octet_first, 2 * brick_size));
             continue;
         }
-        const MadeBrick& brick = bricks.brick(octet, box.brick);
+        BrickPin pin;
+        const MadeBrick& brick = bricks.brick(octet, box.brick, pin);
         const glm::ivec3 block_first = brick.first() + block_position(box.block);
         switch (box.halvings) {
         case 1:

@@ -53,13 +53,13 @@ public:
         met &= octet.bricks;
         if ((met & (met - 1u)) != 0)
             for (unsigned rest = met; rest != 0; rest &= rest - 1u)
-                if (const MadeBrick* const brick = bricks_.made(octet, first_bit(rest)))
-                    hwy::Prefetch(brick);
+                if (const void* const brick = bricks_.address_of(octet, first_bit(rest)))
+                    hwy::Prefetch(static_cast<const char*>(brick));
         for (unsigned rest = front_to_back(met, flip_); rest != 0; rest &= rest - 1u) {
             const auto nth = static_cast<unsigned>(first_bit(rest));
             const Entry inner = advance(entry, {nth & 1u, nth >> 1 & 1u, nth >> 2}, brick_size);
             if (first_t(inner) <= t_limit_)
-                descend_brick(bricks_.brick(octet, static_cast<int>(nth ^ flip_)), ~std::uint64_t{0}, inner);
+                descend_brick(bricks_.brick(octet, static_cast<int>(nth ^ flip_), pin_), ~std::uint64_t{0}, inner);
         }
     }
 
@@ -212,6 +212,7 @@ private:
     float margin_;
     float t_limit_;
     const RayVisitor& visitor_;
+    BrickPin pin_;
     float t_near_;
     unsigned flip_ = 0;
     float per_cell_[3];       // t for one cell along each axis
@@ -222,12 +223,12 @@ private:
 inline void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,
                       const RayVisitor& visitor)
 {
-    const MemoryBudget::InUse in_use(bricks.budget());
     RayDescent descent(bricks, ray, margin, t_limit, visitor);
     const Octet& octet = bricks.octets()[box.octet];
     if (box.halvings == 0)
         return descent.descend_octet(octet);
-    const MadeBrick& brick = bricks.brick(octet, box.brick);
+    BrickPin pin;
+    const MadeBrick& brick = bricks.brick(octet, box.brick, pin);
     switch (box.halvings) {
     case 1:
         return descent.descend_brick(brick, ~std::uint64_t{0});

@@ -1,37 +1,11 @@
 #include "isospline/util/memory_budget.h"
 
+#include "isospline/util/fork.h"
+
 #include <algorithm>
 #include <mutex>
 
 namespace isospline {
-
-namespace {
-
-/// A number that identifies the thread.
-std::size_t thread_number()
-{
-    static std::atomic<std::size_t> count = 0;
-    thread_local const std::size_t number = count++;
-    return number;
-}
-
-} // namespace
-
-MemoryBudget::InUse::InUse(MemoryBudget* budget)
-{
-    if (budget == nullptr)
-        return;
-    if (budget->held() > budget->limit())
-        budget->make_room();
-    stripe_ = &budget->stripes_[thread_number() % stripe_count].mutex;
-    stripe_->lock();
-}
-
-MemoryBudget::InUse::~InUse()
-{
-    if (stripe_ != nullptr)
-        stripe_->unlock();
-}
 
 void MemoryBudget::add(Holder& holder)
 {
@@ -47,13 +21,12 @@ void MemoryBudget::remove(Holder& holder)
 
 void MemoryBudget::make_room()
 {
-    // One thread is enough; others wait for their stripes.
-    const std::unique_lock alone(operation_mutex(), std::try_to_lock);
-    if (!alone.owns_lock())
+    if (held() <= limit_)
         return;
-    std::array<std::unique_lock<TakeoverMutex>, stripe_count> locks;
-    for (std::size_t i = 0; i < stripe_count; ++i)
-        locks[i] = std::unique_lock(stripes_[i].mutex);
+    // Others wait here. Otherwise they would make items without end while this thread waits for a core.
+    const std::lock_guard alone(operation_mutex());
+    if (held() <= limit_) // another thread has made room
+        return;
 
     // Free a quarter of the limit, so that the list is rarely sorted.
     const std::size_t wanted = limit_ - limit_ / 4;

@@ -1,9 +1,6 @@
 // A memory limit for data of volumes that are larger than the machine's memory.
 #pragma once
 
-#include "isospline/util/fork.h"
-
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -11,9 +8,9 @@
 
 namespace isospline {
 
-/// Keeps the items of all holders together at about a limit: the least recently used ones are dropped. Items are only
-/// dropped while no thread uses any, so that a look-up only needs the lock of the thread's own stripe. The limit may be
-/// exceeded by the items that threads make before they next begin to use items.
+/// Keeps the items of all holders together at about a limit: the least recently used ones are dropped, except those
+/// that threads use. Nobody waits for these threads, so the limit may be exceeded by the items in use and by those that
+/// threads are making.
 class MemoryBudget {
 public:
     struct Item {
@@ -25,22 +22,11 @@ public:
     class Holder {
     public:
         virtual ~Holder() = default;
+        // One thread at a time calls these. They must not wait for threads that use items or make them.
         /// Adds its items to a list.
         virtual void list_items(std::vector<Item>& items) const = 0;
-        /// Drops the items that were last used at `time` or before. No item is in use during the call.
+        /// Drops the items that were last used at `time` or before and are not in use.
         virtual void drop_unused_since(std::uint64_t time) = 0;
-    };
-
-    /// While this object lives, the thread may use items. One a thread at a time. Does nothing without a budget.
-    class InUse {
-    public:
-        explicit InUse(MemoryBudget* budget);
-        ~InUse();
-        InUse(const InUse&) = delete;
-        InUse& operator=(const InUse&) = delete;
-
-    private:
-        TakeoverMutex* stripe_ = nullptr;
     };
 
     explicit MemoryBudget(std::size_t limit) : limit_(limit) {}
@@ -50,6 +36,9 @@ public:
     void add(Holder& holder);
     /// Removes a holder; the caller subtracts the holder's bytes.
     void remove(Holder& holder);
+    /// Call this before an item is made: drops items if the limit is exceeded. It waits for other threads that are
+    /// dropping items, but not for those that use or make items.
+    void make_room();
     void count_up(std::size_t bytes) { held_.fetch_add(bytes, std::memory_order_relaxed); }
     void count_down(std::size_t bytes) { held_.fetch_sub(bytes, std::memory_order_relaxed); }
     /// The time, which advances when items are made.
@@ -66,18 +55,11 @@ public:
 private:
     /// Items made together get the same time, so that threads write to a shared cache line less often.
     static constexpr std::uint64_t ticks_per_time = 64;
-    static constexpr std::size_t stripe_count = 64;
-    struct alignas(64) Stripe {
-        TakeoverMutex mutex;
-    };
-
-    void make_room();
 
     const std::size_t limit_;
     std::atomic<std::size_t> held_ = 0;
     std::atomic<std::uint64_t> clock_ = 0, dropped_ = 0;
     std::vector<Holder*> holders_; ///< under the operation mutex
-    std::array<Stripe, stripe_count> stripes_;
 };
 
 } // namespace isospline

@@ -89,7 +89,8 @@ void for_each_block(const Bricks& bricks, std::mt19937* shuffle, const Use& use)
     if (shuffle != nullptr)
         std::shuffle(places.begin(), places.end(), *shuffle);
     for (const auto& [octet, child, block] : places) {
-        const MadeBrick& brick = bricks.brick(*octet, child);
+        BrickPin pin;
+        const MadeBrick& brick = bricks.brick(*octet, child, pin);
         if ((brick.blocks() >> block & 1u) == 0)
             continue;
         Block own;
@@ -137,9 +138,10 @@ TEST_CASE("the bricks of a level hold the mixed cells that masks and clips keep"
                 std::vector<bool> held(place_count(shape));
                 for_each_brick(bricks, [&](const Octet& octet, int child) {
                     const Brick place = bricks.place(octet, child);
-                    const MadeBrick& brick = bricks.brick(octet, child);
+                    BrickPin pin;
+                    const MadeBrick& brick = bricks.brick(octet, child, pin);
                     REQUIRE(brick.first() == place.first);
-                    REQUIRE(&bricks.brick(octet, child) == &brick);
+                    REQUIRE(&bricks.brick(octet, child, pin) == &brick);
                     const BrickCells cells = bricks.cells(place);
                     Block own;
                     for (int block = 0; block < blocks_per_brick; ++block) {
@@ -189,9 +191,10 @@ TEST_CASE("memory counts the bricks that were made", "[brick]")
     REQUIRE(before >= level.bricks.count() * sizeof(void*));
     std::size_t made = 0;
     for_each_brick(level.bricks, [&](const Octet& octet, int child) {
-        made += level.bricks.brick(octet, child).memory();
+        BrickPin pin;
+        made += level.bricks.brick(octet, child, pin).memory();
         REQUIRE(level.bricks.memory() == before + made);
-        level.bricks.brick(octet, child);
+        level.bricks.brick(octet, child, pin);
         REQUIRE(level.bricks.memory() == before + made);
     });
 }
@@ -229,7 +232,8 @@ TEST_CASE("bricks and blocks are the same for any thread and any order", "[brick
                     ++entered[thread];
                 });
                 for_each_brick(level.bricks, [&](const Octet& octet, int child) {
-                    bricks_of_thread[thread].push_back(&level.bricks.brick(octet, child));
+                    BrickPin pin;
+                    bricks_of_thread[thread].push_back(&level.bricks.brick(octet, child, pin));
                 });
             });
         for (std::thread& thread : threads)
@@ -262,13 +266,81 @@ TEST_CASE("if a source refuses a brick, the next call makes it", "[brick]")
     const int child = std::countr_zero(static_cast<unsigned>(octet.bricks));
     const std::size_t before = level.bricks.memory();
     source->refuse = true;
-    REQUIRE_THROWS_AS(level.bricks.brick(octet, child), CountingSource::Refusal);
+    BrickPin pin, other;
+    REQUIRE_THROWS_AS(level.bricks.brick(octet, child, pin), CountingSource::Refusal);
     REQUIRE(level.bricks.memory() == before);
     source->refuse = false;
-    const MadeBrick& brick = level.bricks.brick(octet, child);
+    const MadeBrick& brick = level.bricks.brick(octet, child, pin);
     const LevelBricks plain(volume, 0.1);
-    REQUIRE(brick.blocks() == plain.bricks.brick(plain.bricks.octets().front(), child).blocks());
+    REQUIRE(brick.blocks() == plain.bricks.brick(plain.bricks.octets().front(), child, other).blocks());
     REQUIRE(source->asked() == 1);
-    REQUIRE(&level.bricks.brick(octet, child) == &brick);
+    REQUIRE(&level.bricks.brick(octet, child, pin) == &brick);
     REQUIRE(source->asked() == 1);
+}
+
+TEST_CASE("a pinned brick is not dropped, and nobody waits for its reader", "[brick]")
+{
+    const auto volume = noise_volume({40, 40, 40}, 2);
+    const auto source = std::make_shared<CountingSource>(volume, 1); // any brick exceeds the limit
+    const LevelBricks level(volume_of(source, *volume), 0.1), in_memory(volume, 0.1);
+    MemoryBudget& budget = *source->budget();
+    const Octet &octet = level.bricks.octets().front(), &same_octet = in_memory.bricks.octets().front();
+    const int first = std::countr_zero(static_cast<unsigned>(octet.bricks));
+    const int second = std::countr_zero(octet.bricks & ~(1u << first));
+    BrickPin pin, other, plain;
+    const MadeBrick& kept = level.bricks.brick(octet, first, pin);
+    std::uint64_t others = 0;
+    for_each_brick(level.bricks, [&](const Octet& next, int child) {
+        others += &level.bricks.brick(next, child, other) != &kept;
+        budget.make_room();
+        // The pinned bricks alone are left.
+        REQUIRE(budget.held() == kept.memory() + (&level.bricks.brick(next, child, other) == &kept
+                                                      ? 0
+                                                      : level.bricks.brick(next, child, other).memory()));
+    });
+    REQUIRE(others > 100);
+    REQUIRE(budget.dropped() >= others - 1);
+    const MadeBrick& expected = in_memory.bricks.brick(same_octet, first, plain);
+    REQUIRE(kept.blocks() == expected.blocks());
+    for (const glm::ivec3& cell : {glm::ivec3(0), glm::ivec3(7, 3, 5)})
+        REQUIRE(*kept.coefficients(cell).first == *expected.coefficients(cell).first);
+
+    // The next brick that the reader asks for, and the pin's end, let it go.
+    level.bricks.brick(octet, second, pin);
+    budget.make_room();
+    REQUIRE(level.bricks.address_of(octet, first) == nullptr);
+    REQUIRE(level.bricks.address_of(octet, second) != nullptr);
+}
+
+TEST_CASE("many threads read bricks of which a few fit a budget", "[brick][threads]")
+{
+    const auto volume = noise_volume({37, 22, 30}, 2);
+    const auto source = std::make_shared<CountingSource>(volume, 60'000);
+    const LevelBricks level(volume_of(source, *volume), 0.1), in_memory(volume, 0.1);
+    constexpr std::size_t thread_count = 8;
+    std::vector<std::size_t> wrong(thread_count);
+    std::vector<std::thread> threads;
+    for (std::size_t thread = 0; thread < thread_count; ++thread)
+        threads.emplace_back([&, thread] {
+            std::mt19937 random(static_cast<unsigned>(thread));
+            BrickPin pin, plain;
+            for (int i = 0; i < 5000; ++i) {
+                const std::size_t at = random() % level.bricks.octets().size();
+                const Octet& octet = level.bricks.octets()[at];
+                const int child = std::countr_zero(static_cast<unsigned>(octet.bricks));
+                const MadeBrick& brick = level.bricks.brick(octet, child, pin);
+                if (i % 16 == 0)
+                    std::this_thread::yield();
+                const MadeBrick& expected = in_memory.bricks.brick(in_memory.bricks.octets()[at], child, plain);
+                wrong[thread] +=
+                    brick.first() != expected.first() || brick.blocks() != expected.blocks() ||
+                    *brick.coefficients(glm::ivec3(3)).first != *expected.coefficients(glm::ivec3(3)).first;
+            }
+        });
+    for (std::thread& thread : threads)
+        thread.join();
+    REQUIRE(wrong == std::vector<std::size_t>(thread_count));
+    REQUIRE(source->budget()->dropped() > 100);
+    constexpr std::size_t most_of_brick = 12'000;
+    REQUIRE(source->budget()->held() <= 60'000 + 2 * thread_count * most_of_brick);
 }

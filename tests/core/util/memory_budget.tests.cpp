@@ -2,12 +2,9 @@
 
 #include "catch.h"
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <random>
-#include <thread>
 #include <vector>
 
 using namespace isospline;
@@ -57,13 +54,11 @@ TEST_CASE("the most recently used items stay within a budget", "[util]")
     Items first(budget), second(budget);
     for (int i = 0; i < 10; ++i)
         (i % 2 == 0 ? first : second).make(i, static_cast<std::uint64_t>(i));
-    {
-        const MemoryBudget::InUse in_use(&budget);
-        REQUIRE(budget.held() == 10 * Items::size);
-        REQUIRE(budget.dropped() == 0);
-    }
+    budget.make_room();
+    REQUIRE(budget.held() == 10 * Items::size);
+    REQUIRE(budget.dropped() == 0);
     first.make(10, 10);
-    const MemoryBudget::InUse in_use(&budget);
+    budget.make_room();
     REQUIRE(budget.held() <= 10 * Items::size - 10 * Items::size / 4);
     REQUIRE(budget.held() == Items::size * (first.last_uses.size() + second.last_uses.size()));
     REQUIRE(budget.dropped() == 4);
@@ -83,37 +78,6 @@ TEST_CASE("a removed holder is not used any more", "[util]")
     Items items(budget);
     items.make(1, 1);
     items.make(2, 2);
-    const MemoryBudget::InUse in_use(&budget);
+    budget.make_room();
     REQUIRE(budget.dropped() == 2);
-}
-
-TEST_CASE("no item is dropped while a thread has items in use", "[util][threads]")
-{
-    MemoryBudget budget(50 * Items::size);
-    Items items(budget);
-    std::mutex mutex; // of `items`, between threads that use them at a time
-    std::atomic<std::size_t> wrong = 0;
-    std::vector<std::thread> threads;
-    for (unsigned thread = 0; thread < 8; ++thread)
-        threads.emplace_back([&, thread] {
-            std::mt19937 random(thread);
-            for (int i = 0; i < 2000; ++i) {
-                const MemoryBudget::InUse in_use(&budget);
-                const int number = static_cast<int>(random() % 200);
-                {
-                    const std::lock_guard lock(mutex);
-                    if (items.last_uses.count(number) == 0)
-                        items.make(number, budget.now());
-                    budget.tick();
-                }
-                std::this_thread::yield();
-                const std::lock_guard lock(mutex);
-                wrong += items.last_uses.count(number) == 0;
-            }
-        });
-    for (std::thread& thread : threads)
-        thread.join();
-    REQUIRE(wrong == 0);
-    REQUIRE(budget.dropped() > 0);
-    REQUIRE(budget.held() <= (50 + threads.size()) * Items::size);
 }
