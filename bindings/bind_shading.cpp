@@ -120,9 +120,8 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
-    default
-    that of the surface.
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default that of the surface. A rule, such as
+    ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises
 ------
@@ -209,9 +208,8 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
-    default
-    `surface_color`.
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default `surface_color`. A rule, such as
+    ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises
 ------
@@ -282,9 +280,8 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`), such as ``ColorByVolume(volume, "gray")``; by
-    default
-    that of the surface.
+    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default that of the surface. A rule, such as
+    ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises
 ------

@@ -33,6 +33,11 @@ _FINER = 4
 _OPEN = 0.65
 # The pictures in the order of drawing, with their approximate relative times: rays to lights cost more than others.
 _SURFACES, _GROUND = {"key": 4.0, "fill": 1.0, "sky": 4.0}, {"ground in key": 3.0, "ground in sky": 3.0}
+_VALUES = {"values": 1.0}
+
+# The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
+_RULES = (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByNormal, _core.ColorByDepth)
+_BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 
 
 @explained_methods
@@ -107,9 +112,10 @@ def render_in_studio(
 ) -> Image:
     """Render a scene in this light; `shading` is a Phong, a dict of them by geometry id, or None."""
     behind = np.array(_core.background_color(background))
-    looks = _looks(scene, shading)
+    looks, values = _without_values(_looks(scene, shading))
     lights = _Lights(lighting, camera)
     flat = {"layers": (), "ambient_occlusion_samples": 16}
+    albedo = tuple(name for name in options["layers"] if name == "albedo")
     if lighting.fast:
         lit = {
             id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * lighting.sky)
@@ -119,13 +125,17 @@ def render_in_studio(
             _core.render(scene, camera, shading=lit, background=None, progress=progress, encoding="linear", **options)
         )
         _tone_map_surfaces(image.color)
+        if values:
+            alone = {**options, **flat, "layers": albedo, "progress": None}
+            picture = _core.render(scene, camera, shading=values, background=None, encoding="linear", **alone)
+            _add_values(image, Image(picture))
         _lay_over(image.color, behind, None)
         return image
 
     seen = copy(scene)  # shares the objects; the given scene does not get the ground
     radius = _radius(seen)
     ground = _ground(seen, camera, lighting, radius) if lighting.ground and radius > 0 else None
-    shares = _SURFACES if ground is None else {**_SURFACES, **_GROUND}
+    shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
 
     def draw(part, shading, **more):
         begin = sum(list(shares.values())[: list(shares).index(part)]) / sum(shares.values())
@@ -151,6 +161,8 @@ def render_in_studio(
     image.color[..., :3] += draw("fill", fill, **flat).color[..., :3]
     image.color[..., :3] += lighting.sky * draw("sky", sky, **flat).color[..., :3]
     _tone_map_surfaces(image.color)
+    if values:
+        _add_values(image, draw("values", values, **{**flat, "layers": albedo}))
 
     shade = None
     if ground is not None:
@@ -203,6 +215,23 @@ def _looks(scene, shading):
         if not isinstance(look, _core.Phong):
             raise ValueError(f"shading: expected Phong with lighting, got {type(look).__name__}")
     return {id: given.get(id) or _core.Phong() for id in scene.ids} | given
+
+
+def _without_values(looks):
+    """The looks with black cuts in place of those that show values, and looks of these values alone; {} without any."""
+    ids = [id for id, look in looks.items() if isinstance(look.cap_color, _RULES)]
+    if not ids:
+        return looks, {}
+    dark = {id: look.replace(lights=[], shadows=False, ambient=0, cap_color=None) for id, look in looks.items()}
+    alone = {id: dark[id].replace(cap_color=looks[id].cap_color) for id in ids}
+    return looks | {id: looks[id].replace(cap_color=_BLACK) for id in ids}, dark | alone
+
+
+def _add_values(image, values):
+    """Add the picture of the values on cuts, whose own colours are black so far."""
+    image.color[..., :3] += values.color[..., :3]
+    if hasattr(values, "albedo"):
+        image.albedo[:] = values.albedo
 
 
 def _sky(look, samples, distance):

@@ -172,6 +172,10 @@ private:
             found == path_tracer_.material_of_geometry.end() ? path_tracer_.material : found->second;
         SurfacePoint point{hit.position, hit.normal, -ray.direction, projection_.depth(hit.position)};
         lookup_.complete(point, hit, needs_curvature(material));
+        if (path.density == infinity && is_unlit(material.cap_color, point)) { // seen by the camera
+            add(path.index, path.throughput * albedo(material, point), bounce);
+            return;
+        }
         const Scattering scattering(material, point);
         const bool away = glm::dot(hit.normal, ray.direction) > 0.0;
         const Frame frame(away ? -hit.normal : hit.normal);

@@ -45,7 +45,7 @@ struct ColorByDepth {
 /// Linear red, green and blue, or a rule for them.
 using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth>;
 
-/// The colour of caps; nothing means the surface's own.
+/// The colour of caps; nothing means the surface's own. A rule is not lit: its colours are read off a colour bar.
 using CapColor = std::optional<Color>;
 
 /// Throws std::invalid_argument, about `parameter`, for numbers that are not finite or negative, and like the
@@ -75,6 +75,12 @@ inline glm::dvec3 color_at(const Color& color, const SurfacePoint& point)
 inline glm::dvec3 color_at(const Color& color, const CapColor& cap_color, const SurfacePoint& point)
 {
     return color_at(point.on_cap && cap_color ? *cap_color : color, point);
+}
+
+/// Whether a point shows its colour without light: on a cap that is coloured by a rule.
+inline bool is_unlit(const CapColor& cap_color, const SurfacePoint& point)
+{
+    return point.on_cap && cap_color && !std::holds_alternative<glm::dvec3>(*cap_color);
 }
 
 } // namespace isospline

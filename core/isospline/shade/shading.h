@@ -22,7 +22,10 @@ inline void validate(const Shading& shading)
 
 inline glm::dvec3 shade(const Shading& shading, const SurfacePoint& point)
 {
-    return std::visit([&](const auto& model) { return shade(model, point); }, shading);
+    const auto shaded = [&](const auto& model) {
+        return is_unlit(model.cap_color, point) ? color_at(*model.cap_color, point) : shade(model, point);
+    };
+    return std::visit(shaded, shading);
 }
 
 /// The opacity, if it is the same from all directions.
