@@ -315,8 +315,25 @@ def _add_view(command, view):
         "--host",
         default="127.0.0.1",
         metavar="ADDRESS",
-        help="to listen on (default 127.0.0.1, this machine alone); for others the page needs the token "
-        "in the address that is printed",
+        help="to listen on (default 127.0.0.1, this machine alone)",
+    )
+    group.add_argument(
+        "--token",
+        help="what browsers must know to connect, in place of a random text; other users can read it in the list of "
+        "processes, but not in the environment variable ISOSPLINE_TOKEN",
+    )
+    group.add_argument(
+        "--upload-limit",
+        default="8GB",
+        metavar="SIZE",
+        help="the most bytes of all uploaded files together (default 8GB)",
+    )
+    group.add_argument(
+        "--upload-count",
+        type=cli_types.count,
+        default=10_000,
+        metavar="N",
+        help="the largest number of uploaded files (default 10000)",
     )
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
 

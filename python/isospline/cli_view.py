@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
+import tempfile
 
 import isospline
 
@@ -14,24 +17,25 @@ def serve(arguments, reading, say):
 
     `reading` are options of `read_volume`; ``say(text)`` prints a message.
     """
-    from .viewer.session import read_session
-    from .viewer.viewer import Viewer, open_in_browser
+    from .viewer.viewer import Viewer
 
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     for path in arguments.files:
         if not os.path.exists(path):
             raise FileNotFoundError(f"{path}: No such file or directory")
-    session = read_session(arguments.session) if arguments.session else None
     read_options = {name: _plain(value) for name, value in reading.items() if value}
-    viewer = Viewer(host=arguments.host, port=arguments.port)
+    uploads = {"upload_limit": arguments.upload_limit, "upload_count": arguments.upload_count}
+    viewer = Viewer(host=arguments.host, port=arguments.port, token=arguments.token, **uploads)
+    ends = signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C does
     try:
+        session = viewer.read_session(arguments.session) if arguments.session else None
         say("Ctrl-C ends the viewer")
         print(viewer.url, flush=True)
         if not arguments.no_browser:
-            open_in_browser(viewer.url)
+            viewer.open_in_browser()
         if session is not None:
-            viewer.open_session(session)
+            viewer.open_session(*session)
         model_options = {} if arguments.degree == 2 else {"degree": arguments.degree}
         for path in arguments.files:
             viewer.open(
@@ -47,16 +51,23 @@ def serve(arguments, reading, say):
         pass  # the usual end of a viewer
     finally:
         viewer.close()
+        signal.signal(signal.SIGTERM, ends)
 
 
 def session_image(arguments, progress):
     """The image of a session, as the viewer's last pass draws it."""
+    from .viewer.bundle import is_bundle, unpack
     from .viewer.document import Document
     from .viewer.picture import FINAL_SAMPLES, PictureMaker, Stage
     from .viewer.session import open_session, read_session
 
     document = Document()
-    state = open_session(document, read_session(arguments.session))
+    with contextlib.ExitStack() as stack:
+        path, folder = arguments.session, None
+        if is_bundle(path):
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="isospline-"))
+            path = unpack(path, folder)
+        state = open_session(document, read_session(path), folder=folder)
     if state.camera is None:
         raise ValueError(f"{arguments.session}: expected a session with a camera")
     if arguments.turntable:

@@ -455,6 +455,8 @@ def calls(o, folder):
                 "token": "secret",
                 "session": None,
                 "height": 300,
+                "upload_limit": "1GB",
+                "upload_count": 3,
             },
         ),
         *(

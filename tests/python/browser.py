@@ -33,18 +33,19 @@ def chromium():
 
 
 class Page:
-    """A window with the viewer's page. An error in it ends the test, unless its text contains `expected_error`."""
+    """A window with the viewer's page. An error in it ends the test, unless it contains one of the `expected` texts."""
 
-    def __init__(self, browser, url, size=(760, 400), expected_error=None):
-        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    def __init__(self, browser, url, size=(760, 400), expected=()):
+        self.page = browser.new_page()
+        self.page.set_viewport_size({"width": size[0], "height": size[1]})
         self.problems = []
-        self.expected_error = expected_error
+        self.expected = expected
         self.page.on("pageerror", lambda error: self.add_problem(str(error)))
         self.page.on("console", lambda line: line.type == "error" and self.add_problem(line.text))
         self.page.goto(url)
 
     def add_problem(self, text):
-        if self.expected_error is None or self.expected_error not in text:
+        if not any(each in text for each in self.expected):
             self.problems.append(text)
 
     def evaluate(self, expression, argument=None):

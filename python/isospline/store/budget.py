@@ -19,14 +19,14 @@ _POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
 _OVERHEAD, _PROCESS = 64 * 2**20, 128 * 2**20
 
 
-def parse_memory(limit: Any) -> int:
+def parse_memory(limit: Any, parameter: str = "memory_limit") -> int:
     """Convert a number of bytes, or a text such as "2GB" or "512 MiB", to bytes."""
     if isinstance(limit, str):
         match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?)(i?)b?\s*", limit.lower())
         if match is None:
-            raise ValueError(f'memory_limit: expected bytes, or a text such as "2GB" or "512MiB", got {limit!r}')
+            raise ValueError(f'{parameter}: expected bytes, or a text such as "2GB" or "512MiB", got {limit!r}')
         return int(float(match[1]) * (1024 if match[3] else 1000) ** _POWERS[match[2]])
-    check_count(limit, "memory_limit", 2**62)
+    check_count(limit, parameter, 2**62)
     return int(limit)
 
 

@@ -67,8 +67,8 @@ def cell(viewer, height):
         state = state.replace(camera=viewer.camera_towards("home", SIZE))
         drawn = PictureMaker(viewer.document).render(state, SIZE, Stage(4, False), encoding="srgb8")
         image = f"data:image/png;base64,{base64.b64encode(drawn._repr_png_()).decode()}"
-    id = f"isospline-{threading.get_ident():x}-{viewer.url.rsplit(':', 1)[1].split('/')[0]}"
-    url, alive = json.dumps(viewer.url), json.dumps(viewer.url.split("?")[0] + "alive")
+    id = f"isospline-{threading.get_ident():x}-{viewer.address.rsplit(':', 1)[1].strip('/')}"
+    url, alive = json.dumps(viewer.stored_url), json.dumps(f"{viewer.address}alive")
     return f"""<div id="{id}"><img src="{image}" alt="isosurfaces" style="max-width: 100%"></div>
 <script>
 fetch({alive}, {{mode: "no-cors"}}).then(() => {{

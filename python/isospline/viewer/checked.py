@@ -126,11 +126,18 @@ def vector(count):
     return check
 
 
-def options(value, name):
-    """Named values, such as keyword arguments."""
-    if not isinstance(value, dict):
-        raise ValueError(f"{name}: expected an object with named values, got {type(value).__name__}")
-    return {text(key, name): each for key, each in value.items()}
+def options(*names):
+    """Some of the named values, such as keyword arguments."""
+
+    def check(value, name):
+        if not isinstance(value, dict):
+            raise ValueError(f"{name}: expected an object with named values, got {type(value).__name__}")
+        for key in value:
+            if key not in names:
+                raise ValueError(f"{name}: expected some of {', '.join(names)}, got {key!r}")
+        return dict(value)
+
+    return check
 
 
 def optional(check):

@@ -35,6 +35,8 @@ class Source:
     item : Volume or Mesh
     path : str or None
         The file that it was read from.
+    within : str or None
+        The folder of the upload that the file belongs to; None for a file that was opened by name.
     read_options, model_options : dict
         The options of `read_volume` and `Volume` that it was read with.
     values, counts : array
@@ -52,6 +54,7 @@ class Source:
     key: str
     item: Any
     path: str | None = None
+    within: str | None = None
     read_options: dict[str, Any] = field(default_factory=dict)
     model_options: dict[str, Any] = field(default_factory=dict)
     values: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -81,16 +84,18 @@ class Source:
     def expression(self, camera, size):
         """Python code that opens the file again, or None without a file.
 
-        A store is opened at the level of detail that a picture needs.
+        A store is opened at the level of detail that a picture needs. An upload is named without its folder, which is
+        removed with the viewer.
         """
         if self.path is None:
             return None
+        path = self.path if self.within is None else self.name
         if not self.is_volume:
-            return f"isospline.read_mesh({self.path!r})"
+            return f"isospline.read_mesh({path!r})"
         if self.levels_of_detail is not None:
             detail = self.level_of_detail(camera, size)
-            return f"isospline.open_volume({self.path!r}, level_of_detail={detail})"
-        reading = ", ".join([repr(self.path), *(f"{name}={value!r}" for name, value in self.read_options.items())])
+            return f"isospline.open_volume({path!r}, level_of_detail={detail})"
+        reading = ", ".join([repr(path), *(f"{name}={value!r}" for name, value in self.read_options.items())])
         modelling = ", ".join(f"{name}={value!r}" for name, value in self.model_options.items())
         return f"isospline.read_volume({reading}).to_volume({modelling})"
 
@@ -98,6 +103,18 @@ class Source:
     def range(self):
         """The smallest and the largest value."""
         return float(self.values[0]), float(self.values[-1])
+
+    @property
+    def level_range(self):
+        """The lowest and the highest level of an isosurface: at others, there is no surface."""
+        whole = self.item if self.levels_of_detail is None else self.levels_of_detail.metadata.levels[0]
+        return whole.minimum, whole.maximum
+
+    def check_level(self, level):
+        """Check that a volume can have an isosurface at a level."""
+        lower, upper = self.level_range
+        if not lower <= level <= upper:
+            raise ValueError(f"level: expected {lower:.6g} to {upper:.6g}, the values of {self.name}, got {level:.6g}")
 
     def default_levels(self):
         """The level of the first isosurface, and the level of the patient's body, or None, as in `render`.
@@ -140,9 +157,10 @@ class Source:
             **about,
             "kind": "volume",
             "range": [lower, upper],
+            "level_range": list(self.level_range),
             "spacing_of_values": float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
             "histogram": bars.astype(int).tolist(),
-            "shape": list(self.item.shape),
+            "counts": list(map(int, index_shape(self.item))),
             "affine": self.item.affine.tolist(),
             "window": list(self.window()),
             "patient": self.patient,
@@ -192,7 +210,7 @@ class Document:
         return np.array([np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)])
 
 
-def read_source(path, *, progress=None, read_options=None, model_options=None):
+def read_source(path, *, progress=None, read_options=None, model_options=None, within=None):
     """A function of a key that reads a file, for `Document.add`.
 
     Parameters
@@ -203,6 +221,8 @@ def read_source(path, *, progress=None, read_options=None, model_options=None):
         ``progress(title, fraction)``.
     read_options, model_options : dict, optional
         Options of `read_volume` and of `Volume`, of types that JSON supports.
+    within : str, optional
+        The folder of an upload: the file may refer to files in it, and to no others.
     """
     read_options, model_options = read_options or {}, model_options or {}
     path, report = os.fspath(path), progress or (lambda title, fraction: None)
@@ -211,17 +231,17 @@ def read_source(path, *, progress=None, read_options=None, model_options=None):
 
     def mesh(key):
         report(f"reading {name}", 0.0)
-        return Source(key, read_mesh(path), place)
+        return Source(key, read_mesh(path, within=within), place, within)
 
     def volume(key):
         report(f"reading {name}", 0.0)
-        data = read_volume(path, **read_options)
+        data = read_volume(path, within=within, **read_options)
         report(f"counting the values of {name}", 0.0)
         values, counts = histogram(data.data)
         model = data.to_volume(
             **model_options, progress=lambda fraction: report(f"filtering {name}", fraction) and None
         )
-        return Source(key, model, place, read_options, model_options, values, counts, data.patient)
+        return Source(key, model, place, within, read_options, model_options, values, counts, data.patient)
 
     def store(key):
         report(f"opening {name}", 0.0)
@@ -229,9 +249,11 @@ def read_source(path, *, progress=None, read_options=None, model_options=None):
         overview = levels.volume(levels.overview)
         values, counts = histogram(overview.coefficients.astype(np.float32))
         patient = levels.metadata.patient
-        return Source(key, overview, place, {}, {}, values, counts, patient, levels_of_detail=levels)
+        return Source(key, overview, place, within, {}, {}, values, counts, patient, levels_of_detail=levels)
 
     if is_store(path):
+        if within is not None:
+            raise ValueError(f"{name}: expected a file, got a store, which is opened by name")
         return store
     return mesh if path.lower().endswith(MESH_SUFFIXES) else volume
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-import tempfile
 
 import numpy as np
 
 from .. import _core
 from ..cameras import turntable
 from ..video import write_video
+from .bundle import write_bundle
 from .picture import FINAL_SAMPLES, Stage
 from .script import script
-from .session import session_of
+from .session import session_of, sources_of
 from .state import CameraState
 
 #: Pictures of a turntable, and samples per pixel.
@@ -26,7 +27,7 @@ def save(viewer, what, state, size, options):
     ----------
     viewer : Viewer
     what : {"png", "exr", "turntable", "mesh", "session", "python"}
-        A mesh has all visible isosurfaces, with their cuts.
+        A mesh has all visible isosurfaces, with their cuts. A session with uploads is a ZIP file with their files.
     state : ViewState
         A state with a camera.
     size : (int, int)
@@ -36,12 +37,16 @@ def save(viewer, what, state, size, options):
     """
     if what == "python":
         return "picture.py", script(viewer.document, state, size).encode()
-    if what == "session":
+    uploaded = any(each.within is not None for each in sources_of(viewer.document, state))
+    if what == "session" and not uploaded:
         return "session.json", session_of(viewer.document, state).to_text().encode()
-    if what not in ("png", "exr", "turntable", "mesh"):
+    if what not in ("png", "exr", "turntable", "mesh", "session"):
         raise ValueError(f"what: expected png, exr, turntable, mesh, session or python, got {what!r}")
-    with tempfile.TemporaryDirectory(prefix="isospline-") as folder:
-        if what == "turntable":
+    with _folder(viewer) as folder:
+        if what == "session":
+            path = os.path.join(folder, "session.zip")
+            write_bundle(path, viewer.document, state)
+        elif what == "turntable":
             path = os.path.join(folder, "turntable.mp4")
             _write_turntable(viewer, path, state, size, options)
         elif what == "mesh":
@@ -55,6 +60,16 @@ def save(viewer, what, state, size, options):
                 maker.render(state, size, stage, _progress(viewer, "rendering"), layers=layers).write(path)
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()
+
+
+@contextlib.contextmanager
+def _folder(viewer):
+    """A private folder while a file is written."""
+    folder = viewer.uploads.folder()
+    try:
+        yield folder
+    finally:
+        viewer.uploads.discard(folder)
 
 
 def _mesh(viewer, state):

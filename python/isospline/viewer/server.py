@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import functools
-import hmac
 import http
-import ipaddress
 import json
-import secrets
+import logging
 import threading
 import urllib.parse
 from pathlib import Path
 from typing import Any
 
 from ..parameters import check_type
+from .access import Access
 
 PAGE = Path(__file__).parent / "page"
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -23,14 +22,14 @@ TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".s
 LONGEST_MESSAGE = 1 << 22
 #: Seconds that a window has to answer when the server closes; a page that hangs must not delay the end of the program.
 CLOSE_TIMEOUT = 2
+#: The answer to a request for the page without a token.
+WITHOUT_TOKEN = "This page needs the address that the viewer printed, with its token.\n"
 
 
 class Server:
-    """Serves the page and its sockets on its own thread.
+    """Serves the page and its sockets on its own thread, to those that `Access` lets in.
 
-    Requests must name the server by one of its addresses. Otherwise, a page of another origin could reach the server
-    under the page's own domain name (DNS rebinding). Only the server's own pages may open sockets. If the server
-    listens to other machines, a socket needs the token, which is a part of `url`.
+    The page and its socket need the token or the cookie; the scripts of the page are public and do not.
 
     Parameters
     ----------
@@ -40,7 +39,7 @@ class Server:
     port : int
         0 takes any free port.
     token : str, optional
-        By default, a random one if other machines can connect to the host.
+        By default, that of the environment variable ISOSPLINE_TOKEN, or a random one.
 
     Raises
     ------
@@ -51,16 +50,16 @@ class Server:
     def __init__(self, viewer, host, port, token=None):
         check_type(host, "host", str, "a str")
         check_type(port, "port", int, "a whole number")
-        check_type(token, "token", (str, type(None)), "a str or None")
         if not 0 <= port <= 65535:
             raise ValueError(f"port: expected 0 to 65535, got {port}")
+        self._access = Access(host, token)
         try:
             import websockets.asyncio.server as sockets
         except ImportError as error:
             message = "the viewer needs the package websockets 13 or later: pip install isospline[view]"
             raise ImportError(message) from error
         self._sockets, self._viewer = sockets, viewer
-        self._host, self._token = host, token or (None if is_local(host) else secrets.token_urlsafe(16))
+        self._host = host
         self._loop = asyncio.new_event_loop()
         self._stopping: Any = None  # an event of the loop
         self._failure = None
@@ -75,11 +74,21 @@ class Server:
             raise self._failure
 
     @property
-    def url(self):
-        """The address of the page, with the token if there is one."""
+    def address(self):
+        """The address of the server, without the token."""
         everywhere = self._host in ("", "0.0.0.0", "::")
         name = "127.0.0.1" if everywhere else f"[{self._host}]" if ":" in self._host else self._host
-        return f"http://{name}:{self.port}/" + (f"?token={self._token}" if self._token else "")
+        return f"http://{name}:{self.port}/"
+
+    @property
+    def url(self):
+        """The address of the page, with the token."""
+        return f"{self.address}?token={urllib.parse.quote(self._access.token, safe='')}"
+
+    @property
+    def stored_url(self):
+        """The same with a token that is good for this server alone."""
+        return f"{self.address}?token={self._access.ticket}"
 
     def close(self):
         """Stop listening, and close all sockets."""
@@ -111,6 +120,7 @@ class Server:
             max_size=LONGEST_MESSAGE,
             compression=None,
             close_timeout=CLOSE_TIMEOUT,
+            logger=_quiet_logger(),
         ) as server:
             self.port = server.sockets[0].getsockname()[1]
             started.set()
@@ -119,37 +129,22 @@ class Server:
 
     def _answer(self, connection, request):
         """Answer a request for a file; None lets a socket open."""
-        host = request.headers.get("Host", "")
-        if not self._is_own(host):
+        host = _only(request.headers, "Host")
+        if not self._access.is_own_address(host):
             return connection.respond(http.HTTPStatus.FORBIDDEN, "This address is not the viewer's.\n")
-        url = urllib.parse.urlsplit(request.path)
-        if url.path == "/socket":
-            origin = request.headers.get("Origin")
-            if origin not in (f"http://{host}", f"https://{host}"):
-                return connection.respond(http.HTTPStatus.FORBIDDEN, "Pages of other origins may not connect.\n")
-            given = urllib.parse.parse_qs(url.query).get("token", [""])[0]
-            if self._token and not hmac.compare_digest(given.encode(), self._token.encode()):
-                return connection.respond(http.HTTPStatus.FORBIDDEN, "The address lacks the token.\n")
-            return None
-        return self._file(connection, url.path)
+        path, _, query = request.path.partition("?")
+        name = path[1:] or "index.html"
+        if name == "socket" and not self._access.is_own_page(_only(request.headers, "Origin"), host):
+            return connection.respond(http.HTTPStatus.FORBIDDEN, "Pages of other origins may not connect.\n")
+        in_address = self._access.knows_token(query)
+        if name in ("index.html", "socket"):
+            known = in_address or self._access.has_cookie(request.headers.get_all("Cookie"), self.port)
+            if not known:
+                return connection.respond(http.HTTPStatus.FORBIDDEN, WITHOUT_TOKEN)
+        return None if name == "socket" else self._file(connection, name, in_address)
 
-    def _is_own(self, host):
-        """Whether a request names this server by an address, or by the name that it listens on.
-
-        Other names could be domains that an attacker points to this machine in order to read its pages.
-        """
-        with contextlib.suppress(ValueError):
-            parts = urllib.parse.urlsplit(f"//{host}")
-            name = parts.hostname or ""
-            if name == "localhost" or name == self._host:
-                return True
-            address = ipaddress.ip_address(name)
-            return bool(self._token) or address.is_loopback
-        return False
-
-    def _file(self, connection, path):
+    def _file(self, connection, name, in_address):
         files = page_files()
-        name = path.lstrip("/") or "index.html"
         if name == "alive":
             return connection.respond(http.HTTPStatus.OK, "isospline\n")
         if name not in files:
@@ -163,10 +158,14 @@ class Server:
         response.headers["Cache-Control"] = "no-store"
         response.headers["X-Content-Type-Options"] = "nosniff"
         response.headers["Referrer-Policy"] = "no-referrer"
+        # Only a page that knows the token, such as a notebook, may have the viewer in a frame.
+        embedders = "http://localhost:* http://127.0.0.1:* vscode-webview:" if in_address else "'none'"
         response.headers["Content-Security-Policy"] = (
             "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; "
-            "frame-ancestors 'self' http://localhost:* http://127.0.0.1:* vscode-webview:"
+            f"frame-ancestors {embedders}"
         )
+        if in_address:
+            response.headers["Set-Cookie"] = self._access.set_cookie(self.port)
         return response
 
     async def _connect(self, connection):
@@ -193,6 +192,21 @@ class Server:
             await self._loop.run_in_executor(None, window.close)
 
 
+def _only(headers, name):
+    """The value of a header that occurs once; otherwise an empty string."""
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else ""
+
+
+def _quiet_logger():
+    """A logger that never shows requests: their addresses and cookies open the viewer."""
+    logger = logging.getLogger(__name__)
+    logger.setLevel(logging.ERROR)
+    if not logger.filters:
+        logger.addFilter(lambda record: "handshake" not in record.getMessage())
+    return logger
+
+
 async def _send_all(connection, outgoing):
     import websockets.exceptions
 
@@ -205,13 +219,3 @@ async def _send_all(connection, outgoing):
 def page_files():
     """The files of the page by their names."""
     return {path.name: path.read_bytes() for path in PAGE.iterdir() if path.suffix in TYPES}
-
-
-def is_local(host):
-    """Whether only this machine can connect to an address."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -14,6 +14,12 @@ from .state import ViewState
 
 #: The value of a session's first field.
 FORMAT = "isospline session 1"
+#: Suffixes of sessions, and of sessions with their files.
+SESSION_SUFFIXES = (".json", ".zip")
+
+# The options of files that a session may have.
+_READ_OPTIONS = ("shape", "dtype", "offset", "spacing", "origin", "direction", "name")
+_MODEL_OPTIONS = ("degree", "boundary", "filter", "smoothing")
 
 
 @dataclass(frozen=True)
@@ -22,8 +28,8 @@ class SessionSource(Checked):
 
     key: str = field(text)
     path: str = field(text)
-    read_options: dict[str, Any] = field(options, {})
-    model_options: dict[str, Any] = field(options, {})
+    read_options: dict[str, Any] = field(options(*_READ_OPTIONS), {})
+    model_options: dict[str, Any] = field(options(*_MODEL_OPTIONS), {})
 
 
 @dataclass(frozen=True)
@@ -64,22 +70,32 @@ class Session(Checked):
         return session
 
 
-def session_of(document, state):
+def sources_of(document, state):
+    """The sources that a state shows."""
+    used = {each.source for each in state.objects} | {each.color_by for each in state.objects} | {state.slices.volume}
+    return [source for source in document if source.key in used]
+
+
+def session_of(document, state, path_of=None):
     """The session of a document and a state with a camera.
+
+    ``path_of(source)`` is the path of a source in the session; by default, that of its file.
 
     Raises
     ------
     ValueError
-        If the state shows an object that was not read from a file.
+        If the state shows an object that was not read from a file, or is of an upload, whose files do not stay.
     """
-    used = {each.source for each in state.objects} | {each.color_by for each in state.objects} | {state.slices.volume}
-    sources = [source for source in document if source.key in used]
+    sources = sources_of(document, state)
     for source in sources:
         if source.path is None:
             raise ValueError(f"session: expected objects that were read from files, got {source.name} from memory")
+        if source.within is not None and path_of is None:
+            raise ValueError(f"session: expected files that stay, got {source.name} of an upload: save a bundle")
+    place = path_of or (lambda source: source.path)
     return Session(
         FORMAT,
-        tuple(SessionSource(each.key, each.path, each.read_options, each.model_options) for each in sources),
+        tuple(SessionSource(each.key, place(each), each.read_options, each.model_options) for each in sources),
         state,
     )
 
@@ -101,21 +117,77 @@ def read_session(path):
     return session.replace(sources=sources)
 
 
-def open_session(document, session, progress=None):
-    """Read the files of a session into a document, and return its state with the document's keys."""
-    keys = {}
-    for source in session.sources:
-        make = read_source(
-            source.path, progress=progress, read_options=source.read_options, model_options=source.model_options
-        )
-        keys[source.key] = document.add(make).key
-    state = session.state
-    objects = tuple(
-        each.replace(source=keys[each.source], color_by=keys.get(each.color_by, each.color_by))
-        for each in state.objects
+def open_session(document, session, progress=None, folder=None, uploaded=False):
+    """Read the files of a session into a document, and return its state with the document's keys.
+
+    Parameters
+    ----------
+    document : Document
+    session : Session
+    progress : callable, optional
+        ``progress(title, fraction)``.
+    folder : str, optional
+        The folder of the files that came with the session. They may refer to each other, but not to files elsewhere.
+    uploaded : bool
+        Whether a page uploaded the session. It may then name the files in the folder, also by their last name, and
+        files that are open already.
+
+    Raises
+    ------
+    ValueError
+        Before anything is read, if an uploaded session names another file.
+    """
+    found = [_source(document, source, progress, folder, uploaded) for source in session.sources]
+    keys = {
+        source.key: (document.add(each) if callable(each) else each).key for source, each in zip(session.sources, found)
+    }
+    return session.state.with_keys(keys)
+
+
+def _source(document, source, progress, folder, uploaded):
+    """The open source, or the function that reads it, of a file in a session."""
+    paths = [source.path]
+    if uploaded:
+        paths.append(os.path.join(folder, os.path.basename(source.path)))
+    for path in paths:
+        if folder is not None and os.path.exists(path) and is_inside(path, folder):
+            return _reader(path, source, progress, _upload_of(path, folder))
+    if not uploaded:
+        return _reader(source.path, source, progress, None)
+    for each in document:
+        if (each.path, each.read_options, each.model_options) == (
+            source.path,
+            source.read_options,
+            source.model_options,
+        ):
+            return each
+    raise ValueError(
+        f"session: expected files that are uploaded with it or open in the viewer, got {source.path}; "
+        "isospline view --session opens files by name"
     )
-    slices = state.slices.replace(volume=keys.get(state.slices.volume))
-    return state.replace(objects=objects, slices=slices)
+
+
+def _reader(path, source, progress, within):
+    return read_source(
+        path,
+        progress=progress,
+        read_options=source.read_options,
+        model_options=source.model_options,
+        within=within,
+    )
+
+
+def _upload_of(path, folder):
+    """The part of a session's folder that belongs to a file: in a bundle, each upload has a folder."""
+    first = os.path.relpath(os.path.realpath(path), os.path.realpath(folder)).split(os.sep)[0]
+    upload = os.path.join(folder, first)
+    return upload if os.path.isdir(upload) else folder
+
+
+def is_inside(path, folder):
+    """Whether a path, after symbolic links, is in a folder or is the folder."""
+    folder = os.path.realpath(folder)
+    return os.path.commonpath([os.path.realpath(path), folder]) == folder
 
 
 def _relative(path, folder):

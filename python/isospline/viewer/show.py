@@ -12,7 +12,8 @@ from ..signatures import explained
 from .cell import display, in_notebook
 from .checked import number
 from .placed import Placement
-from .viewer import Viewer, open_in_browser
+from .upload import UPLOAD_COUNT, UPLOAD_LIMIT
+from .viewer import Viewer
 
 
 @explained
@@ -25,6 +26,8 @@ def view(
     browser: bool | None = None,
     session: str | os.PathLike[str] | None = None,
     height: int = 640,
+    upload_limit: int | str = UPLOAD_LIMIT,
+    upload_count: int = UPLOAD_COUNT,
 ) -> Viewer:
     """Show volumes, isosurfaces and meshes in a web browser, or in the cell of a notebook.
 
@@ -39,18 +42,22 @@ def view(
     levels : sequence of float, optional
         Levels of volumes; by default the first one of `suggest_levels`.
     host : str
-        The address to listen on; by default only this machine can connect. With any other address, the page needs a
-        token, which is a part of the viewer's `url`.
+        The address to listen on; by default only this machine can connect.
     port : int
         0 takes any free port.
     token : str, optional
-        Replaces the random token.
+        What a browser must know to connect: a part of the viewer's `url`, in ASCII without spaces. By default, that of
+        the environment variable ISOSPLINE_TOKEN, or a random one.
     browser : bool, optional
         Whether to open a browser; by default, only outside notebooks.
     session : path-like, optional
-        A saved session of the viewer to continue.
+        A saved session of the viewer to continue, ``session.json`` or ``session.zip``.
     height : int
         The height of the view in a notebook, in pixels.
+    upload_limit : int or str
+        The most bytes of all files that pages upload together, or a text such as "2GB".
+    upload_count : int
+        The largest number of these files.
 
     Returns
     -------
@@ -77,12 +84,10 @@ def view(
         check_type(levels, "levels", Iterable, "numbers")
         levels = [number()(level, "levels") for level in levels]
     check_count(height, "height")
-    viewer = Viewer(host=host, port=port, token=token)
+    viewer = Viewer(host=host, port=port, token=token, upload_limit=upload_limit, upload_count=upload_count)
     try:
         if session is not None:
-            from .session import read_session
-
-            viewer.open_session(read_session(session))
+            viewer.open_session(*viewer.read_session(session))
         for item in items:
             _show(viewer, item, levels)
     except BaseException:
@@ -92,7 +97,7 @@ def view(
     if notebook:
         display(viewer, height)
     if browser or (browser is None and not notebook):
-        open_in_browser(viewer.url)
+        viewer.open_in_browser()
     return viewer
 
 

@@ -154,6 +154,19 @@ class ViewState(Checked):
         gone = self.object(id)
         return self.replace(objects=tuple(each for each in self.objects if each is not gone))
 
+    def with_keys(self, keys):
+        """The same state with other keys of sources; what is made of sources without a new key is left out."""
+
+        def color_by(rule):
+            return rule if rule in COLOR_RULES else keys.get(rule, "color")
+
+        objects = tuple(
+            each.replace(source=keys[each.source], color_by=color_by(each.color_by))
+            for each in self.objects
+            if each.source in keys
+        )
+        return self.replace(objects=objects, slices=self.slices.replace(volume=keys.get(self.slices.volume)))
+
     def with_new_object(self, source, level=None, **look):
         """The same state with one more object, in its own colour."""
         id = max((each.id for each in self.objects), default=-1) + 1

@@ -1,48 +1,121 @@
-"""Files that a page uploads."""
+"""Files that pages upload, in a private folder and within limits."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import threading
 
+from ..parameters import check_count
+from ..store.budget import parse_memory
 from .document import MESH_SUFFIXES
+from .session import SESSION_SUFFIXES
+from .temporary import TemporaryFolder
+
+#: By default, the most bytes of all uploads of a viewer together, and their largest number of files.
+UPLOAD_LIMIT: int | str = "8GB"
+UPLOAD_COUNT: int = 10_000
 
 # Header files that name the file with the samples.
 _HEADERS = (".mhd", ".nhdr")
+# Meshes, and suffixes of the files that they name.
+_COMPANIONS = {".gltf": (".bin", ".png", ".jpg", ".jpeg"), ".obj": (".mtl", ".png", ".jpg", ".jpeg")}
 
 
-class Upload:
-    """Writes the files of an upload, which arrive as a stream of bytes, into a folder.
+class Uploads:
+    """The uploaded files of a viewer.
 
     Parameters
     ----------
-    folder : str
+    limit : int or str
+        The most bytes of all files together, or a text such as "2GB".
+    count : int
+        The largest number of files.
+    """
+
+    def __init__(self, limit=UPLOAD_LIMIT, count=UPLOAD_COUNT):
+        self._limit = parse_memory(limit, "upload_limit")
+        check_count(count, "upload_count")
+        self._count = int(count)
+        self._lock = threading.Lock()
+        self._temporary = None
+        self._used = {}  # bytes and files by folder
+
+    def folder(self, sizes=()):
+        """A new folder for files of some sizes. It is removed with the viewer, or by `discard`.
+
+        Raises
+        ------
+        ValueError
+            If the files exceed a limit or the free space of the disk.
+        """
+        with self._lock:
+            total, count = sum(sizes), len(sizes)
+            self._check(total + sum(each for each, _ in self._used.values()), "bytes", self._limit, "upload_limit")
+            self._check(count + sum(each for _, each in self._used.values()), "files", self._count, "upload_count")
+            if self._temporary is None:
+                self._temporary = TemporaryFolder()
+            free = shutil.disk_usage(self._temporary.path).free
+            if total > free:
+                raise ValueError(f"files: expected at most the free space of the disk, {free} bytes, got {total}")
+            folder = self._temporary.folder()
+            self._used[folder] = (total, count)
+            return folder
+
+    def discard(self, folder):
+        """Remove a folder of files that are not used."""
+        shutil.rmtree(folder, ignore_errors=True)
+        with self._lock:
+            self._used.pop(folder, None)
+
+    def remove(self):
+        """Remove all files."""
+        with self._lock:
+            if self._temporary is not None:
+                self._temporary.remove()
+
+    @staticmethod
+    def _check(number, unit, limit, parameter):
+        if number > limit:
+            raise ValueError(f"files: expected at most {limit} {unit} in all uploads ({parameter}), got {number}")
+
+
+class Upload:
+    """Writes the files of an upload, which arrive as a stream of bytes, into a folder of their own.
+
+    Parameters
+    ----------
+    uploads : Uploads
     files : list of dict
         The name and the size of each file.
 
     Raises
     ------
     ValueError
-        For files without a name or a size, and for files larger than the free space of the disk.
+        For files without a name or a size, for two files of the same name, and for files that exceed a limit.
     """
 
-    def __init__(self, folder, files):
+    def __init__(self, uploads, files):
         if not isinstance(files, list) or not files:
             raise ValueError("files: expected a list of names and sizes")
-        self._folder = folder
-        self._left = []
+        sizes = {}
         for each in files:
-            name, size = os.path.basename(str(each.get("name", "")).replace("\\", "/")), each.get("size")
-            if name in ("", ".", "..") or "\0" in name or not isinstance(size, int) or size < 0:
-                raise ValueError(f"files: expected a name and a size for each file, got {each!r}")
-            self._left.append((os.path.join(folder, name), size))
+            name, size = _described(each)
+            if name in sizes:
+                raise ValueError(f"files: expected different names, got {name!r} twice")
+            sizes[name] = size
+        self._uploads = uploads
+        self.folder = uploads.folder(sizes.values())
+        self._left = [(os.path.join(self.folder, name), size) for name, size in sizes.items()]
         self._paths = [path for path, _ in self._left]
-        self._total = sum(size for _, size in self._left)
-        if self._total > shutil.disk_usage(folder).free:
-            raise ValueError(f"files: expected at most the free space of the disk in bytes, got {self._total}")
+        self._total = sum(sizes.values())
         self._written = 0
-        for path in self._paths:
-            open(path, "wb").close()
+        try:
+            for path in self._paths:
+                open(path, "xb").close()
+        except BaseException:
+            self.discard()
+            raise
 
     @property
     def fraction(self):
@@ -68,14 +141,43 @@ class Upload:
             else:
                 self._left.pop(0)
 
+    def discard(self):
+        """Remove the files."""
+        self._uploads.discard(self.folder)
+
+    def session(self):
+        """The path of a session, whose files may be the others of the upload; None without one."""
+        sessions = [path for path in self._paths if path.lower().endswith(SESSION_SUFFIXES)]
+        if len(sessions) > 1:
+            names = ", ".join(map(os.path.basename, sessions))
+            raise ValueError(f"files: expected one session, got {names}")
+        return sessions[0] if sessions else None
+
     def paths(self):
         """The paths to open: header files, which name their samples; a folder of slices; or each file on its own."""
         headers = [path for path in self._paths if path.lower().endswith(_HEADERS)]
         if headers:
             return headers
-        slices = [path for path in self._paths if not path.lower().endswith(MESH_SUFFIXES)]
+        companions = tuple(
+            suffix
+            for mesh, suffixes in _COMPANIONS.items()
+            if any(path.lower().endswith(mesh) for path in self._paths)
+            for suffix in suffixes
+        )
+        paths = [path for path in self._paths if not path.lower().endswith(companions)]
+        slices = [path for path in paths if not path.lower().endswith(MESH_SUFFIXES)]
         if len(slices) > 3 and all(
             path.lower().endswith((".dcm", ".tif", ".tiff")) or "." not in os.path.basename(path) for path in slices
         ):
-            return [self._folder, *(path for path in self._paths if path not in slices)]
-        return self._paths
+            return [self.folder, *(path for path in paths if path not in slices)]
+        return paths
+
+
+def _described(file):
+    """The name, without folders, and the size of a file."""
+    if isinstance(file, dict):
+        name, size = os.path.basename(str(file.get("name", "")).replace("\\", "/")), file.get("size")
+        is_size = isinstance(size, int) and not isinstance(size, bool) and size >= 0
+        if is_size and name not in ("", ".", "..") and "\0" not in name:
+            return name, size
+    raise ValueError(f"files: expected a name and a size for each file, got {file!r}")

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-import tempfile
+import html
+import os
+import secrets
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from .. import _core
 from ..cameras import camera_for
 from ..views import DEFAULT_VIEW
+from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
 from .picture import PictureMaker
-from .session import open_session
+from .session import open_session, read_session
 from .state import CameraState, ViewState
+from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
+
+_LEADING = '<!doctype html><meta name="referrer" content="no-referrer"><meta http-equiv="refresh" content="0; url={}">'
 
 #: The margin around the objects in a window, with space for the handles of cuts, the cube and the scale bar.
 MARGIN = 0.2
@@ -38,7 +44,7 @@ class Viewer:
         The displayed state. It is immutable; `change` replaces it.
     """
 
-    def __init__(self, *, host="127.0.0.1", port=0, token=None):
+    def __init__(self, *, host="127.0.0.1", port=0, token=None, upload_limit=UPLOAD_LIMIT, upload_count=UPLOAD_COUNT):
         self.document = Document()
         self._lock = threading.RLock()
         self._state = ViewState()
@@ -48,7 +54,9 @@ class Viewer:
         self._making = threading.Lock()
         self._maker = PictureMaker(self.document)
         self._camera = None
-        self._folder = None
+        self.uploads = Uploads(upload_limit, upload_count)
+        #: Another value for each viewer: a page sees that it is connected to another one.
+        self.run = secrets.token_hex(8)
         from .server import Server  # asyncio is slow to import
 
         self._server = Server(self, host, port, token)
@@ -56,6 +64,16 @@ class Viewer:
     @property
     def url(self) -> str:
         return self._server.url
+
+    @property
+    def address(self) -> str:
+        """The same without the token."""
+        return self._server.address
+
+    @property
+    def stored_url(self) -> str:
+        """An address with a token that is good for this viewer alone, for the cells of notebooks."""
+        return self._server.stored_url
 
     @property
     def state(self) -> ViewState:
@@ -72,17 +90,14 @@ class Viewer:
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 
-    def open(self, path, *, levels=None, largest=None, table=False, read_options=None, model_options=None):
+    def open(self, path, *, levels=None, largest=None, table=False, read_options=None, model_options=None, within=None):
         """Read a file and show it: a mesh, or isosurfaces of a volume, by default at a suggested level.
 
-        By default, a CT of a patient is shown without the table and other things apart from the body.
+        By default, a CT of a patient is shown without the table and other things apart from the body. `within` is the
+        folder of an upload, whose files may refer to no others.
         """
-        return self._show(
-            read_source(path, progress=self.tell, read_options=read_options, model_options=model_options),
-            levels,
-            {"largest": largest},
-            table,
-        )
+        options = {"read_options": read_options, "model_options": model_options, "within": within}
+        return self._show(read_source(path, progress=self.tell, **options), levels, {"largest": largest}, table)
 
     def add(self, item, *, levels=None, **look):
         """Show a Volume, VolumeData, array, Isosurface or Mesh.
@@ -98,15 +113,28 @@ class Viewer:
             return self._show(make, [item.level], {"largest": item.largest, **look})
         return self._show(source_of(item), levels, look)
 
-    def open_session(self, session):
-        """Read the files of a session, and show its state."""
+    def read_session(self, path):
+        """Read a session or a bundle: returns the session, and the folder of the bundle's files or None."""
+        if not is_bundle(path):
+            return read_session(path), None
+        folder = self.uploads.folder(bundle_sizes(path))
+        try:
+            return read_session(unpack(path, folder)), folder
+        except BaseException:
+            self.uploads.discard(folder)
+            raise
+
+    def open_session(self, session, folder=None, uploaded=False):
+        """Read the files of a session, and show its state; the other parameters are those of `open_session`."""
         with self._telling_end():
-            state = open_session(self.document, session, self.tell)
+            state = open_session(self.document, session, self.tell, folder, uploaded)
         with self._lock:
             self._camera = state.camera
         self.change(lambda _: state.replace(camera=None))
         for window in self.windows():
-            window.set_camera(state.camera)
+            window.document_changed(fit=state.camera is None)
+            if state.camera is not None:
+                window.set_camera(state.camera)
 
     def _show(self, make, levels, look=None, table=False):
         with self._telling_end():
@@ -129,7 +157,7 @@ class Viewer:
             for level in levels:
                 state = state.with_new_object(source.key, level, **look)
             if source.is_volume and state.slices.volume is None:
-                middle = tuple((np.array(source.to_json()["shape"][::-1]) - 1) / 2)
+                middle = tuple((np.array(source.to_json()["counts"]) - 1) / 2)
                 state = state.replace(
                     slices=state.slices.replace(volume=source.key, index=middle, window=source.window())
                 )
@@ -203,14 +231,7 @@ class Viewer:
             )
         return CameraState.of(camera, field_of_view)
 
-    # -- Uploads, and the end --------------------------------------------------------------------------------------
-
-    def upload_folder(self):
-        """A new folder for uploaded files; it is removed when the viewer is closed."""
-        with self._lock:
-            if self._folder is None:
-                self._folder = tempfile.mkdtemp(prefix="isospline-")
-        return tempfile.mkdtemp(dir=self._folder)
+    # -- The end ---------------------------------------------------------------------------------------------------
 
     def wait(self) -> None:
         """Wait until the viewer is closed; Ctrl-C ends the wait with a KeyboardInterrupt."""
@@ -226,8 +247,7 @@ class Viewer:
         for window in self.windows():
             window.close()
         self._workers.shutdown(wait=True)
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self.uploads.remove()
 
     def __enter__(self) -> Viewer:
         return self
@@ -236,12 +256,18 @@ class Viewer:
         self.close()
 
     def __repr__(self):
-        return f"Viewer({self.url}, {len(self.windows())} windows)"
+        return f"Viewer({self.address}, {len(self.windows())} windows)"  # not the token: texts of objects are logged
 
+    def open_in_browser(self) -> None:
+        """Open the page in the user's browser, if there is one.
 
-def open_in_browser(url):
-    """Open the address in the user's browser, if there is one."""
-    import webbrowser
+        The browser gets the name of a private file that leads to the page: all users can read the arguments of
+        programs.
+        """
+        import webbrowser
 
-    with contextlib.suppress(webbrowser.Error, OSError):
-        webbrowser.open(url)
+        path = os.path.join(self.uploads.folder(), "open.html")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(_LEADING.format(html.escape(self.url)))
+        with contextlib.suppress(webbrowser.Error, OSError):
+            webbrowser.open(Path(path).as_uri())

@@ -8,13 +8,15 @@ import time
 from dataclasses import asdict
 
 from .. import colors
+from .checked import number, text
 from .encode import encode_jpeg, encode_png
 from .measure import measure, to_csv
 from .picture import PictureMaker, default_limits, passes
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
+from .session import is_inside
 from .slices import COARSE, FINE, sample_slices
-from .state import COLOR_MAPS, COLOR_RULES, CameraState
+from .state import COLOR_MAPS, COLOR_RULES, CameraState, ViewState
 from .upload import Upload
 
 #: The largest width or height, in pixels, of a picture that a page may request.
@@ -156,7 +158,7 @@ class Window:
     def _on_hello(self, message):
         self._set_size(message)
         maps = {name: [colors.hex_of(color) for color in colors.color_map(name)[::17]] for name in COLOR_MAPS}
-        self.send({"type": "options", "color_maps": maps, "color_rules": COLOR_RULES})
+        self.send({"type": "options", "run": self._viewer.run, "color_maps": maps, "color_rules": COLOR_RULES})
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
         self.state_changed()
@@ -213,16 +215,24 @@ class Window:
         rule = changes.get("color_by", "color")
         if rule not in COLOR_RULES and not self._viewer.document[rule].is_volume:
             raise ValueError(f"color_by: expected one of {', '.join(COLOR_RULES)} or a volume, got {rule!r}")
-        if "level" in changes and (changes["level"] is None) != (self._viewer.state.object(id).level is None):
-            raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {changes['level']}")
+        if "level" in changes:
+            self._check_level(self._viewer.state.object(id), changes["level"])
         for name in ("id", "source"):
             if name in changes:
                 raise ValueError(f"changes: expected no change of {name}")
         self._viewer.change(lambda state: state.with_object(id, **changes))
 
+    def _check_level(self, each, level):
+        if (level is None) != (each.level is None):
+            raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {level}")
+        if level is not None:
+            self._viewer.document[each.source].check_level(number()(level, "level"))
+
     def _on_add_object(self, message):
         source = self._viewer.document[message["source"]]
         level = float(message["level"]) if source.is_volume else None
+        if source.is_volume:
+            source.check_level(level)
         self._viewer.change(lambda state: state.with_new_object(source.key, level))
 
     def _on_remove_object(self, message):
@@ -263,9 +273,26 @@ class Window:
         finally:
             self.send({"type": "progress", "title": None, "fraction": 1.0})
 
+    def _on_restore(self, message):
+        """Show the state of a page that was connected to another viewer, as far as the same files are open."""
+        names = {text(each["key"], "key"): text(each["name"], "name") for each in message["sources"]}
+        state, keys = ViewState.from_json(message["state"], "state"), {}
+        for each in self._viewer.document:
+            keys.update({key: each.key for key, name in names.items() if name == each.name})
+        self._viewer.change(lambda _: state.with_keys(keys).replace(camera=None))
+        if state.camera is not None:
+            self.set_camera(state.camera)
+
     def _on_upload(self, message):
-        self._upload = Upload(self._viewer.upload_folder(), message["files"])
+        self._end_upload()
+        self._upload = Upload(self._viewer.uploads, message["files"])
         self._receive_upload(b"")
+
+    def _end_upload(self):
+        """Remove the files of an upload that was not completed."""
+        if self._upload is not None:
+            self._upload.discard()
+            self._upload = None
 
     def _receive_upload(self, content):
         if self._upload is None:
@@ -273,22 +300,43 @@ class Window:
         try:
             self._upload.write(content)
         except Exception:
-            self._upload = None
+            self._end_upload()
             raise
         self.send({"type": "progress", "title": "uploading", "fraction": self._upload.fraction})
         if self._upload.complete:
-            paths, self._upload = self._upload.paths(), None
-            self._viewer.submit(self._open, paths)
+            upload, self._upload = self._upload, None
+            self._viewer.submit(self._open, upload)
 
-    def _open(self, paths):
-        for path in paths:
-            try:
-                self._viewer.open(path)
-            except Exception as error:
-                self._failed(error)
+    def _open(self, upload):
+        """Open uploaded files, which may refer to each other and to nothing else."""
+        folders = [upload.folder]
+        try:
+            session = upload.session()
+            if session is not None:
+                content, unpacked = self._viewer.read_session(session)
+                folders += [unpacked] if unpacked else []
+                self._viewer.open_session(content, folders[-1], uploaded=True)
+            for path in upload.paths() if session is None else ():
+                self._open_file(path, upload.folder)
+        except Exception as error:
+            self._failed(error)
+        finally:
+            used = [each.within for each in self._viewer.document if each.within is not None]
+            for folder in folders:
+                if not any(is_inside(each, folder) for each in used):
+                    self._viewer.uploads.discard(folder)
+            self.send({"type": "progress", "title": None, "fraction": 1.0})
+            self.send({"type": "uploaded"})
+
+    def _open_file(self, path, folder):
+        try:
+            self._viewer.open(path, within=folder)
+        except Exception as error:
+            self._failed(error)
 
     def close(self):
         """Stop drawing, and leave the viewer."""
+        self._end_upload()
         self._viewer.detach(self)
         self._frames.close()
         self._slices.close()

@@ -16,7 +16,7 @@ function fill(element, attributes, children) {
     else if (value === true) element.setAttribute(name, "");
     else if (value !== false && value != null) element.setAttribute(name, value);
   }
-  element.append(...children.filter(child => child != null));
+  element.append(...children.filter(child => child != null && child !== false));
   return element;
 }
 
@@ -35,11 +35,46 @@ export function slider(label, value, least, most, step, change) {
   return input;
 }
 
-export function numberInput(label, value, step, change) {
-  const input = make("input", {type: "number", step: step || "any", "aria-label": label});
-  input.value = tidy(value);
-  input.onchange = () => { if (Number.isFinite(input.valueAsNumber)) change(input.valueAsNumber); };
+// A field for a number, with a decimal point or comma. A value that is not a number or not within the limits does not
+// count: the field returns to the last one, and `refuse` is told why. Arrow keys change the value by a step. A field
+// that is `live` also changes while the user types.
+export function numberInput(label, value, {step, least = -Infinity, most = Infinity, live = false, change, refuse}) {
+  const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
+  let actual = value, before = value; // the value that counts, and the one when the field was entered
+  const wrong = number => number === null ? "expected a number"
+    : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
+  input.show = number => {
+    actual = number;
+    if (input !== document.activeElement) input.value = tidy(number);
+  };
+  input.onfocus = () => { before = actual; };
+  input.onchange = () => {
+    const number = parseNumber(input.value), problem = wrong(number);
+    if (problem) refuse(`${label}: ${problem}, got ${input.value.trim() || "nothing"}. It is still ${tidy(before)}.`);
+    else before = number;
+    input.value = tidy(before);
+    change(actual = before);
+  };
+  if (live) input.oninput = () => {
+    const number = parseNumber(input.value);
+    if (!wrong(number)) change(actual = number);
+  };
+  input.onkeydown = event => {
+    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = parseNumber(input.value);
+    if (!direction || !step || number === null) return;
+    event.preventDefault();
+    actual = before = Math.min(Math.max(number + direction * step, least), most);
+    input.value = tidy(actual);
+    change(actual);
+  };
+  input.show(value);
   return input;
+}
+
+// The number that a text says, or null. A comma is a decimal comma; groups of thousands are not understood.
+export function parseNumber(text) {
+  const plain = text.trim().replace("\u2212", "-").replace(",", ".");
+  return /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(plain) && Number.isFinite(Number(plain)) ? Number(plain) : null;
 }
 
 export function checkbox(label, value, change) {

@@ -20,6 +20,10 @@ class App {
     this.options = {color_maps: {}, color_rules: []};
     this.listeners = {};
     this.cameraWaits = false;
+    this.query = location.search; // with the token
+    this.refusals = 0;
+    this.run = null;           // of the viewer that the page is connected to
+    this.before = null;        // what the page showed of a viewer that has ended
   }
 
   on(name, listener) { (this.listeners[name] ??= []).push(listener); }
@@ -27,11 +31,15 @@ class App {
 
   connect() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.socket = new WebSocket(`${scheme}://${location.host}/socket${location.search}`);
+    this.socket = new WebSocket(`${scheme}://${location.host}/socket${this.query}`);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
       this.retry = 300;
+      // The cookie replaces the token in the address, except in a frame of a page of another site, which has no cookie.
+      if (window.top === window) history.replaceState(null, "", location.pathname);
       this.closed?.remove();
+      this.closed = null;
+      this.refusals = 0;
       this.tell("connected");
     };
     this.socket.onmessage = event =>
@@ -40,8 +48,18 @@ class App {
       this.tell("progress", {title: null});
       this.closed ??= this.note("The connection to the viewer is lost. This page continues when the viewer is back.", true);
       if (!this.closed.isConnected) document.getElementById("messages").append(this.closed);
+      this.lookForAnother();
       setTimeout(() => this.connect(), this.retry = Math.min((this.retry ?? 300) * 1.5, 5000));
     };
+  }
+
+  // A viewer that answers and refuses the socket has another token.
+  async lookForAnother() {
+    if (this.closed.dataset.told) return;
+    const refused = await fetch("alive").then(answer => answer.ok && this.socket.readyState !== WebSocket.OPEN, () => false);
+    if (!refused || ++this.refusals < 3) return;
+    this.closed.dataset.told = true;
+    this.closed.textContent = "Another viewer is at this address, with another token. Open the address that it printed.";
   }
 
   send(message) {
@@ -90,9 +108,13 @@ class App {
       if (message.input < this.inputs && this.state) return;
       const before = JSON.stringify([this.state, limits]);
       this.state = message.state;
-      if (JSON.stringify([this.state, this.defaultLimits]) === before) return; // the page's own change
+      if (JSON.stringify([this.state, this.defaultLimits]) === before) { // the page's own change
+        this.before = null;
+        return;
+      }
       if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
       this.tell("state", {own: false});
+      this.tellLost();
     } else if (message.type === "document") {
       this.sources = new Map(message.sources.map(each => [each.key, each]));
       this.tell("document");
@@ -101,11 +123,28 @@ class App {
       this.tell("camera");
     } else if (message.type === "options") {
       this.options = message;
+      if (this.run && this.run !== message.run && this.state)
+        this.before = {state: this.state, camera: this.camera, sources: [...this.sources.values()].map(({key, name}) => ({key, name}))};
+      this.run = message.run;
     } else if (message.type === "error") {
       this.note(message.text);
     } else {
       this.tell(message.type, message);
     }
+  }
+
+  // After a restart of the viewer, say what is no longer open, and offer the earlier view.
+  tellLost() {
+    const {before} = this;
+    this.before = null;
+    if (!before) return;
+    const names = [...this.sources.values()].map(each => each.name);
+    const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
+    const note = this.note("The viewer was restarted. "
+      + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", true, "note");
+    if (lost.length < before.sources.length) note.append(make("button", {id: "restore",
+      onclick: () => this.change({type: "restore", sources: before.sources, state: {...before.state, camera: before.camera}})},
+      "Show all but the measurements again"));
   }
 
   receiveBinary(buffer) {

@@ -35,8 +35,7 @@ export class Panel {
     const withoutLevels = objects.map(each => ({...each, level: each.level !== null}));
     this.put("objects", [withoutLevels, shading, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
     for (const each of objects) {
-      const input = document.querySelector(`.object[data-object="${each.id}"] .head input[type=number]`);
-      if (input && input !== document.activeElement) input.value = tidy(each.level);
+      document.querySelector(`.object[data-object="${each.id}"] .head input.number`)?.show(each.level);
     }
     this.put("add", [objects.map(each => each.source), open], () => this.drawAdd());
     this.put("light", [shading, shadows, exponent, background], () => this.drawLight(), true);
@@ -54,6 +53,10 @@ export class Panel {
     if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();
   }
 
+  number(label, value, change, options = {}) {
+    return numberInput(label, value, {...options, change, refuse: text => this.app.note(text)});
+  }
+
   // -- Surfaces ------------------------------------------------------------------------------------------------------
 
   drawObject(each) {
@@ -64,8 +67,8 @@ export class Panel {
     const name = make("span", {class: "name", title: source?.path ?? source?.name}, source?.name ?? each.source);
     name.onclick = () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); };
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
-      : numberInput(`Level of ${source?.name}`, each.level, source ? this.histogram.step(source) : "any", value => change({level: value}));
-    if (each.level !== null) level.oninput = () => { if (Number.isFinite(level.valueAsNumber)) change({level: level.valueAsNumber}); };
+      : this.number(`Level of ${source?.name}`, each.level, level => change({level}),
+        {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
         make("button", {class: "bare", title: each.visible ? "Hide" : "Show", "aria-label": each.visible ? "Hide" : "Show",
@@ -99,8 +102,8 @@ export class Panel {
       parts.push(field("Colour map", select("Colour map", maps, each.cmap, cmap => change({cmap}))),
         make("div", {class: "color-bar", style: `background: linear-gradient(to right, ${app.options.color_maps[each.cmap]?.join()})`}),
         make("div", {class: "pair", style: "margin-top: 4px"},
-          numberInput("First value", limits[0], null, value => change({limits: [value, limits[1]]})),
-          numberInput("Last value", limits[1], null, value => change({limits: [limits[0], value]}))));
+          this.number("First value", limits[0], value => change({limits: [value, limits[1]]})),
+          this.number("Last value", limits[1], value => change({limits: [limits[0], value]}))));
     }
     if (app.state.shading === "path-trace") {
       parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
@@ -178,10 +181,10 @@ export class Panel {
       make("div", {class: "row"}, checkbox("Show three slices", slices.shown, shown => change({shown}))),
       volumes.length > 1 && field("Volume", select("Volume", Object.fromEntries(volumes.map(each => [each.key, each.name])), slices.volume, key => {
         const other = app.sources.get(key);
-        change({volume: key, index: [...other.shape].reverse().map(each => (each - 1) / 2), window: other.window});
+        change({volume: key, index: other.counts.map(each => (each - 1) / 2), window: other.window});
       })),
-      field("Window", numberInput("Window", high - low, null, width => set(Math.max(width, 1e-12), (low + high) / 2))),
-      field("Level", numberInput("Window level", (low + high) / 2, null, level => set(high - low, level))),
+      field("Window", this.number("Window", high - low, width => set(width, (low + high) / 2), {least: 1e-12})),
+      field("Level", this.number("Window level", (low + high) / 2, level => set(high - low, level))),
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),

@@ -50,7 +50,7 @@ export class Slices {
     this.app.tell("slices-shown");
   }
 
-  counts() { return [...this.source.shape].reverse(); }
+  counts() { return this.source.counts; } // of samples along x, y and z
 
   moveTo(index) {
     const counts = this.counts();

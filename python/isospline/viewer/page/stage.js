@@ -28,7 +28,7 @@ export class Stage {
     this.listen();
     new ResizeObserver(() => this.resized()).observe(this.canvas);
     app.on("frame", frame => this.show(frame));
-    app.on("document", () => this.makeViews());
+    app.on("document", () => { this.makeViews(); if (app.state) this.drawValueBars(); });
     app.on("state", () => this.stateChanged());
     app.on("measurement", ({measurement}) => { if (measurement) this.measurements.push(measurement); this.drawOverlay(); });
     app.on("measurements-cleared", () => { this.measurements = []; this.drawOverlay(); });
@@ -153,7 +153,20 @@ export class Stage {
   stateChanged() {
     document.documentElement.style.setProperty("--stage", this.app.state.background);
     document.getElementById("welcome").hidden = this.app.state.objects.length > 0;
+    this.drawValueBars();
     this.drawOverlay();
+  }
+
+  // A bar for each volume whose values are on the cut.
+  drawValueBars() {
+    const {objects, clip, slices} = this.app.state, shown = clip.kind !== "none" && clip.capped && clip.values;
+    const keys = shown ? new Set(objects.filter(each => each.visible && each.level !== null).map(each => each.source)) : [];
+    const sources = [...keys].map(key => this.app.sources.get(key)).filter(Boolean);
+    document.getElementById("value-bars").replaceChildren(...sources.map(source => {
+      const [low, high] = slices.window && slices.volume === source.key ? slices.window : source.window;
+      return make("div", {class: "value-bar"}, sources.length > 1 ? source.name : "Value", make("i"),
+        make("div", {}, ...[low, (low + high) / 2, high].map(value => make("span", {}, tidy(value)))));
+    }));
   }
 
   get patient() { return [...this.app.sources.values()].some(source => source.patient); }

@@ -1,0 +1,134 @@
+"""The token of a page in Chromium, and pages whose viewer is restarted."""
+
+import contextlib
+import time
+
+import numpy as np
+import pytest
+from browser import Page, chromium
+from viewer_client import port_of, token_of
+
+import isospline
+
+LEVEL = 0.0
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory):
+    """A ball of radius 20 about (32, 32, 32): 20 - r, above 0 inside."""
+    z, y, x = np.mgrid[:65, :65, :65]
+    path = tmp_path_factory.mktemp("volumes") / "ball.npy"
+    np.save(path, (20 - np.sqrt((x - 32) ** 2 + (y - 32) ** 2 + (z - 32) ** 2)).astype(np.float32))
+    return path
+
+
+@pytest.fixture
+def context(browser):
+    opened = browser.new_context()
+    yield opened
+    opened.close()
+
+
+def test_the_cookie_replaces_the_token_in_the_address(context, ball):
+    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+        page = Page(context, viewer.url)
+        page.settle()
+        (cookie,) = context.cookies()
+        assert cookie["httpOnly"] and cookie["sameSite"] == "Strict" and str(port_of(viewer)) in cookie["name"]
+        assert page.page.url == viewer.address and page.evaluate("document.cookie") == ""
+        for _ in range(2):
+            page.page.reload()
+            page.settle()
+        page.close()
+        other = Page(context, viewer.address)  # another window of the same browser
+        other.settle()
+        other.close()
+        assert not page.problems + other.problems
+        context.clear_cookies()
+        assert context.request.get(viewer.address).status == 403
+
+
+def test_the_file_that_leads_to_the_page_opens_it(context, ball, monkeypatch):
+    """A file is another site. The page can be reloaded all the same."""
+    import webbrowser
+
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    with isospline.view(ball, levels=[LEVEL], browser=True) as viewer:
+        page = Page(context, opened[0])
+        page.page.wait_for_url(viewer.address)
+        page.settle()
+        referrer = page.evaluate("document.referrer")
+        page.page.reload()
+        page.settle()
+        page.close()
+        assert not page.problems and referrer == ""
+
+
+def test_the_token_is_in_no_request_to_others(context, ball):
+    """Requests of the page have no Referer."""
+    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+        requests = []
+        opened = context.new_page()
+        opened.on("request", lambda request: requests.append((request.url, request.all_headers())))
+        opened.goto(viewer.url)
+        opened.wait_for_selector("#status:has-text('sample')")
+        opened.evaluate("fetch('alive')")
+        opened.wait_for_timeout(200)
+        assert len(requests) > 5
+        for url, headers in requests:
+            assert token_of(viewer) not in headers.get("referer", "")
+            assert (token_of(viewer) in url) == (url == viewer.url)
+        opened.close()
+
+
+def wait_for_level(page, level):
+    end = time.monotonic() + 30
+    while page.evaluate("isospline.state.objects[0].level") != level:
+        assert time.monotonic() < end, page.messages()
+        time.sleep(0.05)
+
+
+def test_a_page_continues_with_a_restarted_viewer(context, ball, tmp_path):
+    """It says what is lost, and shows it again if the user wants it."""
+    other = tmp_path / "other.npy"
+    other.write_bytes(ball.read_bytes())
+    with isospline.view(ball, levels=[LEVEL], browser=False, token="of-both") as viewer:
+        # The page tries to connect again while no viewer is there, and Chromium reports every attempt as an error.
+        page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED",))
+        page.settle()
+        page.page.set_input_files("#open", other)
+        page.wait("isospline.state.objects.length === 2")
+        viewer.change(lambda state: state.with_object(0, level=5.0, color="#123456").replace(shading="outline"))
+        page.drag((300, 300), (380, 260))
+        page.settle()
+        camera, port = page.evaluate("isospline.camera"), port_of(viewer)
+    page.wait("document.getElementById('messages').textContent.includes('is lost')")
+    again = isospline.view(ball, levels=[3.0], browser=False, token="of-both", port=port)
+    with contextlib.closing(page), again as viewer:
+        wait_for_level(page, 3.0)  # what the user asked for now
+        page.wait("document.getElementById('messages').textContent.includes('No longer open: other.npy.')")
+        assert "is lost" not in page.messages()
+        page.page.locator("#restore").click()
+        wait_for_level(page, 5.0)
+        page.settle()
+        (each,) = viewer.state.objects
+        assert each.color == "#123456" and viewer.state.shading == "outline"
+        assert page.evaluate("isospline.camera") == camera
+        assert page.messages().strip() == "" and not page.problems
+
+
+def test_a_page_of_a_viewer_with_another_token_says_so(context, ball):
+    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+        page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED", "Unexpected response code: 403"))
+        page.settle()
+        port = port_of(viewer)
+    with contextlib.closing(page), isospline.view(ball, levels=[3.0], browser=False, port=port):
+        page.wait("document.getElementById('messages').textContent.includes('with another token')")
+        assert page.evaluate("isospline.state.objects[0].level") == LEVEL
