@@ -120,7 +120,7 @@ def read_metadata(path: str | os.PathLike[str]) -> StoreMetadata:
 
 def group_attributes(root: Path) -> dict[str, Any]:
     """The attributes "isospline" of a store's group."""
-    if root.exists() and not root.is_dir():
+    if not stat.S_ISDIR(os.stat(root).st_mode):
         raise ValueError("expected the folder of a store, got a file")
     group = _read_json(root, "")
     if group.get("zarr_format") != 3 or group.get("node_type") != "group":

@@ -239,7 +239,7 @@ def test_descriptions_that_are_wrong_are_refused(store, fields):
 
 
 def test_folders_that_are_no_stores_are_refused(store, tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"missing\.zarr"):
+    with pytest.raises(FileNotFoundError, match=r"missing\.zarr'$"):
         read_metadata(tmp_path / "missing.zarr")
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(ValueError, match="file: expected the folder of a store, got a file"):
