@@ -46,7 +46,7 @@ public:
     /// Numbered in the order of bricks. The same for any number of threads.
     explicit Components(const Solid& solid, const Progress& progress = {});
 
-    /// The component with a number.
+    /// What each component contains; a component's number is its place here.
     const std::vector<ComponentCount>& counts() const { return counts_; }
     /// All pieces, in the order of bricks in their grid.
     const std::vector<ComponentPiece>& pieces() const { return pieces_; }

@@ -28,7 +28,7 @@ HalfSpace snapped(HalfSpace half_space)
     return half_space;
 }
 
-/// The cells of a brick to integrate over.
+/// Integrates over the cells of bricks, one brick at a time.
 class BrickIntegrals {
 public:
     BrickIntegrals(const Solid& solid, const IntegralOptions& options)
@@ -126,7 +126,7 @@ void check(const Solid& solid, const IntegralOptions& options)
                       solid.volume.degree());
 }
 
-/// Calls `visit(octet index, child, brick, side)` for all bricks that may hold a part of the solid, in parallel over
+/// Calls `visit(work, octet index, brick, side)` for all bricks that may hold a part of the solid, in parallel over
 /// octets; `make()` returns the working memory of a chunk of octets.
 template <typename Make, typename Visit>
 void for_each_brick(const Solid& solid, const Make& make, const Visit& visit, const Progress& progress)

@@ -25,7 +25,7 @@ EditableMesh::EditableMesh(std::size_t vertex_count, std::vector<glm::uvec3> fac
         }
 }
 
-std::span<const std::uint32_t> EditableMesh::faces_of(std::uint32_t vertex) const
+std::span<const std::uint32_t> EditableMesh::faces_of(std::uint32_t vertex)
 {
     found_.clear();
     std::uint32_t* link = &first_corner_[vertex];
@@ -41,7 +41,7 @@ std::span<const std::uint32_t> EditableMesh::faces_of(std::uint32_t vertex) cons
     return found_;
 }
 
-void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors) const
+void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors)
 {
     neighbors.clear();
     for (const std::uint32_t face : faces_of(vertex))
@@ -60,7 +60,7 @@ void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& n
         }
 }
 
-bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to) const
+bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to)
 {
     find_neighbors(from, around_from_);
     find_neighbors(to, around_to_);

@@ -22,12 +22,12 @@ public:
 
     const std::vector<glm::uvec3>& faces() const { return faces_; }
     const std::vector<FaceLabel>& labels() const { return labels_; }
-    /// The number of remaining faces.
+    /// Whether a face has not been removed.
     bool is_alive(std::uint32_t face) const { return faces_[face].x != faces_[face].y; }
     /// The faces at a vertex. Valid until the next call or collapse.
-    std::span<const std::uint32_t> faces_of(std::uint32_t vertex) const;
+    std::span<const std::uint32_t> faces_of(std::uint32_t vertex);
     /// Whether the vertex `from` may be collapsed into its neighbour `to`.
-    bool can_collapse(std::uint32_t from, std::uint32_t to) const;
+    bool can_collapse(std::uint32_t from, std::uint32_t to);
     void collapse(std::uint32_t from, std::uint32_t to);
     /// The remaining faces, with their labels.
     std::pair<std::vector<glm::uvec3>, std::vector<FaceLabel>> take() &&;
@@ -41,14 +41,14 @@ private:
         bool is_line; ///< a border, or between different labels
     };
 
-    void find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors) const;
+    void find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors);
 
     std::vector<glm::uvec3> faces_;
     std::vector<FaceLabel> labels_;
     // The corners at each vertex are a linked list; corners of removed faces are unlinked at the next traversal.
-    mutable std::vector<std::uint32_t> first_corner_, next_corner_;
-    mutable std::vector<std::uint32_t> found_;
-    mutable std::vector<Neighbor> around_from_, around_to_;
+    std::vector<std::uint32_t> first_corner_, next_corner_;
+    std::vector<std::uint32_t> found_;
+    std::vector<Neighbor> around_from_, around_to_;
 };
 
 } // namespace isospline

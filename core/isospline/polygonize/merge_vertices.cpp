@@ -19,8 +19,8 @@ namespace isospline {
 namespace {
 
 /// Whether a collapse flips a face. Faces of nearly zero area do not count.
-bool turns_over(const EditableMesh& editable, const std::vector<glm::dvec3>& vertices, std::uint32_t from,
-                std::uint32_t to, double distance)
+bool turns_over(EditableMesh& editable, const std::vector<glm::dvec3>& vertices, std::uint32_t from, std::uint32_t to,
+                double distance)
 {
     const double least_area = distance * distance;
     const auto faces = editable.faces_of(from);

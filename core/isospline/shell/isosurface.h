@@ -58,7 +58,7 @@ public:
     /// the shell.
     Box bounds_lattice(const Progress& progress = {}) const;
     /// The extent of the shell's cells: the largest <direction, x> over them for each direction, in lattice space;
-    /// minus infinity if there are no cells. Makes only the bricks that it needs.
+    /// minus infinity if there are no cells. Looks only at the bricks that it needs.
     std::vector<double> reach_lattice(std::span<const glm::dvec3> directions, const Progress& progress = {}) const;
     /// Bytes held for queries, without the volume. It grows when rays enter bricks and when the shell is computed.
     std::size_t memory() const;

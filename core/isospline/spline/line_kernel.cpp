@@ -7,8 +7,8 @@
 
 #include <hwy/highway.h>
 
-// Nothing of the standard library is included or instantiated between the two pragmas. The linker shares inline
-// functions between files, and would bring this file's instruction set into the others.
+// Nothing of the standard library is included or instantiated in this namespace. The linker shares inline functions
+// between files, and would bring this file's instruction set into the others.
 HWY_BEFORE_NAMESPACE();
 namespace isospline::detail::HWY_NAMESPACE {
 

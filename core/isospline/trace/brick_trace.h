@@ -24,8 +24,8 @@ struct ShellBox {
 /// The blocks of a brick that fill a cube of 2 x 2 x 2 blocks, the first of which is block 0.
 inline constexpr std::uint64_t cube_of_blocks = 0x0033'0033;
 
-/// The cubes, with an edge of 16 >> halvings cells, that contain all of a surface. With 2 halvings or more, all bricks
-/// are made.
+/// The cubes, with an edge of 16 >> halvings cells, that contain all of a surface. With 2 halvings or more, the
+/// coefficients of all its bricks are looked at.
 std::vector<ShellBox> shell_boxes(const Bricks& bricks, int halvings);
 
 /// A cube's box in lattice space; for an octet, the box of its bricks.
