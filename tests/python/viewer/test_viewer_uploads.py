@@ -1,6 +1,7 @@
 """Uploads: they reach no file outside of their folder, have limits, and do not outlive the viewer."""
 
 import base64
+import gzip
 import json
 import os
 import pathlib
@@ -9,6 +10,7 @@ import stat
 import subprocess
 import sys
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -48,6 +50,7 @@ def secret(tmp_path):
     files = {"scan.raw": samples, "scan1.raw": samples, "buffer.bin": triangle, "part.inp": INP}
     slices = np.split(np.frombuffer(samples, np.uint8), SHAPE[0])
     files.update({f"slice{number}.raw": part.tobytes() for number, part in enumerate(slices, 1)})
+    files |= {"scan.zraw": zlib.compress(samples), "scan.raw.gz": gzip.compress(samples)}
     for name, content in files.items():
         (folder / name).write_bytes(content)
         (folder / name).chmod(0o600)
@@ -98,15 +101,17 @@ ATTACKS = {
     "mhd, address": lambda private: {"a.mhd": mhd(f"file://{private}/scan.raw")},
     "mhd, list": lambda private: {"a.mhd": mhd(f"LIST\n{private}/scan.raw\n{private}/scan.raw")},
     "mhd, pattern": lambda private: {"a.mhd": mhd(f"{private}/scan%d.raw 1 1 1")},
-    "mhd, compressed": lambda private: {"a.mhd": mhd(f"{private}/scan.raw", "CompressedData = True\n")},
+    "mhd, compressed": lambda private: {"a.mhd": mhd(f"{private}/scan.zraw", "CompressedData = True\n")},
     "mhd beside its samples": lambda private: {"a.mhd": mhd(f"{private}/scan.raw"), "scan.raw": bytes(SIZE)},
     "mha": lambda private: {"a.mha": mhd(f"{private}/scan.raw")},
     "nhdr, absolute": lambda private: {"a.nhdr": nhdr(f"{private}/scan.raw")},
     "nhdr, above": lambda private: {"a.nhdr": nhdr(f"{ABOVE}{private}/scan.raw")},
     "nhdr, address": lambda private: {"a.nhdr": nhdr(f"file://{private}/scan.raw")},
-    "nhdr, list": lambda private: {"a.nhdr": nhdr(f"LIST\n{private}/scan.raw\n")},
+    "nhdr, list": lambda private: {
+        "a.nhdr": nhdr("\n".join(["LIST", *(f"{private}/slice{n}.raw" for n in range(1, 9))]))
+    },
     "nhdr, pattern": lambda private: {"a.nhdr": nhdr(f"{private}/slice%d.raw 1 8 1")},
-    "nhdr, compressed": lambda private: {"a.nhdr": nhdr(f"{private}/scan.raw", "encoding: gzip\n")},
+    "nhdr, compressed": lambda private: {"a.nhdr": nhdr(f"{private}/scan.raw.gz", "encoding: gzip\n")},
     "nrrd": lambda private: {"a.nrrd": nhdr(f"{private}/scan.raw")},
     "glTF, absolute": lambda private: {"a.gltf": gltf(f"{private}/buffer.bin")},
     "glTF, above": lambda private: {"a.gltf": gltf(f"{ABOVE}{private}/buffer.bin")},
@@ -133,7 +138,8 @@ def test_an_upload_reaches_no_file_outside(viewer, secret, name):
 
 
 #: Readers open these without a confinement: the attacks are real.
-OPENS = ("mhd, absolute", "mhd, above", "mhd, list", "mhd, pattern", "nhdr, absolute", "nhdr, above", "nhdr, pattern")
+OPENS = [f"mhd, {how}" for how in ("absolute", "above", "list", "pattern", "compressed")]
+OPENS += [f"nhdr, {how}" for how in ("absolute", "above", "list", "pattern", "compressed")]
 
 
 @pytest.mark.parametrize("name", OPENS)

@@ -46,7 +46,8 @@ export class ClipGizmo {
     const points = section(clip.point, normalize(clip.normal), lower, upper).map(to);
     const parts = [];
     if (points.length && points.every(Boolean)) {
-      parts.push(makeSvg("polygon", {points: points.map(each => each.slice(0, 2).join()).join(" "), fill: ACCENT, "fill-opacity": 0.07,
+      parts.push(makeSvg("polygon", {points: points.map(each => each.slice(0, 2).join()).join(" "), fill: ACCENT,
+        "fill-opacity": clip.capped && clip.values ? 0 : 0.07, // values keep the greys of their colour bar
         stroke: ACCENT, "stroke-width": 1.5, "stroke-dasharray": "5 4"}));
     }
     const reach = heightOf(camera) * 0.13, normal = normalize(clip.normal);
