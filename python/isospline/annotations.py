@@ -33,7 +33,7 @@ def check_annotations(annotate: Iterable[Annotation], camera: Any, look: Any, un
     check_type(unit, "unit", str, "a str such as 'mm'")
     if "scale_bar" in names and isinstance(camera, _core.PanoramicCamera):
         raise ValueError("annotate: expected no scale_bar in a panorama, which has no scale, got one")
-    if "colorbar" in names and not _rules(look):
+    if "colorbar" in names and not color_rules(look):
         raise ValueError("annotate: expected a colour rule with a map, such as ColorByVolume, for colorbar")
     return names
 
@@ -44,7 +44,7 @@ def annotated(image: Image, names: tuple[str, ...], camera: Any, scene: Any, loo
         _draw_scale_bar(image, camera, unit)
     if "colorbar" in names:
         place = image.size[0] * (1 - _BORDER)
-        for rule in reversed(_rules(look)):
+        for rule in reversed(color_rules(look)):
             place = _draw_colorbar(image, place, rule, _limits(rule, scene, camera), unit)
     return image
 
@@ -85,7 +85,7 @@ def _round_down(value):
     return max(each * power for each in (1, 2, 5) if each * power <= value * (1 + 1e-9))
 
 
-def _rules(look):
+def color_rules(look):
     """The rules with a map that colour the surfaces, each once."""
     looks = list(look.values()) if isinstance(look, Mapping) else [look]
     if isinstance(look, _core.PathTracer):

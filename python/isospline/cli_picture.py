@@ -8,7 +8,7 @@ import time
 
 import isospline
 
-from .annotations import ANNOTATIONS, annotated, check_annotations
+from .annotations import ANNOTATIONS, annotated, check_annotations, color_rules
 from .colors import named_color
 from .pictures import BACKGROUND, color_of, count_pieces
 
@@ -122,15 +122,15 @@ def lighting_of(arguments):
     return {"lighting": isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))}
 
 
-def annotations_of(arguments, data, look):
+def annotations_of(arguments, patient, look):
     """A function of an image, its camera and its scene that draws the requested marks into the image.
 
     --annotate without a value draws a colour bar if there is a colour map.
     """
+    colors, unit = look.get("integrator", look.get("shading")), "mm" if patient else ""
     names = arguments.annotate
-    if names == ANNOTATIONS and arguments.color_by in (None, "normal"):
+    if names == ANNOTATIONS and not color_rules(colors):
         names = ("scale_bar",)
-    colors, unit = look.get("integrator", look.get("shading")), "mm" if data.patient else ""
     names = check_annotations(names, None, colors, unit)
     return lambda image, camera, scene: annotated(image, names, camera, scene, colors, unit)
 

@@ -9,7 +9,7 @@ import tempfile
 
 import isospline
 
-from .cli_picture import ALL, largest_of
+from .cli_picture import ALL, annotations_of, largest_of
 
 
 def serve(arguments, reading, say):
@@ -74,7 +74,10 @@ def session_image(arguments, progress):
         raise ValueError("--turntable: expected it without --session, got both")
     samples = arguments.samples or FINAL_SAMPLES[state.shading]
     stage = Stage(samples, True)
-    return PictureMaker(document).render(state, arguments.size, stage, progress, layers=arguments.layers)
+    maker = PictureMaker(document)
+    image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
+    annotate = annotations_of(arguments, any(source.patient for source in document), maker.look(state))
+    return annotate(image, state.camera.camera(), maker.scene)
 
 
 def _plain(value):

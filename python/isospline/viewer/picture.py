@@ -165,6 +165,13 @@ class PictureMaker:
             return _core.AmbientOcclusion(color=color, **look)
         return _core.Phong(color=color, shadows=state.shadows and not moving, **look)
 
+    def look(self, state):
+        """The shadings or the path tracer of the last picture, as in the options of `isospline.render`."""
+        ids = {id: geometry for id, (_, geometry, _) in self._objects.items()}
+        if state.shading == "path-trace":
+            return {"integrator": self.integrator(state, ids)}
+        return {"shading": self.shadings(state, ids)}
+
     def integrator(self, state, ids):
         """The path tracer of a state."""
         materials = {

@@ -86,6 +86,26 @@ def test_render_takes_a_session(opened, folder):
     np.testing.assert_array_equal(np.asarray(PIL.Image.open(out)), shot(document, state))
 
 
+@pytest.mark.parametrize("shading", ["phong", "path-trace"])
+def test_sessions_are_rendered_with_a_colour_bar_of_the_values_on_the_cut(opened, folder, shading):
+    document, state = opened
+    clip = ClipState("plane", (12.0, 11.0, 10.0), (0.2, 1.0, 0.0), values=True)
+    state = state.replace(clip=clip, shading=shading, objects=(state.objects[1].replace(opacity=1.0),))
+    pictures = {}
+    for name, values in (("colours", True), ("plain", False)):
+        write_session(
+            folder / "a.json", session_of(document, state.replace(clip=clip.replace(values=values, capped=True)))
+        )
+        out = folder / f"{name}.png"
+        marks = ["--annotate", "--samples", "2"]
+        assert main(["render", "--session", str(folder / "a.json"), "-o", str(out), "--size", "320x240", *marks]) == 0
+        import PIL.Image
+
+        pictures[name] = np.asarray(PIL.Image.open(out))[..., :3].astype(int)
+    bar = np.abs(pictures["colours"] - pictures["plain"])[:, 290:].max(axis=-1)
+    assert (bar > 60).sum() > 100  # right of everything else
+
+
 def test_sessions_move_with_their_folder(opened, folder, tmp_path_factory):
     document, state = opened
     write_session(folder / "a.json", session_of(document, state))
