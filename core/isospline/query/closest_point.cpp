@@ -3,6 +3,7 @@
 #include "isospline/math/affine.h"
 #include "isospline/query/foot_proof.h"
 #include "isospline/query/free_descent.h"
+#include "isospline/query/negative_side.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/query/surface_descent.h"
 #include "isospline/shell/cell_tree.h"
@@ -118,7 +119,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     {
         const glm::dvec3 point_local = point - cell.lower;
         auto found = descend<Degree>(cell, metric, half_spaces, point_local, box);
-        if (!found)
+        if (!found || !has_negative_side<Degree>(surface.volume(), cell, found->position))
             found = any_point<Degree>(cell, half_spaces, box);
         if (!found)
             return;
@@ -157,10 +158,12 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         return proof.is_nearest();
     }
 
-    /// Whether a point is in a cell that the mask keeps, and in the clip.
+    /// Whether a zero of f - level belongs to the surface, in a cell that the mask keeps, and is in the clip.
     bool is_shown(const Foot& candidate) const
     {
-        if (!surface.kept_cells().contains(candidate.cell))
+        const VolumeCell cell(surface.volume(), surface.threshold(), candidate.cell);
+        if (!surface.kept_cells().contains(candidate.cell) ||
+            !has_negative_side<Degree>(surface.volume(), cell, candidate.local))
             return false;
         const glm::dvec3 lattice = glm::dvec3(candidate.cell) + candidate.local;
         return std::all_of(surface.clip_lattice().begin(), surface.clip_lattice().end(), [&](const HalfSpace& cut) {

@@ -4,7 +4,6 @@
 #include "isospline/brick/cutout.h"
 #include "isospline/cell/jet.h"
 #include "isospline/cell/value-inl.h"
-#include "isospline/math/brent.h"
 #include "isospline/math/linear_system.h"
 #include "isospline/query/lattice_metric.h"
 #include "isospline/query/surface_box.h"
@@ -161,12 +160,16 @@ inline std::optional<DescentEnd> any_point(const CellCoefficients& cell, const s
     }
     if (!below || !above)
         return std::nullopt;
-    const auto along = [&](double s) { return *below + s * (*above - *below); };
-    const auto f = [&](double s) { return scalar::value_in_cell<Degree>(cell, along(s)); };
-    const FunctionPoint first{0.0, f(0.0)}, last{1.0, f(1.0)};
-    if (!(first.value <= 0.0 && last.value >= 0.0)) // rounding: the surface is at a corner
+    const auto is_negative = [&](const glm::dvec3& x) { return scalar::value_in_cell<Degree>(cell, x) < 0.0; };
+    if (!is_negative(*below) || is_negative(*above)) // rounding: the surface is at a corner
         return std::nullopt;
-    const glm::dvec3 x = along(brent_root(f, first, last, 1e-14));
+    // Bisection by the sign alone. A root finder may also return a zero where f does not change sign, such as a sample
+    // that equals the level between larger ones.
+    for (int halving = 0; halving < 50; ++halving) {
+        const glm::dvec3 middle = 0.5 * (*below + *above);
+        (is_negative(middle) ? below : above) = middle;
+    }
+    const glm::dvec3 x = *above;
     for (const HalfSpace& half_space : half_spaces)
         if (glm::dot(half_space.normal, x) < half_space.offset - descent_margin)
             return std::nullopt;

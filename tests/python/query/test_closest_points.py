@@ -147,6 +147,67 @@ def test_nothing_is_nearer_on_a_wild_surface(rng, degree):
     assert np.median(sampled - nearest["distances"]) < 0.02 and (sampled - nearest["distances"]).max() < 0.3
 
 
+def crossings_of_edges(surface, refinement):
+    """Points of the surface by bisection of `Volume.sample` along the edges of a fine grid.
+
+    Newton's method, as in `dense_points`, may end where f touches the level.
+    """
+    lower, upper = surface.volume.bounds
+    counts = np.round((upper - lower) / surface.volume.spacing * refinement).astype(int) + 1
+    axes = [np.linspace(a, b, n) for a, b, n in zip(lower, upper, counts)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    is_below = surface.volume.sample(grid) < surface.level
+    ends = []
+    for axis in range(3):
+        first, second = (np.arange(step, counts[axis] - 1 + step) for step in (0, 1))
+        changes = is_below.take(first, axis) != is_below.take(second, axis)
+        one, other = grid.take(first, axis)[changes], grid.take(second, axis)[changes]
+        is_one_below = is_below.take(first, axis)[changes][:, None]
+        ends.append((np.where(is_one_below, one, other), np.where(is_one_below, other, one)))
+    below, above = (np.concatenate(each) for each in zip(*ends))
+    for _ in range(40):
+        middle = (below + above) / 2
+        is_below = (surface.volume.sample(middle) < surface.level)[:, None]
+        below, above = np.where(is_below, middle, below), np.where(is_below, above, middle)
+    return above
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("largest", [4, 50])
+def test_nothing_is_nearer_where_the_level_equals_samples(degree, largest):
+    # The samples are coefficients, so f equals the level on whole edges, on faces and at isolated samples of degree 1.
+    # With four values, nearly every cell has a corner at the level.
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        data = rng.integers(0, largest, (14, 14, 14)).astype(np.uint8)
+        volume = isospline.Volume(data, degree=degree, spacing=(0.7, 0.9, 1.4), filter="none")
+        surface = isospline.Isosurface(volume, largest // 2)
+        points = random_points(rng, volume, 1000, margin=0.0)
+        nearest = surface.closest_points(points)
+        assert (nearest.error_bounds <= 1e-6 * 0.7).all()
+        least = nearest.distances - nearest.error_bounds - 1e-9
+        # No answer to another question is nearer, nor the same question's answer within a limit.
+        limits = (0.2, 0.5, 1.0)
+        answers = [surface.closest_points(points, max_distance=limit) for limit in limits]
+        for limit, answer in zip(limits, answers):
+            assert (answer.distances >= least).all()
+            assert (np.minimum(nearest.distances, limit) >= np.minimum(answer.distances, limit) - 1e-6).all()
+        found = np.concatenate([each.points[np.isfinite(each.distances)] for each in (nearest, *answers)])
+        assert (cKDTree(found).query(points)[0] >= least).all()
+        assert (cKDTree(crossings_of_edges(surface, 3)).query(points)[0] >= least).all()
+
+
+def test_a_sample_at_the_level_between_larger_ones_is_no_surface():
+    # Zero counts as positive: f is nowhere below the level next to the sample in the middle, as rays find, too.
+    data = np.full((9, 9, 9), 3)
+    data[4, 4, 4] = 1
+    data[0, 0, 0] = -2
+    surface = isospline.Isosurface(isospline.Volume(data, degree=1), 1)
+    assert isospline.Scene(surface).count_intersections([(4, 4, -1, 0, 0, 1)])[0] == 0
+    nearest = surface.closest_points([(4.1, 4.2, 4.1), (4, 4, 4), (3.5, 4, 4)])
+    assert (nearest.points < 1).all() and (nearest.error_bounds < 1e-6).all()
+
+
 def test_rim_of_a_clipped_ball(rng):
     height = 3.2
     clip = isospline.HalfSpace((0, 0, 12 + height), (0, 0, 1))
