@@ -9,6 +9,7 @@ import numpy as np
 
 from ._core import Isosurface, Measurement, Mesh, Scene
 from .signatures import explained, explained_methods
+from .values import same
 
 #: Largest number of boxes or triangles for one bound.
 MOST_PARTS = 1 << 18
@@ -17,7 +18,7 @@ FIRST_BOXES = 1 << 12
 
 
 @explained_methods
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SurfaceDistance:
     """One-sided distances of one surface from another: the result of `surface_distance`.
 
@@ -38,6 +39,11 @@ class SurfaceDistance:
     maximum: tuple[float, float]
     points: np.ndarray
     distances: np.ndarray
+
+    def __eq__(self, other):
+        return isinstance(other, SurfaceDistance) and same(vars(self), vars(other))
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self):
         mean, rms, (lower, upper) = self.mean, self.rms, self.maximum

@@ -102,6 +102,9 @@ class ProgressiveRenderer:
         self._parts: dict[str, Any] = dict(size=tuple(map(int, size)), integrator=integrator, camera=camera)
         self._prints: dict[str, str] | None = None
 
+    def __reduce__(self) -> Any:
+        raise TypeError("ProgressiveRenderer: cannot be pickled or copied; save_checkpoint keeps its samples")
+
     def step(self, samples: int = 1, *, progress: _Progress = None) -> None:
         """Add samples to every pixel.
 

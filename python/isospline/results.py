@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .signatures import explained_methods
+from .values import same
 
 __all__ = ["ClosestPoints", "Components", "Crossings", "Hits"]
 
@@ -25,8 +26,25 @@ def _item(name: str, doc: str) -> Any:
     return property(get, doc=doc)
 
 
+class _Result(dict[str, NDArray[Any]]):
+    """Results are equal if their arrays are, with NaN equal to NaN."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, dict) and same(dict(self), dict(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = None
+
+    def __repr__(self) -> str:
+        """Names, shapes and types, without numbers."""
+        arrays = ", ".join(f"{name}: {array.dtype}{list(array.shape)}" for name, array in self.items())
+        return f"{type(self).__name__}({arrays})"
+
+
 @explained_methods
-class Hits(dict[str, NDArray[Any]]):
+class Hits(_Result):
     """The first crossings of rays, as `Scene.cast_rays` returns them: ``hits.t_hit`` is ``hits["t_hit"]``.
 
     It has the arrays named by `outputs`; the leading axes are those of the rays. The type of real numbers is that of
@@ -63,11 +81,8 @@ class Hits(dict[str, NDArray[Any]]):
         """
         return Hits({name: array[rays] for name, array in self.items()})
 
-    def __repr__(self) -> str:
-        return _text(self)
 
-
-class Crossings(dict[str, NDArray[Any]]):
+class Crossings(_Result):
     """All crossings of rays, as `Scene.list_intersections` returns them: those of ray i are the items from
     ``ray_splits[i]`` to ``ray_splits[i + 1]``.
     """
@@ -82,11 +97,8 @@ class Crossings(dict[str, NDArray[Any]]):
     positions: NDArray[np.float64] = _item("positions", "(M, 3) float64, world space.")
     entering: NDArray[np.bool_] = _item("entering", "(M,) bool: whether the ray enters the solid there.")
 
-    def __repr__(self) -> str:
-        return _text(self)
 
-
-class ClosestPoints(dict[str, NDArray[Any]]):
+class ClosestPoints(_Result):
     """The nearest points of a surface, as `Isosurface.closest_points` returns them."""
 
     points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN if there is none.")
@@ -97,11 +109,8 @@ class ClosestPoints(dict[str, NDArray[Any]]):
     primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(...) uint64, as in `Hits`.")
     primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world space.")
 
-    def __repr__(self) -> str:
-        return _text(self)
 
-
-class Components(dict[str, NDArray[Any]]):
+class Components(_Result):
     """The connected components of a solid, as `Isosurface.components` returns them: the largest volume first.
 
     Volumes, areas and their errors exist only if they were measured.
@@ -122,12 +131,3 @@ class Components(dict[str, NDArray[Any]]):
     inside_counts: NDArray[np.int64] = _item(
         "inside_counts", "(N,) int64: number of cells that are completely in each component, by their coefficients."
     )
-
-    def __repr__(self) -> str:
-        return _text(self)
-
-
-def _text(result: dict[str, NDArray[Any]]) -> str:
-    """Names, shapes and types, without numbers."""
-    arrays = ", ".join(f"{name}: {array.dtype}{list(array.shape)}" for name, array in result.items())
-    return f"{type(result).__name__}({arrays})"

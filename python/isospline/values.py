@@ -1,4 +1,4 @@
-"""Values: cameras, shadings, lights, materials and cuts, which are equal if their parameters are.
+"""Values: cameras, shadings, lights, materials, cuts and measurements, which are equal if their parameters are.
 
 They never change. `replace` makes a new one with changed parameters, and pickle stores the parameters.
 Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole.
@@ -25,6 +25,7 @@ VALUE_TYPES = (
     _core.EnvironmentLight,
     _core.HalfSpace,
     _core.Material,
+    _core.Measurement,
     _core.OrthographicCamera,
     _core.Outline,
     _core.PanoramicCamera,
@@ -71,13 +72,14 @@ def _equal(self, other):
 
 
 def same(one, other):
-    """Whether two parts of values, or states of objects, are equal."""
+    """Whether two parts of values, results or states of objects are equal; NaN in arrays equals NaN."""
     if isinstance(one, dict):
         return isinstance(other, dict) and one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, (list, tuple)):
         return isinstance(other, (list, tuple)) and len(one) == len(other) and all(map(same, one, other))
     if isinstance(one, np.ndarray):
-        return isinstance(other, np.ndarray) and np.array_equal(one, other)
+        has_nan = one.dtype.kind in "fc"
+        return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=has_nan)
     if isinstance(one, _core.Volume):
         return one is other or (isinstance(other, _core.Volume) and same(one.__getstate__(), other.__getstate__()))
     return type(one) is type(other) and bool(one == other)

@@ -17,8 +17,10 @@ Examples
 
 from __future__ import annotations
 
+import functools
+import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypedDict, Union
 
 import numpy as np
@@ -41,9 +43,11 @@ class Grid(TypedDict):
 
 
 @explained_methods
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Field:
     """A scalar field on [-1, 1]^3.
+
+    Fields of this module's functions are equal if function and arguments are, and are pickled as these.
 
     Attributes
     ----------
@@ -58,6 +62,25 @@ class Field:
     value: Callable[[NDArray[np.float64]], NDArray[np.float64]]
     gradient: Callable[[NDArray[Any]], NDArray[Any]]
     level: float
+    _recipe: tuple[str, tuple[Any, ...]] | None = field(default=None, repr=False, init=False)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Field) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        if self._recipe is None:
+            return f"Field(value={self.value!r}, gradient={self.gradient!r}, level={self.level!r})"
+        name, arguments = self._recipe
+        return f"volumes.{name}({', '.join(map(repr, arguments))})"
+
+    def _key(self) -> Any:
+        return self._recipe or (self.value, self.gradient, self.level)
+
+    def __reduce__(self) -> Any:
+        return (_make, self._recipe) if self._recipe else (Field, (self.value, self.gradient, self.level))
 
     def hessian(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Second derivatives at (..., 3) real points, (..., 3, 3): complex steps of the gradient, exact to rounding."""
@@ -107,6 +130,28 @@ def _shape(shape: Shape) -> tuple[int, int, int]:
     return z, y, x
 
 
+def _make(name: str, arguments: tuple[Any, ...]) -> Field:
+    """The field of a function of this module."""
+    made: Field = globals()[name](*arguments)
+    return made
+
+
+def _field(function: Callable[..., Field]) -> Callable[..., Field]:
+    """A function whose fields remember its name and its arguments."""
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def made(*args: Any, **kwargs: Any) -> Field:
+        result = function(*args, **kwargs)
+        given = signature.bind(*args, **kwargs)
+        given.apply_defaults()
+        object.__setattr__(result, "_recipe", (function.__name__, given.args))
+        return result
+
+    return made
+
+
+@_field
 @explained
 def sphere(radius: float = 0.7) -> Field:
     r"""Ball: :math:`f = r^2 - |x|^2`, above 0 inside."""
@@ -120,6 +165,7 @@ def sphere(radius: float = 0.7) -> Field:
     return Field(value, gradient, level=0.0)
 
 
+@_field
 @explained
 def torus(major: float = 0.6, minor: float = 0.25) -> Field:
     r"""Torus around z: :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`, above 0 inside."""
@@ -136,6 +182,7 @@ def torus(major: float = 0.6, minor: float = 0.25) -> Field:
     return Field(value, gradient, level=0.0)
 
 
+@_field
 @explained
 def gyroid(periods: float = 2.0) -> Field:
     r"""Gyroid: :math:`f = \sin X \cos Y + \sin Y \cos Z + \sin Z \cos X`, :math:`(X, Y, Z) = \pi p (x, y, z)`.
@@ -156,6 +203,7 @@ def gyroid(periods: float = 2.0) -> Field:
     return Field(value, gradient, level=0.0)
 
 
+@_field
 @explained
 def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
     r"""The test signal of Marschner and Lobb (Visualization '94), which is difficult for reconstruction filters.
@@ -181,6 +229,7 @@ def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
     return Field(value, gradient, level=0.5)
 
 
+@_field
 @explained
 def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
     r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, centres within [-0.7, 0.7]^3."""
@@ -200,6 +249,7 @@ def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
     return Field(value, gradient, level=0.5)
 
 
+@_field
 @explained
 def waves(count: int = 32, seed: int = 0, frequency: float = 20.0) -> Field:
     r"""Random waves, a noise of limited band: :math:`f = \sqrt{2 / m} \sum_i \cos(\langle k_i, x \rangle + \phi_i)`.
@@ -224,6 +274,7 @@ def waves(count: int = 32, seed: int = 0, frequency: float = 20.0) -> Field:
     return Field(value, gradient, level=0.0)
 
 
+@_field
 @explained
 def heart(periods: float = 7.0, thickness: float = 0.55, sharpness: float = 25.0) -> Field:
     r"""A heart, massive on its left and dissolving into a gyroid on its right; above 0 inside.

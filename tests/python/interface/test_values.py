@@ -36,6 +36,7 @@ VALUES = [
     isospline.EnvironmentLight(0.3, image=np.random.default_rng(1).random((4, 8, 3)), visible=True),
     isospline.HalfSpace((0.1, 0.2, 0.3), (1, 2, 3)),
     isospline.Material((0.1, 0.2, 0.3), metallic=0.25, roughness=0.75, specular=1, cap_color=0.5),
+    isospline.Measurement(1.0, 0.5),
     isospline.OrthographicCamera((0, -9, 0.3), (0, 0, 0), height=3),
     isospline.Outline(3, color=isospline.ColorByDepth(), surface_color=(0, 0, 1), opacity=0.25),
     isospline.PanoramicCamera((0, 0.1, 0), (0, 1, 0)),

@@ -1,0 +1,168 @@
+"""Each public type goes through pickle, copy and equality. The types are found in the public modules."""
+
+import copy
+import importlib
+import inspect
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import volumes
+
+MODULES = ("isospline", *(f"isospline.{name}" for name in ("interop", "io", "store", "viewer", "volumes")))
+
+FIELD = volumes.torus()
+VOLUME = isospline.Volume(FIELD.samples(20), **FIELD.grid(20))
+RAYS = np.random.default_rng(0).normal(size=(30, 6))
+
+
+def make_surface():
+    return isospline.Isosurface(VOLUME, FIELD.level)
+
+
+def make_scene():
+    return isospline.Scene(make_surface())
+
+
+def make_store(folder):
+    return isospline.store.read_metadata(isospline.prefilter_to(FIELD.samples(20), folder / "store.zarr"))
+
+
+#: Equal if their parts are, with the same hash.
+VALUES = {
+    "AmbientOcclusion": lambda _: isospline.AmbientOcclusion(8, distance=2.0),
+    "Box": lambda _: isospline.Box((-1, -2, -np.inf), (1, 2, 3)),
+    "ColorByCurvature": lambda _: isospline.ColorByCurvature("gaussian", limits=(-1, 2)),
+    "ColorByDepth": lambda _: isospline.ColorByDepth(limits=(1, 2)),
+    "ColorByNormal": lambda _: isospline.ColorByNormal(),
+    "ColorByVolume": lambda _: isospline.ColorByVolume(VOLUME, limits=(0, 1)),
+    "DirectionalLight": lambda _: isospline.DirectionalLight((1, 2, 3)),
+    "EnvironmentLight": lambda _: isospline.EnvironmentLight(0.3, image=np.ones((4, 8, 3))),
+    "Field": lambda _: volumes.torus(0.5),
+    "HalfSpace": lambda _: isospline.HalfSpace((0.1, 0.2, 0.3), (1, 2, 3)),
+    "Material": lambda _: isospline.Material((0.1, 0.2, 0.3), metallic=0.25),
+    "Measurement": lambda _: make_surface().area(),
+    "OrthographicCamera": lambda _: isospline.OrthographicCamera((0, -9, 0.3), (0, 0, 0), height=3),
+    "Outline": lambda _: isospline.Outline(3, surface_color=(0, 0, 1)),
+    "PanoramicCamera": lambda _: isospline.PanoramicCamera((0, 0.1, 0), (0, 1, 0)),
+    "PathTracer": lambda _: isospline.PathTracer(materials={3: isospline.Material(0.1)}),
+    "PerspectiveCamera": lambda _: isospline.PerspectiveCamera((0, -9, 0.3), (0, 0, 0), field_of_view=25),
+    "Phong": lambda _: isospline.Phong(lights=[isospline.PositionalLight((0, 0, 3))]),
+    "PositionalLight": lambda _: isospline.PositionalLight((1, 2, 3), intensity=4),
+    "ProjectionPlaneCamera": lambda _: isospline.ProjectionPlaneCamera(
+        (0, -5, 0), corner=(-0.8, 0, 0.45), right=(1.6, 0, 0), down=(0, 0, -0.9)
+    ),
+    "RectangleLight": lambda _: isospline.RectangleLight((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    "SphereLight": lambda _: isospline.SphereLight((0, 0, 3), 0.7),
+    "Studio": lambda _: isospline.Studio(),
+}
+
+#: Equal if their arrays are; without a hash.
+RESULTS = {
+    "ClosestPoints": lambda _: make_surface().closest_points(RAYS[:, :3], max_distance=0.5),  # some are NaN
+    "Components": lambda _: make_surface().components(),
+    "Crossings": lambda _: make_scene().list_intersections(RAYS),
+    "Hits": lambda _: make_scene().cast_rays(RAYS, outputs=("t_hit", "positions")),  # some miss: NaN
+    "Image": lambda _: isospline.render(make_scene(), size=(16, 12)),
+    "SurfaceDistance": lambda _: isospline.surface_distance(
+        make_surface(), isospline.Isosurface(VOLUME, -0.05), samples=50
+    ),
+}
+
+#: Equal to themselves only: large, or changing. They are compared by some of their parts.
+OBJECTS = {
+    "Cancelled": (lambda _: isospline.Cancelled("stopped"), lambda each: each.args),
+    "Isosurface": (lambda _: make_surface(), lambda each: (each.level, each.volume.coefficients.tobytes())),
+    "LevelMetadata": (lambda folder: make_store(folder).levels[0], lambda each: (each.path, each.shape, each.spacing)),
+    "Mesh": (lambda _: make_surface().to_mesh(), lambda each: (each.vertices.tobytes(), each.faces.tobytes())),
+    "RayMeshIntersector": (
+        lambda _: isospline.RayMeshIntersector(make_surface()),
+        lambda each: each.intersects_any(RAYS[:, :3], RAYS[:, 3:]).tobytes(),
+    ),
+    "Scene": (lambda _: make_scene(), lambda each: each.cast_rays(RAYS).t_hit.tobytes()),
+    "StoreMetadata": (make_store, lambda each: (each.path, each.degree, each.levels[0].path)),
+    "Volume": (lambda _: VOLUME, lambda each: each.coefficients.tobytes()),
+    "VolumeData": (
+        lambda _: isospline.VolumeData(np.ones((2, 3, 4)), spacing=(1, 2, 3)),
+        lambda each: (each.spacing, each.data.tobytes()),
+    ),
+    "VoxelHopper": (
+        lambda _: isospline.VoxelHopper(make_surface()),
+        lambda each: each.cast_rays(RAYS).t_hit.tobytes(),
+    ),
+}
+
+#: They are at work, in threads or with samples that go on: pickle and copy say so.
+AT_WORK = {
+    "ProgressiveRenderer": lambda: isospline.ProgressiveRenderer(make_scene(), size=(16, 12)),
+    "Viewer": lambda: isospline.viewer.Viewer(),
+}
+
+WAYS = {"pickle": lambda each: pickle.loads(pickle.dumps(each)), "copy": copy.copy, "deepcopy": copy.deepcopy}
+
+
+def public_types():
+    """The classes in the public modules, by name."""
+    found = {}
+    for module in map(importlib.import_module, MODULES):
+        for name in module.__all__:
+            each = getattr(module, name)
+            if inspect.isclass(each) and each.__module__.startswith("isospline"):
+                assert found.setdefault(name, each) is each
+    return found
+
+
+def test_each_public_type_has_one_example():
+    examples = [*VALUES, *RESULTS, *OBJECTS, *AT_WORK]
+    assert sorted(examples) == sorted(public_types())
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", sorted({**VALUES, **RESULTS, **OBJECTS}))
+def test_public_types_arrive_as_they_were(name, way, tmp_path):
+    make, parts = OBJECTS.get(name, ({**VALUES, **RESULTS}.get(name), None))
+    given = make(tmp_path)
+    arrived = WAYS[way](given)
+    assert type(arrived) is type(given) is public_types()[name]
+    assert given == given and (given != given) is False and given != "another"
+    if name in OBJECTS:
+        assert parts(arrived) == parts(given) and (arrived == given) is (arrived is given)
+        return
+    assert arrived == given and given == arrived and (arrived != given) is False and repr(arrived) == repr(given)
+    if name in VALUES:
+        assert hash(arrived) == hash(given)
+    else:
+        with pytest.raises(TypeError, match="unhashable"):
+            hash(given)
+
+
+@pytest.mark.parametrize("name", AT_WORK)
+def test_what_is_at_work_is_not_copied(name):
+    given = AT_WORK[name]()
+    try:
+        for act in (pickle.dumps, copy.deepcopy):
+            with pytest.raises(TypeError, match="pickle"):
+                act(given)
+    finally:
+        if name == "Viewer":
+            given.close()
+
+
+def test_results_and_measurements_differ_in_a_number():
+    scene, hits = make_scene(), make_scene().cast_rays(RAYS)
+    assert hits == scene.cast_rays(RAYS) and hits != scene.cast_rays(RAYS + 0.01) and hits != {}
+    assert isospline.Measurement(1.0, 0.5) == isospline.Measurement(1.0, 0.5) != isospline.Measurement(1.0, 0.25)
+    assert volumes.torus() == volumes.torus(0.6, minor=0.25) != volumes.torus(0.5) and volumes.torus() != FIELD.value
+
+
+def measured(surface):
+    """Another process runs this."""
+    return surface.area(), isospline.surface_distance(surface, surface, samples=20)
+
+
+def test_measurements_return_from_a_process():
+    with ProcessPoolExecutor(1) as pool:
+        assert pool.submit(measured, make_surface()).result() == measured(make_surface())
