@@ -52,8 +52,9 @@ progress : callable, optional
 Returns
 -------
 Measurement
-    Volume of the spline model. Its error is the sum, over all cells, of the difference between the rules of `order`
-    and `order` - 1 nodes, plus a bound on parts that were too small to be resolved.
+    Volume of the spline model. Its error is the sum, over all pieces of cells, of the difference between the rules of
+    `order` and `order` - 2 nodes (at least one), plus a bound on parts that were too small to be resolved. The true
+    error is usually far smaller.
 
 Raises
 ------

@@ -33,9 +33,9 @@ constexpr int most_boxes = 2048;
 constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
 
-/// The integrals by two rules, whose orders differ by one.
-struct Sums {
-    std::array<double, quantity_count> fine{}, coarse{}, unresolved{};
+/// The integrals over a piece by two rules.
+struct Piece {
+    std::array<double, quantity_count> fine{}, coarse{};
 };
 
 } // namespace
@@ -69,7 +69,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     {
         cell = &of_cell;
         sign = of_sign;
-        sums = {};
+        result = {};
         box_count = 0;
         patches.begin();
         Part part{{}, true, glm::dvec3(0.0), glm::dvec3(1.0), {}, 0, cap};
@@ -82,19 +82,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         for (const HalfSpace& half_space : half_spaces)
             part.planes.push_back({half_space.normal, half_space.offset - glm::dot(half_space.normal, of_cell.lower)});
         add_part(std::move(part));
-
-        Integrals result;
-        for (std::size_t i = 0; i < quantity_count; ++i) {
-            result.value[i] = sums.fine[i];
-            result.error[i] = std::abs(sums.fine[i] - sums.coarse[i]) + sums.unresolved[i];
-        }
         return result;
-    }
-
-    void add_both(Quantity quantity, double value)
-    {
-        sums.fine[at(quantity)] += value;
-        sums.coarse[at(quantity)] += value;
     }
 
     /// Adds the integrals over a part.
@@ -124,7 +112,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         part.planes.resize(static_cast<std::size_t>(kept));
         const double box_volume = part.size.x * part.size.y * part.size.z;
         if (!part.has_surface && part.planes.empty() && zero_face_axis(part, *least) < 0)
-            return add_both(Quantity::volume, determinant * box_volume);
+            return static_cast<void>(result.value[at(Quantity::volume)] += determinant * box_volume);
 
         // Either integrate a graph over a face, or halve the part.
         if (const int axis = zero_face_axis(part, *least); axis >= 0) {
@@ -207,16 +195,16 @@ struct CellQuadrature::MethodOfDegree final : Method {
     void add_unresolved(const Part& part, double box_volume)
     {
         const double half = 0.5 * determinant * box_volume;
-        add_both(Quantity::volume, half);
-        sums.unresolved[at(Quantity::volume)] += half;
+        result.value[at(Quantity::volume)] += half;
+        result.error[at(Quantity::volume)] += half;
         // Lines along an axis meet the surface at most n times each (Crofton).
         double area = 0.0;
         for (int axis = 0; axis < 3; ++axis)
             area += Degree * determinant * glm::length(glm::dvec3(axis == 0, axis == 1, axis == 2) * to_lattice) *
                     box_volume / part.size[axis];
-        sums.unresolved[at(Quantity::area)] += area;
-        sums.unresolved[at(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
-        sums.unresolved[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
+        result.error[at(Quantity::area)] += area;
+        result.error[at(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
+        result.error[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
     }
 
     /// Adds the integrals over a part in which the surface, or the cap, and the planes are graphs along an axis.
@@ -244,15 +232,25 @@ struct CellQuadrature::MethodOfDegree final : Method {
                 if (is_met(i) || is_met(j))
                     edges.push_back(plane_on_plane(plane, part.planes[j], axis));
         }
-        patches.integrate(std::move(edges), !part.planes.empty(), [&](const PatchNode& node) {
+        Piece piece;
+        const auto visit = [&](const PatchNode& node) {
             std::array<double, quantity_count> found{};
             add_height(part, axis, node.position, node.weight, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
-                (node.is_fine ? sums.fine : sums.coarse)[i] += found[i];
+                (node.is_fine ? piece.fine : piece.coarse)[i] += found[i];
                 if (node.is_fine && !node.is_resolved)
-                    sums.unresolved[i] += std::abs(found[i]);
+                    result.error[i] += std::abs(found[i]);
             }
-        });
+        };
+        // The errors of pieces may have different signs, so their magnitudes are added.
+        const auto end_piece = [&] {
+            for (std::size_t i = 0; i < quantity_count; ++i) {
+                result.value[i] += piece.fine[i];
+                result.error[i] += std::abs(piece.fine[i] - piece.coarse[i]);
+            }
+            piece = {};
+        };
+        patches.integrate(std::move(edges), !part.planes.empty(), visit, end_piece);
     }
 
     /// Integrates over one point of the face; `weight` is its area in units of the part.
@@ -346,7 +344,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     double determinant;
     const CellCoefficients* cell = nullptr;
     double sign = 1.0;
-    Sums sums;
+    Integrals result; ///< of the cell so far
     int box_count = 0;
 };
 

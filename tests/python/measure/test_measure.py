@@ -187,3 +187,49 @@ def test_command_line(tmp_path, capsys):
     assert cli.main(["measure", str(path), "--level", "0"]) == 0
     table = capsys.readouterr().out
     assert "enclosed volume" in table and "+-" in table
+
+
+def ellipsoid(degree, center, weights, square, spacing):
+    """An ellipsoid that the model represents exactly, and its semi-axes."""
+    k = np.arange(24)
+    x, y, z = (weight * (k - at) ** 2 for weight, at in zip(weights, center))
+    values = z[:, None, None] + y[None, :, None] + x[None, None, :]
+    volume = isospline.Volume(values.astype(np.float32), degree=degree, filter="none", spacing=spacing)
+    level = square + {2: 0.25, 3: 1 / 3}[degree] * sum(weights)
+    return isospline.Isosurface(volume, level, inside="below"), np.sqrt(square / np.array(weights)) * spacing
+
+
+def errors_of_ellipsoid(surface, axes, order):
+    """The true errors, by closed forms, and the stated ones."""
+    special = pytest.importorskip("scipy.special")
+    exact = {
+        "enclosed_volume": 4 / 3 * math.pi * axes.prod(),
+        "area": 4 * math.pi * axes.prod() * special.elliprg(*axes**-2.0),
+        "mean_curvature": 4 * math.pi * special.elliprg(*axes**2.0),
+        "gaussian_curvature": 4 * math.pi,
+    }
+    found = {name: getattr(surface, name)(order=order) for name in exact}
+    return {name: (abs(each.value - exact[name]), each.error + 1e-12 * exact[name]) for name, each in found.items()}
+
+
+@pytest.mark.parametrize(
+    "body, order",
+    [
+        ((2, (11.125, 12, 10.875), (6.0, 1.0, 6.0), 51.252271492648696, (2.23213117, 1.23621508, 0.29568383)), 4),
+        ((3, (11.0, 11.625, 12.0), (4.0, 3.0, 4.0), 29.45732733154571, (0.31210115, 2.24240168, 0.23706032)), 10),
+    ],
+)
+def test_stated_errors_hold_for_flat_and_long_bodies(body, order):
+    for true, stated in errors_of_ellipsoid(*ellipsoid(*body), order).values():
+        assert true <= stated
+
+
+@pytest.mark.parametrize("order", range(2, 11))
+def test_stated_errors_hold_for_ellipsoids_of_any_proportions(order):
+    rng = np.random.default_rng(order)
+    for trial in range(12):
+        weights = rng.choice([1.0, 2.0, 3.0, 4.0, 6.0], 3)
+        square, spacing = rng.uniform(6, 50) * weights.min(), np.exp(rng.uniform(-1.5, 1, 3))
+        body = ellipsoid(2 + trial % 2, rng.integers(80, 104, 3) / 8, weights, square, spacing)
+        for true, stated in errors_of_ellipsoid(*body, order).values():
+            assert true <= stated
