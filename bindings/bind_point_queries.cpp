@@ -160,11 +160,12 @@ py::array_t<bool> contains_points(const Isosurface& surface, const py::object& p
     const auto snapshot = surface.snapshot();
     long_call("to test " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& progress) {
         check_points(rows);
+        const VisitingOrder order(snapshot->volume(), rows);
         parallel_for(
             rows.count(), 4096,
             [&](std::size_t begin, std::size_t end) {
-                for (std::size_t row = begin; row < end; ++row)
-                    to[row] = contains(*snapshot, rows.vector(row));
+                for (std::size_t time = begin; time < end; ++time)
+                    to[order[time]] = contains(*snapshot, rows.vector(order[time]));
             },
             progress);
     });
@@ -187,12 +188,13 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
                   check_points(points);
                   check_reach(points);
                   ClosestPointFinder check(surface, options); // checks the options even if there are no points
+                  const VisitingOrder order(surface.volume(), points);
                   parallel_for(
                       points.count(), 64,
                       [&](std::size_t begin, std::size_t end) {
                           ClosestPointFinder find(surface, options);
-                          for (std::size_t row = begin; row < end; ++row)
-                              visit(row, find(points.vector(row)));
+                          for (std::size_t time = begin; time < end; ++time)
+                              visit(order[time], find(points.vector(order[time])));
                       },
                       progress);
               });

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -51,8 +52,9 @@ py::object store_of(const Volume& volume)
     const auto* const array = dynamic_cast<const ShardedArray*>(volume.source());
     if (array == nullptr)
         return py::none();
-    return py::make_tuple(array->layout().folder.parent_path().string(), array->layout().folder.filename().string(),
-                          array->memory_limit());
+    const std::filesystem::path& folder = array->layout().folder; // the array "coefficients/..." of the store
+    const std::filesystem::path store = folder.parent_path().parent_path();
+    return py::make_tuple(store.string(), folder.lexically_relative(store).string(), array->memory_limit());
 }
 
 py::dict volume_state(const py::object& self)

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "long_call.h"
+#include "points.h"
 #include "samples.h"
 
 #include "isospline/spline/sample.h"
@@ -181,8 +182,10 @@ py::array sample(const Volume& volume, const py::object& points, int derivative)
 
     long_call("to sample " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& report) {
         constexpr std::size_t grain = 4096;
+        const VisitingOrder order(volume, rows);
         const auto body = [&](std::size_t begin, std::size_t end) {
-            for (std::size_t row = begin; row < end; ++row) {
+            for (std::size_t time = begin; time < end; ++time) {
+                const std::size_t row = order[time];
                 const glm::dvec3 position_world = rows.vector(row);
                 if (derivative == 0) {
                     to[row] = value_at(volume, position_world);

@@ -26,14 +26,13 @@ from .cli_output import check_folder, check_output
 from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
 from .cli_picture import Patience, annotations_of, background_of, lighting_of
 from .cli_placement import read_placed
-from .cli_store import Store
+from .cli_store import Store, opened
 from .cli_view import serve, session_image
 from .cli_write import error_text, write_images
 from .interop.mesh_output import MESHES
 from .looks import LIMITS, TONE, flag, given, ground_look, looks
 from .pictures import border
 from .progress import Bar, Lines
-from .store.detail import is_store
 from .views import DEFAULT_VIEW
 
 
@@ -75,7 +74,8 @@ def info(arguments):
     """Print a summary of a file."""
     from .summary import describe, summarize
 
-    summary = summarize(_read(arguments), arguments.file)
+    data = opened(arguments, _read)
+    summary = data.summary(arguments.file) if isinstance(data, Store) else summarize(data, arguments.file)
     if arguments.json:
         print(json.dumps(summary, indent=2))
         return
@@ -89,7 +89,7 @@ def measure(arguments):
     from .summary import describe_measures
 
     clip = _clip(arguments)
-    data = _read(arguments)
+    data = opened(arguments, _read)
     chosen = choose_levels(data, arguments, _say)
     surfaces = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     measured = [_measured(surface, arguments) for surface in surfaces]
@@ -157,7 +157,7 @@ def _render(arguments, write=True):
     if arguments.denoise:
         isospline.image.denoiser()  # fails now if it is missing, and not after the work
     meshes = [read_placed(text) for text in arguments.mesh]
-    data = Store(arguments) if is_store(arguments.file) else _read(arguments)
+    data = opened(arguments, _read)
     chosen = choose_levels(data, arguments, _say)
 
     def make_scene(volume):
@@ -220,7 +220,7 @@ def mesh(arguments):
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     clip = _clip(arguments)
-    data = _read(arguments)
+    data = opened(arguments, _read)
     chosen = choose_levels(data, arguments, _say)
     (surface,) = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     with _progress("meshing", arguments) as progress:

@@ -35,6 +35,9 @@ def add_convert(commands, convert, add_reading, numbers):
     group.add_argument("--filter", choices=("interpolate", "none", "smoothing"), default="interpolate")
     group.add_argument("--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of --filter smoothing")
     group = command.add_argument_group("work")
+    group.add_argument(
+        "--no-image", dest="image", action="store_false", help="leave out the samples, which other programs show"
+    )
     group.add_argument("--chunk", type=int, default=32, metavar="N", help="coefficients along its edges (default 32)")
     group.add_argument(
         "--memory-limit", default="2GB", metavar="SIZE", help="largest memory of the process (default 2GB)"
@@ -50,7 +53,9 @@ def run(arguments, reading, progress, say):
     """Write the store."""
     begin = time.perf_counter()
     options = {name: getattr(arguments, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
-    options |= {name: getattr(arguments, name) for name in ("origin", "chunk", "memory_limit", "workers", "overwrite")}
+    options |= {
+        name: getattr(arguments, name) for name in ("origin", "chunk", "image", "memory_limit", "workers", "overwrite")
+    }
     direction = arguments.direction and [arguments.direction[row : row + 3] for row in (0, 3, 6)]
     try:
         with client_of(arguments.scheduler) as client:

@@ -14,7 +14,7 @@ from .cli_convert import add_convert
 from .cli_light import add_environment, add_ground, add_materials, add_silhouettes, add_tone
 from .cli_limits import add_limits
 from .cli_picture import add_largest, add_picture_options, background, color
-from .cli_store import add_store_options
+from .cli_store import add_memory_limit, add_store_options
 from .looks import CURVATURES, SHADINGS
 from .views import DEFAULT_VIEW
 
@@ -56,6 +56,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     )
     _add_input(command)
     command.add_argument("--json", action="store_true", help="print JSON")
+    add_memory_limit(command)
     command.set_defaults(run=info)
 
     command = commands.add_parser("mesh", help="write the triangle mesh of an isosurface")
@@ -75,6 +76,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     _add_model(group, _LARGEST)
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
     _add_clip(command, "close the solid where it is cut")
+    add_memory_limit(command)
 
     command = commands.add_parser("measure", help="print volume, area and curvature of an isosurface")
     _add_input(command)
@@ -92,6 +94,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     )
     _add_model(group, _LARGEST)
     _add_clip(command, "close the solid where it is cut")
+    add_memory_limit(command)
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
     add_convert(commands, convert, _add_reading, cli_types.numbers)
@@ -343,7 +346,7 @@ def _add_input(command, optional=False):
         "file",
         metavar="FILE",
         nargs="?" if optional else None,
-        help="a volume, or a folder with a DICOM series or TIFF slices",
+        help="a volume, a folder with a DICOM series or TIFF slices, or a store",
     )
     _add_reading(command)
 

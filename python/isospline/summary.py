@@ -25,7 +25,6 @@ def summarize(volume, path, levels=3):
     mean = np.average(values, weights=counts)
     edges = np.linspace(values[0], values[-1], (ROWS if len(values) > 1 else 1) + 1)
     rows = np.histogram(values, edges, weights=counts)[0] if len(values) > 1 else counts
-    corners = volume.position(np.stack(np.meshgrid(*((0, count - 1) for count in data.shape[::-1])), axis=-1))
     return {
         "path": str(path),
         "format": volume.format,
@@ -36,7 +35,7 @@ def summarize(volume, path, levels=3):
         "origin": list(volume.origin),
         "direction": np.asarray(volume.direction).tolist(),
         "patient": volume.patient,
-        "bounds": [corners.min(axis=(0, 1, 2)).tolist(), corners.max(axis=(0, 1, 2)).tolist()],
+        "bounds": bounds_of(volume),
         "minimum": float(data.min()),
         "maximum": float(data.max()),
         "mean": float(mean),
@@ -44,6 +43,12 @@ def summarize(volume, path, levels=3):
         "histogram": {"edges": edges.tolist(), "counts": rows.astype(int).tolist()},
         "suggested_levels": levels_of_histogram(values, counts, levels),
     }
+
+
+def bounds_of(volume):
+    """The lower and the upper corner of the box of a VolumeData's samples in the world."""
+    corners = volume.position(np.stack(np.meshgrid(*((0, count - 1) for count in volume.data.shape[::-1])), axis=-1))
+    return [corners.min(axis=(0, 1, 2)).tolist(), corners.max(axis=(0, 1, 2)).tolist()]
 
 
 def describe(summary, width=80, unicode=True):

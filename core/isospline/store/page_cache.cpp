@@ -7,7 +7,8 @@
 
 namespace isospline {
 
-std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, const std::function<Page()>& load)
+std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, std::size_t limit,
+                                                      const std::function<Page()>& load)
 {
     // The multiplication puts neighbours into different stripes.
     Stripe& stripe = stripes_[(key * 0x9e3779b97f4a7c15u >> 32) % stripe_count];
@@ -25,7 +26,7 @@ std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, const s
     stripe.entries.push_front({key, page});
     stripe.places[key] = stripe.entries.begin();
     stripe.bytes += page->size();
-    while (stripe.bytes > limit_of_stripe_ && stripe.entries.size() > 1) {
+    while (stripe.bytes > limit / stripe_count && stripe.entries.size() > 1) {
         stripe.bytes -= stripe.entries.back().page->size();
         stripe.places.erase(stripe.entries.back().key);
         stripe.entries.pop_back();

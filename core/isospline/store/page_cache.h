@@ -18,11 +18,9 @@ class PageCache {
 public:
     using Page = std::vector<std::byte>;
 
-    /// Holds about `limit` bytes, but at least one page a stripe.
-    explicit PageCache(std::size_t limit) : limit_of_stripe_(limit / stripe_count) {}
-
-    /// The page of a key; it is loaded if it is missing.
-    std::shared_ptr<const Page> get(std::uint64_t key, const std::function<Page()>& load);
+    /// The page of a key; it is loaded if it is missing. Then the least recently used pages are dropped until about
+    /// `limit` bytes are left, but at least one page a stripe.
+    std::shared_ptr<const Page> get(std::uint64_t key, std::size_t limit, const std::function<Page()>& load);
     std::size_t memory() const;
 
 private:
@@ -39,7 +37,6 @@ private:
     };
 
     static constexpr std::size_t stripe_count = 16;
-    std::size_t limit_of_stripe_;
     std::array<Stripe, stripe_count> stripes_;
 };
 

@@ -27,6 +27,10 @@ namespace {
 
 constexpr std::size_t checksum_size = sizeof(std::uint32_t);
 
+/// The memory is divided into parts. Some are for the indices of shards; the rest is for bricks, up to their limit, and
+/// for chunks.
+constexpr std::size_t parts = 32, parts_of_indices = 1, parts_of_bricks = 23;
+
 /// Where a chunk is in its shard.
 struct Place {
     std::uint64_t offset, size;
@@ -156,10 +160,8 @@ StoreError::StoreError(const std::string& what, const std::filesystem::path& fil
 
 ShardedArray::ShardedArray(const ShardedArrayLayout& layout, std::vector<float> ranges, std::size_t memory_limit)
     : layout_(checked(layout)), chunks_per_shard_(layout_.shard / layout_.chunk), ranges_(std::move(ranges)),
-      memory_limit_(memory_limit),
-      budget_(left_of(memory_limit, ranges_.size() * sizeof(float), layout_.chunk) / 32 * 23),
-      indices_(budget_.limit() / 23), chunks_(budget_.limit() / 23 * 8),
-      folder_(open(layout_.folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY))
+      memory_limit_(memory_limit), part_(left_of(memory_limit, ranges_.size() * sizeof(float), layout_.chunk) / parts),
+      budget_(parts_of_bricks * part_), folder_(open(layout_.folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY))
 {
     if (folder_ < 0)
         throw StoreError("cannot open an array", layout_.folder, errno);
@@ -173,6 +175,11 @@ ShardedArray::~ShardedArray()
 std::size_t ShardedArray::memory() const
 {
     return ranges_.size() * sizeof(float) + indices_.memory() + chunks_.memory();
+}
+
+std::size_t ShardedArray::limit_of_chunks() const
+{
+    return (parts - parts_of_indices) * part_ - std::min(budget_.held(), budget_.limit());
 }
 
 PageCache::Page ShardedArray::read_index(const glm::ivec3& shard) const
@@ -190,7 +197,8 @@ PageCache::Page ShardedArray::read_chunk(const glm::ivec3& chunk) const
 {
     const glm::ivec3 shard = chunk / chunks_per_shard_;
     const glm::ivec3 shards = (layout_.shape + layout_.shard - 1) / layout_.shard;
-    const auto index = indices_.get(place_in(shards, shard), [&] { return read_index(shard); });
+    const auto index =
+        indices_.get(place_in(shards, shard), parts_of_indices * part_, [&] { return read_index(shard); });
     Place place;
     std::memcpy(&place, index->data() + place_in(chunks_per_shard_, chunk % chunks_per_shard_) * sizeof place,
                 sizeof place);
@@ -214,11 +222,12 @@ void ShardedArray::copy(const glm::ivec3& first, const glm::ivec3& size, float* 
 {
     const glm::ivec3 chunks = (layout_.shape + layout_.chunk - 1) / layout_.chunk;
     const glm::ivec3 first_chunk = first / layout_.chunk, last_chunk = (first + size - 1) / layout_.chunk;
+    const std::size_t limit = limit_of_chunks();
     glm::ivec3 chunk;
     for (chunk.z = first_chunk.z; chunk.z <= last_chunk.z; ++chunk.z)
         for (chunk.y = first_chunk.y; chunk.y <= last_chunk.y; ++chunk.y)
             for (chunk.x = first_chunk.x; chunk.x <= last_chunk.x; ++chunk.x) {
-                const auto page = chunks_.get(place_in(chunks, chunk), [&] { return read_chunk(chunk); });
+                const auto page = chunks_.get(place_in(chunks, chunk), limit, [&] { return read_chunk(chunk); });
                 const glm::ivec3 corner = chunk * layout_.chunk;
                 const glm::ivec3 begin = glm::max(first, corner);
                 const glm::ivec3 end = glm::min(first + size, corner + layout_.chunk);

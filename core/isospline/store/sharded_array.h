@@ -46,8 +46,8 @@ private:
 class ShardedArray final : public CoefficientSource {
 public:
     /// `ranges` are those of the volume's bricks, in the layout of BrickRanges::Octet. Chunks, and the bricks that
-    /// `budget()` counts, take about `memory_limit` bytes in all. Throws std::invalid_argument for shapes that do not
-    /// fit together, and StoreError if the folder does not exist.
+    /// `budget()` counts, take about `memory_limit` bytes in all: chunks have what bricks do not use. Throws
+    /// std::invalid_argument for shapes that do not fit together, and StoreError if the folder does not exist.
     ShardedArray(const ShardedArrayLayout& layout, std::vector<float> ranges, std::size_t memory_limit);
     ~ShardedArray() override;
     ShardedArray(const ShardedArray&) = delete;
@@ -66,6 +66,8 @@ public:
     std::uint64_t chunks_read() const { return chunks_read_; }
 
 private:
+    /// The bytes that bricks leave for chunks.
+    std::size_t limit_of_chunks() const;
     PageCache::Page read_index(const glm::ivec3& shard) const;
     PageCache::Page read_chunk(const glm::ivec3& chunk) const;
 
@@ -73,6 +75,7 @@ private:
     const glm::ivec3 chunks_per_shard_;
     const std::vector<float> ranges_;
     const std::size_t memory_limit_;
+    const std::size_t part_; ///< of the memory, in bytes
     mutable MemoryBudget budget_;
     mutable PageCache indices_, chunks_;
     const int folder_; ///< open

@@ -76,7 +76,7 @@ class Budget:
         reading = self._source.working_memory(grown) + samples * self._source.dtype.itemsize
         filtering = samples * (self._source.dtype.itemsize + 4)
         # Zarr copies the shard, encodes its chunks and joins them.
-        writing = 4 * samples + 4 * shards
+        writing = (4 + self._source.dtype.itemsize) * samples + 4 * shards
         return max(reading, filtering, writing, reduction_memory(shard, self._model.degree))
 
     def _free(self):

@@ -17,20 +17,23 @@ from . import layout, ome, tasks
 from .budget import Budget, default_threads
 from .metadata import VERSION, group_attributes
 from .model import FindRange, Model, PrefilterShard, offset_of
-from .pyramid import ReduceShard, level_shapes, origin_shift
+from .pyramid import ReduceShard, SampleShard, level_shapes, origin_shift
 from .ranges import WriteRanges, cell_shape
 from .sources.source import Source
 
 #: The fraction of the progress for staging the samples, and the relative costs of the other steps per sample.
 _STAGING_PART = 0.2
-_RANGE_COST, _PREFILTER_COST, _RANGES_COST, _REDUCE_COST = 1.0, 4.0, 2.0, 3.0
+_RANGE_COST, _PREFILTER_COST, _RANGES_COST, _REDUCE_COST, _SAMPLE_COST = 1.0, 4.0, 2.0, 3.0, 1.0
 
 
 class Conversion:
     """One run of a conversion into a store. It may continue an earlier, interrupted run."""
 
-    def __init__(self, source: Source, root: Path, model: Model, options: dict[str, Any], progress: Any) -> None:
-        self._source, self._root, self._model, self._options = source, root, model, options
+    def __init__(
+        self, source: Source, root: Path, model: Model, options: dict[str, Any], image: bool, progress: Any
+    ) -> None:
+        self._source, self._root, self._model = source, root, model
+        self._options, self._image = options | {"image": image}, image
         self._progress = progress
         self._shapes = level_shapes(source.shape, model.degree, model.boundary)
         self._begin, self._spent, self._total = 0.0, 0.0, 1.0
@@ -68,20 +71,22 @@ class Conversion:
             first = budget.shard()
             for number, shape in enumerate(shapes):
                 edges = tuple(min(edge, layout.shard_edge(size, chunk)) for edge, size in zip(first, shape))
-                layout.create_coefficients(self._root, str(number), shape, chunk, edges)
+                layout.create_coefficients(self._root, f"coefficients/{number}", shape, chunk, edges)
+                if self._image:
+                    layout.create_samples(self._root, str(number), shape, chunk, edges, _stored(self._source.dtype))
                 cells = cell_shape(shape, self._model.degree)
                 layout.create_ranges(self._root, f"ranges/{number}", cells, edges)
             self._save(shard=first)
         for partial in self._root.rglob("*.partial"):
             partial.unlink()
-        return [layout.open_array(self._root, str(number)).shards for number in range(len(shapes))]
+        return [layout.open_array(self._root, f"coefficients/{number}").shards for number in range(len(shapes))]
 
     def _plan(self, shards):
         """Compute the total work."""
         sizes = [float(np.prod(shape)) for shape in self._shapes]
         self._sizes = sizes
         self._total = sizes[0] * (_RANGE_COST + _PREFILTER_COST) + sum(sizes) * _RANGES_COST
-        self._total += sum(sizes[:-1]) * _REDUCE_COST
+        self._total += sum(sizes[:-1]) * _REDUCE_COST + self._image * sum(sizes[1:]) * _SAMPLE_COST
         self._shards = shards
 
     def _find_range(self, source, edge, run):
@@ -105,18 +110,26 @@ class Conversion:
         return offset_of(self._state["minimum"], self._state["maximum"], self._source.dtype)
 
     def _prefilter(self, source, run):
-        task = PrefilterShard(self._root, "0", source, self._model, self._offset())
+        samples_key = "0" if self._image else None
+        task = PrefilterShard(self._root, "coefficients/0", source, self._model, self._offset(), samples_key)
         self._run(task, layout.blocks_of(source.shape, self._shards[0]), _PREFILTER_COST, 0, run)
 
     def _make_ranges(self, number, run):
-        task = WriteRanges(self._root, str(number), f"ranges/{number}", self._model.degree, self._model.boundary)
+        task = WriteRanges(
+            self._root, f"coefficients/{number}", f"ranges/{number}", self._model.degree, self._model.boundary
+        )
         array = layout.open_array(self._root, f"ranges/{number}")
         self._run(task, layout.blocks_of(array.shape, array.chunks), _RANGES_COST, number, run)
 
     def _reduce(self, number, run):
-        task = ReduceShard(self._root, str(number), str(number + 1), self._model.degree, self._model.boundary)
-        shape = self._shapes[number + 1]
-        self._run(task, layout.blocks_of(shape, self._shards[number + 1]), _REDUCE_COST, number, run)
+        fine, coarse = f"coefficients/{number}", f"coefficients/{number + 1}"
+        blocks = layout.blocks_of(self._shapes[number + 1], self._shards[number + 1])
+        model = (self._model.degree, self._model.boundary)
+        self._run(ReduceShard(self._root, fine, coarse, *model), blocks, _REDUCE_COST, number, run)
+        if self._image:
+            numbers = (self._offset(), self._state["minimum"], self._state["maximum"])
+            task = SampleShard(self._root, coarse, str(number + 1), *model, *numbers)
+            self._run(task, blocks, _SAMPLE_COST, number + 1, run)
 
     def _run(self, task, blocks, cost, number, run, results=None):
         each = self._sizes[number] * cost / max(len(blocks), 1)
@@ -147,7 +160,7 @@ class Conversion:
         for number, shape in enumerate(self._shapes):
             levels.append(
                 {
-                    "path": str(number),
+                    "path": f"coefficients/{number}",
                     "ranges": f"ranges/{number}",
                     "shape": list(shape),
                     "minimum": self._state["minimum"],
@@ -163,7 +176,8 @@ class Conversion:
             spacing = np.where(halved, 2 * spacing, spacing)
         shutil.rmtree(self._root / "staged", ignore_errors=True)
         attributes = layout.zarr().open_group(str(self._root), mode="r+")
-        attributes.update_attributes({"ome": ome.multiscales(self._root.stem, levels, source.unit, source.patient)})
+        if self._image:
+            attributes.update_attributes({"ome": ome.multiscales(self._root.stem, levels, source.unit, source.patient)})
         model = {name: getattr(self._model, name) for name in ("degree", "boundary", "filter", "smoothing")}
         held = {**model, "axes": "zyx", "patient": source.patient, "levels": levels}
         _write_attributes(self._root, {"complete": True, **held, "conversion": self._state})
@@ -171,6 +185,11 @@ class Conversion:
     def _save(self, **state):
         self._state.update(state)
         _write_attributes(self._root, {"complete": False, "conversion": self._state})
+
+
+def _stored(dtype):
+    """The type of the samples in a store: that of the source in the machine's byte order; Zarr has no long doubles."""
+    return dtype.newbyteorder("=") if dtype.kind != "f" or dtype.itemsize <= 8 else np.dtype(np.float64)
 
 
 def _begin(root, options):

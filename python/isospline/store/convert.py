@@ -40,6 +40,7 @@ def prefilter_to(
     offset: int = 0,
     name: str | None = None,
     chunk: int = CHUNK,
+    image: bool = True,
     memory_limit: int | str = "2GB",
     workers: int | None = None,
     client: Any = None,
@@ -50,6 +51,7 @@ def prefilter_to(
 
     The store is a Zarr 3 group. It has the coefficients, those of a pyramid of coarser models, each with half the
     resolution of the previous one, and the ranges of their bricks, with which rays skip bricks that they cannot hit.
+    For other programs it is also an OME-Zarr image: the samples as they were given, and those of the coarser models.
     The coefficients equal those of ``Volume``, to the precision of float32: each block is filtered with enough samples
     around it.
 
@@ -74,6 +76,8 @@ def prefilter_to(
         For a path, as in `read_volume`.
     chunk : int
         Coefficients along each edge of a chunk, the smallest unit that is read: a multiple of 8, at most 128.
+    image : bool
+        Whether to write the samples for other programs. Without them, the store is smaller, and not an OME-Zarr image.
     memory_limit : int or str
         Bytes that this process may use, or a text such as ``"2GB"``; with a client, bytes of each worker.
     workers : int, optional
@@ -107,7 +111,7 @@ def prefilter_to(
     ...     samples = isospline.volumes.torus().samples(96)
     ...     path = isospline.prefilter_to(samples, f"{folder}/torus.zarr", spacing=0.5)
     ...     sorted(entry.name for entry in path.iterdir())
-    ['0', '1', 'ranges', 'zarr.json']
+    ['0', '1', 'coefficients', 'ranges', 'zarr.json']
     """
     model = Model(degree, boundary, filter, float(smoothing))
     if axes not in ("zyx", "xyz"):
@@ -120,6 +124,7 @@ def prefilter_to(
     if client is not None and not (hasattr(client, "nthreads") and hasattr(client, "map")):
         raise TypeError(sentence("client", "a dask.distributed.Client or None", client))
     check_type(overwrite, "overwrite", (bool, np.bool_), "True or False")
+    check_type(image, "image", (bool, np.bool_), "True or False")
     limit = parse_memory(memory_limit)
     report = as_callable(progress)
     frame = check_frame(spacing, origin, direction)
@@ -131,7 +136,9 @@ def prefilter_to(
 
     def convert(opened, root, overwrite, report):
         place = {field: np.asarray(value, float).tolist() for field, value in opened.move(**given).frame.items()}
-        Conversion(opened, root, model, modelled | place, report).run(int(chunk), limit, workers, client, overwrite)
+        Conversion(opened, root, model, modelled | place, bool(image), report).run(
+            int(chunk), limit, workers, client, overwrite
+        )
 
     steps = series.steps_of(source, axes, reading)
     if steps is None:
@@ -142,7 +149,7 @@ def prefilter_to(
     root = check_out(out)
     if overwrite and root.exists():
         clear(root)
-    options = modelled | {"chunk": int(chunk)}
+    options = modelled | {"chunk": int(chunk), "image": bool(image)}
     options |= {field: np.asarray(value, float).tolist() for field, value in given.items()}
     for number, (step, open_step) in enumerate(zip(series.begin(root, len(steps), options), steps)):
         if not series.is_complete(step):

@@ -46,16 +46,26 @@ def zarr() -> Any:
 
 def create_coefficients(root: Path, key: str, shape: Any, chunk: int, shard: Any) -> None:
     """Create the empty array of a level's coefficients."""
+    zarr().open_group(str(root), mode="r+").require_group("coefficients")
+    _create_sharded(root, key, shape, chunk, shard, "float32", [])
+
+
+def create_samples(root: Path, key: str, shape: Any, chunk: int, shard: Any, dtype: Any) -> None:
+    """Create the empty array of a level's samples, for other programs."""
+    _create_sharded(root, key, shape, chunk, shard, dtype, [zarr().codecs.ZstdCodec(level=1)])
+
+
+def _create_sharded(root, key, shape, chunk, shard, dtype, compressors):
     codecs = zarr().codecs
     zarr().create_array(
         str(root),
         name=key,
         shape=tuple(shape),
-        dtype="float32",
+        dtype=dtype,
         chunks=(chunk,) * 3,
         shards=tuple(shard),
         serializer=codecs.BytesCodec(endian="little"),
-        compressors=[codecs.Crc32cCodec()],
+        compressors=[*compressors, codecs.Crc32cCodec()],
         filters=None,
         fill_value=0,
         dimension_names=("z", "y", "x"),
@@ -123,10 +133,11 @@ def writing(path: Path) -> Iterator[None]:
         raise OSError(error.errno, reason, str(path)) from error
 
 
-def check_shard(path: Path, chunks: Any, needed: Any, chunk_bytes: int) -> str | None:
+def check_shard(path: Path, chunks: Any, needed: Any, chunk_bytes: int | None) -> str | None:
     """The defect of a shard's file, by its size and its index; None if there is none.
 
-    `chunks` is the number of chunks along each axis; only those in `needed` must exist. Checksums are checked when
+    `chunks` is the number of chunks along each axis; only those in `needed` must exist. Each has `chunk_bytes`, or any
+    number if it is compressed. Checksums are checked when
     chunks are read.
     """
     try:
@@ -141,7 +152,8 @@ def check_shard(path: Path, chunks: Any, needed: Any, chunk_bytes: int) -> str |
         return "the file is missing"
     for place in itertools.product(*(range(first, last) for first, last in needed)):
         offset, length = map(int, index[place])
-        if offset == _NO_CHUNK or length != chunk_bytes or offset + length > size - index_bytes:
+        is_short = chunk_bytes is not None and length != chunk_bytes
+        if offset == _NO_CHUNK or is_short or offset + length > size - index_bytes:
             return f"chunk {'/'.join(map(str, place))} of the shard is missing or truncated"
     return None
 
@@ -211,4 +223,7 @@ def _broken(root, key, index, reason):
 
 
 def _chunk_bytes(array):
+    """The bytes of each chunk with its checksum; None if they are compressed."""
+    if len(array.compressors) > 1:
+        return None
     return math.prod(array.chunks) * array.dtype.itemsize + _CHECKSUM_BYTES

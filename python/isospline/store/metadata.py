@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..parameters import check_path, printable
 
-#: Version of the attribute "isospline"; readers refuse others.
-VERSION = 1
+#: Version of the attribute "isospline"; readers refuse others. Version 1 had coefficients where version 2 has the
+#: samples of the OME-Zarr image.
+VERSION = 2
 
 #: Largest size of a metadata file in bytes.
 _LARGEST_FILE = 1 << 26
@@ -130,7 +131,9 @@ def group_attributes(root: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ValueError("expected a store that isospline.prefilter_to has written, got another Zarr group")
     if found.get("version") != VERSION:
-        raise ValueError(f"expected a store of version {VERSION}, got version {found.get('version')!r}")
+        raise ValueError(
+            f"expected a store of version {VERSION}, got version {found.get('version')!r}: convert its source again"
+        )
     return found
 
 

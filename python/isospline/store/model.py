@@ -81,33 +81,46 @@ def offset_of(least: float, greatest: float, dtype: np.dtype[Any]) -> float:
 
 @dataclass(frozen=True)
 class PrefilterShard:
-    """Compute and write one shard of the finest level's coefficients, from its samples and those around it."""
+    """Compute and write one shard of the finest level's coefficients, from its samples and those around it.
+
+    With `samples_key`, the samples are written, too.
+    """
 
     root: Path
     key: str
     source: Source
     model: Model
     offset: float
+    samples_key: str | None = None
 
     def __call__(self, index: Any) -> None:
-        target = open_array(self.root, self.key, "r+")
-        if is_whole_shard(self.root, self.key, target, index):
+        keys = [self.key, *([self.samples_key] if self.samples_key else [])]
+        missing = [key for key in keys if not is_whole_shard(self.root, key, open_array(self.root, key), index)]
+        if not missing:
             return
+        target = open_array(self.root, self.key)
         box = box_of(index, target.shards, target.shape)
-        write_shard(self.root, self.key, target, index, self.coefficients(box))
+        grown, samples = self.samples(box)
+        if self.key in missing:
+            write_shard(self.root, self.key, index, self.coefficients(box, grown, samples))
+        if self.samples_key in missing:
+            write_shard(self.root, self.samples_key, index, cut(samples, box, grown))
 
-    def coefficients(self, box: Any) -> NDArray[np.float32]:
+    def samples(self, box: Any) -> tuple[Any, NDArray[Any]]:
+        """A box with the samples around it on which its coefficients depend, and its samples."""
+        grown = with_halo(box, self.model.reach, self.source.shape, self.model.boundary)
+        return grown, read_box_folded(self.source.read, grown, self.source.shape, self.model.boundary)
+
+    def coefficients(self, box: Any, grown: Any, samples: NDArray[Any]) -> NDArray[np.float32]:
         """The coefficients of a box."""
-        model, shape = self.model, self.source.shape
-        grown = with_halo(box, model.reach, shape, model.boundary)
-        samples = read_box_folded(self.source.read, grown, shape, model.boundary)
+        model = self.model
         arguments = (self.offset, model.degree, model.boundary, model.filter, model.smoothing)
         return cut(_core._prefilter_block(samples, *arguments), box, grown)
 
 
-def write_shard(root: Path, key: str, target: Any, index: Any, coefficients: NDArray[np.float32]) -> None:
+def write_shard(root: Path, key: str, index: Any, items: NDArray[Any]) -> None:
     """Write a whole shard. Remnants of an earlier run are removed first, because Zarr would read and keep them."""
-    path = chunk_path(root, key, index)
+    target, path = open_array(root, key, "r+"), chunk_path(root, key, index)
     with writing(path):
         path.unlink(missing_ok=True)
-        target[slices_of(box_of(index, target.shards, target.shape))] = coefficients
+        target[slices_of(box_of(index, target.shards, target.shape))] = items

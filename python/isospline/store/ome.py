@@ -1,4 +1,4 @@
-"""OME-Zarr metadata of the levels of a store."""
+"""OME-Zarr metadata of the samples in a store."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ORIENTATIONS = (
 
 
 def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patient: bool) -> dict[str, Any]:
-    """The attribute "ome" of a store: its levels along their own axes, which may be turned in the world."""
+    """The attribute "ome" of a store: its levels' samples along their own axes, which may be turned in the world."""
     orientations = _orientations(levels[0]["direction"]) if patient else None
     axes: list[dict[str, Any]] = [{"name": axis, "type": "space"} for axis in "zyx"]
     for number, axis in enumerate(reversed(axes)):
@@ -27,11 +27,11 @@ def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patie
         if orientations:
             axis["orientation"] = {"type": "anatomical", "value": orientations[number]}
     datasets = []
-    for level in levels:
+    for number, level in enumerate(levels):
         translation = np.linalg.solve(np.array(level["direction"]), np.array(level["origin"]))
         datasets.append(
             {
-                "path": level["path"],
+                "path": str(number),
                 "coordinateTransformations": [
                     {"type": "scale", "scale": level["spacing"][::-1]},
                     {"type": "translation", "translation": translation[::-1].tolist()},

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .blocks import inside_indices, read_indices
+from .blocks import cut, inside_indices, read_box_folded, read_indices
 from .layout import box_of, is_whole_shard, open_array, read_box
 from .model import write_shard
 
@@ -39,6 +39,16 @@ SMALLEST = 64
 #: For degrees 0 to 5: the modulus whose powers bound the decay of the inverse of G. It is the largest pole of the
 #: direct filter of the B-spline of degree 2 n + 1.
 POLES = (0.0, 0.26795, 0.43058, 0.53529, 0.60800, 0.66127)
+
+#: The values of the B-splines of degrees 0 to 5 at 0, 1 and 2.
+_AT_SAMPLES = (
+    (1.0,),
+    (1.0,),
+    (6 / 8, 1 / 8),
+    (4 / 6, 1 / 6),
+    (230 / 384, 76 / 384, 1 / 384),
+    (66 / 120, 26 / 120, 1 / 120),
+)
 
 #: The fraction of a row of the inverse of G that may be cut off: below the precision of float32.
 _FORGOTTEN = 2.0**-32
@@ -96,7 +106,43 @@ class ReduceShard:
                 reached = slice(rows[0], rows[-1] + 1)
                 right[reached] += (part[reached] @ reduced.reshape(end - begin, -1)).reshape(-1, *right.shape[1:])
         coarse = z.solve(right).astype(np.float32).swapaxes(1, 2)
-        write_shard(self.root, self.coarse_key, target, index, coarse)
+        write_shard(self.root, self.coarse_key, index, coarse)
+
+
+@dataclass(frozen=True)
+class SampleShard:
+    """Evaluate one shard of a coarser model at its samples, and write them as the type of the finest level's.
+
+    Whole numbers are rounded to the nearest, and all are limited to the range of the finest level's samples.
+    """
+
+    root: Path
+    key: str
+    samples_key: str
+    degree: int
+    boundary: str
+    offset: float
+    minimum: float
+    maximum: float
+
+    def __call__(self, index: Any) -> None:
+        from scipy import ndimage
+
+        target = open_array(self.root, self.samples_key)
+        if is_whole_shard(self.root, self.samples_key, target, index):
+            return
+        box = box_of(index, target.shards, target.shape)
+        weights = _AT_SAMPLES[self.degree]
+        reach = len(weights) - 1
+        grown = tuple((first - reach, last + reach) for first, last in box)
+        read = functools.partial(read_box, self.root, self.key)
+        values = read_box_folded(read, grown, target.shape, self.boundary)
+        for axis in range(3):
+            values = ndimage.correlate1d(values, (*weights[:0:-1], *weights), axis)
+        values = cut(values, box, grown) + np.float64(self.offset)
+        if target.dtype.kind in "iub":
+            values = np.rint(values)
+        write_shard(self.root, self.samples_key, index, values.clip(self.minimum, self.maximum).astype(target.dtype))
 
 
 def reduction_memory(shard: Any, degree: int) -> int:

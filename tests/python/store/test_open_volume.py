@@ -157,7 +157,7 @@ def test_the_level_of_detail_follows_the_size_of_a_pixel(store):
 
 
 def shards_of(folder):
-    return sorted(path for path in (folder / "0" / "c").rglob("*") if path.is_file())
+    return sorted(path for path in (folder / "coefficients" / "0" / "c").rglob("*") if path.is_file())
 
 
 def damage(name, folder):
@@ -195,7 +195,9 @@ def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     for _ in range(2):
         with pytest.raises(OSError, match=SAID[name]) as caught:
             isospline.render(scene, isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0)), size=SIZE)
-        assert str(caught.value.filename) == str(shards_of(folder)[0] if name != "deleted" else folder / "0/c/0/0/0")
+        assert str(caught.value.filename) == str(
+            shards_of(folder)[0] if name != "deleted" else folder / "coefficients/0/c/0/0/0"
+        )
     with pytest.raises(OSError, match=SAID[name]):
         opened.sample([[0, 0, 0]])
 

@@ -77,7 +77,7 @@ def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monk
     with pytest.raises(ValueError, match=r"b\.zarr: expected a complete store, got an incomplete one"):
         read_metadata(path)
     # A file that a killed process was writing.
-    (path / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
+    (path / "coefficients" / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
     times = {file: file.stat().st_mtime_ns for file in path.rglob("*") if "c" in file.parts and file.is_file()}
     isospline.prefilter_to(data, path, **SMALL)
     assert contents(path) == contents(made)
@@ -156,7 +156,9 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
             print(type(error).__name__, error.errno, error)
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], capture_output=True, encoding="utf-8")
-    assert "File too large; the store is incomplete" in done.stdout and "a.zarr/0/c/0/0/0" in done.stdout, done
+    assert (
+        "File too large; the store is incomplete" in done.stdout and "a.zarr/coefficients/0/c/0/0/0" in done.stdout
+    ), done
     with pytest.raises(ValueError, match="expected a complete store"):
         read_metadata(tmp_path / "a.zarr")
     isospline.prefilter_to(np.zeros((40, 40, 40), np.uint8), tmp_path / "a.zarr")
@@ -164,7 +166,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["flipped", "truncated", "deleted", "index"])
-@pytest.mark.parametrize("key", ["0", "ranges/0"])
+@pytest.mark.parametrize("key", ["coefficients/0", "ranges/0"])
 def test_damaged_chunks_are_named(store, damage, key):
     chunk = store / key / "c" / "1" / "2" / "3"
     if key.startswith("ranges"):
@@ -173,15 +175,15 @@ def test_damaged_chunks_are_named(store, damage, key):
     if damage == "flipped":
         content[len(content) // 2] ^= 4
     elif damage == "index":
-        content[-6 if key == "0" else -1] ^= 4
+        content[-6 if key == "coefficients/0" else -1] ^= 4
     chunk.write_bytes(content[:-100] if damage == "truncated" else content)
     if damage == "deleted":
         chunk.unlink()
     name = chunk.relative_to(store)
     metadata = read_metadata(store)
     with pytest.raises(ValueError, match=rf"a\.zarr: chunk {name} cannot be read: "):
-        if key == "0":
-            layout.read_box(store, "0", tuple((0, size) for size in SHAPE))
+        if key == "coefficients/0":
+            layout.read_box(store, "coefficients/0", tuple((0, size) for size in SHAPE))
         else:
             read_ranges(metadata, metadata.levels[0])
 
@@ -196,13 +198,24 @@ def set_level(store, **fields):
 @pytest.mark.parametrize("key", ["../other", "/etc", "0/../../other", "..", "", ".", "a\0b", 7, "0\\..\\1"])
 @pytest.mark.parametrize("field", ["path", "ranges"])
 def test_keys_never_leave_a_store(store, tmp_path, field, key):
-    shutil.copytree(store / "0", tmp_path / "other")
+    shutil.copytree(store / "coefficients" / "0", tmp_path / "other")
     set_level(store, **{field: key})
     with pytest.raises(ValueError, match=rf"a\.zarr: levels\[0\]: {field}: expected"):
         read_metadata(store)
 
 
-@pytest.mark.parametrize("linked", ["0", "0/zarr.json", "0/c/0", "0/c/1/1/1", "ranges", "ranges/0/c/0/0/0/0/0"])
+@pytest.mark.parametrize(
+    "linked",
+    [
+        "coefficients/0",
+        "coefficients/0/zarr.json",
+        "coefficients/0/c/0",
+        "coefficients/0/c/1/1/1",
+        "0",
+        "ranges",
+        "ranges/0/c/0/0/0/0/0",
+    ],
+)
 def test_links_never_leave_a_store(store, tmp_path, linked):
     shutil.move(store / linked, tmp_path / "other")
     (store / linked).symlink_to(tmp_path / "other")
@@ -253,7 +266,10 @@ def test_folders_that_are_no_stores_are_refused(store, tmp_path):
         (text[:100], "expected JSON"),
         ("[]", "expected an object"),
         ("[" * 100_000, "expected JSON"),
-        (text.replace('"version": 1', '"version": 2'), "expected a store of version 1, got version 2"),
+        (
+            text.replace('"version": 2', '"version": 1'),
+            "expected a store of version 2, got version 1: convert its source",
+        ),
         (text.replace('"degree": 2', '"degree": 6'), "degree: expected one of 0, 1, 2, 3, 4, 5, got 6"),
         (text.replace('"zarr_format": 3', '"zarr_format": 2'), "expected a Zarr 3 group"),
     ):
@@ -261,12 +277,12 @@ def test_folders_that_are_no_stores_are_refused(store, tmp_path):
         with pytest.raises(ValueError, match=rf"a\.zarr: .*{expected}"):
             read_metadata(store)
     description.write_text(text, encoding="utf-8")
-    array = store / "0" / "zarr.json"
+    array = store / "coefficients" / "0" / "zarr.json"
     text = array.read_text(encoding="utf-8")
     for old, new in (("float32", "float64"), ("crc32c", "gzip"), ("sharding_indexed", "bytes"), ('"end"', '"start"')):
         assert old in text
         array.write_text(text.replace(old, new), encoding="utf-8")
-        with pytest.raises(ValueError, match=r"a\.zarr: levels\[0\]: 0: expected"):
+        with pytest.raises(ValueError, match=r"a\.zarr: levels\[0\]: coefficients/0: expected"):
             read_metadata(store)
 
 
@@ -284,7 +300,7 @@ def test_two_processes_read_one_store(store):
         from isospline.store import layout, read_metadata, read_ranges
         for _ in range(5):
             store = read_metadata({str(store)!r})
-            total = float(layout.read_box(store.path, "0", [(0, size) for size in {SHAPE}]).sum())
+            total = float(layout.read_box(store.path, "coefficients/0", [(0, size) for size in {SHAPE}]).sum())
             total += float(read_ranges(store, store.levels[0])[0, 0, 0].sum())
         print(total)
     """

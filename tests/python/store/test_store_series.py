@@ -20,7 +20,7 @@ def steps():
 
 
 def coefficients(path):
-    return zarr.open_array(path, path="0")[:]
+    return zarr.open_array(path, path="coefficients/0")[:]
 
 
 def check(path, steps):

@@ -304,8 +304,8 @@ def test_a_broken_chunk_is_named(data, tmp_path, kind):
 
 
 def test_what_is_no_volume_is_refused(data, tmp_path):
-    isospline.prefilter_to(data, tmp_path / "store.zarr")
-    with pytest.raises(ValueError, match="expected samples, got a store of coefficients"):
+    isospline.prefilter_to(data, tmp_path / "store.zarr", image=False)
+    with pytest.raises(ValueError, match="expected samples, got a store without them"):
         open_source(tmp_path / "store.zarr", "zyx", READING)
     zarr.create_array(tmp_path / "flat.zarr", data=data[0])
     with pytest.raises(ValueError, match=r"flat\.zarr.*expected an array of three dimensions, got shape \(7, 8\)"):

@@ -10,6 +10,7 @@ import numpy as np
 from ...parameters import printable
 from .. import ome
 from ..layout import zarr
+from ..metadata import read_metadata
 from .chunked import ORDERS, ChunkedSource, N5Source, ZarrSource, read_json
 
 #: Files that identify a folder of Zarr or N5.
@@ -36,8 +37,8 @@ def open_zarr(
     Also returns the number of its time steps, or None for a volume.
     """
     node = zarr().open(str(path), path=name or "", mode="r")
-    if "isospline" in node.attrs:
-        raise ValueError(f"{printable(path)}: expected samples, got a store of coefficients: open it with open_volume")
+    if "isospline" in node.attrs and "ome" not in node.attrs:
+        raise ValueError(f"{printable(path)}: expected samples, got a store without them: open it with open_volume")
     if hasattr(node, "chunks"):
         return ZarrSource(path, name or "", ORDERS[axes]), None
     image = _multiscale(node)
@@ -48,7 +49,12 @@ def open_zarr(
         return ZarrSource(path, f"{name}/{keys[0]}" if name else keys[0], ORDERS[axes]), None
     if axes != "zyx":
         raise ValueError(f'axes: expected "zyx" for an image that names its axes, got "{axes}"')
-    return _open_multiscale(path, name, node, image, time)
+    source, steps = _open_multiscale(path, name, node, image, time)
+    if "isospline" in node.attrs:  # a store tells its directions, which OME-Zarr cannot
+        store = read_metadata(path if name is None else path / name)
+        finest = store.levels[0]
+        source.move(origin=finest.origin, direction=finest.direction, patient=store.patient)
+    return source, steps
 
 
 def _multiscale(node):
