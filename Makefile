@@ -8,10 +8,11 @@ SHELL := /bin/bash
 bin := .venv/bin
 python := $(bin)/python
 # Files of tests run in parallel, each in one process, in the order of tests/python/conftest.py.
+comma := ,
 pytest = $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
-sources := CMakeLists.txt CMakePresets.json pyproject.toml \
-    $(shell find bindings cmake core python -type f -not -name '*.pyc')
+compiled := CMakeLists.txt CMakePresets.json pyproject.toml $(shell find bindings cmake core -type f)
+sources := $(compiled) $(shell find python -type f -not -name '*.pyc' -not -name '*.so')
 
 # The picture of `make demo`: a volume made from a formula, or the file VOLUME=path at LEVEL=number.
 VOLUME ?=
@@ -31,13 +32,14 @@ BENCH ?=
 REV ?= c6962fb
 VOLUMES ?=
 
-.PHONY: help demo test build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
-    fuzz bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages
+.PHONY: help demo test say-test-time test-fast develop build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
+    fuzz bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages test-packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
-demo: .venv/.installed ## render a picture; VOLUME=path LEVEL=number for your own file
+# If the package is not installed yet, it is installed without what only tests need, and no test is built.
+demo: $(or $(firstword $(wildcard .venv/.installed .venv/.linked)),.venv/.demo) ## render a picture; VOLUME=path LEVEL=number for your own file
 ifeq ($(VOLUME),)
 	@.venv/bin/isospline demo --output out
 else
@@ -45,13 +47,33 @@ else
 	@.venv/bin/isospline render "$(VOLUME)" $(if $(LEVEL),--level "$(LEVEL)") --output out/demo.png
 endif
 
-test: .venv/.installed ## build everything and run the C++ and the Python tests
+test: say-test-time .venv/.installed ## build everything and run the C++ and the Python tests
 	@echo "== Building the C++ tests in build/release"
 	@cmake --build --preset release
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
 	@$(pytest)
+	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
+
+say-test-time:
+	@mkdir -p build
+	@date +%s > build/test-begin
+	@if [ -e build/test-minutes ]; then \
+	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
+	else \
+	    echo "== make test takes about half an hour on two cores, and half of it once everything is built"; \
+	fi
+
+# Tests that are marked as slow are left out.
+test-fast: .venv/.linked ## build what has changed and run the fast tests, a minute; edits of Python files need no installation
+	@echo "== Building the C++ tests in build/release"
+	@cmake --build --preset release --target isospline_tests
+	@echo "== Running the fast tests"
+	@build/release/tests/isospline_tests "~[slow]" --reporter compact
+	@$(pytest) tests/python -m "not slow"
+
+develop: .venv/.linked ## build the package and link it into .venv: edits of Python files need no installation
 
 # For tests on further platforms: only the parts that depend on the compiler and the libraries. Benchmarks, pages in a
 # browser, fuzzing and tests that read the sources are left out, because they give the same results everywhere.
@@ -128,7 +150,7 @@ sanitize: sanitize-address sanitize-thread ## run the tests under Address-, Unde
 # The package is installed beside the build and not in .venv: only a Python with the preloaded sanitizer can import it.
 # CPython keeps memory until it ends, so only the C++ tests look for leaks. libstdc++ is preloaded so that ASan finds
 # the functions that throw.
-sanitize-address: packages .venv/.installed
+sanitize-address: test-packages .venv/.installed
 	@echo "== Building with AddressSanitizer and UndefinedBehaviorSanitizer in build/asan-ubsan"
 	@$(call pip_install,asan-ubsan,.) --no-deps --upgrade --target build/asan-ubsan/package
 	@cmake --build --preset asan-ubsan
@@ -139,14 +161,14 @@ sanitize-address: packages .venv/.installed
 	    LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
 	    PYTHONPATH=build/asan-ubsan/package $(python) -m pytest -p no:cacheprovider
 
-sanitize-thread: packages
+sanitize-thread: test-packages
 	@echo "== Building with ThreadSanitizer in build/tsan"
 	@cmake --preset tsan
 	@cmake --build --preset tsan
 	@echo "== Running the threaded C++ tests under ThreadSanitizer"
 	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
-clang: packages ## build all C++ with Clang, warnings as errors
+clang: test-packages ## build all C++ with Clang, warnings as errors
 	@tools/install_packages clang
 	@cmake --preset clang
 	@cmake --build --preset clang
@@ -176,7 +198,10 @@ clean: ## remove builds, the virtual environment and pictures
 	rm -rf build out .venv
 
 packages:
-	@tools/install_packages
+	@tools/install_packages packages.txt
+
+test-packages:
+	@tools/install_packages packages.txt tests/packages.txt
 
 pip = $(python) -m pip install -q --disable-pip-version-check
 
@@ -193,18 +218,40 @@ pip = $(python) -m pip install -q --disable-pip-version-check
 # The package with everything that its tests need.
 with_extras := .[io,interop,store,view,test,docs,lint]
 
-# $(call pip_install,PRESET,WHAT): builds the Python module in build/PRESET, which is kept, and installs the package.
-pip_install = $(pip) --no-build-isolation "$(2)" \
+# $(call pip_install,PRESET,WHAT,TESTS): builds the Python module in build/PRESET, which is kept, and installs the package.
+# If TESTS is OFF, CMake needs none of the packages of tests and benchmarks.
+pip_install = $(pip) --no-build-isolation $(2) \
     --config-settings=build-dir=build/$(1) --config-settings=cmake.args=--preset=$(1) \
-    --config-settings=cmake.build-type= --config-settings=cmake.define.ISOSPLINE_BUILD_TESTS=ON
+    --config-settings=cmake.build-type= --config-settings=cmake.define.ISOSPLINE_BUILD_TESTS=$(or $(3),ON) \
+    --config-settings=cmake.define.ISOSPLINE_BUILD_BENCH=$(or $(3),ON)
+
+# Of these installations, the last one is in .venv.
+installations := .venv/.installed .venv/.linked .venv/.module .venv/.demo
 
 # The package with the requirements of the compiled module's tests.
-.venv/.module: .venv/.requirements $(sources)
+.venv/.module: .venv/.requirements $(sources) | test-packages
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
-	@$(call pip_install,release,.[test-module])
+	@rm -f $(installations)
+	@$(call pip_install,release,".[test-module]")
 	@touch $@
 
-.venv/.installed: .venv/.requirements $(sources)
+# The package for `make demo`, with what the commands that it suggests need.
+.venv/.demo: .venv/.requirements $(sources)
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
-	@$(call pip_install,release,$(with_extras))
+	@rm -f $(installations)
+	@$(call pip_install,release,".[view$(if $(VOLUME),$(comma)io)]",OFF)
+	@touch $@
+
+# The package with its Python files where they are edited, and everything that its tests need.
+.venv/.linked: .venv/.requirements $(compiled) | test-packages
+	@echo "== Building the package in build/release and linking it into .venv (takes minutes the first time)"
+	@rm -f $(installations)
+	@$(call pip_install,release,--editable "$(with_extras)")
+	@touch $@
+
+# The package as users get it, which `make test` tests, with everything that its tests need.
+.venv/.installed: .venv/.requirements $(sources) | test-packages
+	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
+	@rm -f $(installations)
+	@$(call pip_install,release,"$(with_extras)")
 	@touch $@

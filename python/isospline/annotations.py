@@ -32,7 +32,7 @@ def check_annotations(annotate: Iterable[Annotation], camera: Any, look: Any, un
             raise ValueError(f"annotate: expected some of {', '.join(ANNOTATIONS)}, got {name!r}")
     check_type(unit, "unit", str, "a str such as 'mm'")
     if "scale_bar" in names and isinstance(camera, _core.PanoramicCamera):
-        raise ValueError("annotate: expected no scale_bar in a panorama, which has no scale, got one")
+        raise ValueError("annotate: scale_bar cannot be combined with a panorama, which has no scale")
     if "colorbar" in names and not color_rules(look):
         raise ValueError("annotate: expected a colour rule with a map, such as ColorByVolume, for colorbar")
     return names

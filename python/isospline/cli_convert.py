@@ -9,7 +9,7 @@ import isospline
 
 from .cli_cluster import client_of
 
-#: What fails where a disk does, and not for a wrong name.
+#: Errors of the disk, and not of a wrong name.
 _DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 

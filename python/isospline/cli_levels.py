@@ -38,7 +38,7 @@ def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str
     """The isosurfaces at the chosen levels, without specks and what is not the body; `say` tells what is left out."""
     if chosen.body_level is not None:
         options = {**options, "mask": body_mask(volume, chosen.body_level)}
-        say(f"only what is in the largest piece at level {chosen.body_level:g}, the body, is shown")
+        say(f"only the body is kept: the largest piece at level {chosen.body_level:g}")
     first = isospline.Isosurface(volume, chosen.levels[0], largest=largest_of(arguments), **options)
     if chosen.without_specks and (kept := kept_pieces(first, say)):
         first = isospline.Isosurface(volume, chosen.levels[0], largest=kept, **options)

@@ -115,6 +115,6 @@ def traced_images(renderer, arguments, progress, say):
         say(f"{arguments.output}: has {renderer.samples} samples a pixel{go_on}")
         raise
     if is_open:
-        noise = renderer.noise  # unknown while parts of the picture have a sample more than others
+        noise = renderer.noise  # not finite after an unfinished pass over the picture
         say(f"{renderer.samples} samples a pixel" + (f", noise {noise:.2g}" if math.isfinite(noise) else ""))
     yield image

@@ -33,7 +33,7 @@ def opened(arguments, read):
 
 
 class Store:
-    """What `isospline.VolumeData` is for a file: samples of an overview, and whether they are of a patient."""
+    """A store in place of a `VolumeData`: samples of its overview, and whether they are of a patient."""
 
     def __init__(self, arguments):
         self.levels_of_detail = LevelsOfDetail(arguments.file, arguments.memory_limit)

@@ -18,7 +18,7 @@ MATERIAL = ("metallic", "roughness", "specular")
 PATH_TRACER = ("max_bounces", "seed")
 GROUND = ("ground", "ground_color")
 TONE = ("tone_map", "exposure")
-#: What ends a path traced picture, and with what keeps pictures of all kinds over a pause.
+#: The options that end a path traced picture; with those of checkpoints, all limits.
 ENDS = ("noise", "time_limit")
 LIMITS = (*ENDS, "checkpoint", "resume")
 

@@ -61,7 +61,7 @@ def describe(summary, width=80, unicode=True):
         f"  spacing    {_numbers(summary['spacing'])}",
         f"  origin     {_numbers(summary['origin'])}",
         f"  direction  {_direction(np.array(summary['direction']))}",
-        f"  patient    {PATIENT if summary['patient'] else 'not told'}",
+        f"  patient    {PATIENT if summary['patient'] else 'unknown'}",
         f"  from       {_numbers(lower)}",
         f"  to         {_numbers(upper)}",
         f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "

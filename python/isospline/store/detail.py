@@ -33,8 +33,8 @@ def level_of_detail_for(store: StoreMetadata | str | os.PathLike[str], camera: A
     ----------
     store : StoreMetadata, str or path-like
         The store, or its folder.
-    camera : PerspectiveCamera, OrthographicCamera or ThinLensCamera
-        For a panoramic camera, a lens with distortion, or an eye inside the volume's box, the finest level is chosen.
+    camera : PerspectiveCamera, OrthographicCamera, ProjectionPlaneCamera or PanoramicCamera
+        For a panoramic camera, one with distortion, or an eye inside the volume's box, the finest level is chosen.
     size : (int, int)
         Width and height of the picture in pixels.
 
@@ -46,7 +46,7 @@ def level_of_detail_for(store: StoreMetadata | str | os.PathLike[str], camera: A
     metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
     try:
         to_image = camera.world_to_ndc(size)
-    except (AttributeError, ValueError):  # a panoramic camera, or a lens with distortion
+    except (AttributeError, ValueError):  # a panoramic camera, or one with distortion
         return 0
     pixels = _pixels_per_voxel(metadata.levels[0], to_image, np.array(size))
     if not pixels < 1:

@@ -125,7 +125,7 @@ double largest_part(bool exact_threshold)
 
 } // namespace
 
-TEST_CASE("the bound on the rounding error of Bernstein coefficients holds, and is tight", "[cell]")
+TEST_CASE("the bound on the rounding error of Bernstein coefficients holds, and is tight", "[cell][slow]")
 {
     // If the threshold's own rounding dominates, the bound is almost reached. Without it, all roundings would need the
     // same sign.

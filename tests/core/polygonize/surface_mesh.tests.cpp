@@ -98,7 +98,7 @@ TEST_CASE("meshes of noise that planes cut are closed manifolds", "[polygonize]"
         }
 }
 
-TEST_CASE("meshes with a tolerance are closed manifolds within it", "[polygonize]")
+TEST_CASE("meshes with a tolerance are closed manifolds within it", "[polygonize][slow]")
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (const double tolerance : {1.0, 0.3, 0.1}) {

@@ -151,7 +151,7 @@ Faults find_faults(const SceneSnapshot& scene, const std::vector<Ray>& rays, boo
 
 } // namespace
 
-TEST_CASE("rays alternately enter and leave closed meshes, even at vertices, edges and walls", "[scene]")
+TEST_CASE("rays alternately enter and leave closed meshes, even at vertices, edges and walls", "[scene][slow]")
 {
     constexpr std::size_t batch = 10000;
     for (const auto& [mesh_name, mesh] : test::closed_meshes())

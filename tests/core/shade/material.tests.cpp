@@ -31,7 +31,7 @@ std::size_t cell_of(const glm::dvec3& w)
 
 } // namespace
 
-TEST_CASE("materials sample directions with the stated density", "[shade]")
+TEST_CASE("materials sample directions with the stated density", "[shade][slow]")
 {
     for (const double roughness : {0.3, 0.6, 1.0})
         for (const double metallic : {0.0, 1.0})

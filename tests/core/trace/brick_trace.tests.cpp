@@ -345,14 +345,14 @@ std::size_t check_all(Subject& subject)
 
 } // namespace
 
-TEST_CASE("rays visit all cells of noise in which they have a root", "[trace]")
+TEST_CASE("rays visit all cells of noise in which they have a root", "[trace][slow]")
 {
     const int degree = GENERATE(1, 2, 3);
     Subject subject(noise_volume({19, 10, 21}, degree), 0.3, 240);
     check_all(subject);
 }
 
-TEST_CASE("rays visit all cells of smooth surfaces in which they have a root, and few others", "[trace]")
+TEST_CASE("rays visit all cells of smooth surfaces in which they have a root, and few others", "[trace][slow]")
 {
     const int degree = GENERATE(1, 2, 3);
     Subject subject(wavy_volume({37, 22, 30}, degree), 0.4, 240);
@@ -361,7 +361,7 @@ TEST_CASE("rays visit all cells of smooth surfaces in which they have a root, an
     CHECK(visits < 3 * subject.met_count / 4);
 }
 
-TEST_CASE("rays visit the cells that a clip keeps", "[trace]")
+TEST_CASE("rays visit the cells that a clip keeps", "[trace][slow]")
 {
     const auto volume = wavy_volume({37, 22, 30}, 2);
     const std::vector<HalfSpace> clip_lattice{{glm::normalize(glm::dvec3(1.0, 2.0, -0.5)), 12.0},

@@ -82,6 +82,7 @@ def pixels_of(path):
         return file.channels()["RGBA"].pixels
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kills", [False, True], ids=["whole", "killed"])
 def test_pictures_come_from_a_scheduler(store, tmp_path, kills, kill_at):
     given = ["render", str(store), "--level", "0.1", "--size", "512x384", "--exact", "--fast"]
@@ -94,6 +95,7 @@ def test_pictures_come_from_a_scheduler(store, tmp_path, kills, kill_at):
     assert np.array_equal(pixels_of(tmp_path / "one.exr"), pixels_of(tmp_path / "many.exr"))
 
 
+@pytest.mark.slow
 def test_a_scheduler_s_workers_convert(tmp_path, kill_at):
     np.save(tmp_path / "a.npy", np.random.default_rng(0).normal(size=(150, 140, 130)).astype(np.float32))
     given = ["convert", str(tmp_path / "a.npy"), "--chunk", "16"]

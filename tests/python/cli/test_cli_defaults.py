@@ -28,6 +28,7 @@ REAL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REAL)
 def test_real_volumes_render(volumes_folder, picture, capsys, name):
     level, options = REAL[name]
@@ -142,7 +143,7 @@ def test_a_ct_is_rendered_without_its_table(tmp_path, scan_with_table, capsys):
         return int(re.search(r"(\d+) cells", printed.out)[1]), printed.err
 
     few, told = cells()
-    assert "above water, for bones" in told and "the body, is shown" in told
+    assert "above water, for bones" in told and "only the body is kept" in told
     assert few < 1.2 * bone  # the suggested level is another one
     assert cells("--largest", "1")[0] == few
     every, told = cells("--largest", "all")

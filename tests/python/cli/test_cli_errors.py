@@ -237,6 +237,7 @@ def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_the_exit_code_is_that_of_main(ball, tmp_path):
     result = run("info", tmp_path / "missing.nrrd")
     assert (result.returncode, result.stdout) == (2, "") and "Traceback" not in result.stderr

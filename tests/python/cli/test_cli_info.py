@@ -17,6 +17,7 @@ from isospline.cli import main
 from isospline.cli_parser import make_parser
 
 
+@pytest.mark.slow
 def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsys):
     image = pytest.importorskip("PIL.Image")
     folder = tmp_path / "a folder"
@@ -48,7 +49,7 @@ def test_info_describes_a_file(ball, capsys):
     assert "24 x 22 x 20   int16, 20.6 KiB" in text
     assert re.search(r"spacing +0\.5  1  2\n", text)
     assert re.search(r"direction +\+x \+y \+z\n", text)
-    assert re.search(r"patient +not told\n", text)
+    assert re.search(r"patient +unknown\n", text)
     assert f"range      {data.min()} to {data.max()}" in text
     assert f"levels     {isospline.suggest_levels(data)[0]:.6g}" in text
     assert max(map(len, text.splitlines())) <= 120
@@ -77,6 +78,7 @@ def test_info_without_unicode(ball):
     assert result.returncode == 0 and "####" in result.stdout and "<- " in result.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "POSIX", "PYTHONUTF8": "0"}])
 def test_names_that_the_terminal_cannot_show(ball, environment):
     """As on Python's standard error, their letters are escaped, or their bytes are written unchanged."""

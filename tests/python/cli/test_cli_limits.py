@@ -40,6 +40,7 @@ def test_a_checkpoint_continues_with_more_samples(ball, picture, checkpoint, cap
     assert f"isospline: {checkpoint}: continues after 5 samples a pixel\n" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("has_checkpoint", [True, False])
 def test_kill_and_resume(ball, picture, checkpoint, has_checkpoint, tmp_path):
@@ -188,6 +189,7 @@ def test_pictures_of_all_kinds_go_on_bit_for_bit(ball, tmp_path, checkpoint, cap
     assert "checkpoint: expected one of the same samples, got another one" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_a_killed_studio_picture_continues(ball, picture, checkpoint):
     command = [sys.executable, "-m", "isospline", "render", ball, "-l", "0", "--size", "480x360", "-o", picture]

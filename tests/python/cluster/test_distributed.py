@@ -67,6 +67,7 @@ OF_TILES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", [*LOOKS, *OF_TILES])
 def test_tiles_make_the_picture_of_one_process(client, scene, camera, store, look, shuffled):
     options = dict(size=SIZE, **(LOOKS | OF_TILES)[look])
@@ -191,6 +192,7 @@ def test_progress_cancels(client, scene, camera):
     assert seen[0] == 0 and 0.3 <= seen[-1] < 1
 
 
+@pytest.mark.slow
 def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
     from isospline.cli import main
 
@@ -219,6 +221,7 @@ def pixels_of(path):
         return file.channels()["RGBA"].pixels
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_no_pixels(scene, camera):
     options = dict(size=SIZE, shading=isospline.AmbientOcclusion(32), samples=4, layers=LAYERS)
     expected = isospline.render(scene, camera, **options)

@@ -39,6 +39,7 @@ def folder(repository):
 # Waiting
 
 
+@pytest.mark.slow
 def test_each_call_gets_its_turn(tmp_path):
     """Eight threads, each with a different kind of call to the same scene, surface, hopper and renderer."""
     surface, mesh = sphere(), mesh_sphere(6.0, 32)
@@ -204,6 +205,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "call", ["render", "step", "cast_rays", "add", "level", "volume", "closest_points", "exr", "png"]
 )
@@ -240,6 +242,7 @@ time.sleep(0.3)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", ["render", "short", "add"])
 def test_the_interpreter_ends_while_daemon_threads_work(call, folder):
     for _ in range(5):
@@ -305,6 +308,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.slow
 @needs_fork
 @pytest.mark.parametrize("parent, codes", [("idle", {"10"}), ("busy", {"10", "11"})])
 def test_a_forked_child_works_or_raises(parent, codes, folder):
@@ -342,12 +346,14 @@ os._exit(0)
 """
 
 
+@pytest.mark.slow
 @needs_fork
 def test_a_forked_child_reads_the_store_that_its_parent_reads(tmp_path):
     pytest.importorskip("zarr")
     assert set(python(FORK_STORE, tmp_path, timeout=600).split()) == {"10"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", ["mesh", "mask"])
 def test_others_run_while_arrays_are_copied(make):
     vertices, faces = np.random.default_rng(0).random((1_000_000, 3)), np.arange(3_000_000).reshape(-1, 3) % 1_000_000
@@ -366,6 +372,7 @@ def test_others_run_while_arrays_are_copied(make):
     assert ticks >= 5
 
 
+@pytest.mark.slow
 def test_many_scenes_live():
     """There are more scenes than Embree allows devices."""
     mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])

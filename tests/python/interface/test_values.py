@@ -310,6 +310,7 @@ def first_hits(scene, rays):
     return scene.cast_rays(rays)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_other_processes_cast_rays(method):
     scene = isospline.Scene([sphere(), mesh_sphere(5.0)])
@@ -322,6 +323,7 @@ def test_other_processes_cast_rays(method):
                 np.testing.assert_array_equal(array, expected[name][rows])
 
 
+@pytest.mark.slow
 def test_joblib_casts_rays():
     joblib = pytest.importorskip("joblib")
     scene = isospline.Scene([sphere()])

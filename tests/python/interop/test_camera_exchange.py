@@ -35,6 +35,7 @@ def vtk_camera():
     return camera
 
 
+@pytest.mark.slow
 def test_perspective_projects_as_vtk_does(vtk_camera, rng):
     vtk_camera.SetViewAngle(37)
     points = rng.uniform(-1, 1, (50, 3))
@@ -165,6 +166,7 @@ def distorted_pixels(points, distortion):
     return cv2.projectPoints(points, rotation, TRANSLATION, LENS_INTRINSICS, np.array(distortion))[0][:, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", DISTORTIONS)
 def test_points_on_rays_are_where_opencv_distorts_them_to(count, rng):
     distortion = DISTORTIONS[count]

@@ -66,6 +66,7 @@ def test_all_crossings_are_those_of_trimesh(shape, rng):
         np.testing.assert_array_equal(got, same)
 
 
+@pytest.mark.slow
 def test_first_and_any_crossings_are_those_of_trimesh(shape, rng):
     origins, directions = rays_at(shape, rng)
     intersector, oracle = RayMeshIntersector(shape), native(shape)
@@ -82,6 +83,7 @@ def test_first_and_any_crossings_are_those_of_trimesh(shape, rng):
     np.testing.assert_allclose(locations, expected[0], atol=1e-6 * shape.scale)
 
 
+@pytest.mark.slow
 def test_points_inside_are_those_of_trimesh(shape, rng):
     lower, upper = shape.bounds
     points = rng.uniform(lower - 0.2, upper + 0.2, (1000, 3))

@@ -281,6 +281,7 @@ def test_other_objects_options_and_samples_are_refused(data, name):
         make(objects(data)[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method, argument, package",
     [

@@ -200,6 +200,7 @@ def test_elements_of_no_type_are_refused(tmp_path, data):
 # Paths
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -482,6 +483,7 @@ def test_paths_of_outputs_may_be_any_bytes(tmp_path, write, suffix):
     assert caught.value.filename == str(tmp_path / os.fsdecode(b"missing\xe9") / name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["exr", "png"])
 def test_the_system_s_own_error_is_told(tmp_path, suffix):
     program = (

@@ -69,6 +69,7 @@ def test_counts_need_no_integrals(degree):
         counted.areas
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_components_add_up_to_the_solid(degree, inside):
@@ -104,6 +105,7 @@ def test_at_degree_1_they_are_those_that_scipy_labels_with_26_neighbours(seed):
     assert largest.enclosed_volume().value == pytest.approx(found.enclosed_volumes[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("seed", range(3))
 def test_they_are_those_of_the_continuous_model_but_for_pieces_in_one_cell(degree, seed):
@@ -181,6 +183,7 @@ def test_a_cavity_belongs_to_its_solid():
     np.testing.assert_allclose(below.enclosed_volumes[1], 4 / 3 * math.pi * (5**3 - 3**3), rtol=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_all_queries_see_the_largest_alone(degree, n):
@@ -249,6 +252,7 @@ def test_a_clip_separates_nothing_and_its_caps_are_those_of_the_largest():
     assert np.all(hits.primitive_ids[:2] == volume.cell_count)
 
 
+@pytest.mark.slow
 def test_a_mask_separates():
     """A mask cuts a bar into two parts of different size."""
     z, y, x = np.mgrid[0:16, 0:16, 0:40].astype(float)

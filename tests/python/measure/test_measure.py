@@ -106,6 +106,7 @@ def test_stated_errors_hold_and_fall_with_the_order():
         assert errors[1] < errors[0] / 20 and errors[2] < errors[1] / 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree, order_of_volume", [(1, 2), (2, 4), (3, 4)])
 def test_sampled_torus_converges(degree, order_of_volume):
     field = isospline.volumes.torus(0.6, 0.25)
@@ -142,6 +143,7 @@ def test_planes_of_degree_1_on_faces_of_cells():
             assert_within(surface.area(), 81, 1e-7)
 
 
+@pytest.mark.slow
 def test_same_for_any_number_of_threads(rng):
     volume = isospline.Volume(rng.normal(size=(20, 21, 22)))
     surface = isospline.Isosurface(volume, 0.3)

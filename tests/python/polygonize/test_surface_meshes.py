@@ -150,6 +150,7 @@ def test_levels_of_whole_samples_leave_no_short_edges():
     assert shape.edges_unique_length.min() > 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("name", ["sphere", "torus"])
 def test_tolerance_bounds_both_distances(rng, name, degree):
@@ -190,6 +191,7 @@ def test_specks_between_samples_have_a_mesh_where_a_tolerance_is_given():
     np.testing.assert_allclose(mesh.bounds.mean(axis=0), 4, atol=0.05)
 
 
+@pytest.mark.slow
 def test_meshes_are_the_same_for_any_number_of_threads(rng):
     volume = closed_noise(rng, 2, {}, shape=(12, 12, 12))
     surface = isospline.Isosurface(volume, 0.2, clip=isospline.HalfSpace((9, 9, 9), (1, 2, 3)), capped=True)
@@ -206,6 +208,7 @@ def test_meshes_are_the_same_for_any_number_of_threads(rng):
             np.testing.assert_array_equal(several[0].faces, other.faces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "level", "options"),
     [

@@ -13,6 +13,8 @@ from scipy import ndimage
 
 import isospline
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def bench(repository, monkeypatch):

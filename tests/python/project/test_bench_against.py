@@ -11,6 +11,8 @@ import pytest
 
 import isospline
 
+pytestmark = pytest.mark.slow
+
 ROWS = {
     "packets": "Mray/s",
     "single": "Mray/s",

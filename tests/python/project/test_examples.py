@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.slow
+
 # Calls that write a file.
 WRITING = ("image.write", "part.write", ".save(", ".savefig(", ".tofile(", "write_video(")
 EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.py"))

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 for package in ("meshio", "nibabel", "nrrd", "pydicom", "pyvista", "SimpleITK", "tifffile", "trimesh"):
     pytest.importorskip(package)
 

@@ -10,6 +10,8 @@ import pytest
 
 import isospline
 
+pytestmark = pytest.mark.slow
+
 
 def symbols(path):
     """The names that a library exports."""

@@ -10,6 +10,8 @@ pytest.importorskip("sybil")
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "docs"))
 import pages
 
+pytestmark = pytest.mark.slow
+
 # Languages of blocks that are run, or that contain no code.
 RUN = {"python", "sh", "text"}
 FENCE = re.compile(r"^```(\S*)", re.MULTILINE)

@@ -13,6 +13,8 @@ pytest.importorskip("sphinx")
 pytest.importorskip("playwright")
 from browser import chromium
 
+pytestmark = pytest.mark.slow
+
 #: Seconds that the build may take: several times what it takes on two cores.
 LONGEST = 1000
 PAGES = ["index", "tutorial", "gallery/index", "howto/meshes", "method", "benchmarks", "reference/api/isospline.Volume"]

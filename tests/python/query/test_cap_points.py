@@ -17,6 +17,7 @@ def half_torus(n=48):
     return isospline.Isosurface(volume, field.level, clip=PLANES, capped=True)
 
 
+@pytest.mark.slow
 def test_nearest_points_see_caps_as_the_dense_mesh_does(rng):
     surface = half_torus()
     shape = surface.to_mesh().to_trimesh()

@@ -88,6 +88,7 @@ def degenerate_rays(mesh, rng, count):
     return rays
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
 def test_crossings_are_those_of_rational_arithmetic(make, rng):
     mesh = make()

@@ -51,6 +51,7 @@ def test_samples_keep_to_cuts_and_an_empty_surface_is_an_error():
         sphere(0.7).sample_points(1, seed=-1)
 
 
+@pytest.mark.slow
 def test_thickness_of_a_torus_and_a_shell():
     field = isospline.volumes.torus(0.6, 0.25)
     torus = isospline.Isosurface(isospline.Volume(field.samples(64), **field.grid(64), degree=3), field.level)
@@ -78,6 +79,7 @@ def test_thickness_where_the_solid_is_open_or_capped():
         sphere(0.7).thickness(top, method="balls")
 
 
+@pytest.mark.slow
 def test_distance_of_spheres():
     apart = isospline.surface_distance(sphere(0.7), sphere(0.5), samples=2000)
     assert abs(apart.mean.value - 0.2) < 1e-4 and abs(apart.rms.value - 0.2) < 1e-4
@@ -88,6 +90,7 @@ def test_distance_of_spheres():
     assert lower - 1e-4 <= 0.2 <= upper + 1e-4
 
 
+@pytest.mark.slow
 def test_one_sided_distances_differ():
     whole, half = sphere(0.7), sphere(0.7, clip=isospline.HalfSpace((0, 0, 0), (0, 0, 1)))
     assert isospline.surface_distance(half, whole, samples=500).maximum[1] < 0.25 / 16 + 1e-9

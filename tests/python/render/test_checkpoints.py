@@ -149,6 +149,7 @@ def test_a_picture_continues_after_each_sample(whole, path):
         assert second.run(24) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3, 10, 20])
 def test_a_picture_continues_after_ctrl_c(path, count):
     """The interrupt may come at any time: tiles then have different numbers of samples."""
@@ -172,6 +173,7 @@ def test_a_picture_continues_after_ctrl_c(path, count):
         assert second.run(32, noise=1e-9) == expected
 
 
+@pytest.mark.slow
 def test_a_limit_of_noise_is_the_same_after_a_pause(path):
     expected = make_renderer()
     expected.run(noise=NOISE)

@@ -185,6 +185,7 @@ def test_unwritable_paths_leave_nothing_behind(image, tmp_path, suffix):
         image.write(f"/proc/image{suffix}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".exr", ".png"])
 def test_a_full_disk_leaves_the_old_file(tmp_path, suffix):
     pytest.importorskip("resource")

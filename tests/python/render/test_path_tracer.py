@@ -137,6 +137,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     assert ((expected.color[..., 3] > 0) & (expected.color[..., 3] < 1)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.2, 0.35, 0.6, 1.0])
 @pytest.mark.parametrize("metallic, specular", [(0, 0), (0, 0.05), (0, 0.25), (0, 0.5), (0, 1), (0.5, 0.5), (1, 0.5)])
 def test_no_material_makes_light(roughness, metallic, specular):
@@ -149,6 +150,7 @@ def test_no_material_makes_light(roughness, metallic, specular):
 
 
 # Faint coats are chosen too rarely for the samples of one pixel to tell their variance.
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [m for m in MATERIALS if m.specular in (0.0, 0.5, 1.0)][1::5], ids=repr)
 @pytest.mark.parametrize("angle", [10, 70])
 def test_even_light_on_a_plane_is_the_integral(material, angle):
@@ -254,6 +256,7 @@ LAMPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAMPS)
 def test_irradiance_below_a_lamp_is_the_closed_form(name):
     lamp, irradiance, radiance = LAMPS[name]
@@ -270,6 +273,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
     assert_means(image, 0.6 / np.pi * mean[..., None] * radiance, 2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.1, 0.4, 1.0])
 @pytest.mark.parametrize("metallic", [0, 1])
 def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):

@@ -71,6 +71,7 @@ def test_variance_is_that_of_independent_pictures(scene, camera):
     np.testing.assert_allclose(blocks[1], blocks[0], rtol=0.5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_images_become_better(scene, camera):
     best = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=512).color
     errors, before = [], None
@@ -166,6 +167,7 @@ def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
         image.denoise()
 
 
+@pytest.mark.slow
 def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
     pytest.importorskip("pyoidn", reason="pyoidn is not installed")
     size = (160, 120)

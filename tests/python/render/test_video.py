@@ -131,6 +131,7 @@ def test_a_full_disk_is_told_and_leaves_no_video(tmp_path):
     assert not os.listdir(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_interrupting_leaves_no_video(tmp_path, ball):
     command = [

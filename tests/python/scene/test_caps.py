@@ -126,6 +126,7 @@ def rim_points(surface, rng, count):
     return HEIGHT * NORMAL + radius[:, None] * outwards
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["exact", "reference"])
 def test_nothing_leaks_through_the_rim(rng, method):
     """A million rays from inside to points of the rim; by rounding, they pass on either side of it."""
@@ -183,6 +184,7 @@ def test_contains_agrees_with_counts_of_crossings(closed, rng):
     assert np.isfinite(scene.cast_rays(rays[inside])["t_hit"]).all()
 
 
+@pytest.mark.slow
 def test_all_queries_agree(closed, rng):
     _, rays = around(closed, rng, 40_000)
     scene = isospline.Scene([closed])

@@ -270,6 +270,7 @@ def test_single_rays_and_packets_are_the_picture():
     np.testing.assert_array_equal(image.gradient_magnitude[hit], single["gradient_magnitudes"][hit].astype(np.float32))
 
 
+@pytest.mark.slow
 def test_a_hit_does_not_depend_on_what_is_found_behind_it():
     """Single rays and packets meet a mesh close behind an isosurface in different orders."""
     camera, objects = ellipsoids()

@@ -65,6 +65,7 @@ np.savez(sys.argv[1], *[array for one in hits for array in one.values()])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isa", ["sse2", "sse4.2", "avx", "avx2", "avx512"])
 def test_instruction_sets_of_embree(tmp_path, isa):
     def trace(name, **environment):

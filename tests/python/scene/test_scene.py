@@ -251,6 +251,7 @@ def test_affine_maps(kind, by):
     np.testing.assert_allclose([lower, upper], [corners.min(axis=0), corners.max(axis=0)], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_no_ray_escapes_a_closed_surface(degree):
     """Ten million rays from inside (over the three degrees), a third of them aimed at edges and corners of cells."""

@@ -73,6 +73,7 @@ print(after[0] - before[0], after[1] - before[1])
 TOLERANCE = 4000
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/statm")
 @pytest.mark.parametrize("leak", [False, True], ids=["no leak", "leak"])
 def test_memory_returns_after_a_thousand_changes(leak, repository):

@@ -110,6 +110,7 @@ def test_only_shapes_that_change_are_built():
     assert scene.build_count == 4
 
 
+@pytest.mark.slow
 def test_boxes_cover_the_instance_that_needs_the_widest(rng):
     """Instances far from each other and of very different sizes: single precision rounds most in the smallest."""
     surface = sphere()

@@ -56,6 +56,7 @@ def square_of_distance(size=24, degree=2, **options):
     return isospline.Volume(data, degree=degree, filter="none", **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3])
 @pytest.mark.parametrize("origin, distance", [((0, 0, 0), 40), ((0, 0, 0), 1e6), ((1e4, -3e4, 2e4), 40)])
 def test_rays_that_leave_a_sphere_do_not_meet_it(degree, origin, distance):

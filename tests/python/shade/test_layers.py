@@ -147,6 +147,7 @@ def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator
     assert (image.ambient_occlusion[hit] == openness).all() and not image.ambient_occlusion[~hit].any()
 
 
+@pytest.mark.slow
 def test_openness_before_a_wall_is_the_form_factor():
     """A very long wall of height h at the distance d hides (1 - d / sqrt(d^2 + h^2)) / 2 of the sky."""
     height = 3.0
@@ -272,6 +273,7 @@ def test_bad_layers(integrator):
             fails(ValueError, f"layers: expected direct and variance of path traced .* got {name}", layers=(name,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("opacity", [0.0, 0.3, 1.0])
 def test_openness_below_a_translucent_ball(opacity):
     """The ball covers cos(angle to its centre) (radius / distance)^2 of the sky; its two sides absorb a part of it."""

@@ -250,6 +250,7 @@ def test_light_on_a_floor_below_a_translucent_ball():
         np.testing.assert_allclose(image.color[on_floor, 0], expected, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_openness_below_a_translucent_ball():
     """The closed form of an opaque ball, times the absorption of two crossings."""
     opacity = 0.4

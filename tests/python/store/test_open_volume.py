@@ -40,6 +40,7 @@ def picture(volume, **options):
     return isospline.render(scene, camera, size=SIZE, layers=("depth", "normal", "primitive_ids"), **options)
 
 
+@pytest.mark.slow
 def test_pictures_and_samples_equal_those_in_memory(pair):
     volume, folder = pair
     opened = isospline.open_volume(folder, memory_limit="64MB")
@@ -56,6 +57,7 @@ def test_pictures_and_samples_equal_those_in_memory(pair):
     assert (opened.minimum, opened.maximum) == (volume.minimum, volume.maximum)
 
 
+@pytest.mark.slow
 def test_everything_else_that_asks_for_coefficients(pair):
     volume, folder = pair
     opened = isospline.open_volume(folder, memory_limit="64MB")
@@ -76,6 +78,7 @@ def test_everything_else_that_asks_for_coefficients(pair):
         np.testing.assert_array_equal(array, theirs.cast_rays(rays)[name])
 
 
+@pytest.mark.slow
 def test_bricks_are_dropped_under_the_limit_and_pictures_stay_the_same(pair):
     volume, folder = pair
     limit = 36_000_000
@@ -185,6 +188,7 @@ SAID = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAID)
 def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     folder = tmp_path / "broken.zarr"

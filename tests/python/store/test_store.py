@@ -51,6 +51,7 @@ def by_blocks(data, offset, *options):
     return got
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 @pytest.mark.parametrize(
     "options", [*((degree, "interpolate", 0.0) for degree in range(6)), (2, "smoothing", 0.5), (3, "smoothing", 3.0)]
@@ -78,6 +79,7 @@ def test_blocks_have_the_coefficients_of_scipy(degree, boundary):
     assert np.abs(got - expected).max() < 3 * np.spacing(np.float32(np.abs(expected).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", range(6))
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 def test_store_reads_back(degree, boundary, tmp_path):

@@ -39,6 +39,7 @@ def basis(size, degree, boundary, positions):
     return np.stack([values(row, degree, boundary, positions) for row in np.eye(size)], axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("size", [2, 3, 4, 7, 12, 33, 90])
@@ -68,6 +69,7 @@ def test_halos_follow_from_the_largest_poles():
             assert np.isclose(abs(inverse[44] / inverse[43]), pole, rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 3])
 def test_level_is_the_least_squares_fit_in_space(degree, tmp_path):
     data = np.random.default_rng(3).normal(size=(3, 4, 66)).astype(np.float32)

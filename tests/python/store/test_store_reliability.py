@@ -60,6 +60,7 @@ def contents(path):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 7, 31, 62])
 def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monkeypatch, after):
     count = itertools.count()
@@ -85,6 +86,7 @@ def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monk
     assert len(times) >= after
 
 
+@pytest.mark.slow
 def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
     def stop(self, index):
         raise KeyboardInterrupt
@@ -144,6 +146,7 @@ def test_samples_that_are_not_finite_are_named(tmp_path):
         isospline.prefilter_to(data, tmp_path / "b.zarr")
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
     """The system's limit for the size of files simulates the full disk."""
     script = f"""
@@ -295,6 +298,7 @@ def test_one_process_at_a_time_writes_a_store(data, tmp_path, monkeypatch):
         isospline.prefilter_to(data, tmp_path / "a.zarr")
 
 
+@pytest.mark.slow
 def test_two_processes_read_one_store(store):
     script = f"""
         from isospline.store import layout, read_metadata, read_ranges
@@ -310,6 +314,7 @@ def test_two_processes_read_one_store(store):
     assert told[0] == told[1] != "" and all(each.returncode == 0 for each in running)
 
 
+@pytest.mark.slow
 def test_memory_stays_under_the_limit(tmp_path):
     """The coefficients alone are larger than the limit, and the limit includes Python and its packages."""
     limit, size = 230, 400
@@ -330,6 +335,7 @@ def test_memory_stays_under_the_limit(tmp_path):
     assert 4 * size**3 > limit * 1e6 > int(told.stdout)
 
 
+@pytest.mark.slow
 def test_progress_grows_to_one_and_cancels(data, tmp_path):
     told = []
     isospline.prefilter_to(data, tmp_path / "a.zarr", **SMALL, progress=told.append)
@@ -340,6 +346,7 @@ def test_progress_grows_to_one_and_cancels(data, tmp_path):
     assert contents(tmp_path / "a.zarr") == contents(tmp_path / "b.zarr")
 
 
+@pytest.mark.slow
 def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     distributed = pytest.importorskip("distributed")
     isospline.prefilter_to(data, tmp_path / "threads.zarr", chunk=16, workers=3)
@@ -352,6 +359,7 @@ def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     assert contents(path) == contents(made)
 
 
+@pytest.mark.slow
 def test_the_command_continues_after_ctrl_c(data, tmp_path):
     np.save(tmp_path / "a.npy", np.tile(data, (4, 4, 3)))
     store = tmp_path / "a.zarr"

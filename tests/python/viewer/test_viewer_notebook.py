@@ -15,6 +15,8 @@ import isospline
 from isospline import volumes
 from isospline.viewer.cell import cell
 
+pytestmark = pytest.mark.slow
+
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.ipynb"))
 
 

@@ -15,6 +15,8 @@ from browser import Page, chromium
 import isospline
 from isospline import volumes
 
+pytestmark = pytest.mark.slow
+
 LEVEL = 0.0
 
 
