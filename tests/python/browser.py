@@ -18,7 +18,7 @@ def chromium():
 
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
-        raise RuntimeError("the tests of the viewer need chromium, which make test installs: see packages.txt")
+        raise RuntimeError("the tests of the viewer need chromium, which make test installs: see tests/packages.txt")
     # Libraries that are preloaded for the module under test, such as a sanitizer, must not be in the browser.
     preloaded = os.environ.pop("LD_PRELOAD", None)
     with contextlib.ExitStack() as stack:

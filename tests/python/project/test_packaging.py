@@ -32,6 +32,27 @@ def test_what_other_platforms_leave_out_is_there(repository):
     assert all((repository / option.removeprefix("--ignore=")).exists() for option in options)
 
 
+def commands(repository, target):
+    """What `make` would run to make a target from nothing."""
+    made = ["make", "--dry-run", "--always-make", target]
+    return subprocess.run(made, cwd=repository, capture_output=True, encoding="utf-8", check=True).stdout
+
+
+def test_the_demo_installs_and_builds_nothing_of_the_tests(repository):
+    demo, test = (commands(repository, target) for target in (".venv/.demo", ".venv/.installed"))
+    for part in ("tests/packages.txt", "ISOSPLINE_BUILD_TESTS=ON", "ISOSPLINE_BUILD_BENCH=ON", ",test,"):
+        assert part not in demo and part in test
+    assert "ISOSPLINE_BUILD_TESTS=OFF" in demo
+    listed = (repository / "packages.txt").read_text(encoding="utf-8")
+    for name in ("chromium", "catch2", "libbenchmark-dev"):
+        assert name not in listed and name in (repository / "tests" / "packages.txt").read_text(encoding="utf-8")
+
+
+def test_development_links_python_files_and_tests_do_not(repository):
+    assert "--editable" in commands(repository, ".venv/.linked")
+    assert "--editable" not in commands(repository, ".venv/.installed")
+
+
 def build_sdist(repository, folder):
     """The packed sources of the last commit."""
     pytest.importorskip("scikit_build_core")
