@@ -65,21 +65,34 @@ inline void refuse_masked(const pybind11::handle& value, const char* parameter)
                       std::to_string(count) + " masked");
 }
 
-/// numpy.asarray(value), or numpy.from_dlpack(value) for tensors that only support DLPack. The dtype must be one of the
-/// given kinds: b boolean, i and u integer, f floating point.
+/// The NumPy array of a tensor of another library, by its own `numpy()` or DLPack; any other value as it is. NumPy
+/// would read the items of such a tensor one by one. DLPack comes second: NumPy first calls it with keywords, which
+/// bindings of earlier versions of DLPack, as Open3D's, refuse with the text of all numbers in the message.
+inline pybind11::object as_host_array(const pybind11::handle& value, const char* parameter, const char* expected)
+{
+    namespace py = pybind11;
+    auto given = py::reinterpret_borrow<py::object>(value);
+    if (py::isinstance<py::array>(value) || py::hasattr(value, "__array__"))
+        return given;
+    const bool has_numpy = py::hasattr(value, "numpy") && PyCallable_Check(given.attr("numpy").ptr()) != 0;
+    if (!has_numpy && !py::hasattr(value, "__dlpack__"))
+        return given;
+    try {
+        return has_numpy ? py::object(given.attr("numpy")())
+                         : py::object(py::module_::import("numpy").attr("from_dlpack")(value));
+    } catch (const py::error_already_set&) {
+        throw_wrong_type(parameter, std::string(expected) + " in the memory of the CPU", value);
+    }
+}
+
+/// numpy.asarray(value), without reading a tensor item by item. The dtype must be one of the given kinds: b boolean, i
+/// and u integer, f floating point.
 inline pybind11::array as_array(const pybind11::handle& value, const char* parameter, std::string_view kinds = "biuf",
                                 const char* expected = "an array of real numbers")
 {
     namespace py = pybind11;
     refuse_masked(value, parameter);
-    py::object given = py::reinterpret_borrow<py::object>(value);
-    if (!py::isinstance<py::array>(value) && !py::hasattr(value, "__array__") && py::hasattr(value, "__dlpack__")) {
-        try {
-            given = py::module_::import("numpy").attr("from_dlpack")(value);
-        } catch (const py::error_already_set&) {
-            throw_wrong_type(parameter, std::string(expected) + " in the memory of the CPU", value);
-        }
-    }
+    const py::object given = as_host_array(value, parameter, expected);
     auto array = stay_at_exit([&] { return py::array::ensure(given); });
     if (!array)
         PyErr_Clear();

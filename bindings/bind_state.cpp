@@ -225,6 +225,8 @@ py::dict dict_of(const VolumeOptions& options, const VolumeSummary& summary)
     state["filter"] = static_cast<int>(options.filter);
     state["smoothing"] = options.smoothing;
     state["axes"] = static_cast<int>(options.axes);
+    state["unit"] = options.unit;
+    state["patient"] = options.patient;
     state["shape"] = py::make_tuple(summary.shape.x, summary.shape.y, summary.shape.z);
     state["minimum"] = summary.minimum;
     state["maximum"] = summary.maximum;
@@ -243,6 +245,8 @@ VolumeOptions options_in(const py::dict& state)
     options.filter = static_cast<Filter>(state["filter"].cast<int>());
     options.smoothing = state["smoothing"].cast<double>();
     options.axes = static_cast<Axes>(state["axes"].cast<int>());
+    options.unit = state["unit"].cast<std::string>();
+    options.patient = state["patient"].cast<bool>();
     return options;
 }
 

@@ -64,6 +64,10 @@ smoothing : float
 axes : {"zyx", "xyz"}
     Order of the axes of `data`: "zyx" as in NumPy arrays from ITK, VTK, tifffile and zarr, "xyz" as in arrays from
     nibabel. Points, directions and spacing are always (x, y, z).
+unit : str
+    Unit of world coordinates, such as "mm", for scale bars and tables.
+patient : bool
+    Whether the world is a patient's: x, y and z run to the left, to the back and to the head (LPS).
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
 
@@ -134,7 +138,7 @@ std::string item_text(const glm::ivec3& index, Axes axes)
 std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& spacing, const py::object& origin,
                                     const py::object& direction, int degree, const std::string& boundary,
                                     const std::string& filter, double smoothing, const std::string& axes,
-                                    const py::object& progress)
+                                    const std::string& unit, bool patient, const py::object& progress)
 {
     VolumeOptions options;
     if (const py::array edges = as_array(spacing, "spacing", "iuf", "one number or three"); edges.ndim() == 0)
@@ -149,6 +153,8 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
     options.filter = as_enum(filter_words, filter, "filter");
     options.smoothing = smoothing;
     options.axes = as_enum(axes_words, axes, "axes");
+    options.unit = unit;
+    options.patient = patient;
 
     py::module_::import("isospline.mistakes").attr("refuse_images")(data);
     py::array array = as_array(data, "data", "biuf", "a three-dimensional array of real numbers");
@@ -249,11 +255,15 @@ void bind_volume(py::module_& module)
         }
     });
 
+    module.def("_as_array", [](const py::object& value, const std::string& parameter) {
+        return as_array(value, parameter.c_str());
+    });
     py::class_<Volume, std::shared_ptr<Volume>>(module, "Volume", volume_doc)
         .def(py::init(&make_volume), py::arg("data"), py::kw_only(), py::arg("spacing") = py::make_tuple(1.0, 1.0, 1.0),
              py::arg("origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("direction") = py::none(),
              py::arg("degree") = 2, py::arg("boundary") = "mirror", py::arg("filter") = "interpolate",
-             py::arg("smoothing") = 0.0, py::arg("axes") = "zyx", py::arg("progress") = py::none())
+             py::arg("smoothing") = 0.0, py::arg("axes") = "zyx", py::arg("unit") = "", py::arg("patient") = false,
+             py::arg("progress") = py::none())
         .def("sample", &sample, py::arg("points"), py::kw_only(), py::arg("derivative") = 0, sample_doc)
         .def_property_readonly(
             "coefficients", &coefficients,
@@ -291,6 +301,12 @@ void bind_volume(py::module_& module)
         .def_property_readonly(
             "axes", [](const Volume& volume) { return to_word(axes_words, volume.options().axes); },
             "Order of the data's axes: \"zyx\" or \"xyz\".")
+        .def_property_readonly(
+            "unit", [](const Volume& volume) { return volume.options().unit; },
+            "Unit of world coordinates, such as \"mm\"; empty if it is not known.")
+        .def_property_readonly(
+            "patient", [](const Volume& volume) { return volume.options().patient; },
+            "Whether the world is a patient's: x, y and z run to the left, to the back and to the head (LPS).")
         .def_property_readonly("minimum", &Volume::minimum, "Smallest sample.")
         .def_property_readonly("maximum", &Volume::maximum, "Largest sample.")
         .def_property_readonly("memory", &Volume::memory, "Bytes held by this object.")

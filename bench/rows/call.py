@@ -8,10 +8,27 @@ from suite.views import in_tiles, whole_camera
 
 import isospline
 
+
+class Tensor:
+    """A tensor of another library, which can be read item by item or as a whole."""
+
+    def __init__(self, array):
+        self._array = array
+
+    def __len__(self):
+        return len(self._array)
+
+    def __getitem__(self, index):
+        return self._array[index]
+
+    def numpy(self):
+        return self._array
+
+
 TITLE = "The call from Python"
 ABOUT = """Rays of the whole view, reversed, so that they miss the scene's box: this is what `Scene.cast_rays` costs
-before any work, in packets on one thread. *float32, t alone* has float32 rays and `outputs=("t_hit",)`. *float64, all*
-has float64 rays and all default outputs."""
+before any work, in packets on one thread. *float32, t alone* has float32 rays and `outputs=("t_hit",)`; *tensor* has
+the same in a tensor of another library. *float64, all* has float64 rays and all default outputs."""
 SETTINGS = ("size", "repetitions")
 GOALS = [("the call from Python, rays that miss, float32 in, t out", "at most 8 ns a ray")]
 
@@ -23,9 +40,11 @@ def measure(settings):
         scene = isospline.Scene([isospline.Isosurface(volume, subject.level)])
         away = in_tiles(whole_camera(scene, settings.size).rays(settings.size)) * [1, 1, 1, -1, -1, -1]
         single = away.astype(np.float32)
+        tensor = Tensor(single)
         seconds, answers = take_turns(
             {
                 "float32, t alone": lambda s=scene, r=single: s.cast_rays(r, coherent=True, outputs=("t_hit",)),
+                "tensor": lambda s=scene, r=tensor: s.cast_rays(r, coherent=True, outputs=("t_hit",)),
                 "float64, all": lambda s=scene, r=away: s.cast_rays(r, coherent=True),
             },
             settings.repetitions,

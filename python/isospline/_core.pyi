@@ -44,6 +44,8 @@ class _ModelOptions(TypedDict, total=False):
     boundary: Literal["mirror", "periodic"]
     filter: Literal["interpolate", "none", "smoothing"]
     smoothing: float
+    unit: str
+    patient: bool
     progress: _Progress
 
 class Volume:
@@ -59,6 +61,8 @@ class Volume:
         filter: Literal["interpolate", "none", "smoothing"] = "interpolate",
         smoothing: float = 0.0,
         axes: Literal["zyx", "xyz"] = "zyx",
+        unit: str = "",
+        patient: bool = False,
         progress: _Progress = None,
     ) -> None: ...
     @classmethod
@@ -106,11 +110,15 @@ class Volume:
     @property
     def paging(self) -> dict[str, Any] | None: ...
     @property
+    def patient(self) -> bool: ...
+    @property
     def shape(self) -> tuple[int, int, int]: ...
     @property
     def smoothing(self) -> float: ...
     @property
     def spacing(self) -> NDArray[np.float64]: ...
+    @property
+    def unit(self) -> str: ...
 
 def open_sharded_volume(
     folder: str | PathLike[str],
@@ -877,6 +885,7 @@ def render_part(
 def background_color(background: _Background) -> list[float]: ...
 def set_thread_count(count: int) -> None: ...
 def thread_count() -> int: ...
+def _as_array(value: ArrayLike, parameter: str) -> NDArray[Any]: ...
 def _prefilter_block(
     samples: NDArray[Any], offset: float, degree: int, boundary: str, filter: str, smoothing: float
 ) -> NDArray[np.float32]: ...

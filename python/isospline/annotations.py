@@ -23,14 +23,14 @@ _BORDER, _LONGEST = 0.04, 0.25
 _DARK, _BRIGHT, _MIDDLE = 0.015, 1.0, 0.2
 
 
-def check_annotations(annotate: Iterable[Annotation], camera: Any, look: Any, unit: str) -> tuple[str, ...]:
+def check_annotations(annotate: Iterable[Annotation], camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
     """Check the names of marks before the work begins."""
     check_type(annotate, "annotate", Iterable, "a sequence of names")
     names = (annotate,) if isinstance(annotate, str) else tuple(annotate)
     for name in names:
         if name not in ANNOTATIONS:
             raise ValueError(f"annotate: expected some of {', '.join(ANNOTATIONS)}, got {name!r}")
-    check_type(unit, "unit", str, "a str such as 'mm'")
+    check_type(unit, "unit", (str, type(None)), "a str such as 'mm' or None")
     if "scale_bar" in names and isinstance(camera, _core.PanoramicCamera):
         raise ValueError("annotate: scale_bar cannot be combined with a panorama, which has no scale")
     if "colorbar" in names and not color_rules(look):

@@ -197,7 +197,7 @@ def _render(arguments, write=True):
         look = {"integrator": path_tracer.replace(materials=look)}
     else:
         look = {"shading": look, **lighting}
-    marks = annotations_of(arguments, data.patient, look)
+    marks = annotations_of(arguments, look)
     frames, missing = frames_to_make(cameras, arguments, _say)
     with _progress("rendering", arguments) as progress:
         written = write_images(

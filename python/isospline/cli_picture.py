@@ -11,6 +11,7 @@ import isospline
 from .annotations import ANNOTATIONS, annotated, check_annotations, color_rules
 from .colors import named_color
 from .pictures import BACKGROUND, color_of, count_pieces
+from .rendering import unit_of
 
 #: Seconds after which the user is told the expected time.
 PATIENCE = 1.0
@@ -122,17 +123,17 @@ def lighting_of(arguments):
     return {"lighting": isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))}
 
 
-def annotations_of(arguments, patient, look):
+def annotations_of(arguments, look):
     """A function of an image, its camera and its scene that draws the requested marks into the image.
 
     --annotate without a value draws a colour bar if there is a colour map.
     """
-    colors, unit = look.get("integrator", look.get("shading")), "mm" if patient else ""
+    colors = look.get("integrator", look.get("shading"))
     names = arguments.annotate
     if names == ANNOTATIONS and not color_rules(colors):
         names = ("scale_bar",)
-    names = check_annotations(names, None, colors, unit)
-    return lambda image, camera, scene: annotated(image, names, camera, scene, colors, unit)
+    names = check_annotations(names, None, colors, None)
+    return lambda image, camera, scene: annotated(image, names, camera, scene, colors, unit_of(scene))
 
 
 class Patience:

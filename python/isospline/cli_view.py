@@ -76,7 +76,7 @@ def session_image(arguments, progress):
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
-    annotate = annotations_of(arguments, any(source.patient for source in document), maker.look(state))
+    annotate = annotations_of(arguments, maker.look(state))
     return annotate(image, state.camera.camera(), maker.scene)
 
 

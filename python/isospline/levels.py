@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .parameters import check_count, refuse_masked
+from ._core import _as_array
+from .parameters import check_count
 from .signatures import explained
 
 __all__ = ["histogram", "suggest_levels"]
@@ -93,10 +94,7 @@ def histogram(data):
     values : (N,) float64 array
     counts : (N,) int64 array
     """
-    refuse_masked(data, "data")
-    data = np.atleast_2d(np.asarray(data))
-    if data.dtype.kind not in "biuf":
-        raise TypeError(f"data: expected an array of real numbers, got dtype {data.dtype}")
+    data = np.atleast_2d(_as_array(data, "data"))
     if data.size == 0:
         raise ValueError(f"data: expected samples, got none, shape {data.shape}")
     if data.dtype == bool:

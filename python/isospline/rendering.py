@@ -34,7 +34,7 @@ def render(
     ambient_occlusion_samples: int = 16,
     encoding: Literal["linear", "srgb8"] = "linear",
     annotate: Iterable[Annotation] = (),
-    unit: str = "",
+    unit: str | None = None,
     progress: _Progress = None,
 ) -> Image:
     """Render a scene.
@@ -83,8 +83,9 @@ def render(
     annotate : sequence of {"scale_bar", "colorbar"}
         What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
         colour bar for each colour rule with a map. Not allowed with a crop.
-    unit : str
-        Unit of world coordinates, for the scale bar, such as "mm".
+    unit : str, optional
+        Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
+        the same.
     progress : callable or True, optional
         Called with the finished fraction a few times a second; cancels the rendering by returning
         a false value other than None. True shows a bar.
@@ -126,6 +127,7 @@ def render(
         raise ValueError(f"annotate: expected nothing with a crop, got {', '.join(marks)}")
     if camera is None:
         camera = camera_for(scene, size=size)
+    unit = unit_of(scene) if unit is None else unit
     options: dict[str, Any] = {"size": size, "crop": crop, "samples": samples, "layers": layers}
     options["ambient_occlusion_samples"] = ambient_occlusion_samples
     if lighting is not None:
@@ -170,3 +172,10 @@ def _by_geometry_id(scene: _core.Scene, of_objects: Mapping[Any, _Shading]) -> d
             raise ValueError("shading: expected isosurfaces and meshes of the scene, got one that is not in it")
         of_ids = {key: given[each] for key, each in shown.items() if each in given} | of_ids
     return of_ids
+
+
+def unit_of(scene: _core.Scene) -> str:
+    """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
+    surfaces = (scene.object(geometry_id) for geometry_id in scene)
+    units = {surface.volume.unit for surface in surfaces if isinstance(surface, _core.Isosurface)}
+    return units.pop() if len(units) == 1 else ""

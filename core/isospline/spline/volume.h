@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace isospline {
@@ -34,6 +35,8 @@ struct VolumeOptions {
     Filter filter = Filter::interpolate;
     double smoothing = 0.0; ///< weight of the roughness, at least 0; used by Filter::smoothing
     Axes axes = Axes::zyx;  ///< for bindings that exchange arrays; C++ does not use it
+    std::string unit{};     ///< of world coordinates, such as "mm", for pictures and tables; empty if unknown
+    bool patient = false;   ///< whether x, y and z run to a patient's left, back and head (LPS), for pictures
 };
 
 /// The facts about the samples that a volume keeps besides the coefficients.

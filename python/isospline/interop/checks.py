@@ -46,7 +46,7 @@ def to_volume(volume_type, data, parameter, options):
     for name in _PLACE:
         if name in options:
             raise TypeError(f"{name}: expected none, as {parameter} has it, got {options[name]!r}")
-    return volume_type(data.data, spacing=data.spacing, origin=data.origin, direction=data.direction, **options)
+    return volume_type(data.data, **{**data.frame, **options})
 
 
 def to_mesh(mesh_type, arrays, parameter, options):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -39,10 +40,10 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
-    Normals and colours of vertices are kept. Faces keep the order of the file; larger ones are cut into triangles. STL
-    has no vertices but corners of faces, of which those with equal positions become one vertex; in other formats,
-    vertices are not merged. If a file has solid cells and no faces, their surface is used. Coordinates are those of the
-    file. A process of its own reads the file, with limits on memory and time.
+    Normals and colours of vertices are kept, except colours of 16 bits in glTF. Faces keep the order of the file, and
+    larger ones are cut into triangles. STL has no vertices but corners of faces, of which those with equal positions
+    become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces, their surface
+    is used. Coordinates are those of the file. A process of its own reads the file, with limits on memory and time.
 
     Parameters
     ----------
@@ -130,11 +131,33 @@ def _arrays_of_trimesh(path, scene):
     mesh = mesh_from_trimesh(Mesh, scene)
     arrays, suffix = _arrays(mesh), path.suffix.lower()
     if suffix == ".stl":
-        arrays["vertices"], places = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)
-        arrays["faces"] = places.reshape(-1)[mesh.faces]
+        first, places = _equal_rows(mesh.vertices)
+        arrays["vertices"], arrays["faces"] = mesh.vertices[first], places[mesh.faces]
     if suffix in (".glb", ".gltf") and mesh.colors is not None:
         arrays["colors"] = linear_to_srgb(mesh.colors)  # trimesh takes the linear colours of glTF for sRGB
+        if _has_long_colors(path):
+            del arrays["colors"]
     return arrays
+
+
+def _equal_rows(rows):
+    """The first one of each group of equal rows, and the group of each row. Faster than `np.unique` of rows."""
+    groups = np.zeros(len(rows), np.int64)
+    for column in rows.T:
+        values, places = np.unique(column + 0.0, return_inverse=True)  # -0.0 + 0.0 is 0.0
+        _, groups = np.unique(groups * len(values) + places, return_inverse=True)
+    return np.unique(groups, return_index=True)[1], groups
+
+
+def _has_long_colors(path):
+    """Whether a glTF file has colours of 16 bits, of which trimesh takes the last 8."""
+    content = path.read_bytes()
+    if content[:4] == b"glTF":
+        content = content[20 : 20 + int.from_bytes(content[12:16], "little")]
+    tree = json.loads(content)
+    parts = (part["attributes"] for mesh in tree["meshes"] for part in mesh["primitives"])
+    accessors = (tree["accessors"][part["COLOR_0"]] for part in parts if "COLOR_0" in part)
+    return any(accessor["componentType"] == _UNSIGNED_SHORT for accessor in accessors)
 
 
 def load_vtk(path, within):
@@ -194,6 +217,9 @@ def _arrays(mesh):
     arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "normals", "colors")}
     return {name: array for name, array in arrays.items() if array is not None}
 
+
+# The component type of glTF.
+_UNSIGNED_SHORT = 5123
 
 #: The functions of formats by their suffix, and the packages that they need.
 _READERS = {

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import INVALID_ID, Isosurface, Mesh, Scene
+from .._core import INVALID_ID, Isosurface, Mesh, Scene, _as_array
 from ..signatures import explained_methods
 from .trimesh import check_trimesh, mesh_from_trimesh
 
@@ -122,7 +122,7 @@ class RayMeshIntersector:
         locations : (M, 3) float64 array, world units
             Only with `return_locations`.
         """
-        rays, rows = _rays(ray_origins, ray_directions)
+        rays, rows, _ = _rays(ray_origins, ray_directions)
         if multiple_hits:
             crossings = self.scene.list_intersections(rays)
             index_ray, index_tri, t = crossings["ray_ids"], crossings["primitive_ids"], crossings["t_hit"]
@@ -154,16 +154,16 @@ class RayMeshIntersector:
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int64]:
         """(N,) int64 array: the first face or cell of each ray; -1 if it misses."""
-        rays, rows = _rays(ray_origins, ray_directions)
-        first = np.full(np.shape(ray_origins)[0], -1, dtype=np.int64)
+        rays, rows, count = _rays(ray_origins, ray_directions)
+        first = np.full(count, -1, dtype=np.int64)
         hits = self.scene.cast_rays(rays)
         first[rows] = np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
         return first
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """(N,) bool array: whether each ray crosses anything."""
-        rays, rows = _rays(ray_origins, ray_directions)
-        crosses = np.zeros(np.shape(ray_origins)[0], dtype=np.bool_)
+        rays, rows, count = _rays(ray_origins, ray_directions)
+        crosses = np.zeros(count, dtype=np.bool_)
         crosses[rows] = self.scene.test_occlusions(rays)
         return crosses
 
@@ -193,16 +193,16 @@ class RayMeshIntersector:
 
 
 def _rays(origins, directions):
-    """(N, 6) rays for the scene, without those whose direction is zero, and their original rows."""
+    """(N, 6) rays for the scene, without those whose direction is zero, their original rows, and N."""
     origins, directions = _rows(origins, "ray_origins"), _rows(directions, "ray_directions")
     if len(origins) != len(directions):
         raise ValueError(f"ray_directions: expected as many as ray_origins, {len(origins)}, got {len(directions)}")
     rows = np.flatnonzero(directions.any(axis=1))
-    return np.hstack([origins, directions])[rows], rows
+    return np.hstack([origins, directions])[rows], rows, len(origins)
 
 
 def _rows(values, parameter):
-    array = np.asarray(values, dtype=float)
+    array = _as_array(values, parameter).astype(float, copy=False)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{parameter}: expected shape (N, 3), got {array.shape}")
     return array

@@ -20,6 +20,8 @@ from .volume_data import VolumeData
 LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 # Suffixes of files that cannot be mapped into memory.
 COMPRESSED = (".gz", ".mgz", ".bz2", ".zst")
+# Units of NIfTI, by their names in nibabel.
+_UNITS = {"meter": "m", "mm": "mm", "micron": "µm"}
 # Bytes of the longer one of both headers.
 _HEADER = 540
 
@@ -85,7 +87,10 @@ def to_volume_data(image, load=None):
     check_samples(shape[::-1], float if scaled else dtype, mapped=load or not (scaled or compressed))
 
     data = load(stored, shape) if load else np.asanyarray(stored).reshape(shape, order="F").T
-    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(patient=_is_patient(image))
+    patient, unit = _is_patient(image), ""
+    if isinstance(image, _nifti_types()):
+        unit = _UNITS.get(image.header.get_xyzt_units()[0], "")
+    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(patient=patient, unit=unit)
 
 
 def _is_patient(image):

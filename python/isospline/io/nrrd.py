@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
+from typing import Any
 
 import numpy as np
 
@@ -60,9 +61,11 @@ def read(path, load=read_samples, *, within=None):
     begin = 0 if names is not None else begin
     if encoding not in _COMPRESSIONS and len(files) > 1:
         raise ValueError(f"expected one file of samples as text, got {len(files)}")
-    patient = header.get("space", "").lower() in _PATIENT_SPACES
+    units = set(re.findall(r'"([^"]*)"', header.get("space units", "")))
+    about: dict[str, Any] = {"unit": min(units) if len(units) == 1 else ""}
+    about["patient"] = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
-        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype)).replace(patient=patient)
+        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype)).replace(**about)
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
@@ -73,7 +76,7 @@ def read(path, load=read_samples, *, within=None):
     else:
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
         data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
-    return itk.to_volume_data(reader, data).replace(patient=patient)
+    return itk.to_volume_data(reader, data).replace(**about)
 
 
 def _read_text(file, begin, shape, dtype):

@@ -121,7 +121,7 @@ def read_volume(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     np.arange(60, dtype="<u2").tofile(f"{folder}/ramp.raw")
     ...     isospline.read_volume(f"{folder}/ramp.raw", shape=(3, 4, 5), dtype="<u2", spacing=(1, 1, 2.5))
-    VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw', patient=False)
+    VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw', patient=False, unit='')
     """
     given = check_frame(spacing, origin, direction)
     check_path(path)

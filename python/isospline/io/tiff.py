@@ -23,6 +23,9 @@ SUFFIXES = (".tif", ".tiff")
 #: The packages that are needed, imported once by the server of processes.
 LIBRARIES = "tifffile imagecodecs"
 
+# Names of units in ImageJ.
+_UNITS = {"micron": "µm", "microns": "µm", "um": "µm", "\\u00B5m": "µm", "pixel": "", "pixels": ""}
+
 # Bytes of an item of a tag, by the type of the tag.
 _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
 
@@ -47,7 +50,7 @@ def read_slice(path):
 
 
 def read_layout(path):
-    """Where the samples of a file are: a dict of `shape`, `dtype`, `stored`, `spacing`, `begin` (or None), `pages`."""
+    """Where the samples of a file are: a dict of `shape`, `dtype`, `stored`, `place`, `begin` (or None), `pages`."""
     return isolated.call("isospline.io.tiff:load_layout", path, LIBRARIES)
 
 
@@ -63,7 +66,7 @@ def load_file(path, within=None):
     """`read_file`, in this process."""
     with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        return vars(VolumeData(series.asarray(), spacing_of(file)))
+        return vars(VolumeData(series.asarray(), **place_of(file)))
 
 
 def load_layout(path):
@@ -73,7 +76,7 @@ def load_layout(path):
             "shape": series.shape,
             "dtype": series.dtype.str,
             "stored": series.dtype.newbyteorder(file.byteorder).str,
-            "spacing": spacing_of(file),
+            "place": place_of(file),
             "begin": series.dataoffset,
             "pages": len(series.pages),
         }
@@ -182,22 +185,25 @@ def _check_axes(series):
             check_components(count)
 
 
-def spacing_of(file):
-    """Spacing from ImageJ's or OME's metadata, in their unit; ones if they do not have all three."""
+def place_of(file):
+    """Spacing and unit from ImageJ's or OME's metadata; ones without a unit if they do not have all three spacings."""
     if file.is_imagej and "spacing" in file.imagej_metadata:
         tags = file.pages[0].tags
         resolution = [tags[name].value if name in tags else (0, 1) for name in ("XResolution", "YResolution")]
         spacing = [bottom / top if top else 0.0 for top, bottom in resolution]
         spacing.append(abs(float(file.imagej_metadata["spacing"])))
+        unit = str(file.imagej_metadata.get("unit", ""))
     elif file.is_ome:
         elements = xml.etree.ElementTree.fromstring(file.ome_metadata).iter()
         pixels: Any = next((element for element in elements if element.tag.endswith("}Pixels")), {})
         spacing = [float(pixels.get(f"PhysicalSize{axis}", 0)) for axis in "XYZ"]
-        if len({pixels.get(f"PhysicalSize{axis}Unit") for axis in "XYZ"}) > 1:
+        units = {pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"}
+        if len(units) > 1:
             raise ValueError("expected physical sizes of one unit along x, y and z, got several")
+        unit = units.pop()
     else:
-        return (1.0, 1.0, 1.0)
-    return tuple(spacing) if min(spacing) > 0 else (1.0, 1.0, 1.0)
+        return {}
+    return {"spacing": tuple(spacing), "unit": _UNITS.get(unit, unit)} if min(spacing) > 0 else {}
 
 
 def _check_pages(path):

@@ -43,6 +43,8 @@ class VolumeData:
     patient : bool
         Whether the file declares the world to be a patient's. Then x, y and z run to the left, to the back and to the
         head (LPS), in millimetres.
+    unit : str
+        Unit of world coordinates, such as "mm"; empty if the file does not tell it.
 
     Examples
     --------
@@ -58,6 +60,11 @@ class VolumeData:
     direction: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     format: str = ""
     patient: bool = False
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if self.patient and not self.unit:
+            object.__setattr__(self, "unit", "mm")
 
     @classmethod
     def from_affine(cls, data: NDArray[Any], affine: ArrayLike, format: str = "") -> VolumeData:
@@ -92,17 +99,22 @@ class VolumeData:
         return replace(self, **fields)
 
     def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
-        """Model the samples: ``isospline.Volume(data, spacing=..., origin=..., direction=..., **options)``."""
+        """Model the samples: ``isospline.Volume(data.data, **{**data.frame, **options})``."""
         from .. import Volume
 
         warn_of_labels(self.data)
-        return Volume(self.data, spacing=self.spacing, origin=self.origin, direction=self.direction, **options)
+        return Volume(self.data, **{**self.frame, **options})
+
+    @property
+    def frame(self) -> dict[str, Any]:
+        """What determines the world of a `Volume`: spacing, origin, direction, unit and patient."""
+        return {name: getattr(self, name) for name in ("spacing", "origin", "direction", "unit", "patient")}
 
     def __repr__(self) -> str:
         return (
             f"VolumeData(shape={self.data.shape}, dtype={self.data.dtype}, spacing={self.spacing}, "
             f"origin={self.origin}, direction={np.asarray(self.direction).tolist()}, format={self.format!r}, "
-            f"patient={self.patient})"
+            f"patient={self.patient}, unit={self.unit!r})"
         )
 
 

@@ -93,6 +93,8 @@ def open_level(
         filter=_FILTERS.index(metadata.filter),
         smoothing=metadata.smoothing,
         axes=0,
+        unit="mm" if metadata.patient else "",
+        patient=metadata.patient,
         shape=level.shape[::-1],
         minimum=level.minimum,
         maximum=level.maximum,

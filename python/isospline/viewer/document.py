@@ -264,7 +264,7 @@ def source_of(item):
     def make(key):
         if isinstance(item, _core.Mesh):
             return Source(key, item)
-        patient = isinstance(item, VolumeData) and item.patient
+        patient = isinstance(item, (VolumeData, _core.Volume)) and item.patient
         if isinstance(item, VolumeData):
             model, samples = item.to_volume(), item.data
         elif isinstance(item, _core.Volume):

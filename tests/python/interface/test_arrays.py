@@ -35,6 +35,25 @@ class OnlyDlpack:
         return self._array.__dlpack_device__()
 
 
+class OnlyNumpy:
+    """A tensor with numpy() alone, which NumPy would read item by item, as one of Open3D."""
+
+    def __init__(self, array):
+        self._array = np.array(array)
+
+    def __len__(self):
+        return len(self._array)
+
+    def __getitem__(self, index):
+        raise AssertionError("read item by item")
+
+    def numpy(self):
+        return self._array
+
+    def __dlpack__(self, stream=None):
+        raise AssertionError("called with keywords that it does not have")
+
+
 class OnTheGpu(OnlyDlpack):
     def __dlpack__(self, **options):
         raise BufferError("on another device")
@@ -63,7 +82,8 @@ def library_tensors():
     def open3d(array):
         return pytest.importorskip("open3d").core.Tensor(array)
 
-    return {"DLPack": OnlyDlpack, "__array__": OnlyArray, "jax": jax, "torch": torch, "open3d": open3d}
+    own = {"DLPack": OnlyDlpack, "numpy": OnlyNumpy, "__array__": OnlyArray}
+    return {**own, "jax": jax, "torch": torch, "open3d": open3d}
 
 
 @pytest.mark.parametrize("library", library_tensors())
@@ -82,6 +102,20 @@ def test_tensors_are_arrays(scene, rays, library):
     np.testing.assert_array_equal(volume.sample(make(points)), volume.sample(points))
     mesh = isospline.Mesh(make(np.eye(3, dtype=np.float32)), make(np.array([[0, 1, 2]], np.int32)))
     np.testing.assert_array_equal(mesh.vertices, np.eye(3))
+    flat = single.reshape(-1, 6)
+    intersector = isospline.RayMeshIntersector(scene)
+    expected = intersector.intersects_any(flat[:, :3], flat[:, 3:])
+    np.testing.assert_array_equal(intersector.intersects_any(make(flat[:, :3]), make(flat[:, 3:])), expected)
+    assert isospline.suggest_levels(make(data)) == isospline.suggest_levels(data)
+
+
+def test_a_tensor_whose_conversion_fails_is_told(scene):
+    class Elsewhere(OnlyNumpy):
+        def numpy(self):
+            raise RuntimeError("on another device")
+
+    with pytest.raises(TypeError, match="^rays: expected an array of real numbers in the memory of the CPU, got "):
+        scene.cast_rays(Elsewhere(np.zeros((1, 6))))
 
 
 def test_tensors_of_another_device_are_told(scene):

@@ -1,5 +1,8 @@
 """Meshes of other libraries and from files. The oracle is the areas, volumes and hits of the libraries."""
 
+import base64
+import json
+
 import numpy as np
 import pytest
 
@@ -271,6 +274,37 @@ def test_colors_of_gltf_are_linear(tmp_path):
     stored = next(iter(trimesh.load_scene(tmp_path / "a.glb", process=False).geometry.values())).visual.vertex_colors
     assert stored[0].tolist() == [51, 128, 255, 255]
     np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb").colors[0], stored[0, :3] / 255, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind, code", [("<f4", 5126), ("u1", 5121), ("<u2", 5123)])
+def test_colors_of_gltf_of_any_type_are_right_or_left_out(tmp_path, kind, code):
+    colors = np.array([(0.2, 0.5, 1.0), (0, 0.7, 0.1), (1, 1, 1)])
+    most = 1 if code == 5126 else np.iinfo(kind).max
+    stored = np.pad((colors * most).astype(kind), ((0, 0), (0, 1)))
+    arrays = [TETRAHEDRON[:3].astype("<f4"), stored]
+    buffer = b"".join(array.tobytes() for array in arrays)
+    tree = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1}}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": code, "normalized": code != 5126, "count": 3, "type": "VEC4"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": arrays[0].nbytes},
+            {"buffer": 0, "byteOffset": arrays[0].nbytes, "byteLength": stored.nbytes},
+        ],
+        "buffers": [{"byteLength": len(buffer), "uri": "data:;base64," + base64.b64encode(buffer).decode()}],
+    }
+    (tmp_path / "a.gltf").write_text(json.dumps(tree), encoding="utf-8")
+    mesh = isospline.read_mesh(tmp_path / "a.gltf")
+    if code == 5123:
+        assert mesh.colors is None
+    else:
+        np.testing.assert_allclose(mesh.colors[mesh.faces[0]], colors, atol=0.005)
 
 
 def test_parts_of_a_scene_keep_what_all_of_them_have(colored):

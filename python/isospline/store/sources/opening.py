@@ -118,7 +118,7 @@ def _dataset(path, name):
 def _of_volume_data(data):
     source = data.data if isinstance(data.data, Source) else _of_array(data.data, "zyx")
     place = dict(spacing=data.spacing, origin=data.origin, direction=data.direction)
-    return source.move(**place, unit="millimeter" if data.patient else None, patient=data.patient)
+    return source.move(**place, unit=ome_zarr.OME_UNITS.get(data.unit), patient=data.patient)
 
 
 def _of_array(array, axes):

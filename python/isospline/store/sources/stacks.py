@@ -18,6 +18,7 @@ from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
 from ..layout import writing
+from .ome_zarr import OME_UNITS
 from .source import RawSource, Source, as_samples, identity_of, samples_type
 
 #: Bytes of the pages of a TIFF file that are decoded at a time.
@@ -173,7 +174,9 @@ def open_tiff(path: Path) -> Source:
         source = PagesSource(path, shape, dtype)
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
-    return source.move(spacing=tuple(layout["spacing"]))
+    if layout["place"]:
+        source.move(spacing=tuple(layout["place"]["spacing"]), unit=OME_UNITS.get(layout["place"]["unit"]))
+    return source
 
 
 def open_tiff_folder(path: Path) -> Source:
