@@ -35,7 +35,7 @@ class Operation:
     arguments: dict
     threads: int  # 0 for all
     rays: str = ""  # the file of rays that the rate counts
-    quality: bool = True  # whether the index of high quality makes a row of its own
+    settled: bool = True  # whether the settled index makes a row of its own
 
 
 def operations(size):
@@ -43,10 +43,10 @@ def operations(size):
     table = {}
     for view in CAMERAS:
 
-        def add(name, method, rays="", threads=1, quality=True, view=view, **arguments):
+        def add(name, method, rays="", threads=1, settled=True, view=view, **arguments):
             if rays:
                 arguments["rays"] = rays = f"{view}-{rays}"
-            table.setdefault(name, {})[view] = Operation(name, method, arguments, threads, rays, quality)
+            table.setdefault(name, {})[view] = Operation(name, method, arguments, threads, rays, settled)
 
         add("packets", "cast", "primary", coherent=True)
         add("single", "cast", "primary", coherent=False)
@@ -55,11 +55,11 @@ def operations(size):
         add("shadow", "occlusions", "shadow", coherent=True)
         add("render", "picture", threads=0, camera=view, size=size, shadows=False)
         add("render_shadows", "picture", threads=0, camera=view, size=size, shadows=True)
-    table["level"] = {"-": Operation("level", "level", {}, 0, quality=False)}
+    table["level"] = {"-": Operation("level", "level", {}, 0, settled=False)}
     picture = {"camera": "whole", "size": size}
-    table["level_picture"] = {"-": Operation("level_picture", "level_and_picture", picture, 0, quality=False)}
-    table["memory"] = {"-": Operation("memory", "memory", {"rays": "whole-primary"}, 0, quality=False)}
-    table["prefilter"] = {"-": Operation("prefilter", "prefilter", {}, 0, quality=False)}
+    table["level_picture"] = {"-": Operation("level_picture", "level_and_picture", picture, 0, settled=False)}
+    table["memory"] = {"-": Operation("memory", "memory", {"rays": "whole-primary"}, 0, settled=False)}
+    table["prefilter"] = {"-": Operation("prefilter", "prefilter", {}, 0, settled=False)}
     return table
 
 
@@ -149,7 +149,7 @@ def light_side(camera):
 def compare(operation, processes, folder, repetitions):
     """A result for each way but the old one."""
     for process in processes.values():
-        process.renew(threads=operation.threads, high_quality=process.high_quality and operation.quality)
+        process.renew(threads=operation.threads, settled=process.settled and operation.settled)
     if operation.method == "memory":
         values = {way: [process.memory(**operation.arguments) / 1e6] for way, process in processes.items()}
         return "MB", values, {}
@@ -190,7 +190,7 @@ def results(options, processes):
                 for view, operation in table[row].items():
                     unit, values, different = compare(operation, processes, folder, options.repetitions)
                     for way in values:
-                        if way == "old" or (way == "high quality" and not operation.quality):
+                        if way == "old" or (way == "settled" and not operation.settled):
                             continue
                         yield {
                             "row": row if way == "new" else f"{row}, {way}",
@@ -231,8 +231,8 @@ def summary_of(found):
 def main(arguments=None):
     options = parse(arguments)
     processes = {"new": Process(), "old": Process(package_of(options.revision))}
-    if processes["new"].module()["high_quality"]:
-        processes["high quality"] = Process(high_quality=True)
+    if processes["new"].module()["settled"]:
+        processes["settled"] = Process(settled=True)
     print(" | ".join(HEADER), flush=True)
     found = []
     for result in results(options, processes):

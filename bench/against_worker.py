@@ -23,7 +23,7 @@ class Worker:
     """A volume, its surface and a scene, and the calls that are measured with them."""
 
     def module(self):
-        return {"path": isospline.__file__, "high_quality": hasattr(isospline.Scene, "commit")}
+        return {"path": isospline.__file__, "settled": hasattr(isospline.Scene, "settle")}
 
     def load(self, folder, degree):
         self.folder = Path(folder)
@@ -39,15 +39,15 @@ class Worker:
         surface = isospline.Isosurface(self.volume, self.options["level"])
         return surface, isospline.Scene([surface])
 
-    def renew(self, threads=0, high_quality=False):
+    def renew(self, threads=0, settled=False):
         """A new scene, of which nothing has been traced."""
         isospline.set_thread_count(threads)
         # With one thread, other processes then hardly disturb the result.
         self.clock = time.process_time if threads == 1 else time.perf_counter
         self.steps = 0
         self.surface, self.scene = self.make_scene()
-        if high_quality:
-            self.scene.commit(quality="high")
+        if settled:
+            self.scene.settle()
 
     def rays(self, name):
         return np.load(self.folder / f"{name}.npy")

@@ -50,7 +50,8 @@ bool MeshObject::fits(double rounding_error_local) const
     return rounding_error_local <= box_margin_ && (box_margin_ <= least || rounding_error_local >= box_margin_ / 16.0);
 }
 
-embree::GeometryHandle MeshObject::make_geometry(const Device& device, const BuildOptions&, double rounding_error_local)
+embree::GeometryHandle MeshObject::make_geometry(const Device& device, const BuildOptions&, double rounding_error_local,
+                                                 const Progress&)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin * glm::length(mesh_->bounds().size()));
     return UserGeometry<MeshObject>::make(device, *this, mesh_->faces().size());

@@ -38,8 +38,8 @@ public:
 private:
     friend struct UserGeometry<MeshObject>;
 
-    embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options,
-                                         double rounding_error_local) override;
+    embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options, double rounding_error_local,
+                                         const Progress& progress) override;
     Triangle triangle(std::uint64_t primitive) const
     {
         const glm::uvec3& face = mesh_->faces()[primitive];

@@ -25,7 +25,7 @@ void Object::build(const BuildOptions& options, double rounding_error_local, con
     const EmbreeMemory memory;
     const Device& device = Device::shared();
     device.forget_errors();
-    const embree::GeometryHandle geometry = make_geometry(device, options, rounding_error_local);
+    const embree::GeometryHandle geometry = make_geometry(device, options, rounding_error_local, progress);
     rtcCommitGeometry(geometry.get());
     embree::SceneHandle scene(rtcNewScene(device.get()));
     device.check();

@@ -14,6 +14,8 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -46,6 +48,10 @@ public:
     bool is_built() const { return scene_ != nullptr; }
     /// Whether the built scene is valid for rays whose single precision rounding error in local space is at most this.
     virtual bool fits(double rounding_error_local) const = 0;
+    /// The number of rays after which building settled() pays; 0 if there is nothing better.
+    virtual std::uint64_t rays_until_settling() const { return 0; }
+    /// The same object with an index that takes longer to build and is faster to trace, not built yet; or null.
+    virtual std::shared_ptr<Object> settled() const { return nullptr; }
     /// The box of the visible object, in local space. The first call may have to compute it.
     virtual Box bounds() const = 0;
     /// The extent of the visible object, to about the size of a cell: the largest <direction, x> over its points, in
@@ -77,7 +83,7 @@ public:
 private:
     /// The geometry of the object's own Embree scene.
     virtual embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options,
-                                                 double rounding_error_local) = 0;
+                                                 double rounding_error_local, const Progress& progress) = 0;
     /// Without Embree's memory.
     virtual std::size_t own_memory() const { return 0; }
 

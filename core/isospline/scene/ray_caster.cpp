@@ -56,6 +56,9 @@ struct RayCaster::Impl {
         : scene(given_scene), complete(given_parts == Parts::all), query(scene.instances)
     {
     }
+    ~Impl() { scene.ray_count.fetch_add(ray_count, std::memory_order_relaxed); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     template <int Size>
@@ -64,7 +67,8 @@ struct RayCaster::Impl {
 
     const SceneSnapshot::Impl& scene;
     bool complete;
-    int packet_size = 0; ///< 0 if rays are traced one by one
+    std::uint64_t ray_count = 0; ///< added to the scene's at the end, so that threads do not share a counter
+    int packet_size = 0;         ///< 0 if rays are traced one by one
     RayQuery query;
     PreparedPacket prepared;
     std::optional<PacketQuery> packet_query;
@@ -171,6 +175,7 @@ int RayCaster::width() const
 LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
     check_packet(rays, width(), hits.size());
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
     switch (impl_->packet_size) {
     case 16:
         return impl_->cast_packet<16>(rays, index, hits);
@@ -198,6 +203,7 @@ void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)
 LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
     check_packet(rays, width(), RayPacket::capacity);
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
     return impl_->test_occlusions(rays, index);
 }
 

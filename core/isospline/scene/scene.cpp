@@ -1,5 +1,6 @@
 #include "isospline/scene/scene.h"
 
+#include "isospline/scene/settling.h"
 #include "isospline/scene/snapshot_builder.h"
 #include "isospline/util/error.h"
 #include "isospline/util/fork.h"
@@ -53,6 +54,13 @@ struct Scene::Impl {
     void check_alone(const PlacedObject& given, std::uint32_t id);
     bool is_current(const SceneSnapshot* snapshot) const;
     std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress);
+    std::shared_ptr<const SceneSnapshot> settle(const Progress& progress);
+    /// The newest snapshot if it is current, or null.
+    std::shared_ptr<const SceneSnapshot> current() const;
+    /// Begins to settle a current snapshot if that pays. Returns the objects of a settling that is done.
+    Objects settle_if_it_pays(const std::shared_ptr<const SceneSnapshot>& known);
+    /// Builds a snapshot with the help of finished objects.
+    std::shared_ptr<const SceneSnapshot> build(const Objects& finished, const Progress& progress);
 
     /// These need the mutex. Entries that a build is using do not change.
     const PlacedObject& entry(std::uint32_t id) const;
@@ -70,6 +78,7 @@ struct Scene::Impl {
     std::shared_ptr<const SceneSnapshot> newest;
     Objects left_over; ///< finished objects of a build that threw; the next build may use them
     std::uint64_t build_count = 0;
+    std::unique_ptr<Settling> settling; ///< of the newest snapshot, or null
     CheckedObject checked;
 };
 
@@ -135,20 +144,57 @@ bool Scene::Impl::is_current(const SceneSnapshot* snapshot) const
                        [](const SurfaceAtLevel& known) { return known.surface->snapshot() == known.shown; });
 }
 
+std::shared_ptr<const SceneSnapshot> Scene::Impl::current() const
+{
+    std::unique_lock lock(mutex());
+    std::shared_ptr<const SceneSnapshot> known = newest;
+    lock.unlock();
+    return is_current(known.get()) ? known : nullptr;
+}
+
+Objects Scene::Impl::settle_if_it_pays(const std::shared_ptr<const SceneSnapshot>& known)
+{
+    const SceneSnapshot::Impl& impl = *known->impl_;
+    if (impl.ray_count.load(std::memory_order_relaxed) < impl.rays_until_settling || impl.rays_until_settling == 0)
+        return {};
+    std::unique_ptr<Settling> begun; // outside of the lock
+    const std::lock_guard lock(mutex());
+    if (newest != known)
+        return {};
+    if (settling && settling->state() == Settling::State::done)
+        return settling->objects();
+    if (!settling || settling->state() == Settling::State::cancelled) {
+        begun = std::make_unique<Settling>(known, impl, build_options);
+        settling.swap(begun);
+    }
+    return {};
+}
+
 std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progress)
 {
-    const auto current = [&]() -> std::shared_ptr<const SceneSnapshot> {
-        std::unique_lock lock(mutex());
-        std::shared_ptr<const SceneSnapshot> known = newest;
-        lock.unlock();
-        return is_current(known.get()) ? known : nullptr;
-    };
-    if (auto known = current())
+    std::shared_ptr<const SceneSnapshot> known = current();
+    if (known && settle_if_it_pays(known).empty())
         return known;
     const Turn::Taken taken(turn, progress);
-    if (auto known = current()) // the previous thread has built it
+    known = current();
+    Objects settled = known ? settle_if_it_pays(known) : Objects();
+    if (known && settled.empty()) // the previous thread has built it
         return known;
+    return build(settled, progress);
+}
 
+std::shared_ptr<const SceneSnapshot> Scene::Impl::settle(const Progress& progress)
+{
+    const std::shared_ptr<const SceneSnapshot> known = snapshot(part_of(progress, 0.0, 0.1));
+    if (known->impl_->rays_until_settling == 0)
+        return known;
+    const Objects settled = settled_objects(*known->impl_, build_options, part_of(progress, 0.1, 0.9));
+    const Turn::Taken taken(turn, progress);
+    return build(settled, part_of(progress, 0.9, 1.0));
+}
+
+std::shared_ptr<const SceneSnapshot> Scene::Impl::build(const Objects& finished, const Progress& progress)
+{
     SnapshotBuilder builder;
     builder.options = build_options;
     std::uint64_t built_version;
@@ -157,15 +203,19 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
         const std::lock_guard lock(mutex());
         builder.entries = entries;
         builder.before = newest;
-        builder.known = left_over;
+        builder.known = finished;
+        builder.known.insert(left_over.begin(), left_over.end());
         builder.build_count = build_count;
         built_version = version;
         ids = next_id;
     }
     const auto keep = [&](std::shared_ptr<const SceneSnapshot> built, Objects rest) {
+        std::unique_ptr<Settling> of_before; // ends outside of the lock
         const std::lock_guard lock(mutex());
-        if (built)
+        if (built) {
             newest.swap(built);
+            settling.swap(of_before);
+        }
         left_over.swap(rest);
         build_count = builder.build_count;
     };
@@ -230,6 +280,17 @@ void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
 std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress)
 {
     return impl_->snapshot(progress);
+}
+
+std::shared_ptr<const SceneSnapshot> Scene::settle(const Progress& progress)
+{
+    return impl_->settle(progress);
+}
+
+bool Scene::is_settled() const
+{
+    const std::shared_ptr<const SceneSnapshot> known = impl_->current();
+    return known && known->impl_->rays_until_settling == 0;
 }
 
 bool Scene::is_current(const SceneSnapshot& snapshot) const

@@ -57,6 +57,14 @@ public:
     /// Throws Cancelled if the callback returns false, even while another thread builds; the next call then builds the
     /// rest.
     std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {});
+    /// A snapshot like snapshot(), with settled indexes: they take longer to build, and rays are faster. They are built
+    /// here, unless they exist already. Without this call, they are built in the background when so many rays have been
+    /// cast at one state of the scene that it pays, and later snapshots have them. Rays have the same hits in any case.
+    /// Volumes whose coefficients are not in memory, and scenes with another box_edge than the default, have no settled
+    /// index. Throws like snapshot().
+    std::shared_ptr<const SceneSnapshot> settle(const Progress& progress = {});
+    /// Whether the newest snapshot is current and has settled indexes wherever there are any.
+    bool is_settled() const;
     /// Whether nothing has changed since a snapshot of this scene.
     bool is_current(const SceneSnapshot& snapshot) const;
 

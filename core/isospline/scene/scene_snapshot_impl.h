@@ -6,6 +6,7 @@
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/prepared_ray.h"
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -53,6 +54,8 @@ struct SceneSnapshot::Impl {
     std::uint64_t build_count = 0;
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
     std::size_t top_memory = 0;                         ///< of the instances and the top scenes
+    std::uint64_t rays_until_settling = 0;              ///< rays until settled indexes pay; 0 if all are settled
+    mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it
 
     /// For test_occlusions() and list_occluders().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }

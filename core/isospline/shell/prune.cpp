@@ -10,6 +10,7 @@
 
 #include <hwy/aligned_allocator.h>
 
+#include <algorithm>
 #include <bit>
 #include <type_traits>
 #include <vector>
@@ -281,6 +282,16 @@ void prune(const Volume& volume, double threshold, int depth, std::span<const Br
                     [&](auto degree) { prune_degree<degree>(volume, threshold, depth, bricks, cells); });
 }
 
+void prune_beyond_rounding(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+                           std::span<BrickCells> cells)
+{
+    std::vector<BrickCells> kept(bricks.size());
+    dispatch_degree(volume.degree(), [&](auto degree) {
+        prune_cells<degree, float>(volume, threshold, depth, bricks, cells, kept, kept);
+    });
+    std::copy(kept.begin(), kept.end(), cells.begin());
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace isospline
 HWY_AFTER_NAMESPACE();
@@ -289,11 +300,18 @@ HWY_AFTER_NAMESPACE();
 namespace isospline {
 
 HWY_EXPORT(prune);
+HWY_EXPORT(prune_beyond_rounding);
 
 void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
            std::span<BrickCells> cells)
 {
     HWY_DYNAMIC_DISPATCH(prune)(volume, threshold, depth, bricks, cells);
+}
+
+void prune_beyond_rounding(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+                           std::span<BrickCells> cells)
+{
+    HWY_DYNAMIC_DISPATCH(prune_beyond_rounding)(volume, threshold, depth, bricks, cells);
 }
 
 } // namespace isospline

@@ -20,4 +20,9 @@ class Volume;
 void prune(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
            std::span<BrickCells> cells);
 
+/// The same in float32 alone: a cell stays, too, if its fine coefficients may have both signs within their rounding. So
+/// no rounding of a ray's polynomial can change its sign in a cell that is removed.
+void prune_beyond_rounding(const Volume& volume, double threshold, int depth, std::span<const Brick> bricks,
+                           std::span<BrickCells> cells);
+
 } // namespace isospline

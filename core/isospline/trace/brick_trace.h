@@ -4,6 +4,7 @@
 #include "isospline/brick/bricks.h"
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/trace/leaf.h"
 
 #include <glm/vec3.hpp>
 
@@ -54,6 +55,11 @@ struct BrickTracer {
                   const RayVisitor& visitor);
     void (*trace_packet)(const Bricks& bricks, const ShellBox& box, const LatticeRayPacket& rays, float margin,
                          LaneMask active, const PacketVisitor& visitor);
+    /// The same for the cells of a leaf.
+    void (*trace_leaf)(const Leaves& leaves, const Leaf& leaf, const LatticeRay& ray, float margin, double t_limit,
+                       const RayVisitor& visitor);
+    void (*trace_packet_in_leaf)(const Leaves& leaves, const Leaf& leaf, const LatticeRayPacket& rays, float margin,
+                                 LaneMask active, const PacketVisitor& visitor);
 };
 
 /// The tracer for the widest SIMD target of the machine.
