@@ -57,10 +57,13 @@ largest : int, optional
 clip : HalfSpace, Box or a sequence of them, optional
     In the volume's world space. Everything outside of any of them is cut away; cuts are straight.
 capped : bool
-    Whether scenes close the solid where `clip` cuts it: the parts of the cut's plane in the solid become faces that
-    rays meet. Their hits have the plane's normal. Their primitive ids begin at ``volume.cell_count`` and are in the
-    order of the half-spaces of `clip`; a Box has six (lower and upper x, y, z). At the volume's border the solid stays
-    open, unless the clip is there, for example ``Box(*volume.bounds)``. Cuts by `mask` stay open too.
+    Whether the solid is closed where `clip` cuts it: the parts of the cut's plane in the solid are caps, faces that
+    belong to the surface. Hits on them have the plane's normal. Their primitive ids begin at ``volume.cell_count`` and
+    are in the order of the half-spaces of `clip`; a Box has six (lower and upper x, y, z). Cuts by `mask` stay open.
+closed : bool
+    Whether the solid is closed at the border of the volume's domain, `Volume.bounds`, with caps like those of cuts.
+    Their primitive ids follow those of `clip`: lower and upper x, y, z of the volume's own axes. The border is exact
+    for oblique directions, too.
 method : {"exact", "reference", "bracket"}
     How rays find the surface in a cell. "exact" misses no root. "reference" is the same in float64 throughout, and
     slow. "bracket" is the paper's method: opposite signs at the ends of the cell, then Brent's method.
@@ -165,8 +168,9 @@ int as_largest(std::optional<int> largest)
 
 std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, int prune_depth, bool prune_border,
                                             const py::object& mask, std::optional<int> largest, const py::object& clip,
-                                            bool capped, const std::string& method, const std::string& inside,
-                                            std::shared_ptr<Material> material, const py::object& progress)
+                                            bool capped, bool closed, const std::string& method,
+                                            const std::string& inside, std::shared_ptr<Material> material,
+                                            const py::object& progress)
 {
     const auto volume = as_object<Volume>(
         py::module_::import("isospline.interop.conversions").attr("as_volume")(given, "volume"), "volume");
@@ -178,6 +182,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
     options.largest = as_largest(largest);
     options.clip = as_clip(clip);
     options.capped = capped;
+    options.closed = closed;
     options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
     options.material = std::move(material);
@@ -264,8 +269,9 @@ void bind_isosurface(py::module_& module)
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
         .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
              py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("largest") = py::none(),
-             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("method") = "exact",
-             py::arg("inside") = "above", py::arg("material") = py::none(), py::arg("progress") = py::none())
+             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("closed") = false,
+             py::arg("method") = "exact", py::arg("inside") = "above", py::arg("material") = py::none(),
+             py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "A new surface of the same volume, with the same options. Both share the data derived from the volume.")
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
@@ -303,7 +309,10 @@ void bind_isosurface(py::module_& module)
             "How many connected components of the solid are kept, those with the largest volume; None: all.")
         .def_property_readonly(
             "capped", [](const Isosurface& surface) { return surface.options().capped; },
-            "Whether scenes close the solid where the clip cuts it.")
+            "Whether the solid is closed where the clip cuts it.")
+        .def_property_readonly(
+            "closed", [](const Isosurface& surface) { return surface.options().closed; },
+            "Whether the solid is closed at the border of the volume.")
         .def_property_readonly(
             "material", [](const Isosurface& surface) { return std::const_pointer_cast<Material>(surface.material()); },
             "Its material, as given, or None.")

@@ -38,7 +38,7 @@ base_color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal o
 metallic, roughness, specular : float
     0 to 1. A roughness below 0.03 counts as 0.03.
 cap_color : as base_color, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default the base colour. The camera sees a
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default the base colour. The camera sees a
     rule, such as ``ColorByVolume(volume, "gray")``, without light: its colours are those of its colour bar.
 
 Raises

@@ -40,7 +40,7 @@ constexpr const char* volume_doc = R"(The volume of the solid that the surface b
 .. math:: V = \int_{f > f_0} \mathrm{d}^3 x
 
 The solid is the set of points for which `contains` is true: in the volume's domain, on the `inside` side of the level,
-and not cut away by `mask` or `clip`, capped or not.
+and not cut away by `mask` or `clip`, capped or closed or not.
 
 Parameters
 ----------
@@ -87,8 +87,8 @@ constexpr const char* area_doc = R"(The area of the surface, in world units squa
 
 .. math:: A = \int_{f = f_0} \mathrm{d}A
 
-The area includes caps. Nothing is added where the surface ends, at the border of the volume or at a cut that is not
-capped.
+The area includes caps. Nothing is added where the surface ends: at the border of the volume if it is not closed, and at
+a cut that is not capped.
 
 Parameters
 ----------
@@ -186,8 +186,8 @@ Returns
 -------
 Components
     One item a component: `bounds`, `cell_counts`, `inside_counts` and, if measured, `enclosed_volumes`, `areas` and
-    their errors. They describe the solid that `mask` and `largest` keep. `clip` is ignored, so that moving a cut does
-    not change components.
+    their errors. They describe the solid that `mask` and `largest` keep, `closed` or not. `clip` is ignored, so that
+    moving a cut does not change components.
 
 Raises
 ------
@@ -297,8 +297,7 @@ Measurement measure(const Isosurface& surface, Quantity quantity, int order, con
 {
     const auto snapshot = surface.snapshot();
     const bool is_curvature = quantity == Quantity::mean_curvature || quantity == Quantity::gaussian_curvature;
-    const IntegralOptions options{order, quantity != Quantity::volume, is_curvature,
-                                  quantity == Quantity::area && snapshot->options().capped};
+    const IntegralOptions options{order, quantity != Quantity::volume, is_curvature};
     Integrals found;
     long_call("to integrate over a surface", progress,
               [&](const Progress& report) { found = integrate(solid_of(*snapshot), options, report); });

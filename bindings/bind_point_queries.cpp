@@ -87,7 +87,7 @@ ValueError
 
 Notes
 -----
-Parts that `mask` and `clip` cut away are ignored. Caps of a capped surface count as surface: the nearest point may be
+Parts that `mask` and `clip` cut away are ignored. Caps count as surface: the nearest point may be
 on a cap. If the surface is open, the nearest point may be on the rim of the cut or of the volume. The search ends after
 16384 parts. So the error bound exceeds the tolerance only if too many parts of the surface are almost equally near, as
 at the centre of a sphere.
@@ -139,8 +139,8 @@ UserWarning
 
 Notes
 -----
-Distances are those to the surface f = level and to the caps of a capped one. Other ends of the solid, at a cut without
-caps or at the border of the volume, do not count.
+Distances are those to the surface f = level and to its caps. Other ends of the solid, at a cut that is not capped or at
+the border of a volume that is not closed, do not count.
 
 Examples
 --------

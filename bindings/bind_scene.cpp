@@ -118,7 +118,7 @@ TypeError
 constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
 
 Each crossing is listed once, even on a face between cells, or on an edge or a corner of triangles. The crossings of a
-closed isosurface, for example one with capped cuts, alternately enter and leave.
+closed isosurface, for example one with ``closed=True``, alternately enter and leave.
 
 Parameters
 ----------

@@ -120,7 +120,7 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default that of the surface. A rule, such as
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default that of the surface. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises
@@ -208,7 +208,7 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default `surface_color`. A rule, such as
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default `surface_color`. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises
@@ -280,7 +280,7 @@ silhouette_opacity : float, optional
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
 cap_color : the same, optional
-    Colour of the faces of capped cuts (`Isosurface(..., capped=True)`); by default that of the surface. A rule, such as
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default that of the surface. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
 Raises

@@ -110,6 +110,7 @@ py::dict isosurface_state(const py::object& self)
     state["largest"] = options.largest;
     state["clip"] = clip;
     state["capped"] = options.capped;
+    state["closed"] = options.closed;
     state["method"] = static_cast<int>(options.method);
     state["inside"] = static_cast<int>(options.inside);
     state["material"] = std::const_pointer_cast<Material>(options.material);
@@ -130,6 +131,7 @@ std::shared_ptr<Isosurface> isosurface_of(const py::dict& state)
         options.clip.push_back({{clip.at(row, 0), clip.at(row, 1), clip.at(row, 2)}, clip.at(row, 3)});
     options.largest = state["largest"].cast<int>();
     options.capped = state["capped"].cast<bool>();
+    options.closed = state["closed"].cast<bool>();
     options.method = static_cast<Method>(state["method"].cast<int>());
     options.inside = static_cast<Inside>(state["inside"].cast<int>());
     options.material = state["material"].cast<std::shared_ptr<Material>>();

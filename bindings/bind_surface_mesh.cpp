@@ -23,10 +23,10 @@ constexpr const char* to_mesh_doc = R"(A triangle mesh of the surface, with its 
 
 .. math:: |f(\mathbf{v}) - f_0| \approx 0 \text{ for every vertex } \mathbf{v} \text{ that is not on a cap}
 
-The mesh is a manifold: an edge has two faces, or one where the surface ends, which is at the border of the volume, at
-cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is watertight for all samples.
-Faces are counter-clockwise as seen from outside. Normals are exact. On caps they are those of the planes; at vertices
-that a cap shares with the surface, those of the surface.
+The mesh is a manifold: an edge has two faces, or one where the surface ends, which is at the border of the volume if
+it is not closed, at cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is
+watertight for all samples. Faces are counter-clockwise as seen from outside. Normals are exact. On caps they are
+those of the planes; at vertices that a cap shares with the surface, those of the surface.
 
 Parameters
 ----------

@@ -43,7 +43,7 @@ ValueError
 
 Notes
 -----
-The surface is f = level, without the parts that `mask` and `clip` cut away, and with the caps of a capped one.
+The surface is f = level, without the parts that `mask` and `clip` cut away, and with its caps.
 
 The mean of a function over these points, times `area`, is an estimate of its integral.
 
@@ -71,8 +71,8 @@ method : {"max_sphere", "ray"}
 Returns
 -------
 (...) float64 array, world units
-    Infinite if there is no opposite side because the solid is open, at the border of the volume or at a cut that is
-    not capped. NaN if the gradient vanishes or there is no surface.
+    Infinite if there is no opposite side because the solid is open, at the border of the volume if it is not closed or
+    at a cut that is not capped. NaN if the gradient vanishes or there is no surface.
 
 Raises
 ------

@@ -195,6 +195,7 @@ class Isosurface:
         largest: int | None = None,
         clip: _Cut | Sequence[_Cut] | None = None,
         capped: bool = False,
+        closed: bool = False,
         method: Literal["exact", "reference", "bracket"] = "exact",
         inside: Literal["above", "below"] = "above",
         material: Material | None = None,
@@ -236,6 +237,8 @@ class Isosurface:
     def bounds(self) -> NDArray[np.float64]: ...
     @property
     def capped(self) -> bool: ...
+    @property
+    def closed(self) -> bool: ...
     @property
     def inside(self) -> Literal["above", "below"]: ...
     @property

@@ -31,7 +31,6 @@ from .cli_view import serve, session_image
 from .cli_write import error_text, write_images
 from .interop.mesh_output import MESHES
 from .looks import LIMITS, TONE, flag, given, ground_look, looks
-from .pictures import border
 from .progress import Bar, Lines
 from .views import DEFAULT_VIEW
 
@@ -164,8 +163,9 @@ def _render(arguments, write=True):
         with _progress("finding cells", arguments) as progress:
             options = dict(
                 prune_depth=arguments.prune_depth,
-                clip=[*clip, *border(volume)] if arguments.capped else clip,
-                capped=arguments.capped,
+                clip=clip,
+                capped=arguments.capped and bool(clip),
+                closed=arguments.closed,
                 method=arguments.method,
                 inside=arguments.inside,
                 progress=progress,
@@ -242,6 +242,7 @@ def _surfaces(volume, chosen, clip, arguments):
         options = dict(
             clip=clip,
             capped=arguments.capped,
+            closed=arguments.closed,
             inside=arguments.inside,
             progress=progress,
         )
@@ -276,8 +277,8 @@ def _clip(arguments):
     clip: list[isospline.HalfSpace | isospline.Box]
     clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
     clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
-    if arguments.capped and not clip and arguments.run is not render:
-        raise ValueError("--capped: expected --clip or --clip-box with it, got none")
+    if arguments.capped and not (clip or arguments.closed) and arguments.run is not render:
+        raise ValueError("--capped: expected --clip or --clip-box, or --closed for the volume's border, got none")
     return clip
 
 

@@ -75,7 +75,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     )
     _add_model(group, _LARGEST)
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
-    _add_clip(command, "close the solid where it is cut")
+    _add_cuts(command)
     add_memory_limit(command)
 
     command = commands.add_parser("measure", help="print volume, area and curvature of an isosurface")
@@ -93,7 +93,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         help=f"value on the surface; repeated, one surface after the other; {_LEVEL}",
     )
     _add_model(group, _LARGEST)
-    _add_clip(command, "close the solid where it is cut")
+    _add_cuts(command)
     add_memory_limit(command)
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
@@ -142,12 +142,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     group.add_argument("--prune-depth", type=int, default=2, metavar="DEPTH", help="of the shell, 0 to 6 (default 2)")
     group.add_argument("--method", choices=("exact", "reference", "bracket"), default="exact", help="root finder")
 
-    _add_clip(
-        command,
-        "close the solid where it is cut and where the volume ends (default); --color-by the volume "
-        "itself shows its values there",
-        default=True,
-    )
+    _add_cuts(command, closes=True)
 
     group = command.add_argument_group("picture")
     group.add_argument(
@@ -271,7 +266,8 @@ def _add_model(group, largest):
     add_largest(group, largest)
 
 
-def _add_clip(command, capped_help, default=False):
+def _add_cuts(command, closes=False):
+    """Options of cuts; `closes` is whether solids are closed if nothing is said."""
     group = command.add_argument_group("cuts")
     group.add_argument(
         "--clip",
@@ -289,10 +285,14 @@ def _add_clip(command, capped_help, default=False):
         default=[],
         help="keep the inside of a box between two corners; may be repeated",
     )
-    if default:
-        group.add_argument("--capped", action=argparse.BooleanOptionalAction, default=True, help=capped_help)
+    capped, closed = "close the solid where it is cut", "close the solid at the border of the volume"
+    if closes:
+        capped += " (default); --color-by the volume itself shows its values there"
+        group.add_argument("--capped", action=argparse.BooleanOptionalAction, default=True, help=capped)
+        group.add_argument("--closed", action=argparse.BooleanOptionalAction, default=True, help=closed + " (default)")
     else:
-        group.add_argument("--capped", action="store_true", help=capped_help)
+        group.add_argument("--capped", action="store_true", help=capped)
+        group.add_argument("--closed", action="store_true", help=closed)
 
 
 def _add_view(command, view):

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,20 +56,6 @@ def color_of(place: int) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def border(volume: _core.Volume) -> list[_core.HalfSpace]:
-    """The half-spaces that bound the model of a volume: capped cuts by them close the solid at its border."""
-    counts = np.array(volume.shape[::-1] if volume.axes == "zyx" else volume.shape)
-    beyond = 0.5 if volume.degree % 2 == 0 else 0.0  # models of even degree extend over whole voxels
-    to_index = np.linalg.inv(volume.affine)
-    half_spaces = []
-    for axis in range(3):
-        normal = to_index[axis, :3]
-        for sign, index in ((1, -beyond), (-1, counts[axis] - 1 + beyond)):
-            point = volume.affine[:3, :3] @ (index * np.eye(3)[axis]) + volume.affine[:3, 3]
-            half_spaces.append(_core.HalfSpace(point, sign * normal))
-    return half_spaces
-
-
-def closed_surface(volume: _core.Volume, level: float, *, clip: Iterable[Any] = (), **options: Any) -> _core.Isosurface:
-    """The isosurface at a level, closed at the cuts of the clip and at the border of the volume."""
-    return _core.Isosurface(volume, level, clip=[*clip, *border(volume)], capped=True, **options)
+def closed_surface(volume: _core.Volume, level: float) -> _core.Isosurface:
+    """The isosurface at a level, closed at the border of the volume."""
+    return _core.Isosurface(volume, level, closed=True)

@@ -104,6 +104,7 @@ def calls(o, folder):
                 "largest": 1,
                 "clip": [iso.Box((-1, -1, -1), (0, 1, 1))],
                 "capped": True,
+                "closed": True,
                 "method": "exact",
                 "inside": "above",
                 "material": o["material"],

@@ -1,6 +1,8 @@
 // Bricks of 8 x 8 x 8 cells, and sets of the cells of a brick.
 #pragma once
 
+#include "isospline/math/box.h"
+
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
@@ -26,6 +28,12 @@ struct Brick {
     glm::ivec3 first;
     glm::ivec3 size;
 };
+
+/// The box of a brick's cells, in lattice space.
+inline Box box_of(const Brick& brick)
+{
+    return {glm::dvec3(brick.first), glm::dvec3(brick.first + brick.size)};
+}
 
 /// Bricks along x, y, z of a grid of cells.
 inline glm::ivec3 brick_shape(const glm::ivec3& cell_shape)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/brick/brick.h"
+#include "isospline/math/grid.h"
 #include "isospline/spline/coefficient_view.h"
 #include "isospline/util/progress.h"
 
@@ -45,6 +46,12 @@ public:
     const glm::ivec3& shape() const { return shape_; }
     /// Octet (x, y, z) is at index x + shape.x * (y + shape.y * z).
     std::span<const Octet> octets() const { return octets_; }
+    /// The range of the brick at a place in the grid of bricks.
+    Range brick(const glm::ivec3& position) const
+    {
+        const glm::ivec3 octet = position / 2, child = position - 2 * octet;
+        return octets_[place_in(shape_, octet)].brick(static_cast<std::size_t>(child.x + 2 * child.y + 4 * child.z));
+    }
     /// The bricks of an octet that straddle a threshold: bit i for child i.
     unsigned straddling(std::size_t octet, double threshold) const;
     /// The blocks that may straddle a threshold, of a brick that straddles it: bit i for block i. The ranges of blocks

@@ -67,8 +67,8 @@ VoxelHopper::Impl::Impl(std::shared_ptr<const IsosurfaceSnapshot> surface_to_tra
       intersector(cell_intersector(surface->volume().degree(), surface->options().method)),
       shape(surface->volume().cell_shape())
 {
-    if (surface->options().capped)
-        throw_invalid("surface", "one whose cuts are open, as only scenes have caps", "one that is capped");
+    if (surface->planes().have_caps())
+        throw_invalid("surface", "one without caps, as only scenes have them", "one that is capped or closed");
     const Volume& volume = surface->volume();
     states.assign(volume.cell_count(), strides ? cell_of_empty_brick : cell_empty);
     for (const Cell& cell : surface->shell().cells()) {

@@ -96,14 +96,14 @@ struct CellQuadrature::MethodOfDegree final : Method {
         int kept = 0;
         for (int i = 0; i < static_cast<int>(part.planes.size()); ++i) {
             const HalfSpace& plane = part.planes[static_cast<std::size_t>(i)];
-            const double middle = 0.5 * (plane.normal.x + plane.normal.y + plane.normal.z) - plane.offset;
-            const double reach = 0.5 * (std::abs(plane.normal.x) + std::abs(plane.normal.y) + std::abs(plane.normal.z));
-            if (middle + reach <= 0.0)
+            // Without a margin: if the plane is on a face between two parts, only the inner one has its cap.
+            const DistanceRange distance({glm::dvec3(0.0), glm::dvec3(1.0)}, plane);
+            if (distance.most <= 0.0)
                 return;
             const bool is_cap = i == part.cap;
-            if (is_cap && middle - reach > 0.0)
+            if (is_cap && distance.least > 0.0)
                 return;
-            if (!is_cap && middle - reach >= 0.0)
+            if (!is_cap && distance.least >= 0.0)
                 continue;
             if (is_cap)
                 part.cap = kept;

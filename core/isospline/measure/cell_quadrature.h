@@ -1,8 +1,8 @@
 // Integrals over the solid and the surface in one cell.
 #pragma once
 
-#include "isospline/brick/cutout.h"
 #include "isospline/cell/coefficients.h"
+#include "isospline/math/half_space.h"
 #include "isospline/measure/gauss_legendre.h"
 
 #include <glm/mat3x3.hpp>

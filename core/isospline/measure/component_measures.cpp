@@ -47,7 +47,7 @@ void rank_by_cells(const std::vector<ComponentCount>& counts, std::size_t count,
 
 std::vector<MeasuredComponent> measure_components(Solid solid, const IntegralOptions& options, const Progress& progress)
 {
-    solid.clip_lattice.clear();
+    solid.planes = solid.planes.without_clip();
     const Components components(solid, part_of(progress, 0.0, 0.2));
     const std::vector<Integrals> integrals = integrate(solid, components, options, part_of(progress, 0.2, 1.0));
     std::vector<MeasuredComponent> measured;

@@ -14,20 +14,6 @@ namespace isospline {
 
 namespace {
 
-/// Half-spaces this close to a face of cells are moved onto it, so that rounding does not leave slivers.
-HalfSpace snapped(HalfSpace half_space)
-{
-    constexpr double rounding = 1e-9;
-    for (int axis = 0; axis < 3; ++axis) {
-        glm::dvec3 normal(0.0);
-        normal[axis] = half_space.normal[axis] < 0.0 ? -1.0 : 1.0;
-        const double nearest = std::round(half_space.offset);
-        if (glm::length(half_space.normal - normal) < 1e-13 && std::abs(half_space.offset - nearest) < rounding)
-            return {normal, nearest};
-    }
-    return half_space;
-}
-
 /// Integrates over the cells of bricks, one brick at a time.
 class BrickIntegrals {
 public:
@@ -37,8 +23,6 @@ public:
                       {options.order, options.surface, options.curvature, solid.volume.lattice_to_world()}),
           cell_volume_(std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world()))))
     {
-        for (const HalfSpace& half_space : solid.clip_lattice)
-            clip_.push_back(snapped(half_space));
     }
 
     template <typename Visit>
@@ -56,14 +40,18 @@ public:
     /// Whether the clip or the set of cells can remove anything from a brick.
     bool is_cut(const Brick& brick) const
     {
-        const glm::dvec3 half = 0.5 * glm::dvec3(brick.size);
-        return !solid_.cells.has_all_of(brick) || std::any_of(clip_.begin(), clip_.end(), [&](const HalfSpace& cut) {
-            return glm::dot(cut.normal, glm::dvec3(brick.first) + half) - glm::dot(glm::abs(cut.normal), half) <=
-                   cut.offset;
+        return !solid_.cells.has_all_of(brick) || std::any_of(planes().begin(), planes().end(), [&](const auto& plane) {
+            return !is_inside(box_of(brick), plane);
         });
     }
 
 private:
+    /// Those that matter: the border of the domain only has area.
+    const std::vector<HalfSpace>& planes() const
+    {
+        return options_.surface ? solid_.planes.all() : solid_.planes.clip();
+    }
+
     template <typename Visit>
     void visit_cell(const glm::ivec3& at, Side side, const Visit& visit)
     {
@@ -73,19 +61,23 @@ private:
         if (side == Side::outside)
             return;
         crossing_.clear();
-        for (const HalfSpace& cut : clip_) {
-            const double middle = glm::dot(cut.normal, cell.lower + 0.5) - cut.offset;
-            const double reach = 0.5 * (std::abs(cut.normal.x) + std::abs(cut.normal.y) + std::abs(cut.normal.z));
-            if (middle <= -reach)
+        has_caps_.clear();
+        const Box box{cell.lower, cell.lower + 1.0};
+        for (std::size_t i = 0; i < planes().size(); ++i) {
+            const HalfSpace& plane = planes()[i];
+            if (is_outside(box, plane))
                 return;
-            if (middle <= reach)
-                crossing_.push_back(cut);
+            if (is_inside(box, plane) || std::find(crossing_.begin(), crossing_.end(), plane) != crossing_.end())
+                continue;
+            crossing_.push_back(plane);
+            has_caps_.push_back(options_.surface && solid_.planes.has_caps(i));
         }
         if (side == Side::inside && crossing_.empty())
             return visit(at, whole_cell());
         Integrals found = quadrature_.integrate(cell, solid_.sign, crossing_);
-        for (std::size_t i = 0; options_.caps && i < crossing_.size(); ++i)
-            found.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
+        for (std::size_t i = 0; i < crossing_.size(); ++i)
+            if (has_caps_[i])
+                found.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
         visit(at, found);
     }
 
@@ -114,7 +106,8 @@ private:
     IntegralOptions options_;
     CellQuadrature quadrature_;
     double cell_volume_;
-    std::vector<HalfSpace> clip_, crossing_;
+    std::vector<HalfSpace> crossing_; ///< planes that cross or touch a cell
+    std::vector<bool> has_caps_;      ///< of each of them
 };
 
 void check(const Solid& solid, const IntegralOptions& options)

@@ -13,9 +13,8 @@ namespace isospline {
 
 struct IntegralOptions {
     int order = 4;          ///< nodes of Gauss-Legendre rules, 2 to 10
-    bool surface = true;    ///< the area as well as the volume
+    bool surface = true;    ///< the area, with that of caps, as well as the volume
     bool curvature = false; ///< the curvatures as well; needs degree 2 or 3
-    bool caps = false;      ///< the area includes the parts of half-spaces' planes in the solid
 };
 
 /// Integrals over all cells, in world units. The same for any number of threads. Throws std::invalid_argument for an

@@ -2,8 +2,8 @@
 // themselves.
 #pragma once
 
-#include "isospline/brick/cutout.h"
 #include "isospline/math/bernstein_box.h"
+#include "isospline/math/half_space.h"
 #include "isospline/measure/polynomial.h"
 
 #include <glm/common.hpp>

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "isospline/brick/cell_set.h"
-#include "isospline/brick/cutout.h"
 #include "isospline/brick/ranges.h"
+#include "isospline/brick/side.h"
+#include "isospline/brick/solid_planes.h"
 #include "isospline/spline/volume.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <vector>
 
 namespace isospline {
 
@@ -20,27 +20,14 @@ struct Solid {
     double threshold; ///< level - volume.offset()
     double sign;      ///< 1 where the solid is above the level, -1 where it is below
     const CellSet& cells;
-    std::vector<HalfSpace> clip_lattice;
+    SolidPlanes planes;
 };
 
-/// The classification of all points of a brick or a cell by coefficients.
-enum class Side { outside, inside, unknown };
-
-/// The classification for coefficients between two bounds, less the threshold and times the solid's sign. A plateau at
-/// the level is outside, as in contains(). A cell of the solid that touches the level may have the surface on a face.
-inline Side side_of(double least, double most)
-{
-    if (!(most > 0.0))
-        return Side::outside;
-    return least > 0.0 ? Side::inside : Side::unknown;
-}
-
-/// The classification of a brick, by the range of its coefficients.
+/// The side of a brick, by the range of its coefficients. A cell of the solid that touches the level may have the
+/// surface on a face.
 inline Side side_of(const Solid& solid, const Brick& brick)
 {
-    const glm::ivec3 position = brick.first / brick_size, octet = position / 2, in_octet = position - 2 * octet;
-    const auto child = static_cast<std::size_t>(in_octet.x + 2 * in_octet.y + 4 * in_octet.z);
-    const BrickRanges::Range range = solid.ranges.octets()[place_in(solid.ranges.shape(), octet)].brick(child);
+    const BrickRanges::Range range = solid.ranges.brick(brick.first / brick_size);
     const double lower = solid.sign * (static_cast<double>(range.lower) - solid.threshold);
     const double upper = solid.sign * (static_cast<double>(range.upper) - solid.threshold);
     return side_of(std::min(lower, upper), std::max(lower, upper));

@@ -14,7 +14,7 @@ namespace isospline {
 /// The key of a vertex that no other part has.
 inline constexpr CrossingKey no_key = ~CrossingKey{0};
 
-/// The part of the solid's boundary that a face is on: the isosurface, or the cap of the clip's half-space `label - 1`.
+/// The part of the solid's boundary that a face is on: the isosurface, or the cap of plane `label - 1`.
 using FaceLabel = std::uint32_t;
 inline constexpr FaceLabel on_isosurface = 0;
 

@@ -40,17 +40,16 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
     int subdivision = 1;
     CoarseCubes coarse;
     while (tolerance) {
-        coarse =
-            coarse_cubes(LatticeField<Degree>(surface, subdivision), SpecialCubes(surface.clip_lattice(), subdivision),
-                         *tolerance, part_of(progress, 0.0, 0.1));
+        coarse = coarse_cubes(LatticeField<Degree>(surface, subdivision), SpecialCubes(surface.planes(), subdivision),
+                              *tolerance, part_of(progress, 0.0, 0.1));
         if (subdivision == finest || coarse.cubes.size() * most_coarse <= coarse.surface_count)
             break;
         subdivision *= 2;
     }
     const LatticeField<Degree> field(surface, subdivision);
-    SpecialCubes special(surface.clip_lattice(), subdivision);
+    SpecialCubes special(surface.planes(), subdivision);
     TetrahedronMesher<Degree> tetrahedra(field, special);
-    tetrahedra.add_clipped_cubes(part_of(progress, 0.1, 0.2));
+    tetrahedra.add_cut_cubes(part_of(progress, 0.1, 0.2));
     if (tolerance)
         tetrahedra.refine(coarse.cubes, *tolerance, part_of(progress, 0.2, 0.3));
     std::vector<MeshPart> parts = march_cubes(field, special, part_of(progress, 0.3, 0.7));
@@ -108,7 +107,8 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
                                        volume.world_to_lattice());
                     result.normals[i] = hit.normal;
                 } else {
-                    result.normals[i] = -glm::normalize(surface.options().clip[label[i] - 1].normal);
+                    result.normals[i] = -glm::normalize(
+                        transform_gradient(volume.world_to_lattice(), surface.planes().all()[label[i] - 1].normal));
                 }
                 vertex = transform_point(volume.lattice_to_world(), vertex);
             }

@@ -24,7 +24,7 @@ struct SurfaceMesh {
 /// The mesh of a surface, with its clip and caps.
 ///
 /// Vertices are roots of f - level, up to rounding, or on caps. Edges have two faces, or one at an end of the
-/// surface: the border of the volume, cells that a mask removes, and a clip that is not capped.
+/// surface: the border of the volume if it is not closed, cells that a mask removes, and a clip that is not capped.
 ///
 /// Without a tolerance, the lattice is that of the cells; features between the corners of cells are missed. With a
 /// tolerance, world units, the mesh has many vertices where the surface is curved, to stay within the tolerance, and

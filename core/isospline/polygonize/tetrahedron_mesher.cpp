@@ -12,7 +12,7 @@ namespace isospline {
 
 namespace {
 
-/// Calls `visit(cell)` for the cells of a brick that may contain surface or, if the surface is capped, solid.
+/// Calls `visit(cell)` for the cells of a brick that may contain surface or, if there are caps, solid.
 template <typename Visit>
 void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& brick, const BrickRanges::Range& range,
                                const Visit& visit)
@@ -21,7 +21,8 @@ void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& b
     const double threshold = surface.threshold();
     const bool is_mixed = range.straddles(threshold);
     const bool above_is_solid = surface.options().inside == Inside::above;
-    if (!is_mixed && !(surface.options().capped && (static_cast<double>(range.lower) >= threshold) == above_is_solid))
+    if (!is_mixed &&
+        !(surface.planes().have_caps() && (static_cast<double>(range.lower) >= threshold) == above_is_solid))
         return;
     const CoefficientBox coefficients = volume.box(brick.first, brick.size);
     const BrickCells mixed = is_mixed ? surface.bricks().cells(brick) : BrickCells{};
@@ -32,7 +33,7 @@ void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& b
                 const glm::ivec3 cell = brick.first + at;
                 const bool is_in_set = (mixed[static_cast<std::size_t>(at.z)] >> (at.x + brick_size * at.y) & 1u) != 0;
                 const double any_coefficient = *coefficients.from(at.x, at.y, at.z).first;
-                const bool may_be_solid = surface.options().capped &&
+                const bool may_be_solid = surface.planes().have_caps() &&
                                           (any_coefficient >= threshold) == above_is_solid &&
                                           surface.kept_cells().contains(cell);
                 if (is_in_set || may_be_solid)
@@ -75,9 +76,9 @@ void TetrahedronMesher<Degree>::add_cube(const glm::ivec3& cube)
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::add_clipped_cubes(const Progress& progress)
+void TetrahedronMesher<Degree>::add_cut_cubes(const Progress& progress)
 {
-    if (cubes_.half_spaces().empty())
+    if (cubes_.planes().all().empty())
         return;
     const BrickRanges& ranges = *field_.surface().shared_ranges();
     const int subdivision = field_.subdivision();
@@ -90,7 +91,7 @@ void TetrahedronMesher<Degree>::add_clipped_cubes(const Progress& progress)
             2 * at_place(ranges.shape(), index / 8) + child_position(static_cast<int>(index % 8));
         const Brick brick = brick_at(field_.surface().volume().cell_shape(), position);
         if (range.lower > range.upper ||
-            cubes_.kind_by_clip(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
+            cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
             continue;
         for_each_cell_in_question(field_.surface(), brick, range, [&](const glm::ivec3& cell) {
             glm::ivec3 part;
@@ -184,11 +185,11 @@ void TetrahedronMesher<Degree>::add_caps(const Tetrahedron& corners)
     for (const auto& face : tetrahedron_faces) {
         std::array<NodeId, 3> at{corners[face[0]], corners[face[1]], corners[face[2]]};
         const auto on_plane = [&](FaceLabel index) {
-            const HalfSpace& half_space = cubes_.half_spaces()[index];
+            const HalfSpace& half_space = cubes_.planes().all()[index];
             return std::all_of(at.begin(), at.end(), [&](NodeId node) { return side(half_space, node) == 0; });
         };
         const auto cutting = std::find_if(cutting_.begin(), cutting_.end(), on_plane);
-        if (cutting == cutting_.end())
+        if (cutting == cutting_.end() || !cubes_.planes().has_caps(*cutting))
             continue;
         const FaceLabel label = 1 + *cutting;
         const auto is_solid = [&](NodeId node) { return nodes_[node].is_solid; };
@@ -216,8 +217,8 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
 {
     whole_.assign(1, corners);
     cutting_.clear();
-    for (std::size_t i = 0; i < cubes_.half_spaces().size(); ++i) {
-        const HalfSpace& half_space = cubes_.half_spaces()[i];
+    for (std::size_t i = 0; i < cubes_.planes().all().size(); ++i) {
+        const HalfSpace& half_space = cubes_.planes().all()[i];
         const auto side_of_node = [&](NodeId node) { return side(half_space, node); };
         if (std::all_of(corners.begin(), corners.end(), [&](NodeId node) { return side_of_node(node) > 0; }))
             continue;
@@ -231,7 +232,7 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
     }
     for (const Tetrahedron& tetrahedron : whole_) {
         march(tetrahedron);
-        if (!cutting_.empty() && field_.surface().options().capped)
+        if (!cutting_.empty() && cubes_.planes().have_caps())
             add_caps(tetrahedron);
     }
 }
@@ -247,15 +248,15 @@ MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
     return std::move(part_);
 }
 
-template void TetrahedronMesher<1>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<1>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<1>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<1>::march(const Progress&);
-template void TetrahedronMesher<2>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<2>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<2>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<2>::march(const Progress&);
-template void TetrahedronMesher<3>::add_clipped_cubes(const Progress&);
+template void TetrahedronMesher<3>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<3>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
 template MeshPart TetrahedronMesher<3>::march(const Progress&);

@@ -17,7 +17,7 @@ namespace isospline {
 /// Meshes special cubes.
 ///
 /// Each cube is split into six tetrahedra around its diagonal (Kuhn). Where the mesh would be too coarse, edges are
-/// halved, the longest first. Then planes of the clip cut the tetrahedra, by the signs at corners, and the rest is
+/// halved, the longest first. Then the solid's planes cut the tetrahedra, by the signs at corners, and the rest is
 /// marched by the signs of f - level. Tetrahedra treat a shared face identically, so the mesh is a manifold for all
 /// signs, and vertices where a cap meets the surface are on both.
 template <int Degree>
@@ -25,8 +25,8 @@ class TetrahedronMesher {
 public:
     TetrahedronMesher(const LatticeField<Degree>& field, SpecialCubes& cubes) : field_(field), cubes_(cubes) {}
 
-    /// Adds the cubes that the clip cuts and that contain surface or, if the surface is capped, solid.
-    void add_clipped_cubes(const Progress& progress);
+    /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid.
+    void add_cut_cubes(const Progress& progress);
     /// Adds these cubes, and halves edges. It ends when, in each tetrahedron, the surface is within `tolerance` (world
     /// units) of a plane, or crossed edges are as short as the tolerance, or edges are 1/32 of a cell long.
     void refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress);
@@ -62,7 +62,7 @@ private:
     int side(const HalfSpace& half_space, NodeId node) const
     {
         const double above = distance(half_space, node);
-        return above > on_plane_margin ? 1 : above < -on_plane_margin ? -1 : 0;
+        return above > plane_margin ? 1 : above < -plane_margin ? -1 : 0;
     }
     NodeId cut(const HalfSpace& half_space, NodeId inner, NodeId outer);
     void clip_and_march(const Tetrahedron& corners);
@@ -81,7 +81,7 @@ private:
     Nodes cuts_;
     std::unordered_map<EdgeId, std::uint32_t> crossings_;
     std::unordered_map<NodeId, std::uint32_t> vertices_;
-    std::vector<FaceLabel> cutting_; ///< half-spaces that cut a tetrahedron
+    std::vector<FaceLabel> cutting_; ///< planes that cut a tetrahedron
     std::vector<Tetrahedron> whole_, left_;
     MeshPart part_;
 };

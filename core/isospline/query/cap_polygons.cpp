@@ -1,11 +1,9 @@
 #include "isospline/query/cap_polygons.h"
 
-#include "isospline/cell/value-inl.h"
 #include "isospline/math/affine.h"
 #include "isospline/math/box.h"
 #include "isospline/math/frame.h"
-#include "isospline/spline/degree.h"
-#include "isospline/trace/point_in_cell.h"
+#include "isospline/trace/point_side.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -19,7 +17,7 @@ namespace isospline {
 
 namespace {
 
-/// The part of a plane in a box, in lattice space.
+/// The part of a plane in a box, in lattice space. The plane may be a side of the box.
 ConvexPolygon section(const HalfSpace& plane, const Box& box)
 {
     const glm::dvec3 middle = box.center() + (plane.offset - glm::dot(plane.normal, box.center())) * plane.normal;
@@ -29,15 +27,9 @@ ConvexPolygon section(const HalfSpace& plane, const Box& box)
     for (const auto& [x, y] : {std::pair(-1.0, -1.0), {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
         polygon.push_back(middle + reach * (x * frame.x + y * frame.y));
     for (const HalfSpace& side : half_spaces(box))
-        polygon = cut(polygon, side.normal, side.offset);
+        if (side != plane)
+            polygon = cut(polygon, side.normal, side.offset);
     return polygon;
-}
-
-bool is_same_plane(const HalfSpace& a, const HalfSpace& b)
-{
-    constexpr double margin = 1e-12;
-    return glm::length(a.normal - b.normal) < margin &&
-           std::abs(a.offset - b.offset) < margin * (1.0 + std::abs(a.offset));
 }
 
 } // namespace
@@ -46,24 +38,20 @@ CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& tr
 {
     const glm::dmat4 to_world = transform * surface.volume().lattice_to_world();
     to_lattice_ = glm::inverse(to_world);
-    if (!surface.options().capped)
-        return;
-    const std::vector<HalfSpace>& clip = surface.clip_lattice();
-    const glm::dvec3 shape(surface.volume().cell_shape());
     const glm::dmat3 to_lattice(to_lattice_);
-    for (std::size_t i = 0; i < clip.size(); ++i) {
-        if (std::any_of(clip.begin(), clip.begin() + static_cast<std::ptrdiff_t>(i),
-                        [&](const HalfSpace& other) { return is_same_plane(other, clip[i]); }))
+    for (std::size_t i = 0; i < surface.planes().all().size(); ++i) {
+        if (!surface.planes().has_caps(i))
             continue;
-        ConvexPolygon polygon = section(clip[i], {glm::dvec3(0.0), shape});
-        for (std::size_t j = 0; j < clip.size(); ++j)
-            if (j != i)
-                polygon = cut(polygon, clip[j].normal, clip[j].offset);
+        const HalfSpace& plane = surface.planes().all()[i];
+        ConvexPolygon polygon = section(plane, domain_lattice(surface.volume()));
+        for (const HalfSpace& other : surface.clip_lattice())
+            if (other != plane)
+                polygon = cut(polygon, other.normal, other.offset);
         if (polygon.size() < 3)
             continue;
         for (glm::dvec3& corner : polygon)
             corner = transform_point(to_world, corner);
-        polygons_.push_back({std::move(polygon), -glm::normalize(clip[i].normal * to_lattice), i, std::nullopt});
+        polygons_.push_back({std::move(polygon), -glm::normalize(plane.normal * to_lattice), i, std::nullopt});
     }
 }
 
@@ -91,7 +79,7 @@ void CapPolygons::find_masked_parts()
             corner = transform_point(to_lattice_, corner);
             box.extend(corner);
         }
-        const HalfSpace& plane = surface_.clip_lattice()[whole.half_space];
+        const HalfSpace& plane = surface_.planes().all()[whole.plane];
         const glm::dvec3 steepness = glm::abs(plane.normal);
         const double reach = 0.5 * (steepness.x + steepness.y + steepness.z);
         // Columns of cells along the axis to which the plane is steepest.
@@ -100,14 +88,18 @@ void CapPolygons::find_masked_parts()
         const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(box.lower)), glm::ivec3(0), end);
         const glm::ivec3 last = glm::clamp(glm::ivec3(glm::floor(box.upper)), glm::ivec3(0), end);
         const auto add = [&](const glm::ivec3& cell) {
+            const Box box_of_cell = box_of({cell, glm::ivec3(1)});
+            if (!(DistanceRange(box_of_cell, plane).most > plane_margin))
+                return; // the cap is in the cell on the inner side of its face
             ConvexPolygon part = lattice;
-            for (const HalfSpace& side : half_spaces(Box{glm::dvec3(cell), glm::dvec3(cell + 1)}))
-                part = cut(part, side.normal, side.offset);
+            for (const HalfSpace& side : half_spaces(box_of_cell))
+                if (side != plane)
+                    part = cut(part, side.normal, side.offset);
             if (part.size() < 3)
                 return;
             for (glm::dvec3& corner : part)
                 corner = transform_point(to_world, corner);
-            masked_parts_.push_back({std::move(part), whole.normal, whole.half_space, cell});
+            masked_parts_.push_back({std::move(part), whole.normal, whole.plane, cell});
         };
         glm::ivec3 cell;
         for (int j = first[second_across]; j <= last[second_across]; ++j)
@@ -117,8 +109,8 @@ void CapPolygons::find_masked_parts()
                 cell[axis] = 0;
                 const double above = glm::dot(plane.normal, glm::dvec3(cell) + 0.5) - plane.offset;
                 const double middle = -above / plane.normal[axis], margin = reach / steepness[axis];
-                const int from = std::max(first[axis], static_cast<int>(std::ceil(middle - margin - 1e-9)));
-                const int to = std::min(last[axis], static_cast<int>(std::floor(middle + margin + 1e-9)));
+                const int from = std::max(first[axis], static_cast<int>(std::ceil(middle - margin - plane_margin)));
+                const int to = std::min(last[axis], static_cast<int>(std::floor(middle + margin + plane_margin)));
                 for (cell[axis] = from; cell[axis] <= to; ++cell[axis])
                     if (kept.contains(cell) && is_at_mask(cell))
                         add(cell);
@@ -129,15 +121,9 @@ void CapPolygons::find_masked_parts()
 bool CapPolygons::is_on_cap(const CapPolygon& polygon, const glm::dvec3& point) const
 {
     const glm::dvec3 lattice = transform_point(to_lattice_, point);
-    const PointInCell found(surface_, lattice);
-    const glm::ivec3 cell = polygon.cell.value_or(found.index);
-    if (!surface_.kept_cells().contains(cell))
-        return false;
-    const double value = dispatch_degree(surface_.volume().degree(), [&](auto degree) {
-        return scalar::value_in_cell<degree>(VolumeCell(surface_.volume(), surface_.threshold(), cell),
-                                             lattice - glm::dvec3(cell));
-    });
-    return surface_.options().inside == Inside::above ? value >= 0.0 : value <= 0.0;
+    const HalfSpace& plane = surface_.planes().all()[polygon.plane];
+    const glm::ivec3 cell = polygon.cell ? *polygon.cell : inner_cell(surface_, lattice, plane);
+    return side_of(surface_, lattice, coordinate_error(to_lattice_, point), cell) != Side::outside;
 }
 
 std::optional<CapPolygons::Point> CapPolygons::closest(const glm::dvec3& point, double limit)
@@ -156,7 +142,7 @@ std::optional<CapPolygons::Point> CapPolygons::closest(const glm::dvec3& point, 
             if (!(distance <= limit) || (nearest && distance == limit) || !is_on_cap(polygon, position))
                 continue;
             limit = distance;
-            nearest = {position, polygon.normal, distance, surface_.cap_id(polygon.half_space)};
+            nearest = {position, polygon.normal, distance, surface_.cap_id(polygon.plane)};
         }
     return nearest;
 }

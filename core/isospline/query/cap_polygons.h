@@ -14,12 +14,11 @@
 
 namespace isospline {
 
-/// A convex part of a plane of the clip, within the other half-spaces and the domain. Caps are the parts of it in the
-/// solid.
+/// A convex part of a plane with caps, within the clip and the domain. Caps are the parts of it in the solid.
 struct CapPolygon {
     ConvexPolygon corners;          ///< world space
     glm::dvec3 normal{0.0};         ///< unit, outward
-    std::size_t half_space;         ///< the plane's position in the clip
+    std::size_t plane;              ///< of SolidPlanes::all()
     std::optional<glm::ivec3> cell; ///< its cell, if the mask cuts the polygon into parts in single cells
 };
 
@@ -31,7 +30,7 @@ public:
         std::uint64_t primitive_id;
     };
 
-    /// The polygons of a surface, which must outlive them; none if it is not capped. `transform` maps the surface's
+    /// The polygons of a surface, which must outlive them; none if it has no caps. `transform` maps the surface's
     /// world space to the space of the polygons.
     explicit CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& transform = glm::dmat4(1.0));
 

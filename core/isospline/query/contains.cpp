@@ -1,34 +1,16 @@
 #include "isospline/query/contains.h"
 
-#include "isospline/cell/value-inl.h"
 #include "isospline/math/affine.h"
-#include "isospline/spline/degree.h"
-#include "isospline/trace/point_in_cell.h"
-
-#include <glm/geometric.hpp>
+#include "isospline/trace/point_side.h"
 
 namespace isospline {
 
 bool contains(const IsosurfaceSnapshot& surface, const glm::dvec3& position_world)
 {
-    const Volume& volume = surface.volume();
-    const IsosurfaceOptions& options = surface.options();
-    for (const HalfSpace& half_space : options.clip)
-        if (!(glm::dot(half_space.normal, position_world) >= half_space.offset))
-            return false;
-
-    const glm::dvec3 lattice = transform_point(volume.world_to_lattice(), position_world);
-    const glm::dvec3 shape(volume.cell_shape());
-    for (int axis = 0; axis < 3; ++axis)
-        if (!(lattice[axis] >= 0.0 && lattice[axis] <= shape[axis]))
-            return false;
-    const PointInCell point(surface, lattice);
-    if (!surface.kept_cells().contains(point.index))
-        return false;
-
-    const double value = dispatch_degree(
-        volume.degree(), [&](auto degree) { return scalar::value_in_cell<degree>(point.cell, point.local); });
-    return options.inside == Inside::above ? value > 0.0 : value < 0.0;
+    const glm::dmat4& map = surface.volume().world_to_lattice();
+    const glm::dvec3 lattice = transform_point(map, position_world);
+    const double error = coordinate_error(map, position_world);
+    return is_in_clip(surface, lattice, error) && side_of(surface, lattice, error) == Side::inside;
 }
 
 } // namespace isospline

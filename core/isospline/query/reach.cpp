@@ -1,14 +1,12 @@
 #include "isospline/query/reach.h"
 
 #include "isospline/brick/brick.h"
-#include "isospline/brick/cutout.h"
 #include "isospline/cell/coefficients.h"
-#include "isospline/cell/value-inl.h"
 #include "isospline/math/box.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/cap.h"
-#include "isospline/trace/point_in_cell.h"
+#include "isospline/trace/point_side.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -26,32 +24,21 @@ constexpr double corner_margin = 1e-6;
 /// With more planes than this, computing corners is more work than the boxes of caps.
 constexpr std::size_t most_planes = 32;
 
-/// The half-spaces that bound the solid: those of the clip and of the volume's domain.
-std::vector<HalfSpace> bounds_of_solid(const IsosurfaceSnapshot& surface)
-{
-    std::vector<HalfSpace> planes = surface.clip_lattice();
-    const std::vector<HalfSpace> domain = half_spaces(Box{glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape())});
-    planes.insert(planes.end(), domain.begin(), domain.end());
-    return planes;
-}
-
-bool is_in_solid(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
-{
-    const PointInCell point(surface, glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape())));
-    if (!surface.kept_cells().contains(point.index))
-        return false;
-    const double value = dispatch_degree(
-        surface.volume().degree(), [&](auto degree) { return scalar::value_in_cell<degree>(point.cell, point.local); });
-    return surface.options().inside == Inside::above ? value >= 0.0 : value <= 0.0;
-}
-
-/// Calls `visit` for the corners of the clipped domain that are in the solid.
+/// Calls `visit` for the corners of the clipped domain that are in the solid and on a plane with caps.
 template <typename Visit>
-void for_each_corner(const IsosurfaceSnapshot& surface, const std::vector<HalfSpace>& planes, Visit visit)
+void for_each_corner(const IsosurfaceSnapshot& surface, Visit visit)
 {
+    std::vector<HalfSpace> planes = surface.planes().all();
+    const auto has_caps = [&](std::size_t plane) {
+        return plane < surface.planes().all().size() && surface.planes().has_caps(plane);
+    };
+    const std::vector<HalfSpace> domain = half_spaces(domain_lattice(surface.volume()));
+    planes.insert(planes.end(), domain.begin(), domain.end());
     for (std::size_t i = 0; i < planes.size(); ++i)
         for (std::size_t j = i + 1; j < planes.size(); ++j)
             for (std::size_t k = j + 1; k < planes.size(); ++k) {
+                if (!has_caps(i) && !has_caps(j) && !has_caps(k))
+                    continue;
                 const HalfSpace &a = planes[i], &b = planes[j], &c = planes[k];
                 const glm::dvec3 bc = glm::cross(b.normal, c.normal);
                 const double determinant = glm::dot(a.normal, bc);
@@ -63,7 +50,7 @@ void for_each_corner(const IsosurfaceSnapshot& surface, const std::vector<HalfSp
                 const bool is_corner = std::all_of(planes.begin(), planes.end(), [&](const HalfSpace& plane) {
                     return glm::dot(plane.normal, corner) >= plane.offset - corner_margin;
                 });
-                if (is_corner && is_in_solid(surface, corner))
+                if (is_corner && side_of(surface, corner, corner_margin) != Side::outside)
                     visit(corner);
             }
 }
@@ -96,12 +83,13 @@ void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
 {
     const Volume& volume = surface.volume();
     const bool is_above = surface.options().inside == Inside::above;
+    const SolidPlanes& planes = surface.planes();
     const auto has_cap = [&](const Brick& cell) {
         bool is_cut = false;
-        for (const HalfSpace& plane : surface.clip_lattice()) {
-            if (is_outside(cell, plane))
+        for (std::size_t i = 0; i < planes.all().size(); ++i) {
+            if (is_outside(box_of(cell), planes.all()[i]))
                 return false;
-            is_cut |= !is_outside(cell, {-plane.normal, -plane.offset});
+            is_cut |= planes.has_caps(i) && !is_inside(box_of(cell), planes.all()[i]);
         }
         if (!is_cut)
             return false;
@@ -132,11 +120,10 @@ void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
 template <typename Visit>
 void for_each_cap_point(const IsosurfaceSnapshot& surface, Visit visit)
 {
-    if (!surface.options().capped || surface.clip_lattice().empty())
+    if (!surface.planes().have_caps())
         return;
-    const std::vector<HalfSpace> planes = bounds_of_solid(surface);
-    if (surface.options().shell.mask.empty() && planes.size() <= most_planes)
-        for_each_corner(surface, planes, visit);
+    if (surface.options().shell.mask.empty() && surface.planes().all().size() <= most_planes)
+        for_each_corner(surface, visit);
     else // A mask can cut caps off anywhere.
         for_each_cap_cell(surface, visit);
 }

@@ -112,7 +112,7 @@ void sample(const IsosurfaceSnapshot& surface, std::uint32_t seed, std::size_t f
             if (area_of_caps > 0.0 && fine() < part_of_caps) {
                 const auto [polygon, position] = triangles.at(fine(), {fine(), fine()});
                 is_found = caps.is_on_cap(*polygon, position);
-                samples[i] = {position, polygon->normal, surface.cap_id(polygon->half_space)};
+                samples[i] = {position, polygon->normal, surface.cap_id(polygon->plane)};
                 continue;
             }
             const auto row = std::min(static_cast<std::size_t>(fine() * count), cells.size() - 1);

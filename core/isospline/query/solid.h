@@ -9,9 +9,8 @@ namespace isospline {
 /// The solid of a surface, which must outlive it.
 inline Solid solid_of(const IsosurfaceSnapshot& surface)
 {
-    return {surface.volume(),     *surface.shared_ranges(),
-            surface.threshold(),  surface.options().inside == Inside::above ? 1.0 : -1.0,
-            surface.kept_cells(), surface.clip_lattice()};
+    return {surface.volume(),      *surface.shared_ranges(), surface.threshold(),
+            surface.inward_sign(), surface.kept_cells(),     surface.planes()};
 }
 
 } // namespace isospline

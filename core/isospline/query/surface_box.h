@@ -1,9 +1,9 @@
 // A part of a cell with f - level on it, and a lower bound on the distance of its surface from a point.
 #pragma once
 
-#include "isospline/brick/cutout.h"
 #include "isospline/cell/coefficients.h"
 #include "isospline/math/bernstein_box.h"
+#include "isospline/math/half_space.h"
 #include "isospline/query/lattice_metric.h"
 #include "isospline/spline/cell_weights-inl.h"
 

@@ -1,9 +1,9 @@
 // Descent from a point of a cell to the point of its surface that is locally the nearest to another point.
 #pragma once
 
-#include "isospline/brick/cutout.h"
 #include "isospline/cell/jet.h"
 #include "isospline/cell/value-inl.h"
+#include "isospline/math/half_space.h"
 #include "isospline/math/linear_system.h"
 #include "isospline/query/lattice_metric.h"
 #include "isospline/query/surface_box.h"

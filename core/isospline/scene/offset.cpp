@@ -193,12 +193,12 @@ glm::dvec3 IsosurfaceObject::offset_position(const Hit& hit, const glm::dvec3& t
             const auto& [normal, offset] = surface_->cut_of(hit.primitive_id);
             return offset_until_all_hold({in_half_space({-normal, -offset})}, hit.position, towards, cell_size);
         }
-        if (!outward && surface_->options().capped) {
+        if (!outward && surface_->planes().have_caps()) {
             const glm::dvec3 lattice = transform_point(to_lattice, hit.position - frame.centre);
             const glm::dvec3 inwards = side * transform_gradient(to_lattice, gradient_lattice(*surface_, lattice));
             std::vector<Condition> in_solid{
                 {[&](const glm::dvec3& at) { return clearance(at, side); }, unit_or_zero(inwards)}};
-            for (const HalfSpace& half_space : surface_->clip_lattice())
+            for (const HalfSpace& half_space : surface_->planes().all())
                 in_solid.push_back(in_half_space(half_space));
             return offset_until_all_hold(in_solid, hit.position, towards, cell_size);
         }

@@ -14,20 +14,19 @@ void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     in_lattice = to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape());
     clip_leaves_any = true;
     enters_cap = false;
-    const std::vector<HalfSpace>& clip_lattice = surface.clip_lattice();
-    if (clip_lattice.empty())
+    const SolidPlanes& planes = surface.planes();
+    if (planes.all().empty())
         return;
     const std::optional<Chord> kept =
-        clip({in_lattice.origin, in_lattice.direction, in_lattice.t_near, in_lattice.t_far}, clip_lattice);
+        clip({in_lattice.origin, in_lattice.direction, in_lattice.t_near, in_lattice.t_far}, planes.all());
     clip_leaves_any = kept.has_value();
     if (!kept)
         return;
     in_lattice.t_near = kept->t_near;
     in_lattice.t_far = kept->t_far;
-    if (!surface.options().capped)
+    if (!planes.have_caps())
         return;
-    chord = {*kept, in_lattice.origin, in_lattice.direction};
-    chord.drop_ends_beyond(in_lattice.limits);
+    chord = CappedChord(*kept, in_lattice.origin, in_lattice.direction, in_lattice.limits, planes);
     const auto is_this = [&](const ChordOfInstance& listed) { return listed.slot == slot; };
     if (all == nullptr)
         enters_cap = chord.enters_cap(surface);
@@ -54,24 +53,23 @@ void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape(), in_lattice);
     clip_leaves = used;
     enters_cap = 0;
-    const std::vector<HalfSpace>& clip_lattice = surface.clip_lattice();
-    if (clip_lattice.empty())
+    const SolidPlanes& planes = surface.planes();
+    if (planes.all().empty())
         return;
     for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const glm::dvec3 origin = in_lattice.origin_of(lane), direction = in_lattice.direction_of(lane);
         const std::optional<Chord> kept =
-            clip({origin, direction, in_lattice.t_near[lane], in_lattice.t_far[lane]}, clip_lattice);
+            clip({origin, direction, in_lattice.t_near[lane], in_lattice.t_far[lane]}, planes.all());
         if (!kept) {
             clip_leaves &= ~(LaneMask{1} << lane);
             continue;
         }
         in_lattice.t_near[lane] = kept->t_near;
         in_lattice.t_far[lane] = kept->t_far;
-        if (!surface.options().capped)
+        if (!planes.have_caps())
             continue;
-        chords[lane] = {*kept, origin, direction};
-        chords[lane].drop_ends_beyond(in_lattice.limits[lane]);
+        chords[lane] = CappedChord(*kept, origin, direction, in_lattice.limits[lane], planes);
         enters_cap |= static_cast<LaneMask>(chords[lane].enters_cap(surface)) << lane;
     }
 }

@@ -150,9 +150,9 @@ struct RayQuery : Query {
     RootInCell nearest;      ///< the nearest hit so far; t is the ray's t_far if there is none
     HitIds nearest_ids;
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
-    LatticeRay in_lattice; ///< limited to the part that the clip keeps
+    LatticeRay in_lattice; ///< limited to the part that its planes keep
     bool clip_leaves_any = false;
-    CappedChord chord;                       ///< of a capped surface: the part that the clip keeps
+    CappedChord chord;                       ///< of a capped surface: the part that its planes keep
     bool enters_cap = false;                 ///< whether it begins on a cap, which is then the first hit
     std::vector<RawCrossing>* all = nullptr; ///< list for all crossings; if set, none ends the ray
     std::vector<ChordOfInstance> chords;     ///< in this case, the chords of capped surfaces

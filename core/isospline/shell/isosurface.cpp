@@ -52,9 +52,11 @@ void check_shell(const ShellOptions& options, const Volume& volume)
         throw_invalid("mask", "one byte for each of " + std::to_string(samples) + " samples", mask.size());
 }
 
-void check_clip(const std::vector<HalfSpace>& clip)
+void check_clip(const IsosurfaceOptions& options)
 {
-    for (const HalfSpace& half_space : clip) {
+    if (options.capped && !options.closed && options.clip.empty())
+        throw_invalid("capped", "a clip whose cuts are capped, or closed=True for the border of the volume", "neither");
+    for (const HalfSpace& half_space : options.clip) {
         check_direction("clip", half_space.normal);
         if (!is_finite(half_space.offset))
             throw_invalid("clip", "a finite offset", half_space.offset);
@@ -104,8 +106,7 @@ std::shared_ptr<const CellSet> IsosurfaceSnapshot::find_kept(const Progress& pro
     const auto& unmasked = common_->unmasked;
     if (options().largest == 0)
         return unmasked;
-    const double sign = options().inside == Inside::above ? 1.0 : -1.0;
-    const Solid solid{volume(), *common_->ranges, level_ - volume().offset(), sign, *unmasked, {}};
+    const Solid solid{volume(), *common_->ranges, level_ - volume().offset(), inward_sign(), *unmasked, {}};
     return std::make_shared<const CellSet>(
         largest_components(solid, static_cast<std::size_t>(options().largest), part_of(progress, 0.0, 0.9)));
 }
@@ -209,17 +210,16 @@ Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, Isosu
     check_shell(options.shell, *volume);
     if (options.largest < 0)
         throw_invalid("largest", "a number of at least 0", options.largest);
-    check_clip(options.clip);
+    check_clip(options);
     check_level(level);
     const double ranges_done = options.largest > 0 ? 0.2 : 0.9; // components take longer
-    auto common = std::make_shared<IsosurfaceSnapshot::Common>();
-    for (const HalfSpace& half_space : options.clip)
-        common->clip_lattice.push_back(pull_back(half_space, volume->lattice_to_world()));
-    common->ranges = ranges ? std::move(ranges) : isospline::shared_ranges(volume, part_of(progress, 0.0, ranges_done));
-    common->unmasked = std::make_shared<const CellSet>(options.shell.mask, *volume);
-    common->options = std::move(options);
-    common->volume = std::move(volume);
-    snapshot_.reset(new IsosurfaceSnapshot(std::move(common), level, part_of(progress, ranges_done, 1.0)));
+    if (!ranges)
+        ranges = isospline::shared_ranges(volume, part_of(progress, 0.0, ranges_done));
+    SolidPlanes planes(*volume, options.clip, options.capped, options.closed);
+    auto unmasked = std::make_shared<const CellSet>(options.shell.mask, *volume);
+    const auto common = std::make_shared<const IsosurfaceSnapshot::Common>(IsosurfaceSnapshot::Common{
+        std::move(volume), std::move(ranges), std::move(options), std::move(planes), std::move(unmasked)});
+    snapshot_.reset(new IsosurfaceSnapshot(common, level, part_of(progress, ranges_done, 1.0)));
 }
 
 Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())

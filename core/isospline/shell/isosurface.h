@@ -3,6 +3,7 @@
 
 #include "isospline/brick/bricks.h"
 #include "isospline/brick/cell_set.h"
+#include "isospline/brick/solid_planes.h"
 #include "isospline/cell/method.h"
 #include "isospline/shell/shell.h"
 
@@ -25,7 +26,8 @@ struct IsosurfaceOptions {
     ShellOptions shell;
     int largest = 0;             ///< keeps the largest connected components of the solid, this many; 0 keeps all
     std::vector<HalfSpace> clip; ///< in the volume's world space; everything outside of any of them is cut away
-    bool capped = false;         ///< whether scenes close the solid where a clip cuts it
+    bool capped = false;         ///< whether the solid is closed where the clip cuts it
+    bool closed = false;         ///< whether the solid is closed at the border of the volume's domain
     Method method = Method::exact;
     Inside inside = Inside::above;
     std::shared_ptr<const Material> material; ///< for path tracers, or null
@@ -42,8 +44,12 @@ public:
     const std::shared_ptr<const BrickRanges>& shared_ranges() const { return common_->ranges; }
     /// The cells that the mask keeps. If only the largest components are kept, they must also contain the cell.
     const CellSet& kept_cells() const { return *kept_; }
-    /// The clip half-spaces in lattice space.
-    const std::vector<HalfSpace>& clip_lattice() const { return common_->clip_lattice; }
+    /// The half-spaces that bound the solid, in lattice space: the clip and, if it is closed, the border of the domain.
+    const SolidPlanes& planes() const { return common_->planes; }
+    /// The clip alone, in lattice space. The isosurface itself ends there, and at the border of the domain anyway.
+    const std::vector<HalfSpace>& clip_lattice() const { return planes().clip(); }
+    /// 1 if the solid is above the level, -1 if it is below.
+    double inward_sign() const { return options().inside == Inside::above ? 1.0 : -1.0; }
     double level() const { return level_; }
     /// The number that stored coefficients are compared with: level - volume().offset().
     double threshold() const { return bricks_.threshold(); }
@@ -63,16 +69,16 @@ public:
     /// Bytes held for queries, without the volume. It grows when rays enter bricks and when the shell is computed.
     std::size_t memory() const;
 
-    /// The primitive id of the cap of half-space `half_space` of the clip. Caps follow the cells.
-    std::uint64_t cap_id(std::size_t half_space) const { return volume().cell_count() + half_space; }
+    /// The primitive id of the cap of a plane of `planes().all()`. Caps follow the cells.
+    std::uint64_t cap_id(std::size_t plane) const { return volume().cell_count() + plane; }
     bool is_cap(std::uint64_t primitive_id) const { return primitive_id >= volume().cell_count(); }
     /// The half-space of a cap, given its primitive id; in lattice space.
     const HalfSpace& cut_of(std::uint64_t primitive_id) const
     {
-        return clip_lattice()[static_cast<std::size_t>(primitive_id - volume().cell_count())];
+        return planes().all()[static_cast<std::size_t>(primitive_id - volume().cell_count())];
     }
     /// The number of primitive ids: cells of the volume, and caps.
-    std::uint64_t primitive_count() const { return cap_id(options().capped ? clip_lattice().size() : 0); }
+    std::uint64_t primitive_count() const { return cap_id(planes().have_caps() ? planes().all().size() : 0); }
 
 private:
     friend class Isosurface;
@@ -82,7 +88,7 @@ private:
         std::shared_ptr<const Volume> volume;
         std::shared_ptr<const BrickRanges> ranges;
         IsosurfaceOptions options;
-        std::vector<HalfSpace> clip_lattice;
+        SolidPlanes planes;
         std::shared_ptr<const CellSet> unmasked;
     };
     struct OnDemand;
@@ -113,7 +119,7 @@ public:
     /// degree is not 1, 2 or 3, if it has more than 65535 cells along an axis, or fewer than two samples along an axis
     /// for an odd degree. Also throws it if the level is not finite, the prune depth is not 0-6, the number of
     /// components is negative, the mask does not have one byte a sample, or a half-space of the clip is not finite or
-    /// has no normal.
+    /// has no normal, or if cuts are to be capped and there is no clip.
     Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options = {},
                std::shared_ptr<const BrickRanges> ranges = nullptr, const Progress& progress = {});
     Isosurface(const Isosurface& other);

@@ -161,4 +161,10 @@ private:
     std::ptrdiff_t row_stride_ = 0, slice_stride_ = 0;
 };
 
+/// The domain of a volume's model in lattice space: the box of its cells.
+inline Box domain_lattice(const Volume& volume)
+{
+    return {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())};
+}
+
 } // namespace isospline

@@ -1,4 +1,4 @@
-// Caps: the parts of a clip's planes inside the solid. They close the surface where it is cut.
+// Caps: the parts of planes inside the solid. They close the surface where a clip cuts it, and at the volume's border.
 #pragma once
 
 #include "isospline/cell/lattice_ray.h"
@@ -17,10 +17,21 @@ struct CappedEnds {
     bool entry = false, exit = false;
 };
 
-/// The chord of a ray that a clip keeps, in lattice space. Its ends are tested at exactly the points where the
-/// intervals of roots in cells begin and end, so that no ray passes between a cap and the surface.
+/// The chord of a ray that the planes of a solid keep, in lattice space. Its ends are tested at exactly the points
+/// where the intervals of roots in cells begin and end, so that no ray passes between a cap and the surface.
 struct CappedChord : Chord {
     glm::dvec3 origin, direction;
+
+    CappedChord() = default;
+    /// The chord of a ray with limits. An end outside of them, or on a plane without caps, is not on a cap.
+    CappedChord(const Chord& chord, const glm::dvec3& ray_origin, const glm::dvec3& ray_direction,
+                const RayLimits& limits, const SolidPlanes& planes)
+        : Chord(chord), origin(ray_origin), direction(ray_direction)
+    {
+        const auto has_caps = [&](int plane) { return plane >= 0 && planes.has_caps(static_cast<std::size_t>(plane)); };
+        entry = has_caps(entry) && limits.contain(t_near) ? entry : -1;
+        exit = has_caps(exit) && limits.contain(t_far) ? exit : -1;
+    }
 
     /// Whether the ray meets a cap where it comes in, or goes out, unless double precision rules that out.
     bool enters_cap(const IsosurfaceSnapshot& surface) const;
@@ -30,22 +41,14 @@ struct CappedChord : Chord {
     CappedEnds capped_ends(const IsosurfaceSnapshot& surface, std::optional<bool> first_enters,
                            std::optional<bool> last_enters) const;
 
-    /// An end outside of a ray's limits is not on a cap.
-    void drop_ends_beyond(const RayLimits& limits)
-    {
-        entry = limits.contain(t_near) ? entry : -1;
-        exit = limits.contain(t_far) ? exit : -1;
-    }
-
     glm::dvec3 at(double t) const { return origin + t * direction; }
 };
 
 /// The gradient of f, with respect to lattice coordinates, at a point of the domain in lattice space.
 glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice);
 
-/// Boxes, in lattice space, that contain all caps of a surface: for each half-space's plane, the boxes of bricks whose
-/// coefficients allow for the solid and that have kept cells. Boxes of one brick follow one another. None if the
-/// surface is not capped.
+/// Boxes, in lattice space, that contain all caps of a surface: for each plane with caps, the boxes of bricks whose
+/// coefficients allow for the solid and that have kept cells. Boxes of one brick follow one another.
 std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface);
 
 } // namespace isospline

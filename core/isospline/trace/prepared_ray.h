@@ -26,12 +26,6 @@ struct RayFrame {
     double radius = 0.0; ///< of the bounds
 };
 
-/// The box of a volume's cells in lattice space.
-inline Box domain_lattice(const Volume& volume)
-{
-    return {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())};
-}
-
 /// The map from the space of prepared rays to an object's space, given the map from there to world space.
 glm::dmat4 centred_to_local(const glm::dmat4& local_to_world, const RayFrame& frame);
 

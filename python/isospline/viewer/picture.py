@@ -70,8 +70,8 @@ def default_limits(each, document):
 
 
 def cap_color(state, each, document):
-    """The colour of the faces of a cut; None for the surface's own colour."""
-    if not (state.clip.values and state.clip.capped and each.level is not None):
+    """The colour of caps; None for the surface's own colour."""
+    if not (state.clip.shows_values and each.level is not None):
         return None
     source = document[each.source]
     shown = state.slices
@@ -90,7 +90,8 @@ class PictureMaker:
         self._document = document
         self._scene = _core.Scene([])
         self._objects = {}  # object id in the state: (parameters, geometry id, object)
-        self._indices = {}  # (volume key, level of detail, level of the body): a surface that owns the index of bricks
+        # (volume key, level of detail, level of the body, closed): a surface that owns the index of bricks
+        self._indices = {}
         self._tracing = None  # the path traced state and its renderer
 
     @property
@@ -120,7 +121,8 @@ class PictureMaker:
         for id, each in wanted.items():
             source = self._document[each.source]
             detail = None if camera is None else source.level_of_detail(camera, size)
-            made_of = (each.source, detail, None if each.level is None else (each.largest, each.body_level, cuts))
+            options = (each.largest, each.body_level, each.closed, cuts)
+            made_of = (each.source, detail, None if each.level is None else options)
             known = self._objects.get(id)
             if known and known[0] != made_of:
                 self._scene.remove(known[1])
@@ -138,14 +140,22 @@ class PictureMaker:
         if each.level is None:
             return item
         cuts, mask = clip.cuts(), source.mask(each.body_level, detail)
-        known = (each.source, detail, each.body_level)
+        known = (each.source, detail, each.body_level, each.closed)
         if known not in self._indices:
-            is_whole = source.template and mask is None
-            self._indices[known] = source.template if is_whole else _core.Isosurface(item, each.level, mask=mask)
+            is_whole = source.template and mask is None and source.template.closed == each.closed
+            self._indices[known] = (
+                source.template if is_whole else _core.Isosurface(item, each.level, mask=mask, closed=each.closed)
+            )
         if cuts is None and each.largest == self._indices[known].largest:
             return self._indices[known].with_level(each.level)
         return _core.Isosurface(
-            item, each.level, mask=mask, largest=each.largest, clip=cuts, capped=bool(cuts) and clip.capped
+            item,
+            each.level,
+            mask=mask,
+            largest=each.largest,
+            clip=cuts,
+            capped=bool(cuts) and clip.capped,
+            closed=each.closed,
         )
 
     def shadings(self, state, ids, moving=False):

@@ -51,6 +51,8 @@ def _object(state, each):
     options = "" if each.largest is None else f", largest={each.largest}"
     if each.body_level is not None:
         options += f", mask=isospline.Isosurface({each.source}, {each.body_level!r}, largest=1).to_mask()"
+    if each.closed:
+        options += ", closed=True"
     if state.clip.kind != "none":
         options += f", clip=[{_cuts(state.clip)}], capped={state.clip.capped}"
     return f"isospline.Isosurface({each.source}, {each.level!r}{options})"
@@ -85,7 +87,7 @@ def _color(document, each):
 def _look(document, state, each):
     color = _color(document, each)
     options: dict[str, Any] = {}
-    if state.clip.values and state.clip.capped and each.level is not None:
+    if state.clip.shows_values and each.level is not None:
         shown, source = state.slices, document[each.source]
         window = shown.window if shown.window and shown.volume == each.source else source.window()
         options["cap_color"] = f'isospline.ColorByVolume({each.source}, "gray", limits={tuple(window)})'

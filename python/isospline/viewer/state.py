@@ -32,6 +32,8 @@ class ObjectState(Checked):
         The level of the isosurface; None for a mesh.
     largest : int or None
         The number of connected components of the isosurface's solid to keep; None keeps all.
+    closed : bool
+        Whether the isosurface's solid is closed at the border of the volume.
     body_level : float or None
         Only what is in the largest connected component at this level is shown: a patient without the table. None shows
         everything.
@@ -43,6 +45,7 @@ class ObjectState(Checked):
     source: str = field(text)
     level: float | None = field(optional(number()), None)
     largest: int | None = field(optional(count), None)
+    closed: bool = field(flag, True)
     body_level: float | None = field(optional(number()), None)
     color: str = field(color, COLORS[0])
     opacity: float = field(number(0, 1), 1.0)
@@ -75,6 +78,11 @@ class ClipState(Checked):
     def __post_init__(self):
         super().__post_init__()
         self.cuts()  # raises for a zero normal and for a box without volume
+
+    @property
+    def shows_values(self):
+        """Whether caps have the colours of the volume's values."""
+        return self.kind != "none" and self.capped and self.values
 
     def cuts(self):
         """The value for `Isosurface(clip=)`."""

@@ -110,7 +110,7 @@ class Viewer:
             def make(key):
                 return replace(known or source_of(item.volume)(key), key=key, template=item)
 
-            return self._show(make, [item.level], {"largest": item.largest, **look})
+            return self._show(make, [item.level], {"largest": item.largest, "closed": item.closed, **look})
         return self._show(source_of(item), levels, look)
 
     def read_session(self, path):

@@ -10,6 +10,7 @@
 #include <glm/matrix.hpp>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 #include <vector>
@@ -17,6 +18,8 @@
 using namespace isospline;
 
 namespace {
+
+const RayLimits no_limits{0.0, 1.0, 0.0, std::numeric_limits<double>::infinity()};
 
 /// Noise, cut by a box and two oblique planes.
 std::shared_ptr<const IsosurfaceSnapshot> cut_noise(int degree, bool capped, Inside inside = Inside::above)
@@ -39,7 +42,8 @@ std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, std::
                   0.0,
                   100.0};
     const std::optional<Chord> kept = clip(ray, surface.clip_lattice());
-    return kept ? std::optional(CappedChord{*kept, ray.origin, ray.direction}) : std::nullopt;
+    return kept ? std::optional(CappedChord(*kept, ray.origin, ray.direction, no_limits, surface.planes()))
+                : std::nullopt;
 }
 
 } // namespace
@@ -96,7 +100,7 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
     const IsosurfaceSnapshot& surface = *snapshot;
     const auto chord_of = [&](const glm::dvec3& from, const glm::dvec3& to) {
         const Ray ray{from, to - from, 0.0, 100.0};
-        return CappedChord{*clip(ray, surface.clip_lattice()), ray.origin, ray.direction};
+        return CappedChord(*clip(ray, surface.clip_lattice()), ray.origin, ray.direction, no_limits, surface.planes());
     };
     const auto on_the_way_in = chord_of({4.0, 3.0, 1.0}, {4.0, 3.0, 3.0});
     REQUIRE(on_the_way_in.enters_cap(surface));

@@ -71,7 +71,7 @@ def test_first_suggestions_of_real_volumes_are_worth_seeing(volumes_folder):
 def test_the_default_picture_is_in_studio_light(ball, picture):
     assert main(["render", str(ball), "-l", "0", "--size", "48x36", "-o", str(picture)]) == 0
     volume = isospline.Volume(np.load(ball))
-    surface = isospline.Isosurface(volume, 0, clip=isospline.Box(*volume.bounds), capped=True)
+    surface = isospline.Isosurface(volume, 0, closed=True)
     expected = isospline.render(
         surface,
         size=(48, 36),
@@ -191,11 +191,13 @@ def test_a_solid_is_closed_where_the_volume_ends(tmp_path, picture):
     assert main([*common, "--view", "front"]) == 0
     closed = pixels(picture)[..., 3] > 0
     assert main([*common, "--view", "front", "--no-capped"]) == 0
+    np.testing.assert_array_equal(pixels(picture)[..., 3] > 0, closed)
+    assert main([*common, "--view", "front", "--no-closed"]) == 0
     assert closed.mean() > 0.5 and (pixels(picture)[..., 3] > 0).mean() < 0.5 * closed.mean()
 
 
 def test_a_solid_in_an_oblique_volume_is_closed():
-    from isospline.pictures import border, closed_surface
+    from isospline.pictures import closed_surface
 
     turn = np.array([(0.6, -0.8, 0), (0.8, 0.6, 0), (0, 0, 1)])
     for degree in (1, 2, 3):
@@ -205,7 +207,7 @@ def test_a_solid_in_an_oblique_volume_is_closed():
             surface = closed_surface(volume, 0.5)
             cells = np.array([8, 7, 6] if axes == "zyx" else [6, 7, 8]) - (degree % 2)
             assert surface.enclosed_volume().value == pytest.approx(cells.prod() * 1.0, rel=1e-6)
-            assert len(border(volume)) == 6
+            assert surface.to_mesh().to_trimesh().is_watertight
 
 
 def test_render_leaves_specks_out_and_explains_how_to_turn_the_picture(tmp_path, picture, capsys):

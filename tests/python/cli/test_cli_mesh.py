@@ -1,7 +1,9 @@
 """The command `mesh`."""
 
+import json
 import re
 
+import numpy as np
 import pytest
 from command_line import leftovers
 
@@ -18,6 +20,19 @@ def test_mesh_writes_a_closed_mesh(ball, tmp_path, suffix, capsys):
     shape = trimesh.load_mesh(output)
     assert shape.is_watertight and shape.volume > 0
     assert leftovers(tmp_path) == [output.name]
+
+
+def test_mesh_and_measure_close_the_border(tmp_path, capsys):
+    trimesh = pytest.importorskip("trimesh")
+    full, output = tmp_path / "full.npy", tmp_path / "full.ply"
+    np.save(full, np.full((12, 14, 16), 100, np.int16))
+    common = [str(full), "--level", "50"]
+    for options, area in (([], 0), (["--closed"], 2 * (12 * 14 + 14 * 16 + 16 * 12))):
+        assert main(["measure", *common, "--json", *options]) == 0
+        assert json.loads(capsys.readouterr().out)["area"]["value"] == pytest.approx(area)
+    assert main(["mesh", *common, "--closed", "--capped", "-o", str(output)]) == 0
+    shape = trimesh.load_mesh(output)
+    assert shape.is_watertight and shape.area == pytest.approx(area)
 
 
 def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
@@ -51,7 +66,10 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
         (["-o", "ball.png"], "ball.png: expected a name that ends in .stl, .ply, .obj, .glb"),
         (["-o", "no/ball.stl"], "no/ball.stl: expected a folder that exists"),
         (["-o", "ball.stl", "--tolerance", "-1"], "tolerance: expected a finite number above 0, got -1"),
-        (["-o", "ball.stl", "--capped"], "--capped: expected --clip or --clip-box with it, got none"),
+        (
+            ["-o", "ball.stl", "--capped"],
+            "--capped: expected --clip or --clip-box, or --closed for the volume's border",
+        ),
         (["-o", "ball.stl", "--level", "1e9"], "ball.stl: expected a mesh with faces, got none"),
     ],
 )

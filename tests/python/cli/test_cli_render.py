@@ -86,7 +86,7 @@ def test_render_colors_as_the_library_does(ball, picture, options, color):
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, size=(48, 32))
     for shading in (isospline.Phong(color=color), isospline.Outline(surface_color=color)):
-        common = ["-l", "0", "--size", "48x32", "--samples", "1", "--no-capped"]
+        common = ["-l", "0", "--size", "48x32", "--samples", "1"]
         common += ["--shading", type(shading).__name__.lower()]
         assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
         expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
@@ -160,7 +160,14 @@ def test_render_lights_as_the_library_does(ball, picture, options, expected):
 )
 @pytest.mark.parametrize("capped", [False, True])
 def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
-    options = [*options, "--view", "1,2,3", "--color-by", str(ball), *([] if capped else ["--no-capped"])]
+    options = [
+        *options,
+        "--view",
+        "1,2,3",
+        "--color-by",
+        str(ball),
+        *([] if capped else ["--no-capped", "--no-closed"]),
+    ]
     common = ["-l", "0", "--size", "48x32", "--samples", "1", "--shading", "phong"]
     assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
     volume = isospline.Volume(np.load(ball))
@@ -380,7 +387,7 @@ def test_render_without_a_level_takes_the_first_suggestion(ball, picture, capsys
 
 @pytest.mark.parametrize("level", ["1e4", "-12345.5"])
 def test_render_of_a_level_out_of_range_warns_and_writes(ball, picture, capsys, level):
-    assert main(["render", str(ball), "--level", level, "--size", "16x9", "--no-capped", "-o", str(picture)]) == 0
+    assert main(["render", str(ball), "--level", level, "--size", "16x9", "--no-closed", "-o", str(picture)]) == 0
     printed = capsys.readouterr()
     assert re.fullmatch(r"isospline: warning: level \S+ is out of the data's range.*\n", printed.err)
     assert "0% covered), 0 cells" in printed.out

@@ -186,6 +186,7 @@ SURFACES = {
         "clip": [isospline.Box((-1, -1, -0.3), (0.5, 1, 1)), isospline.HalfSpace((0, 0, 0), (1, 2, 0.3))],
         "capped": True,
     },
+    "closed": {"closed": True},
     "other": {
         "prune_depth": 0,
         "prune_border": False,
@@ -217,7 +218,7 @@ def test_surfaces_arrive_as_they_were(options, way):
     surface = isospline.Isosurface(VOLUME, FIELD.level, **SURFACES[options])
     surface.level = 0.01
     arrived = WAYS[way](surface)
-    for name in ("level", "prune_depth", "prune_border", "method", "inside", "capped", "material"):
+    for name in ("level", "prune_depth", "prune_border", "method", "inside", "capped", "closed", "material"):
         assert getattr(arrived, name) == getattr(surface, name)
     np.testing.assert_array_equal(arrived.shell.cells, surface.shell.cells)
     np.testing.assert_array_equal(arrived.bounds, surface.bounds)

@@ -331,7 +331,7 @@ def test_cuts_follow_the_transform(rng):
 
 
 def test_open_surfaces_stay_open():
-    """Caps do not close the volume's border without a clip there, nor the cells that a mask removes."""
+    """Capped cuts do not close the volume's border without a clip there, nor the cells that a mask removes."""
     z, y, x = np.mgrid[0:9, 0:9, 0:9].astype(float)
     volume = isospline.Volume(x + 10, degree=2)
     ray = [(4, 4, -9, 0, 0, 1)]
@@ -446,7 +446,10 @@ def test_white_furnace():
 
 
 def test_hoppers_have_no_caps():
-    with pytest.raises(ValueError, match="^surface: expected one whose cuts are open"):
+    with pytest.raises(
+        ValueError,
+        match="^surface: expected one without caps, as only scenes have them, got one that is capped or closed",
+    ):
         isospline.VoxelHopper(ball())
 
 

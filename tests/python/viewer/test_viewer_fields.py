@@ -114,7 +114,7 @@ def test_an_open_cut_shows_no_stray_words(page):
     page.open("cut")
     page.page.get_by_role("button", name="Plane").click()
     page.settle()
-    box = page.page.get_by_label("Closed")
+    box = page.page.get_by_label("Closed", exact=True)
     for is_closed in (True, False):
         assert box.is_checked() == is_closed
         text = page.page.inner_text("#cut")

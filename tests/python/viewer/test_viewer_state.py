@@ -190,6 +190,26 @@ def test_other_levels_of_a_surface_have_its_options():
     assert not found.shell.mask[:10].any() and found.shell.mask.any()
 
 
+def test_a_solid_is_closed_at_the_border_or_open_as_it_was_given():
+    volume = isospline.Volume(np.pad(np.ones((12, 12, 6)), ((0, 0), (0, 0), (0, 6))))
+    cut = ClipState("plane", (0.0, 5.0, 0.0), (0.0, 1.0, 0.0), capped=False)
+    rays = [(-9.0, 6.0, 6.0, 1.0, 0.0, 0.0)]
+    for item, is_closed in (
+        (volume, True),
+        (isospline.Isosurface(volume, 0.5), False),
+        (isospline.Isosurface(volume, 0.5, closed=True), True),
+    ):
+        with isospline.view(item, levels=[0.5], browser=False) as viewer:
+            assert viewer.state.objects[0].closed == is_closed
+            for closed in (True, False):
+                for changes in ({}, {"clip": cut}):
+                    state = viewer.state.with_object(0, closed=closed, level=0.4).replace(camera=CAMERA, **changes)
+                    assert ("closed=True" in script(viewer.document, state, SIZE)) == closed
+                    with viewer.making() as maker:
+                        maker.geometry_ids(state)
+                        assert maker.scene.count_intersections(rays) == (2 if closed else 1)
+
+
 def test_a_ct_is_shown_without_its_table(tmp_path, scan_with_table, monkeypatch):
     path, _ = scan_with_table
     with isospline.view(path, browser=False) as viewer:

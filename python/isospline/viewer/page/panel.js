@@ -91,6 +91,7 @@ export class Panel {
     const parts = [
       each.level !== null && field("Pieces", select("Pieces", pieces, each.largest === null ? "all" : `+${each.largest}`,
         value => change({largest: value === "all" ? null : Number(value)}))),
+      each.level !== null && make("div", {class: "row"}, checkbox("Closed at the border", each.closed, closed => change({closed}))),
       app.state.shading !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
       app.state.shading !== "path-trace" && field("Opacity at edges", slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01,
         silhouette_opacity => change({silhouette_opacity}))),
