@@ -334,44 +334,6 @@ std::shared_ptr<const SceneSnapshot> snapshot_of(Scene& scene)
     return snapshot;
 }
 
-constexpr const char* settle_doc = R"(Builds the settled indexes of the isosurfaces now.
-
-A settled index has a box of Embree around each 2 x 2 x 2 cells, as tight as the surface in them allows. It takes
-about 0.1 s to build for a volume of 256^3 samples, and rays that are traced one by one are a third faster than in the
-draft, which a new level begins with. Without this call, it is built in the background when so many rays have been cast
-at one level that it pays, about 500 for each 8 x 8 x 8 cells that the surface crosses, and the next queries use it.
-Hits are the same in both, bit for bit. Surfaces of stores keep the draft, and
-so do scenes with another `box_edge` than the default.
-
-Parameters
-----------
-progress : callable, optional
-    Called with the finished fraction; cancels if it returns a false value other than None.
-
-Raises
-------
-Cancelled
-    If `progress` cancels. Nothing changes then.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
->>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
->>> scene = isospline.Scene([isospline.Isosurface(volume, 5.0, inside="below")])
->>> scene.is_settled
-False
->>> scene.settle()
->>> scene.is_settled
-True
-)";
-
-void settle(Scene& scene, const py::object& progress)
-{
-    long_call("to settle the indexes of a scene", progress, [&](const Progress& report) { scene.settle(report); });
-}
-
 py::array_t<double> bounds_of(Scene& scene)
 {
     const auto snapshot = snapshot_of(scene);
@@ -400,9 +362,6 @@ void bind_scene(py::module_& module)
              py::arg("t_far") = std::numeric_limits<double>::infinity(), list_intersections_doc)
         .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
-        .def("settle", &settle, py::kw_only(), py::arg("progress") = py::none(), settle_doc)
-        .def_property_readonly("is_settled", &Scene::is_settled,
-                               "Whether rays use settled indexes wherever there are any; see `settle`.")
         .def_property_readonly(
             "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "

@@ -255,9 +255,10 @@ void bind_volume(py::module_& module)
         }
     });
 
-    module.def("_as_array", [](const py::object& value, const std::string& parameter) {
-        return as_array(value, parameter.c_str());
-    });
+    module.def(
+        "_as_array",
+        [](const py::object& value, const std::string& parameter) { return as_array(value, parameter.c_str()); },
+        py::arg("value"), py::arg("parameter"));
     py::class_<Volume, std::shared_ptr<Volume>>(module, "Volume", volume_doc)
         .def(py::init(&make_volume), py::arg("data"), py::kw_only(), py::arg("spacing") = py::make_tuple(1.0, 1.0, 1.0),
              py::arg("origin") = py::make_tuple(0.0, 0.0, 0.0), py::arg("direction") = py::none(),

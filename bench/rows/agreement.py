@@ -1,4 +1,4 @@
-"""Agreement: packets, single rays, both indexes, the float64 path and the hopper report the same hits."""
+"""Agreement: packets, single rays, the float64 path and the hopper report the same hits."""
 
 import numpy as np
 from suite import subjects
@@ -9,15 +9,15 @@ from suite.views import in_tiles, isotropic_lines, unit
 import isospline
 
 TITLE = "Agreement of the paths"
-ABOUT = """The same rays through packets and single rays, each in the draft and in the settled index,
-`method="reference"` (float64, no SIMD) and the hopper, over all real volumes and two procedural ones. There are four
-kinds of rays in equal numbers: isotropic lines, images from random eyes in tiles, rays from within, and rays aimed at
-corners of cells. A tenth of the rays are degenerate: in faces, along edges, through corners of cells, and parallel to
-axes. A ray differs where t, the geometry id, the primitive id or the normal are not exactly the same."""
+ABOUT = """The same rays through packets, single rays, `method="reference"` (float64, no SIMD) and the hopper, over all
+real volumes and two procedural ones. There are four kinds of rays in equal numbers: isotropic lines, images from random
+eyes in tiles, rays from within, and rays aimed at corners of cells. A tenth of the rays are degenerate: in faces, along
+edges, through corners of cells, and parallel to axes. A ray differs where t, the geometry id, the primitive id or the
+normal are not exactly the same."""
 SETTINGS = ("agreement_rays",)
-GOALS = [("hits that differ between packet, single ray, both indexes, float64 path and hopper", "0")]
+GOALS = [("hits that differ between packet, single ray, float64 path and hopper", "0")]
 CHUNK = 1 << 18
-PATHS = ("packets", "settled packets", "settled", "reference", "hopper")  # each compared with single rays
+PATHS = ("packets", "reference", "hopper")  # each compared with single rays
 COMPARED = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals")
 
 
@@ -33,20 +33,16 @@ def measure(settings):
 def compare(subject, count, generator):
     volume = isospline.Volume(subject.data, **subject.grid)
     surface = isospline.Isosurface(volume, subject.level)
-    settled, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
-    settled.settle()
+    scene, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
     reference = isospline.Scene([isospline.Isosurface(volume, subject.level, method="reference")])
     differing = dict.fromkeys(PATHS, 0)
     hit, examples = 0, []
     for done in range(0, count, CHUNK):
-        scene = isospline.Scene([surface])  # a new one, before it settles
         rays = mixed_rays(surface, scene.bounds, min(CHUNK, count - done), generator)
         single = scene.cast_rays(rays, coherent=False)
         hit += int(np.isfinite(single["t_hit"]).sum())
         for path, hits in (
             ("packets", scene.cast_rays(rays, coherent=True)),
-            ("settled packets", settled.cast_rays(rays, coherent=True)),
-            ("settled", settled.cast_rays(rays, coherent=False)),
             ("reference", reference.cast_rays(rays, coherent=False)),
             ("hopper", hopper.cast_rays(rays)),
         ):

@@ -68,8 +68,8 @@ def git(*arguments):
 class Process:
     """A process of against_worker.py; its methods are those of the worker."""
 
-    def __init__(self, package=None, high_quality=False):
-        self.high_quality = high_quality  # whether its scenes are committed with that quality before they are traced
+    def __init__(self, package=None, settled=False):
+        self.settled = settled  # whether its scenes are settled before they are traced
         environment = dict(os.environ)
         if package:
             paths = [str(package), *filter(None, [environment.get("PYTHONPATH")])]

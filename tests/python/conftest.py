@@ -9,6 +9,7 @@ import pytest
 from interrupts import obey_interrupts
 
 import isospline
+from isospline import volumes
 
 # Files that take longest. They run first, so that no process has one left when the others have finished.
 LONGEST = (
@@ -70,6 +71,28 @@ def scan_with_table(tmp_path):
     nibabel.save(nibabel.Nifti1Image(data.T, np.diag([-1, -1, 1, 1])), tmp_path / "scan.nii")
     np.save(tmp_path / "scan.npy", data)
     return tmp_path / "scan.nii", bone
+
+
+@pytest.fixture
+def ball(tmp_path):
+    """For the command line: a ball of radius 0.7 in [-1, 1]^3, in whole samples: 700 r^2 below 490 inside."""
+    path = tmp_path / "ball.npy"
+    np.save(path, (1000 * volumes.sphere(0.7).samples((20, 22, 24))).astype(np.int16))
+    return path
+
+
+@pytest.fixture
+def plate(tmp_path):
+    """A square below the ball, as a file."""
+    pytest.importorskip("trimesh")
+    text = "OFF\n4 2 0\n0 0 1\n23 0 1\n23 21 1\n0 21 1\n3 0 1 2\n3 0 2 3\n"
+    (tmp_path / "plate.off").write_text(text, encoding="utf-8")
+    return tmp_path / "plate.off"
+
+
+@pytest.fixture
+def picture(tmp_path):
+    return tmp_path / "picture.png"
 
 
 def pytest_terminal_summary(terminalreporter):

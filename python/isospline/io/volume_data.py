@@ -63,6 +63,8 @@ class VolumeData:
     unit: str = ""
 
     def __post_init__(self) -> None:
+        if not hasattr(self.data, "dtype"):
+            raise TypeError(f"data: expected an array, got {type(self.data).__name__}")
         if self.patient and not self.unit:
             object.__setattr__(self, "unit", "mm")
 

@@ -169,7 +169,7 @@ def test_parts_are_of_stores(client, camera):
 def test_a_broken_chunk_is_named(client, store, camera, tmp_path):
     broken = tmp_path / "broken.zarr"
     shutil.copytree(store, broken)
-    for shard in (broken / "0" / "c").rglob("*"):
+    for shard in (broken / "coefficients" / "0" / "c").rglob("*"):
         if shard.is_file():
             damaged = bytearray(shard.read_bytes())
             damaged[::1000] = bytes(255 - byte for byte in damaged[::1000])

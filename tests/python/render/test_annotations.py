@@ -123,7 +123,7 @@ def test_ticks_are_round_and_few():
         (dict(annotate=("colorbar",)), "^annotate: expected a colour rule with a map"),
         (
             dict(annotate=("scale_bar",), camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))),
-            "^annotate: expected no scale_bar",
+            "^annotate: scale_bar cannot be combined with a panorama",
         ),
     ],
 )
