@@ -68,8 +68,9 @@ SolidPlanes::SolidPlanes(const Volume& volume, const std::vector<HalfSpace>& cli
             return is_same;
         };
         if (!take(nearest_face(plane, domain)))
-            std::any_of(clip_.begin(), clip_.end(),
-                        [&](const HalfSpace& other) { return take(other) || take(opposite(other)); });
+            static_cast<void>(std::any_of(clip_.begin(), clip_.end(), [&](const HalfSpace& other) {
+                return take(other) || take(opposite(other));
+            }));
         clip_.push_back(plane);
     }
     all_ = clip_;
