@@ -1,5 +1,7 @@
 """Fields for numbers in the page: what does not count, and what the user is told; the cut and the slices."""
 
+import re
+
 import numpy as np
 import pytest
 from browser import Page, chromium
@@ -173,7 +175,7 @@ def test_slices_of_a_volume_in_either_order_of_axes(browser, axes):
         page.settle()
         page.open("slicing")
         page.page.get_by_label("Show three slices").click()
-        page.page.wait_for_function("document.querySelectorAll('#slices figcaption')[2].textContent !== ''")
+        page.page.locator("#slices figcaption").nth(2).filter(has_text=re.compile(r"\S")).wait_for()
         ends = []
         for axis in range(3):
             box = page.page.locator(f"#slices canvas >> nth={axis}").bounding_box()
@@ -184,7 +186,7 @@ def test_slices_of_a_volume_in_either_order_of_axes(browser, axes):
             ends.append(page.page.locator("#slices figcaption").nth(axis).inner_text())
         assert ends == ["x = 59", "y = 39", "z = 19"]
         assert viewer.state.slices.index == (59, 39, 19)
-        page.page.wait_for_function("document.querySelector('#slices canvas').width > 0")
+        page.page.locator("#slices canvas").first.wait_for()
         page.close()
         assert not page.problems
     planes = sample_slices(volume, (30, 20, 10))
