@@ -28,7 +28,13 @@ def make_scene():
 
 
 def make_store(folder):
+    pytest.importorskip("zarr")
     return isospline.store.read_metadata(isospline.prefilter_to(FIELD.samples(20), folder / "store.zarr"))
+
+
+def make_viewer():
+    pytest.importorskip("websockets")
+    return isospline.viewer.Viewer()
 
 
 #: Equal if their parts are, with the same hash.
@@ -98,7 +104,7 @@ OBJECTS = {
 #: They are at work, in threads or with samples that go on: pickle and copy say so.
 AT_WORK = {
     "ProgressiveRenderer": lambda: isospline.ProgressiveRenderer(make_scene(), size=(16, 12)),
-    "Viewer": lambda: isospline.viewer.Viewer(),
+    "Viewer": make_viewer,
 }
 
 WAYS = {"pickle": lambda each: pickle.loads(pickle.dumps(each)), "copy": copy.copy, "deepcopy": copy.deepcopy}
