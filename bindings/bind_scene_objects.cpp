@@ -155,9 +155,8 @@ void set_visibility(Scene& scene, const py::object& geometry_id, std::optional<b
     without_gil([&] { scene.set_visibility(id, seen_by); });
 }
 
-py::dict visibility(const Scene& scene, const py::object& geometry_id)
+py::dict visibility_of(const SeenBy& seen_by)
 {
-    const SeenBy seen_by = scene.object(as_geometry_id(geometry_id)).seen_by;
     py::dict result;
     result["camera"] = seen_by.camera;
     result["shadow"] = seen_by.shadow;
@@ -165,12 +164,20 @@ py::dict visibility(const Scene& scene, const py::object& geometry_id)
 }
 
 /// The Python object that was added if it still exists, otherwise a new one of the same object.
-py::object object_of(const Scene& scene, const py::object& geometry_id)
+py::object python_object(const PlacedObject& placed)
 {
-    const PlacedObject placed = scene.object(as_geometry_id(geometry_id));
     if (const auto* surface = std::get_if<std::shared_ptr<const Isosurface>>(&placed.object))
         return py::cast(std::const_pointer_cast<Isosurface>(*surface));
     return py::cast(std::const_pointer_cast<Mesh>(std::get<std::shared_ptr<const Mesh>>(placed.object)));
+}
+
+/// All objects at one moment: other threads may add and remove some.
+py::list placed_objects(const Scene& scene)
+{
+    py::list objects;
+    for (const auto& [id, placed] : scene.objects())
+        objects.append(py::make_tuple(id, python_object(placed), placed.transform, visibility_of(placed.seen_by)));
+    return objects;
 }
 
 } // namespace
@@ -224,9 +231,20 @@ void bind_scene_objects(py::module_& module)
             py::arg("geometry_id"), "(4, 4) float64 array: maps an object's world space to the scene's.")
         .def("set_visibility", &set_visibility, py::arg("geometry_id"), py::kw_only(), py::arg("camera") = py::none(),
              py::arg("shadow") = py::none(), set_visibility_doc)
-        .def("visibility", &visibility, py::arg("geometry_id"),
-             "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
-        .def("object", &object_of, py::arg("geometry_id"), object_doc)
+        .def(
+            "visibility",
+            [](const Scene& self, const py::object& geometry_id) {
+                return visibility_of(self.object(as_geometry_id(geometry_id)).seen_by);
+            },
+            py::arg("geometry_id"),
+            "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
+        .def(
+            "object",
+            [](const Scene& self, const py::object& geometry_id) {
+                return python_object(self.object(as_geometry_id(geometry_id)));
+            },
+            py::arg("geometry_id"), object_doc)
+        .def("_placed_objects", &placed_objects)
         .def_property_readonly("ids", &Scene::ids, "List of int: the geometry ids of the objects, ascending.")
         .def("__len__", &Scene::count)
         .def("__iter__", [](const Scene& self) { return py::iter(py::cast(self.ids())); })

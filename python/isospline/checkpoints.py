@@ -32,10 +32,10 @@ def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
     **options
         Camera, integrator and so on: values, or objects of numbers, texts and arrays.
     """
-    found = {"objects": _digest(scene.ids)}
+    objects = scene._placed_objects()
+    found = {"objects": _digest([geometry_id for geometry_id, *_ in objects])}
     volumes: dict[_core.Volume, str] = {}  # several surfaces may share one
-    for geometry_id in scene.ids:
-        item = scene.object(geometry_id)
+    for geometry_id, item, transform, visibility in objects:
         if isinstance(item, _core.Isosurface):
             made_of: Any = item.__getstate__()
             volume = made_of.pop("volume")
@@ -44,8 +44,8 @@ def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
             each = {"volume": volumes[volume], **{name: _digest(value) for name, value in made_of.items()}}
         else:
             each = {"mesh": _digest(item)}
-        each["transform"] = _digest(scene.transform(geometry_id))
-        each["visibility"] = _digest(scene.visibility(geometry_id))
+        each["transform"] = _digest(transform)
+        each["visibility"] = _digest(visibility)
         found.update({f"{name} of object {geometry_id}": digest for name, digest in each.items()})
     for name, value in options.items():
         if isinstance(value, _core.PathTracer):

@@ -167,7 +167,7 @@ def _by_geometry_id(scene: _core.Scene, of_objects: Mapping[Any, _Shading]) -> d
     of_ids = {key: value for key, value in of_objects.items() if not isinstance(key, (_core.Isosurface, _core.Mesh))}
     given = {id(key): value for key, value in of_objects.items() if isinstance(key, (_core.Isosurface, _core.Mesh))}
     if given:
-        shown = {geometry_id: id(scene.object(geometry_id)) for geometry_id in scene.ids}
+        shown = {geometry_id: id(item) for geometry_id, item, *_ in scene._placed_objects()}
         if not given.keys() <= set(shown.values()):
             raise ValueError("shading: expected isosurfaces and meshes of the scene, got one that is not in it")
         of_ids = {key: given[each] for key, each in shown.items() if each in given} | of_ids
@@ -176,6 +176,5 @@ def _by_geometry_id(scene: _core.Scene, of_objects: Mapping[Any, _Shading]) -> d
 
 def unit_of(scene: _core.Scene) -> str:
     """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
-    surfaces = (scene.object(geometry_id) for geometry_id in scene)
-    units = {surface.volume.unit for surface in surfaces if isinstance(surface, _core.Isosurface)}
+    units = {item.volume.unit for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)}
     return units.pop() if len(units) == 1 else ""

@@ -127,8 +127,7 @@ def _reduce_hopper(self):
 
 
 def _reduce_scene(self):
-    objects = [(id, self.object(id), self.transform(id), self.visibility(id)) for id in self.ids]
-    return _make_scene, (self.build_quality, self.box_edge, objects)
+    return _make_scene, (self.build_quality, self.box_edge, self._placed_objects())
 
 
 def _make_scene(build_quality, box_edge, objects):

@@ -325,6 +325,12 @@ const BuildOptions& Scene::build_options() const
     return impl_->build_options;
 }
 
+std::map<std::uint32_t, PlacedObject> Scene::objects() const
+{
+    const std::lock_guard lock(impl_->mutex());
+    return *impl_->entries;
+}
+
 std::size_t Scene::count() const
 {
     const std::lock_guard lock(impl_->mutex());

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -73,6 +74,8 @@ public:
     bool contains(std::uint32_t geometry_id) const;
     /// The geometry ids, ascending.
     std::vector<std::uint32_t> ids() const;
+    /// The objects by geometry id, all at one moment.
+    std::map<std::uint32_t, PlacedObject> objects() const;
     /// The number of objects.
     std::size_t count() const;
     /// The options that the constructor got.

@@ -87,6 +87,5 @@ def split(shape: Any, count: int) -> list[Part]:
 
 def largest_shape(scene: _core.Scene) -> tuple[int, ...]:
     """The shape of the largest volume of a scene, along z, y and x."""
-    objects = [scene.object(each) for each in scene.ids]
-    shapes = [each.volume.shape for each in objects if isinstance(each, _core.Isosurface)]
+    shapes = [item.volume.shape for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)]
     return max(shapes, key=np.prod, default=(1, 1, 1))

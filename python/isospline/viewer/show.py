@@ -106,7 +106,7 @@ def _show(viewer, item, levels):
         viewer.open(item, levels=levels)
     elif isinstance(item, _core.Scene):
         placed = Placement()
-        for id in item.ids:
-            viewer.add(placed(item.object(id), item.transform(id)))
+        for _, shown, transform, _ in item._placed_objects():
+            viewer.add(placed(shown, transform))
     else:
         viewer.add(item, levels=levels)

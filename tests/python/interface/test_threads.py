@@ -1,6 +1,7 @@
 """Calls from many threads: none waits for long, Ctrl-C stops all, and processes can fork and end meanwhile."""
 
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -69,6 +70,7 @@ def test_each_call_gets_its_turn(tmp_path):
 
     def look(i):
         assert scene.bounds.shape == (2, 3) and scene.memory > 0 and scene.build_count > 0 and len(scene) > 0
+        assert len(pickle.loads(pickle.dumps(scene))) > 0
 
     def draw(i):
         render(scene, camera, size=(64, 48), shading=isospline.Phong(shadows=True))
