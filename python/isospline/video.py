@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterable
 
+from .children import child_environment
 from .image import Image, over_black, row_bands, whole_file
 from .parameters import check_path, check_type
 from .signatures import explained
@@ -107,7 +108,11 @@ def write_video(
     with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
         # In a session of its own, so that only this process receives Ctrl-C.
         process = subprocess.Popen(
-            [*command, temporary], stdin=subprocess.PIPE, stderr=complaints, start_new_session=True
+            [*command, temporary],
+            stdin=subprocess.PIPE,
+            stderr=complaints,
+            start_new_session=True,
+            env=child_environment(),
         )
         assert process.stdin is not None  # it is a pipe
         try:

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from ..children import child_environment
 from .checks import available_memory
 
 #: Seconds of processor time for any file, and for each byte of it; the time on the clock may be several times as long.
@@ -130,7 +131,7 @@ class _Servers:
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,  # Ctrl-C is for the caller, who then closes the connection
-                env={**os.environ, **_ONE_THREAD},
+                env=child_environment(**_ONE_THREAD),
             )
 
     def stop(self):

@@ -8,6 +8,8 @@ import subprocess
 import tempfile
 import weakref
 
+from ..children import child_environment
+
 # Waits for the end of the process, whose end closes the pipe, and removes the folder. Signals for the whole group of
 # processes must not stop it.
 _KEEPER = 'trap "" HUP INT TERM; read -r _; rm -rf -- "$1"'
@@ -25,6 +27,7 @@ class TemporaryFolder:
             stderr=subprocess.DEVNULL,
             start_new_session=True,
             cwd="/",
+            env=child_environment(),
         )
         self.remove = weakref.finalize(self, _remove, self.path, keeper, os.getpid())
 

@@ -38,6 +38,7 @@ def no_module(path): import not_a_package
 def objects(path): return np.array([object()])
 def pid(path): return os.getpid()
 def child(path): return subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"]).pid
+def environment(path): return dict(os.environ)
 def noise(path): print("noise"); sys.stderr.write("noise"); return 1
 """
 
@@ -124,6 +125,14 @@ def test_exceptions_keep_their_kind(call, tmp_path):
     with pytest.raises(OSError) as caught:
         call("missing")
     assert caught.value.filename == f"{tmp_path}/none"
+
+
+def test_a_reader_does_not_get_the_viewers_token(call, monkeypatch):
+    monkeypatch.setenv("ISOSPLINE_TOKEN", "secret-of-the-viewer")
+    monkeypatch.setenv("SOME_VARIABLE", "kept")
+    variables = call("environment")
+    assert variables["SOME_VARIABLE"] == "kept" and variables["OMP_NUM_THREADS"] == "1"
+    assert "ISOSPLINE_TOKEN" not in variables and "secret-of-the-viewer" not in variables.values()
 
 
 def test_output_of_readers_is_not_shown(call, capfd):
