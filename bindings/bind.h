@@ -20,6 +20,7 @@ void bind_point_queries(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_surface_mesh(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
+void bind_crossings(pybind11::module_& module);
 void bind_scene_index(pybind11::module_& module);
 void bind_scene_objects(pybind11::module_& module);
 void bind_secondary_rays(pybind11::module_& module);

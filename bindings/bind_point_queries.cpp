@@ -3,6 +3,7 @@
 #include "long_call.h"
 #include "points.h"
 #include "results.h"
+#include "visiting_order.h"
 #include "warn.h"
 
 #include "isospline/query/closest_point.h"

@@ -16,7 +16,6 @@
 #include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace py = pybind11;
 
@@ -115,58 +114,6 @@ TypeError
     If `rays` does not hold real numbers.
 )";
 
-constexpr const char* list_intersections_doc = R"(All crossings of each ray with the scene, in the order of t.
-
-Each crossing is listed once, even on a face between cells, or on an edge or a corner of triangles. The crossings of a
-closed isosurface, for example one with ``closed=True``, alternately enter and leave.
-
-Parameters
-----------
-rays : (..., 6) array_like, float32 or float64
-    As in `cast_rays`; ray i is the i-th in C order.
-t_near, t_far : float
-    Only crossings with t in [t_near, t_far] count.
-
-Returns
--------
-Crossings
-    For N rays and M crossings. The crossings of ray i are the items from ``ray_splits[i]`` to ``ray_splits[i + 1]``.
-
-    ``ray_splits``: (N + 1,) int64. ``ray_ids``: (M,) int64. ``t_hit``: (M,) float64. ``geometry_ids``:
-    (M,) uint32. ``primitive_ids``: (M,) uint64, as in `cast_rays`. ``primitive_uvs``: (M, 2) float32, weights of a
-    triangle's second and third corner, 0 for isosurfaces. ``primitive_normals``: (M, 3) float64, as in `cast_rays`.
-    ``positions``: (M, 3) float64, world space. ``entering``: (M,) bool, whether the ray goes to the inner side,
-    <normal, direction> < 0.
-
-Raises
-------
-ValueError, TypeError
-    As in `cast_rays`.
-
-Examples
---------
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
->>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
->>> scene = isospline.Scene([isospline.Isosurface(volume, 5.0, inside="below")])
->>> crossings = scene.list_intersections([(-20, 0, 0, 1, 0, 0)])
->>> np.round(crossings["t_hit"]).tolist(), crossings["entering"].tolist()
-([15.0, 25.0], [True, False])
-)";
-
-constexpr const char* count_intersections_doc = R"(The number of crossings of each ray with the scene.
-
-Parameters
-----------
-rays, t_near, t_far
-    As in `list_intersections`.
-
-Returns
--------
-(...) int32 array
-)";
-
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
 It only sees objects whose `visibility` has "shadow"; the other queries only see objects that have "camera".
@@ -201,12 +148,14 @@ std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& 
 py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent,
                      const py::object& outputs, const py::object& dtype, const py::object& out)
 {
-    const GivenRays given(rays, t_near, t_far, coherent);
+    GivenRays given(rays, t_near, t_far, coherent);
     HitArrays arrays(given.rows, outputs, dtype, out);
     const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
+        if (!coherent)
+            given.sort_for(*snapshot, &SeenBy::camera);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts);
             std::array<Hit, RayPacket::capacity> hits;
@@ -222,11 +171,12 @@ py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double
 
 py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t_near, double t_far)
 {
-    const GivenRays given(rays, t_near, t_far, false);
+    GivenRays given(rays, t_near, t_far, false);
     py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
     long_call("to test " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
+        given.sort_for(*snapshot, &SeenBy::shadow);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, RayCaster::Rays::incoherent);
             given.for_each_packet(begin, end, caster.width(),
@@ -237,92 +187,6 @@ py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t
                                   });
         });
     });
-    return result;
-}
-
-/// All crossings of the rays of one chunk.
-struct CrossingChunk {
-    std::vector<Crossing> crossings;
-    std::vector<std::uint32_t> counts;
-};
-
-/// The chunks of all rays, in order.
-std::vector<CrossingChunk> crossings_of(Scene& scene, const GivenRays& given)
-{
-    std::vector<CrossingChunk> chunks((given.count() + ray_chunk_size - 1) / ray_chunk_size);
-    long_call("to list the crossings of " + std::to_string(given.count()) + " rays", py::none(),
-              [&](const Progress& progress) {
-                  const auto snapshot = scene.snapshot(progress);
-                  given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
-                      CrossingChunk& chunk = chunks[begin / ray_chunk_size];
-                      chunk.counts.resize(end - begin);
-                      snapshot->list_intersections(given.chunk(begin, end), chunk.crossings, chunk.counts);
-                  });
-              });
-    return chunks;
-}
-
-py::object list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
-{
-    const GivenRays given(rays, t_near, t_far, false);
-    const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
-    py::ssize_t total = 0;
-    for (const CrossingChunk& chunk : chunks)
-        total += static_cast<py::ssize_t>(chunk.crossings.size());
-
-    const Shape all{total};
-    auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(given.count()) + 1});
-    auto ray_ids = new_array<std::int64_t>(all);
-    auto t_hit = new_array<double>(all);
-    auto geometry_ids = new_array<std::uint32_t>(all);
-    auto primitive_ids = new_array<std::uint64_t>(all);
-    auto uvs = new_array<float>(all, {2});
-    auto positions = new_array<double>(all, {3}), normals = new_array<double>(all, {3});
-    auto entering = new_array<bool>(all);
-    std::int64_t ray = 0;
-    py::ssize_t at = 0;
-    splits.mutable_at(0) = 0;
-    for (const CrossingChunk& chunk : chunks) {
-        auto crossing = chunk.crossings.begin();
-        for (const std::uint32_t count : chunk.counts) {
-            for (std::uint32_t i = 0; i < count; ++i, ++crossing, ++at) {
-                const Hit& hit = crossing->hit;
-                ray_ids.mutable_at(at) = ray;
-                t_hit.mutable_at(at) = hit.t;
-                geometry_ids.mutable_at(at) = hit.geometry_id;
-                primitive_ids.mutable_at(at) = hit.primitive_id;
-                uvs.mutable_at(at, 0) = hit.uv.x;
-                uvs.mutable_at(at, 1) = hit.uv.y;
-                for (int axis = 0; axis < 3; ++axis) {
-                    positions.mutable_at(at, axis) = hit.position[axis];
-                    normals.mutable_at(at, axis) = hit.normal[axis];
-                }
-                entering.mutable_at(at) = crossing->entering;
-            }
-            splits.mutable_at(++ray) = at;
-        }
-    }
-    py::dict result;
-    result["ray_splits"] = splits;
-    result["ray_ids"] = ray_ids;
-    result["t_hit"] = t_hit;
-    result["geometry_ids"] = geometry_ids;
-    result["primitive_ids"] = primitive_ids;
-    result["primitive_uvs"] = uvs;
-    result["primitive_normals"] = normals;
-    result["positions"] = positions;
-    result["entering"] = entering;
-    return as_result("Crossings", result);
-}
-
-py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
-{
-    const GivenRays given(rays, t_near, t_far, false);
-    auto result = new_array<std::int32_t>(given.rows.leading_shape());
-    std::int32_t* next = result.mutable_data();
-    for (const CrossingChunk& chunk : crossings_of(scene, given))
-        for (const std::uint32_t count : chunk.counts)
-            *next++ = static_cast<std::int32_t>(count);
     return result;
 }
 
@@ -358,10 +222,6 @@ void bind_scene(py::module_& module)
              cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
              py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
-        .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), list_intersections_doc)
-        .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), count_intersections_doc)
         .def_property_readonly(
             "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "

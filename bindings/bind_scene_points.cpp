@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "long_call.h"
 #include "points.h"
+#include "visiting_order.h"
 
 #include "isospline/scene/scene.h"
 #include "isospline/scene/scene_points.h"
@@ -129,12 +130,13 @@ void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, 
     check_points(points);
     check_reach(points);
     SceneClosestPointFinder check(scene, options); // checks the options even if there are no points
+    const VisitingOrder order(scene, points);
     parallel_for(
         points.count(), 64,
         [&](std::size_t begin, std::size_t end) {
             SceneClosestPointFinder find(scene, options);
-            for (std::size_t row = begin; row < end; ++row)
-                visit(row, find(points.vector(row)));
+            for (std::size_t time = begin; time < end; ++time)
+                visit(order[time], find(points.vector(order[time])));
         },
         progress);
 }
@@ -142,13 +144,17 @@ void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, 
 void find_occupancies(const SceneSnapshot& scene, const RowArray& points, std::uint8_t* to, const Progress& progress)
 {
     check_points(points);
+    const VisitingOrder order(scene, points);
     parallel_for(
         points.count(), 4096,
         [&](std::size_t begin, std::size_t end) {
             std::vector<glm::dvec3> chunk;
-            for (std::size_t row = begin; row < end; ++row)
-                chunk.push_back(points.vector(row));
-            find_occupancy(scene, chunk, {to + begin, end - begin});
+            for (std::size_t time = begin; time < end; ++time)
+                chunk.push_back(points.vector(order[time]));
+            std::vector<std::uint8_t> occupied(chunk.size());
+            find_occupancy(scene, chunk, occupied);
+            for (std::size_t time = begin; time < end; ++time)
+                to[order[time]] = occupied[time - begin];
         },
         progress);
 }

@@ -4,6 +4,7 @@
 #include "long_call.h"
 #include "points.h"
 #include "samples.h"
+#include "visiting_order.h"
 
 #include "isospline/spline/sample.h"
 #include "isospline/spline/volume.h"

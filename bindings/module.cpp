@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_mesh(module);
     isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
+    isospline::bind_crossings(module);
     isospline::bind_scene_index(module);
     isospline::bind_scene_objects(module);
     isospline::bind_extent(module);

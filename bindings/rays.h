@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "visiting_order.h"
 
 #include "isospline/math/ray.h"
 #include "isospline/trace/check_ray.h"
@@ -27,7 +28,8 @@ inline void check_limits(double t_near, double t_far)
 }
 
 /// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of
-/// 4 x 4, because such rays are often those of a picture and then close together. Others are traced in memory order.
+/// 4 x 4, because such rays are often those of a picture and then close together. Others are traced in memory order, or
+/// in another one that is set.
 class RayOrder {
 public:
     static constexpr std::size_t tile = 4;
@@ -41,9 +43,16 @@ public:
         tiled_ = width_ % tile == 0 && height_ % tile == 0 && width_ > 0 && height_ > 0;
     }
 
+    void set(VisitingOrder order) { visiting_ = std::move(order); }
+
     /// The places in the array of `count` rays, beginning with the `first` of the order, which begins a row of a tile.
     void set_places(std::size_t first, int count, std::array<std::size_t, RayPacket::capacity>& places) const
     {
+        if (!visiting_.is_given_order()) {
+            for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+                places[i] = visiting_[first + i];
+            return;
+        }
         for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += tile) {
             const std::size_t begin = (*this)(first + i);
             for (std::size_t j = 0; j < tile; ++j)
@@ -55,7 +64,7 @@ public:
     std::size_t operator()(std::size_t i) const
     {
         if (!tiled_)
-            return i;
+            return visiting_[i];
         const std::size_t row_of_tiles = i / (width_ * tile), within_row = i % (width_ * tile);
         const std::size_t tile_in_row = within_row / (tile * tile), within_tile = within_row % (tile * tile);
         return (row_of_tiles * tile + within_tile / tile) * width_ + tile_in_row * tile + within_tile % tile;
@@ -64,6 +73,7 @@ public:
 private:
     bool tiled_;
     std::size_t width_ = 0, height_ = 0;
+    VisitingOrder visiting_; ///< of rays that are not tiled
 };
 
 /// Rays of a chunk; only the last chunk may have fewer.
@@ -78,6 +88,13 @@ struct GivenRays {
     }
 
     std::size_t count() const { return rows.count(); }
+
+    /// Sorts rays at volumes on disk. Coherent rays keep their order, because those of a packet should be close
+    /// together.
+    void sort_for(const SceneSnapshot& scene, bool SeenBy::*sees)
+    {
+        order.set(VisitingOrder(scene, sees, rows, t_near, t_far));
+    }
 
     /// The rays from `begin` to `end` of the order.
     std::vector<Ray> chunk(std::size_t begin, std::size_t end) const

@@ -143,16 +143,25 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
 LaneMask RayCaster::Impl::test_occlusions(const RayPacket& rays, std::size_t index)
 {
     LaneMask occluded = 0;
-    RTCRay ray;
+    RTCRayHit ray_hit;
     for (LaneMask rest = prepare_packet(rays, index, scene.frame, prepared); rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const Ray given = rays.ray(lane);
         query.prepared = prepared[lane];
         query.begin(given);
-        set_ray(query.prepared.ray, ray);
-        embree::occluded(scene.shadow_top(), query, ray);
+        bool is_occluded = false;
+        if (scene.reads_sources) {
+            // Embree looks for any hit in any order, and would read far boxes in vain.
+            set_ray(query.prepared.ray, ray_hit);
+            embree::intersect(scene.shadow_top(), query, ray_hit);
+            is_occluded = query.has_hit();
+        } else {
+            set_ray(query.prepared.ray, ray_hit.ray);
+            embree::occluded(scene.shadow_top(), query, ray_hit.ray);
+            is_occluded = ray_hit.ray.tfar < 0.0f;
+        }
         query.rethrow();
-        occluded |= static_cast<LaneMask>(ray.tfar < 0.0f) << lane;
+        occluded |= static_cast<LaneMask>(is_occluded) << lane;
     }
     return occluded;
 }

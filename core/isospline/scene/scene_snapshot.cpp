@@ -86,6 +86,11 @@ std::vector<std::uint32_t> SceneSnapshot::ids() const
     return ids;
 }
 
+bool SceneSnapshot::reads_sources() const
+{
+    return impl_->reads_sources;
+}
+
 std::uint64_t SceneSnapshot::build_count() const
 {
     return impl_->build_count;

@@ -82,6 +82,8 @@ public:
     bool contains(std::uint32_t geometry_id) const;
     /// The geometry ids, ascending.
     std::vector<std::uint32_t> ids() const;
+    /// Whether the coefficients of an isosurface are not in memory.
+    bool reads_sources() const;
     /// The number of acceleration structures of isosurfaces and meshes that the scene had built up to this snapshot.
     std::uint64_t build_count() const;
     /// Bytes of Embree's acceleration structures and of the cells that are kept with them. Objects that were added

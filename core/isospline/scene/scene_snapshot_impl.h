@@ -53,6 +53,7 @@ struct SceneSnapshot::Impl {
     std::uint32_t next_id = 0; ///< above all ids used so far
     std::uint64_t build_count = 0;
     std::vector<std::shared_ptr<const Object>> objects; ///< of the instances, each once
+    bool reads_sources = false;                         ///< whether coefficients of a surface are not in memory
     std::size_t top_memory = 0;                         ///< of the instances and the top scenes
     std::uint64_t rays_until_settling = 0;              ///< rays until settled indexes pay; 0 if all are settled
     mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it

@@ -79,6 +79,7 @@ void SnapshotBuilder::plan_instances()
             if (!at_level) {
                 at_level = (*surface)->snapshot();
                 next_->surfaces.push_back({*surface, at_level});
+                next_->reads_sources |= at_level->volume().source() != nullptr;
             }
             shown.object = at_level;
         } else {

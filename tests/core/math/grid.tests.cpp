@@ -6,6 +6,21 @@
 
 using namespace isospline;
 
+TEST_CASE("Morton codes have the bits of x, y and z in turn", "[math]")
+{
+    REQUIRE(morton_code({0, 0, 0}) == 0);
+    std::mt19937_64 random(5);
+    std::uniform_int_distribution<int> any(0, (1 << 21) - 1);
+    for (int i = 0; i < 1000; ++i) {
+        const glm::ivec3 at = i == 0 ? glm::ivec3((1 << 21) - 1) : glm::ivec3(any(random), any(random), any(random));
+        std::uint64_t expected = 0;
+        for (int bit = 0; bit < 21; ++bit)
+            for (int axis = 0; axis < 3; ++axis)
+                expected |= static_cast<std::uint64_t>(at[axis] >> bit & 1) << (3 * bit + axis);
+        REQUIRE(morton_code(at) == expected);
+    }
+}
+
 TEST_CASE("places count a grid's positions, x fastest, and beyond 2^32", "[math]")
 {
     REQUIRE(place_count({3, 4, 5}) == 60);
