@@ -20,7 +20,7 @@ from .cli_convert import run as run_convert
 from .cli_demo import make_demo
 from .cli_frames import render_frames
 from .cli_interrupts import heard_interrupts
-from .cli_levels import choose_levels, make_surfaces
+from .cli_levels import choose_levels, make_surfaces, tell_of_open_borders
 from .cli_limits import banded_image, check_limits, frames_to_make, traced_images
 from .cli_output import check_folder, check_output
 from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
@@ -246,7 +246,9 @@ def _surfaces(volume, chosen, clip, arguments):
             inside=arguments.inside,
             progress=progress,
         )
-        return make_surfaces(volume, chosen, arguments, options, _say)
+        surfaces = make_surfaces(volume, chosen, arguments, options, _say)
+    tell_of_open_borders(surfaces, _say)
+    return surfaces
 
 
 def _volume(data, arguments):

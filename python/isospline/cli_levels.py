@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 import isospline
 
 from .cli_picture import ALL, kept_pieces, largest_of
@@ -43,3 +45,26 @@ def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str
     if chosen.without_specks and (kept := kept_pieces(first, say)):
         first = isospline.Isosurface(volume, chosen.levels[0], largest=kept, **options)
     return [first, *(first.with_level(level) for level in chosen.levels[1:])]
+
+
+def tell_of_open_borders(surfaces: list[Any], say: Any) -> None:
+    """Say that solids are left open at the border of the volume if one of them is."""
+    if any(not surface.closed and meets_border(surface) for surface in surfaces):
+        say("the solid is left open where it meets the border of the volume; --closed closes it there")
+
+
+def meets_border(surface: Any) -> bool:
+    """Whether a corner of a cell at the border of the volume is inside the solid."""
+    volume = surface.volume
+    shift = 0.5 if volume.degree % 2 == 0 else 0.0
+    inset = 1e-6  # cells, much more than rounding
+    ends = [(inset - shift, count - 1 + shift - inset) for count in volume.shape[::-1]]
+    corners = [np.clip(np.arange(count + 1) - shift, *between) for count, between in zip(volume.shape[::-1], ends)]
+    to_world = volume.direction * volume.spacing
+    for axis in range(3):
+        for end in ends[axis]:
+            of_face = [np.array([end]) if each == axis else corners[each] for each in range(3)]
+            index = np.stack(np.meshgrid(*of_face), axis=-1).reshape(-1, 3)
+            if surface.contains(index @ to_world.T + volume.origin).any():
+                return True
+    return False

@@ -29,10 +29,30 @@ def test_mesh_and_measure_close_the_border(tmp_path, capsys):
     common = [str(full), "--level", "50"]
     for options, area in (([], 0), (["--closed"], 2 * (12 * 14 + 14 * 16 + 16 * 12))):
         assert main(["measure", *common, "--json", *options]) == 0
-        assert json.loads(capsys.readouterr().out)["area"]["value"] == pytest.approx(area)
+        printed = capsys.readouterr()
+        assert json.loads(printed.out)["area"]["value"] == pytest.approx(area)
+        assert ("--closed closes it there" in printed.err) == (not options)
     assert main(["mesh", *common, "--closed", "--capped", "-o", str(output)]) == 0
     shape = trimesh.load_mesh(output)
     assert shape.is_watertight and shape.area == pytest.approx(area)
+
+
+@pytest.mark.parametrize("command", ["mesh", "measure"])
+@pytest.mark.parametrize("degree", ["1", "2"])
+def test_a_solid_that_is_left_open_at_the_border_is_told(tmp_path, capsys, command, degree):
+    """A bar through one side of an oblique volume; below the level, what is around it."""
+    bar = np.zeros((9, 11, 13), np.float32)
+    bar[:5, 4:7, 5:8] = 100
+    path, output = tmp_path / "bar.nrrd", ["-o", str(tmp_path / "bar.ply")] if command == "mesh" else []
+    header = "NRRD0004\ntype: float\ndimension: 3\nsizes: 13 11 9\nendian: little\nencoding: raw\nspace: LPS\n"
+    header += "space directions: (0.6,0.8,0) (-1.6,1.2,0) (0.1,0,3)\nspace origin: (7,-8,9)\n\n"
+    path.write_bytes(header.encode() + bar.tobytes())
+    common = [command, str(path), "-l", "50", "--degree", degree, "--quiet", *output]
+    sentence = "the solid is left open where it meets the border of the volume; --closed closes it there"
+    cut_off = ["--clip-box", "-99,-99,15,99,99,99", "--capped"]  # the end at the border
+    for options, is_open in (([], True), (["--closed"], False), (cut_off, False), (["--inside", "below"], True)):
+        assert main([*common, *options]) == 0
+        assert (sentence in capsys.readouterr().err) == is_open
 
 
 def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
