@@ -39,12 +39,17 @@ colors : (V, 3) array_like of numbers, str or sequence of str, optional
     default, or of a `Material`.
 material : Material, optional
     Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
+values : (V,) array_like of numbers, optional
+    A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them;
+    pictures do not show them.
+values_name : str
+    What the values are called in files and other libraries.
 
 Raises
 ------
 ValueError
     If a vertex is not finite, a face refers to a vertex that does not exist, normals or colours are not finite or not
-    one for each vertex, or a colour is outside of 0 to 1.
+    one for each vertex, values are not one for each vertex, or a colour is outside of 0 to 1.
 
 Examples
 --------
@@ -100,6 +105,22 @@ std::vector<glm::dvec3> as_vertex_colors(const py::object& value, std::size_t ve
     return linear;
 }
 
+VertexValues as_vertex_values(const py::object& value, std::string name, std::size_t vertex_count)
+{
+    VertexValues values{{}, std::move(name)};
+    if (values.name.empty())
+        throw_invalid("values_name", "a name", "an empty text");
+    if (value.is_none())
+        return values;
+    const py::array array = as_array(value, "values", "iuf");
+    if (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != vertex_count)
+        throw_invalid("values", "shape (" + std::to_string(vertex_count) + ",), one for each vertex",
+                      to_text(shape_of(array)));
+    const py::array_t<double, py::array::c_style | py::array::forcecast> numbers(array);
+    values.numbers.assign(numbers.data(), numbers.data() + numbers.size());
+    return values;
+}
+
 /// The rows of a mesh's list of vectors, or None if it is empty.
 py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& vectors)
 {
@@ -110,11 +131,13 @@ py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& v
 }
 
 std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces, const py::object& normals,
-                                const py::object& colors, std::shared_ptr<Material> material)
+                                const py::object& colors, std::shared_ptr<Material> material, const py::object& values,
+                                std::string values_name)
 {
     std::vector<glm::dvec3> vertex_list = as_vectors(vertices, "vertices");
     std::vector<glm::dvec3> normal_list = as_vertex_vectors(normals, "normals", vertex_list.size());
     std::vector<glm::dvec3> color_list = as_vertex_colors(colors, vertex_list.size());
+    VertexValues vertex_values = as_vertex_values(values, std::move(values_name), vertex_list.size());
 
     const py::array indices = as_array(faces, "faces", "iu", "an array of integers");
     if (indices.ndim() != 2 || indices.shape(1) != 3)
@@ -134,7 +157,7 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
                 face_list[i][corner] = static_cast<unsigned int>(index);
             }
         mesh = std::make_shared<Mesh>(std::move(vertex_list), std::move(face_list), std::move(normal_list),
-                                      std::move(color_list), std::move(material));
+                                      std::move(color_list), std::move(material), std::move(vertex_values));
     });
     return mesh;
 }
@@ -145,7 +168,8 @@ void bind_mesh(py::module_& module)
 {
     py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh", mesh_doc)
         .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"), py::arg("normals") = py::none(),
-             py::arg("colors") = py::none(), py::arg("material") = py::none())
+             py::arg("colors") = py::none(), py::arg("material") = py::none(), py::arg("values") = py::none(),
+             py::arg("values_name") = VertexValues().name)
         .def_property_readonly(
             "vertices",
             [](const py::object& self) {
@@ -172,6 +196,17 @@ void bind_mesh(py::module_& module)
         .def_property_readonly(
             "material", [](const Mesh& mesh) { return std::const_pointer_cast<Material>(mesh.material()); },
             "The given material, or None.")
+        .def_property_readonly(
+            "values",
+            [](const py::object& self) -> py::object {
+                const auto& numbers = self.cast<const Mesh&>().values().numbers;
+                if (numbers.empty())
+                    return py::none();
+                return read_only(py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data(), self));
+            },
+            "(V,) float64 array, as given; read-only. None without values.")
+        .def_property_readonly(
+            "values_name", [](const Mesh& mesh) { return mesh.values().name; }, "What the values are called.")
         .def_property_readonly(
             "bounds", [](const Mesh& mesh) { return to_array(mesh.bounds()); },
             "(2, 3) float64 array: lower and upper corner of the box of all vertices, world units.")

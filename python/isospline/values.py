@@ -119,7 +119,8 @@ def _itself(self, memo=None):
 
 
 def _reduce_mesh(self):
-    return _core.Mesh, (self.vertices, self.faces, self.normals, self.colors, self.material)
+    attributes = self.normals, self.colors, self.material, self.values, self.values_name
+    return _core.Mesh, (self.vertices, self.faces, *attributes)
 
 
 def _reduce_hopper(self):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from ..colors import srgb_to_linear
 # Options of `Volume` that the other library's object determines.
 _PLACE = ("spacing", "origin", "direction", "axes")
 
+#: Properties of vertices in PLY that are not values.
+PLY_NAMES = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t", "u", "v"}
 
 # The extra of isospline that installs a library.
 _EXTRAS = {
@@ -56,12 +59,13 @@ def to_mesh(mesh_type, arrays, parameter, options):
     return mesh_type(**{**arrays, **options})
 
 
-def attributes(normals, colors):
-    """Normals and colours of vertices as parameters of `Mesh`, without those that are missing or cannot be used.
+def attributes(normals, colors, named=()):
+    """Normals, colours and values of vertices as parameters of `Mesh`, without those that are missing or unusable.
 
-    Colours are linear numbers from 0 to 1 or, if they are whole numbers up to 255, sRGB. Opacity is left out.
+    Colours are linear numbers from 0 to 1 or, if they are whole numbers up to 255, sRGB. Opacity is left out. `named`
+    are pairs of a name and an array; the values are the first array with one real number at each vertex.
     """
-    found = {}
+    found: dict[str, Any] = {}
     if normals is not None and np.isfinite(normals).all():
         found["normals"] = np.asarray(normals)
     if colors is not None and np.ndim(colors) == 2 and np.shape(colors)[1] >= 3:
@@ -69,4 +73,9 @@ def attributes(normals, colors):
         colors = srgb_to_linear(colors / 255) if colors.dtype == np.uint8 else colors
         if colors.dtype.kind == "f" and np.isfinite(colors).all() and ((colors >= 0) & (colors <= 1)).all():
             found["colors"] = colors
+    for name, values in named:
+        values = np.asarray(values)
+        if values.dtype.kind in "iuf" and (values.ndim == 1 or values.shape[1:] == (1,)):
+            found["values"], found["values_name"] = values.reshape(-1).astype(float), str(name) or "values"
+            break
     return found

@@ -40,10 +40,12 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ``.msh``, ``.inp``, ``.med``, ``.xdmf``, ``.mesh`` ...      formats of meshers and finite elements   meshio
     ==========================================================  =======================================  =========
 
-    Normals and colours of vertices are kept, except colours of 16 bits in glTF. Faces keep the order of the file, and
-    larger ones are cut into triangles. STL has no vertices but corners of faces, of which those with equal positions
-    become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces, their surface
-    is used. Coordinates are those of the file. A process of its own reads the file, with limits on memory and time.
+    Normals and colours of vertices are kept, except colours of 16 bits in glTF. One array with one number a vertex is
+    kept as `Mesh.values`, with its name: the active scalars of VTK's formats, or the first such array of others. Faces
+    keep the order of the file, and larger ones are cut into triangles. STL has no vertices but corners of faces, of
+    which those with equal positions become one vertex; in other formats, vertices are not merged. If a file has solid
+    cells and no faces, their surface is used. Coordinates are those of the file. A process of its own reads the file,
+    with limits on memory and time.
 
     Parameters
     ----------
@@ -133,6 +135,7 @@ def _arrays_of_trimesh(path, scene):
     if suffix == ".stl":
         first, places = _equal_rows(mesh.vertices)
         arrays["vertices"], arrays["faces"] = mesh.vertices[first], places[mesh.faces]
+        arrays = {name: arrays[name] for name in ("vertices", "faces")}  # STL has nothing else
     if suffix in (".glb", ".gltf") and mesh.colors is not None:
         arrays["colors"] = linear_to_srgb(mesh.colors)  # trimesh takes the linear colours of glTF for sRGB
         if _has_long_colors(path):
@@ -214,7 +217,8 @@ def _read_msh(path):
 
 def _arrays(mesh):
     """The arrays of a mesh, by the names of its parameters."""
-    arrays = {name: getattr(mesh, name) for name in ("vertices", "faces", "normals", "colors")}
+    names = ("vertices", "faces", "normals", "colors", "values", "values_name")
+    arrays = {name: getattr(mesh, name) for name in names}
     return {name: array for name, array in arrays.items() if array is not None}
 
 

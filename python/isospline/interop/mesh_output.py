@@ -10,7 +10,7 @@ import numpy as np
 from ..colors import linear_to_srgb
 from ..image import whole_file
 from ..parameters import check_path, printable
-from .checks import library_of
+from .checks import PLY_NAMES, library_of
 
 
 def to_trimesh(self):
@@ -19,7 +19,8 @@ def to_trimesh(self):
     Returns
     -------
     trimesh.Trimesh
-        With vertex normals and colours if the mesh has them. It is not processed: no vertices are merged.
+        With vertex normals and colours if the mesh has them, and its values among the ``vertex_attributes``. It is not
+        processed: no vertices are merged.
 
     Raises
     ------
@@ -36,7 +37,12 @@ def to_trimesh(self):
     with library_of("Mesh.to_trimesh"):
         import trimesh
     return trimesh.Trimesh(
-        self.vertices, self.faces, vertex_normals=self.normals, vertex_colors=_srgb_colors(self), process=False
+        self.vertices,
+        self.faces,
+        vertex_normals=self.normals,
+        vertex_colors=_srgb_colors(self),
+        vertex_attributes=_named_values(self),
+        process=False,
     )
 
 
@@ -46,7 +52,8 @@ def to_pyvista(self):
     Returns
     -------
     pyvista.PolyData
-        With the point data "Normals", active, and "colors", sRGB from 0 to 255, if the mesh has them.
+        With the point data "Normals", active, and "colors", sRGB from 0 to 255, if the mesh has them. Its values, by
+        their name, are the active scalars.
 
     Raises
     ------
@@ -68,6 +75,9 @@ def to_pyvista(self):
         surface.point_data.active_normals = np.array(self.normals)
     if self.colors is not None:
         surface.point_data["colors"] = _srgb_colors(self)
+    for name, values in _named_values(self).items():
+        surface.point_data.set_array(values, name)
+        surface.point_data.active_scalars_name = name
     return surface
 
 
@@ -77,7 +87,8 @@ def to_meshio(self):
     Returns
     -------
     meshio.Mesh
-        One block of triangles, with the point data "normals" and "colors", linear, if the mesh has them.
+        One block of triangles, with the point data "normals" and "colors", linear, and the values, by their name, if
+        the mesh has them.
 
     Raises
     ------
@@ -92,7 +103,7 @@ def to_meshio(self):
     """
     with library_of("Mesh.to_meshio"):
         import meshio
-    data = {"normals": self.normals, "colors": self.colors}
+    data = {"normals": self.normals, "colors": self.colors, **_named_values(self)}
     return meshio.Mesh(
         np.array(self.vertices),
         [("triangle", self.faces.astype(np.int64))],
@@ -107,7 +118,7 @@ def write_mesh(self, path):
     suffix    contents                                                              by
     ========  ====================================================================  =========
     ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
-    ``.ply``  binary; vertices, faces, normals and colours, in float64              meshio
+    ``.ply``  binary; vertices, faces, normals, colours and values, in float64      meshio
     ``.obj``  text; vertices, faces, normals and colours, 15 decimal places         trimesh
     ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits    trimesh
     ========  ====================================================================  =========
@@ -181,6 +192,7 @@ def writer_of(path):
 def _write_trimesh(file_type, **options):
     def write(mesh, path):
         converted = mesh.to_trimesh()
+        converted.vertex_attributes.clear()  # glTF has no NaN, and its names begin with an underscore
         if file_type == "glb" and mesh.colors is not None:
             converted.visual.vertex_colors = _bytes_of(mesh.colors)  # the standard's COLOR_0 is linear
         content = converted.export(file_type=file_type, **options)
@@ -202,8 +214,16 @@ def _write_ply(mesh, path):
         data |= dict(zip(("nx", "ny", "nz"), np.ascontiguousarray(mesh.normals.T)))
     if mesh.colors is not None:
         data |= dict(zip(("red", "green", "blue"), np.ascontiguousarray(_srgb_colors(mesh).T)))
+    for name, values in _named_values(mesh).items():
+        name = "_".join(name.split())  # names in PLY have no spaces
+        data[f"{name}_values" if name in PLY_NAMES else name] = values
     output.point_data = data
     meshio.write(path, output, file_format="ply")
+
+
+def _named_values(mesh):
+    """The values of a mesh by their name, if it has any."""
+    return {} if mesh.values is None else {mesh.values_name: np.array(mesh.values)}
 
 
 def _srgb_colors(mesh):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..parameters import check_type
-from .checks import errors_name, library_of
+from .checks import PLY_NAMES, errors_name, library_of
 from .vtk import check_indices, mesh_from_vtk
 
 
@@ -13,7 +13,8 @@ def mesh_from_meshio(cls, mesh, **options):
     """Convert the faces of a meshio mesh or, if it has none, the surface of its solid cells.
 
     VTK cuts quadrilaterals, polygons and curved faces into triangles. Lines and single points are left out.
-    Normals and colours of points are kept, with the names of `Mesh.to_meshio`, or of the properties of PLY.
+    Normals and colours of points are kept, with the names of `Mesh.to_meshio`, or of the properties of PLY. The first
+    other array with one number a point is kept as values, with its name.
 
     Parameters
     ----------
@@ -57,11 +58,18 @@ def mesh_from_meshio(cls, mesh, **options):
             grid.point_data.active_normals = normals
         if colors is not None:
             grid.point_data["colors"] = colors
+        others = [(name, data) for name, data in mesh.point_data.items() if name not in _NOT_VALUES]
+        for name, data in [pair for pair in others if np.ndim(pair[1]) == 1][:1]:
+            grid.point_data[name] = data
     return mesh_from_vtk(cls, grid, **options)
 
 
 # Names of the arrays of normals and colours, and of their components in PLY.
 _ATTRIBUTES = ("normals", "nx", "ny", "nz"), ("colors", "red", "green", "blue")
+
+
+#: Names of arrays that are not values.
+_NOT_VALUES = {*PLY_NAMES, *_ATTRIBUTES[0], *_ATTRIBUTES[1], "gmsh:dim_tags"}
 
 
 def _point_data(mesh, name, *components):

@@ -47,7 +47,7 @@ def mesh_from_pyvista(cls, mesh, **options):
     """Convert a surface of PyVista.
 
     VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
-    points are left out. Normals and colours of points are kept, as in `Mesh.from_vtk`.
+    points are left out. Normals, colours and values of points are kept, as in `Mesh.from_vtk`.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..parameters import check_type
-from .checks import attributes, library_of, to_mesh
+from .checks import PLY_NAMES, attributes, library_of, to_mesh
 
 
 def check_trimesh(mesh):
@@ -19,8 +19,9 @@ def check_trimesh(mesh):
 def mesh_from_trimesh(cls, mesh, **options):
     """Convert a trimesh mesh, without changes of vertices and faces.
 
-    Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept; for a scene, if
-    all meshes have them.
+    Vertex normals that the mesh has (not those that trimesh computes) and colours of vertices are kept. So are, with
+    their name, the first of the ``vertex_attributes``, or of the further properties of a PLY file, with one number a
+    vertex: the values. For a scene, attributes are kept that all its meshes have.
 
     Parameters
     ----------
@@ -71,7 +72,17 @@ def _arrays(mesh, place):
         vertices = vertices @ linear.T + place[:3, 3]
         faces = faces if np.linalg.det(linear) > 0 else faces[:, ::-1]
         normals = None if normals is None else normals @ np.linalg.inv(linear)
-    return {"vertices": vertices, "faces": faces, **attributes(normals, colors)}
+    return {"vertices": vertices, "faces": faces, **attributes(normals, colors, _named(mesh))}
+
+
+def _named(mesh):
+    """The arrays of the vertices, with their names."""
+    found = list(mesh.vertex_attributes.items())
+    # Other properties of a PLY file are only in its raw content.
+    raw = mesh.metadata.get("_ply_raw", {}).get("vertex", {})
+    names = [name for name in raw.get("properties", ()) if name not in PLY_NAMES]
+    found += [(name, raw["data"][name]) for name in names if raw.get("length") == len(mesh.vertices)]
+    return found
 
 
 def _joined(parts):
@@ -85,4 +96,7 @@ def _joined(parts):
     for name in ("vertices", "normals", "colors"):
         if all(name in part for part in parts):
             joined[name] = np.concatenate([part[name] for part in parts])
+    if len({part.get("values_name") for part in parts}) == 1 and "values" in parts[0]:
+        joined["values"] = np.concatenate([part["values"] for part in parts])
+        joined["values_name"] = parts[0]["values_name"]
     return joined

@@ -59,7 +59,8 @@ def mesh_from_vtk(cls, mesh, **options):
 
     VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
     points are left out. Normals of points are kept, and their colours: the active scalars or an array named colors,
-    RGB or RGBA, of three or four numbers a point, sRGB in bytes or linear from 0 to 1.
+    RGB or RGBA, of three or four numbers a point, sRGB in bytes or linear from 0 to 1. One array with one number a
+    point is kept as values, with its name: the active scalars or, if they are something else, the first such array.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def surface(grid):
 
 
 def triangles(poly_data):
-    """The arrays of a surface: vertices, faces, normals and colours."""
+    """The arrays of a surface: vertices, faces, normals, colours and values."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
@@ -208,7 +209,7 @@ def triangles(poly_data):
     data = cut.GetOutput().GetPointData()
     normals = data.GetNormals()
     normals = None if normals is None or normals.GetNumberOfComponents() != 3 else vtk_to_numpy(normals)
-    return {"vertices": vertices, "faces": faces.reshape(-1, 3), **attributes(normals, _colors(data))}
+    return {"vertices": vertices, "faces": faces.reshape(-1, 3), **attributes(normals, _colors(data), _named(data))}
 
 
 def _colors(data):
@@ -218,6 +219,18 @@ def _colors(data):
     arrays = [data.GetScalars(), *(data.GetArray(name) for name in ("colors", "Colors", "RGB", "RGBA"))]
     colors = (vtk_to_numpy(array) for array in arrays if array is not None and array.GetNumberOfComponents() in (3, 4))
     return next(colors, None)
+
+
+def _named(data):
+    """The arrays of the data of points, with their names; the active scalars are the first."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    arrays = [data.GetScalars(), *(data.GetArray(index) for index in range(data.GetNumberOfArrays()))]
+    return [
+        (array.GetName() or "values", vtk_to_numpy(array))
+        for array in arrays
+        if array is not None and not (array.GetName() or "").startswith("vtk")  # ids of VTK's filters
+    ]
 
 
 def flat_cell_types():

@@ -23,6 +23,12 @@ def make_surface():
     return isospline.Isosurface(VOLUME, FIELD.level)
 
 
+def make_mesh():
+    ball = make_surface().to_mesh()
+    attributes = dict(normals=ball.normals, colors=0.5 + 0.5 * ball.normals, values=ball.vertices[:, 0])
+    return isospline.Mesh(ball.vertices, ball.faces, values_name="x of it", **attributes)
+
+
 def make_scene():
     return isospline.Scene(make_surface())
 
@@ -83,7 +89,14 @@ OBJECTS = {
     "Cancelled": (lambda _: isospline.Cancelled("stopped"), lambda each: each.args),
     "Isosurface": (lambda _: make_surface(), lambda each: (each.level, each.volume.coefficients.tobytes())),
     "LevelMetadata": (lambda folder: make_store(folder).levels[0], lambda each: (each.path, each.shape, each.spacing)),
-    "Mesh": (lambda _: make_surface().to_mesh(), lambda each: (each.vertices.tobytes(), each.faces.tobytes())),
+    "Mesh": (
+        lambda _: make_mesh(),
+        lambda each: (
+            *(getattr(each, name).tobytes() for name in ("vertices", "faces", "normals", "colors", "values")),
+            each.values_name,
+            each.material,
+        ),
+    ),
     "RayMeshIntersector": (
         lambda _: isospline.RayMeshIntersector(make_surface()),
         lambda each: each.intersects_any(RAYS[:, :3], RAYS[:, 3:]).tobytes(),
