@@ -78,9 +78,7 @@ def info(arguments):
     if arguments.json:
         print(json.dumps(summary, indent=2))
         return
-    encoding = sys.stdout.encoding or "ascii"
-    unicode = encoding.lower().startswith("utf")
-    print(describe(summary, shutil.get_terminal_size().columns, unicode))
+    print(describe(summary, shutil.get_terminal_size().columns, _has_unicode()))
 
 
 def measure(arguments):
@@ -97,6 +95,7 @@ def measure(arguments):
             {
                 "path": str(arguments.file),
                 "level": surface.level,
+                "unit": surface.volume.unit,
                 **{name: {"value": each.value, "error": each.error} for name, each in found.items()},
                 "components": {name: array.tolist() for name, array in components.items()},
             }
@@ -105,7 +104,13 @@ def measure(arguments):
         print(json.dumps(parts if len(parts) > 1 else parts[0], indent=2))
         return
     for surface, (found, components) in zip(surfaces, measured):
-        print(describe_measures(arguments.file, surface.level, found, components))
+        unit = surface.volume.unit
+        print(describe_measures(arguments.file, surface.level, found, components, unit, _has_unicode()))
+
+
+def _has_unicode():
+    """Whether the output shows all of Unicode."""
+    return (sys.stdout.encoding or "ascii").lower().startswith("utf")
 
 
 def _measured(surface, arguments):

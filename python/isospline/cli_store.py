@@ -64,7 +64,15 @@ class Store:
         levels, metadata = self.levels_of_detail, self.levels_of_detail.metadata
 
         def placed(level, samples, **others):
-            return VolumeData(samples, level.spacing, level.origin, level.direction, patient=self.patient, **others)
+            return VolumeData(
+                samples,
+                level.spacing,
+                level.origin,
+                level.direction,
+                unit=metadata.unit,
+                patient=self.patient,
+                **others,
+            )
 
         finest, overview = metadata.levels[0], metadata.levels[levels.overview]
         about = f"isospline store, degree {metadata.degree}, {len(metadata.levels)} levels of detail"

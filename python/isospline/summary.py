@@ -34,6 +34,7 @@ def summarize(volume, path, levels=3):
         "spacing": list(volume.spacing),
         "origin": list(volume.origin),
         "direction": np.asarray(volume.direction).tolist(),
+        "unit": volume.unit,
         "patient": volume.patient,
         "bounds": bounds_of(volume),
         "minimum": float(data.min()),
@@ -54,16 +55,17 @@ def bounds_of(volume):
 def describe(summary, width=80, unicode=True):
     """The summary as text; `width` is that of the terminal."""
     lower, upper = summary["bounds"]
+    unit = f"  {summary['unit']}" if summary["unit"] else ""
     lines = [
         summary["path"],
         f"  format     {summary['format']}",
         f"  size       {' x '.join(map(str, summary['size']))}   {summary['type']}, {_bytes(summary['bytes'])}",
-        f"  spacing    {_numbers(summary['spacing'])}",
-        f"  origin     {_numbers(summary['origin'])}",
+        f"  spacing    {_numbers(summary['spacing'])}{unit}",
+        f"  origin     {_numbers(summary['origin'])}{unit}",
         f"  direction  {_direction(np.array(summary['direction']))}",
         f"  patient    {PATIENT if summary['patient'] else 'unknown'}",
-        f"  from       {_numbers(lower)}",
-        f"  to         {_numbers(upper)}",
+        f"  from       {_numbers(lower)}{unit}",
+        f"  to         {_numbers(upper)}{unit}",
         f"  range      {summary['minimum']:.6g} to {summary['maximum']:.6g}, mean {summary['mean']:.6g}, "
         f"standard deviation {summary['standard_deviation']:.6g}",
         f"  levels     {_numbers(summary['suggested_levels']) or 'none: all samples are the same'}   (suggested)",
@@ -124,20 +126,31 @@ def _bytes(count):
         count /= 1024
 
 
-def describe_measures(path, level, found, components):
+def describe_measures(path, level, found, components, unit="", unicode=True):
     """The measures of a file's isosurface as text: a line for each number with its error, and a line for each of the
-    largest components."""
-    units = {"enclosed_volume": "unit^3", "area": "unit^2", "mean_curvature": "unit", "gaussian_curvature": ""}
+    largest components. `unit` is that of the volume."""
+    powers = {"enclosed_volume": 3, "area": 2, "mean_curvature": 1, "gaussian_curvature": 0}
+    units = {name: _unit_power(unit, power, unicode) for name, power in powers.items()}
     lines = [str(path), f"  {'level':<20} {level:.6g}"]
     for name, each in found.items():
         lines.append(f"  {name.replace('_', ' '):<20} {each.value:<14.8g} +- {each.error:<8.2g} {units[name]}".rstrip())
     lines.append(f"  {'components':<20} {len(components.areas)}")
     shown = min(len(components.areas), MOST_COMPONENTS)
     if shown:
-        lines.append(f"    {'volume':>12} {'area':>12} {'cells':>9}  box")
+        heads = [f"{name}, {units[key]}" for name, key in (("volume", "enclosed_volume"), ("area", "area"))]
+        box = f"box, {_unit_power(unit, 1, unicode)}"
+        lines.append(f"    {heads[0]:>14} {heads[1]:>14} {'cells':>9}  {box}")
     for volume, area, cells, box in zip(*(components[name][:shown] for name in _COMPONENT_COLUMNS)):
         corners = " to ".join("(" + ", ".join(f"{value:.6g}" for value in corner) + ")" for corner in box)
-        lines.append(f"    {volume:>12.6g} {area:>12.6g} {cells:>9}  {corners}")
+        lines.append(f"    {volume:>14.6g} {area:>14.6g} {cells:>9}  {corners}")
     if shown < len(components.areas):
         lines.append(f"    and {len(components.areas) - shown} smaller ones")
     return "\n".join(lines)
+
+
+def _unit_power(unit, power, unicode):
+    """The unit of a length, an area or a volume, as mm², or unit^2 if it is unknown."""
+    if power == 0:
+        return ""
+    exponent = ("²", "³")[power - 2] if unit and unicode and power > 1 else f"^{power}" if power > 1 else ""
+    return (unit or "unit") + exponent

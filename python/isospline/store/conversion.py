@@ -179,7 +179,8 @@ class Conversion:
         if self._image:
             attributes.update_attributes({"ome": ome.multiscales(self._root.stem, levels, source.unit, source.patient)})
         model = {name: getattr(self._model, name) for name in ("degree", "boundary", "filter", "smoothing")}
-        held = {**model, "axes": "zyx", "patient": source.patient, "levels": levels}
+        held = {**model, "axes": "zyx", "unit": source.unit or "", "patient": source.patient}
+        held["levels"] = levels
         _write_attributes(self._root, {"complete": True, **held, "conversion": self._state})
 
     def _save(self, **state):

@@ -1,4 +1,4 @@
-"""The metadata of a store, which are read and checked first."""
+"""The metadata of a store. They are read and checked before anything else."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters import check_path, printable
+from .ome import UNITS
 
 #: Version of the attribute "isospline"; readers refuse others. Version 1 had coefficients where version 2 has the
 #: samples of the OME-Zarr image.
@@ -36,8 +37,10 @@ class LevelMetadata:
         Keys of the arrays of coefficients and of ranges in the store.
     shape, chunk, shard : (int, int, int)
         Coefficients along z, y and x of the level, of one chunk and of one file.
-    minimum, maximum, offset : float
-        Of the samples; and the number that is subtracted from coefficients, as in a `Volume`.
+    minimum, maximum : float
+        The smallest and the largest sample.
+    offset : float
+        The number that is subtracted from the coefficients, as in a `Volume`.
     spacing, origin : (float, float, float), world units
         Along x, y and z, as in a `Volume`.
     direction : (3, 3) float64 array
@@ -66,9 +69,11 @@ class StoreMetadata:
     path : Path
         The store's folder, without symbolic links.
     degree, boundary, filter, smoothing
-        Of the model, as of a `Volume`.
+        The parameters of the model, as in a `Volume`.
+    unit : str
+        Of world coordinates, as in a `Volume`; empty if unknown.
     patient : bool
-        Whether the world is a patient's, as of a `VolumeData`.
+        Whether the world is a patient's, as in a `Volume`.
     levels : tuple of LevelMetadata
         The finest first.
     """
@@ -78,6 +83,7 @@ class StoreMetadata:
     boundary: str
     filter: str
     smoothing: float
+    unit: str
     patient: bool
     levels: tuple[LevelMetadata, ...]
 
@@ -112,7 +118,8 @@ def read_metadata(path: str | os.PathLike[str]) -> StoreMetadata:
             _one_of(attributes, "boundary", ("mirror", "periodic")),
             _one_of(attributes, "filter", ("interpolate", "none", "smoothing")),
             _number(attributes, "smoothing"),
-            _patient(attributes),
+            _unit(attributes),
+            "patient" in attributes and _field(attributes, "patient", bool),
             tuple(_level(root, number, level) for number, level in enumerate(levels)),
         )
     except ValueError as error:
@@ -257,9 +264,10 @@ def _one_of(container, field, values):
     return value
 
 
-def _patient(attributes):
-    """Whether the world is a patient's, which stores of earlier versions do not tell."""
-    return "patient" in attributes and _field(attributes, "patient", bool)
+def _unit(attributes):
+    """The symbol of the unit, as in a `Volume`; stores have the name that OME-Zarr gives it."""
+    name = _field(attributes, "unit", str) if "unit" in attributes else ""
+    return "mm" if attributes.get("patient") is True and not name else UNITS.get(name, name)
 
 
 def _number(container, field):

@@ -9,7 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 
 VERSION = "0.5"
 
-#: What OME-Zarr's RFC-4 calls the axes of a patient, x, y and z of LPS, and the same axes the other way.
+#: Symbols of units by their names in OME-Zarr.
+UNITS = {
+    "angstrom": "Å",
+    "nanometer": "nm",
+    "micrometer": "µm",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "meter": "m",
+}
+_NAMES = {**{symbol: name for name, symbol in UNITS.items()}, "um": "micrometer"}
+
+#: The names that OME-Zarr's RFC-4 has for the directions x, y and z of LPS, each with that of the opposite direction.
 _ORIENTATIONS = (
     ("right-to-left", "left-to-right"),
     ("anterior-to-posterior", "posterior-to-anterior"),
@@ -17,8 +28,17 @@ _ORIENTATIONS = (
 )
 
 
+def name_of_unit(symbol: str | None) -> str | None:
+    """The name of a unit in OME-Zarr; the symbol itself if OME-Zarr has none, and None if it is empty."""
+    return _NAMES.get(symbol, symbol) if symbol else None
+
+
 def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patient: bool) -> dict[str, Any]:
-    """The attribute "ome" of a store: its levels' samples along their own axes, which may be turned in the world."""
+    """The attribute "ome" of a store, about the samples of its levels.
+
+    OME-Zarr 0.5 has no rotations, so the coordinates are those along the axes of the samples, which may be rotated in
+    the world.
+    """
     orientations = _orientations(levels[0]["direction"]) if patient else None
     axes: list[dict[str, Any]] = [{"name": axis, "type": "space"} for axis in "zyx"]
     for number, axis in enumerate(reversed(axes)):
@@ -42,17 +62,17 @@ def multiscales(name: str, levels: list[dict[str, Any]], unit: str | None, patie
 
 
 def _orientations(direction: ArrayLike) -> list[str] | None:
-    """What the axes x, y and z run along in a patient; None where one is farther than 45 degrees from all of his."""
-    turned = np.asarray(direction, float)
-    nearest = np.abs(turned).argmax(axis=0)
-    along = turned[nearest, range(3)]
-    if sorted(nearest) != [0, 1, 2] or np.abs(along).min() < 2**-0.5:
+    """The patient's directions that are nearest to the axes x, y and z; None if one is not within 45 degrees."""
+    columns = np.asarray(direction, float)
+    nearest = np.abs(columns).argmax(axis=0)
+    cosines = columns[nearest, range(3)]
+    if sorted(nearest) != [0, 1, 2] or np.abs(cosines).min() < 2**-0.5:
         return None
-    return [_ORIENTATIONS[axis][int(cosine < 0)] for axis, cosine in zip(nearest, along)]
+    return [_ORIENTATIONS[axis][int(cosine < 0)] for axis, cosine in zip(nearest, cosines)]
 
 
 def direction_of(axes: list[dict[str, Any]]) -> NDArray[np.float64] | None:
-    """The directions in a patient, LPS, of the axes x, y and z of an image; None where it does not tell them all."""
+    """The directions of an image's axes x, y and z in LPS, as columns; None if the image does not have all three."""
     direction = np.zeros((3, 3))
     for number, axis in enumerate(axes):
         orientation = axis.get("orientation")

@@ -93,7 +93,7 @@ def open_level(
         filter=_FILTERS.index(metadata.filter),
         smoothing=metadata.smoothing,
         axes=0,
-        unit="mm" if metadata.patient else "",
+        unit=metadata.unit,
         patient=metadata.patient,
         shape=level.shape[::-1],
         minimum=level.minimum,

@@ -1,6 +1,7 @@
 """The unit and the patient of a file reach the volume, its copies, its store, and the marks in pictures."""
 
 import copy
+import json
 import pickle
 
 import numpy as np
@@ -9,6 +10,7 @@ from placed_images import write_slices
 
 import isospline
 from isospline import Volume, VolumeData, read_volume
+from isospline.cli import main
 
 DATA = np.random.default_rng(3).integers(0, 90, (6, 7, 8)).astype(np.int16)
 
@@ -79,6 +81,45 @@ def test_a_store_keeps_the_patient(tmp_path):
     volume = isospline.open_volume(store)
     assert about(volume) == ("mm", True)
     assert about(pickle.loads(pickle.dumps(volume))) == ("mm", True)
+
+
+@pytest.mark.parametrize("unit", ["", "µm", "cm", "Å", "parsec"])
+def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
+    zarr = pytest.importorskip("zarr")
+    data = VolumeData(isospline.volumes.torus().samples(40), unit=unit)
+    store = isospline.prefilter_to(data, tmp_path / "a.zarr")
+    assert about(isospline.open_volume(store)) == (unit, False)
+    assert about(isospline.open_volume(isospline.prefilter_to(store, tmp_path / "b.zarr", degree=3))) == (unit, False)
+    axes = zarr.open_group(store, mode="r").attrs["ome"]["multiscales"][0]["axes"]
+    names = {"µm": "micrometer", "cm": "centimeter", "Å": "angstrom", "parsec": "parsec"}
+    assert [axis.get("unit") for axis in axes] == 3 * [names.get(unit)]
+
+
+@pytest.mark.parametrize("unit, area, volume", [("mm", "mm²", "mm³"), ("", "unit^2", "unit^3")])
+@pytest.mark.parametrize("of_store", [False, True])
+def test_tables_of_info_and_measure_have_the_unit(tmp_path, capsys, unit, area, volume, of_store):
+    nibabel = pytest.importorskip("nibabel")
+    samples, path = isospline.volumes.torus().samples(40).astype(np.float32), tmp_path / "a.npy"
+    np.save(path, samples)
+    if unit:
+        image = nibabel.Nifti1Image(samples.T, np.eye(4))
+        image.header.set_xyzt_units(unit)
+        path = tmp_path / "a.nii"
+        nibabel.save(image, path)
+    if of_store:
+        pytest.importorskip("zarr")
+        path = isospline.prefilter_to(path, tmp_path / "a.zarr")
+    assert main(["info", str(path)]) == 0
+    ends = [line.split()[-1] for line in capsys.readouterr().out.splitlines() if line.split()[:1] == ["spacing"]]
+    assert ends == [unit or "1"]
+    assert main(["info", str(path), "--json"]) == 0 and json.loads(capsys.readouterr().out)["unit"] == unit
+    measure = ["measure", str(path), "-l", "0", "--quiet"]
+    assert main(measure) == 0
+    lines = capsys.readouterr().out.splitlines()
+    ends = {line[:20].strip(): line.split()[-1] for line in lines}
+    assert ends["enclosed volume"] == volume and ends["area"] == area and ends["mean curvature"] == (unit or "unit")
+    assert f"volume, {volume}" in lines[-2] and f"area, {area}" in lines[-2] and f"box, {unit or 'unit'}" in lines[-2]
+    assert main([*measure, "--json"]) == 0 and json.loads(capsys.readouterr().out)["unit"] == unit
 
 
 def test_the_scale_bar_has_the_unit_of_the_volumes():

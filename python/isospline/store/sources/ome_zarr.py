@@ -129,9 +129,5 @@ def open_n5(path: Path, name: str | None) -> N5Source:
     spacing: Any = pixel.get("dimensions") if isinstance(pixel, dict) else pixel or found.get("resolution")
     unit: Any = pixel.get("unit") if isinstance(pixel, dict) else (found.get("units") or [None])[0]
     if spacing is not None:
-        source.move(spacing=tuple(float(value) for value in spacing), unit=OME_UNITS.get(unit, unit))
+        source.move(spacing=tuple(float(value) for value in spacing), unit=ome.name_of_unit(unit))
     return source
-
-
-#: Names of units in OME-Zarr.
-OME_UNITS = {"um": "micrometer", "µm": "micrometer", "nm": "nanometer", "mm": "millimeter", "m": "meter"}

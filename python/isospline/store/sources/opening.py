@@ -15,6 +15,7 @@ from ...io.checks import check_file
 from ...io.read import errors_name
 from ...mistakes import sentence
 from ...parameters import check_path, printable
+from ..ome import name_of_unit
 from . import ome_zarr, stacks
 from .chunked import ORDERS, Hdf5Source, open_hdf5
 from .source import ArraySource, RawSource, Source
@@ -118,7 +119,7 @@ def _dataset(path, name):
 def _of_volume_data(data):
     source = data.data if isinstance(data.data, Source) else _of_array(data.data, "zyx")
     place = dict(spacing=data.spacing, origin=data.origin, direction=data.direction)
-    return source.move(**place, unit=ome_zarr.OME_UNITS.get(data.unit), patient=data.patient)
+    return source.move(**place, unit=name_of_unit(data.unit), patient=data.patient)
 
 
 def _of_array(array, axes):

@@ -18,7 +18,7 @@ from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
 from ..layout import writing
-from .ome_zarr import OME_UNITS
+from ..ome import name_of_unit
 from .source import RawSource, Source, as_samples, identity_of, samples_type
 
 #: Bytes of the pages of a TIFF file that are decoded at a time.
@@ -175,7 +175,7 @@ def open_tiff(path: Path) -> Source:
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
     if layout["place"]:
-        source.move(spacing=tuple(layout["place"]["spacing"]), unit=OME_UNITS.get(layout["place"]["unit"]))
+        source.move(spacing=tuple(layout["place"]["spacing"]), unit=name_of_unit(layout["place"]["unit"]))
     return source
 
 
