@@ -29,8 +29,8 @@ class Measurement:
     mean_curvature, gaussian_curvature : float or None
     thickness : float or None
         Thickness of the wall, in world units. On an isosurface, the diameter of the largest ball in the solid that
-        touches the point. On a mesh, or if cuts are closed, the distance straight through the wall to its other side;
-        None if there is no other side.
+        touches the point. On a mesh or a cap, the distance straight through the wall to its other side. None if there
+        is no other side.
     distance : float or None
         Distance to the previously measured point.
     """
@@ -79,7 +79,7 @@ def measure(scene, ids, camera, size, pixel, before=None):
     known = {}
     if isinstance(item, _core.Isosurface):
         known = _of_surface(scene, item, ray[0], int(hits["primitive_ids"][0]) < item.volume.cell_count, position)
-    if "mean_curvature" in known and not item.capped:  # the balls ignore cuts
+    if "mean_curvature" in known:
         thickness = float(item.thickness(position))
     else:
         inwards = scene.secondary_rays(ray, hits, -normal[None])
