@@ -27,6 +27,12 @@ def fails(capsys, code, pattern, *arguments):
     assert got == code
 
 
+def render(file, output, *options):
+    """Render a file with 48 x 32 pixels of one sample, unless the options say otherwise; compare with `rendered`."""
+    common = ["render", file, "--size", "48x32", "--samples", "1", *options, "-o", output]
+    assert main([str(word) for word in common]) == 0
+
+
 def leftovers(folder):
     return sorted(path.name for path in folder.iterdir() if path.name != "ball.npy")
 

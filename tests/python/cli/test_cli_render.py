@@ -6,7 +6,7 @@ import types
 
 import numpy as np
 import pytest
-from command_line import fails, leftovers, pixels, rendered
+from command_line import fails, leftovers, pixels, render, rendered
 
 import isospline
 from isospline.cli import main
@@ -39,25 +39,7 @@ def test_render_writes_a_picture(ball, picture, capsys, options):
 
 def test_render_gives_the_picture_of_the_library(ball, picture):
     image = pytest.importorskip("PIL.Image")
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "0",
-                "--size",
-                "48x32",
-                "--samples",
-                "1",
-                "--shading",
-                "phong",
-                "-o",
-                str(picture),
-            ]
-        )
-        == 0
-    )
+    render(ball, picture, "-l", "0", "--shading", "phong")
     volume = isospline.Volume(np.load(ball))
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     expected = isospline.render(scene, isospline.camera_for(scene, size=(48, 32)), size=(48, 32), background=0)
@@ -86,9 +68,7 @@ def test_render_colors_as_the_library_does(ball, picture, options, color):
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, size=(48, 32))
     for shading in (isospline.Phong(color=color), isospline.Outline(surface_color=color)):
-        common = ["-l", "0", "--size", "48x32", "--samples", "1"]
-        common += ["--shading", type(shading).__name__.lower()]
-        assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+        render(ball, picture, "-l", "0", "--shading", type(shading).__name__.lower(), *options)
         expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
         np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
 
@@ -142,8 +122,7 @@ RED = isospline.Material((0.8, 0.2, 0.1))
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
 def test_render_lights_as_the_library_does(ball, picture, options, expected):
-    common = ["-l", "0", "--size", "48x32", "--samples", "1"]
-    assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+    render(ball, picture, "-l", "0", *options)
     np.testing.assert_array_equal(pixels(picture), rendered(ball, **expected).to_srgb())
 
 
@@ -160,16 +139,9 @@ def test_render_lights_as_the_library_does(ball, picture, options, expected):
 )
 @pytest.mark.parametrize("capped", [False, True])
 def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
-    options = [
-        *options,
-        "--view",
-        "1,2,3",
-        "--color-by",
-        str(ball),
-        *([] if capped else ["--no-capped", "--no-closed"]),
-    ]
-    common = ["-l", "0", "--size", "48x32", "--samples", "1", "--shading", "phong"]
-    assert main(["render", str(ball), *common, *options, "-o", str(picture)]) == 0
+    open_ends = [] if capped else ["--no-capped", "--no-closed"]
+    look = ["--view", "1,2,3", "--color-by", ball, "--shading", "phong"]
+    render(ball, picture, "-l", "0", *look, *options, *open_ends)
     volume = isospline.Volume(np.load(ball))
     scene = isospline.Scene([isospline.Isosurface(volume, 0, clip=clip, capped=capped)])
     camera = isospline.camera_for(scene, view=(1, 2, 3), size=(48, 32))
@@ -191,26 +163,17 @@ def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
     header = {"type": OpenEXR.scanlineimage, "compression": OpenEXR.ZIP_COMPRESSION}
     with OpenEXR.File(header, {"RGB": sky}) as file:
         file.write(str(tmp_path / "sky.exr"))
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "0",
-                "--size",
-                "48x32",
-                "--samples",
-                "2",
-                "--shading",
-                "path-trace",
-                "--environment",
-                str(tmp_path / "sky.exr"),
-                "-o",
-                str(tmp_path / "a.png"),
-            ]
-        )
-        == 0
+    render(
+        ball,
+        tmp_path / "a.png",
+        "-l",
+        "0",
+        "--samples",
+        "2",
+        "--shading",
+        "path-trace",
+        "--environment",
+        tmp_path / "sky.exr",
     )
     integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(image=sky)])
     expected = rendered(ball, samples=2, integrator=integrator)
@@ -221,30 +184,7 @@ def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
 def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
     colors = [(1, 0.1, 0.1), (0.1, 1, 0.1), (0.1, 0.1, 1)]
     options = [part for color in colors for part in ("--color", ",".join(map(str, color)))]
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "400",
-                "-l",
-                "0",
-                "--mesh",
-                str(plate),
-                "--size",
-                "48x32",
-                "--samples",
-                "1",
-                "--shading",
-                shading,
-                *options,
-                "-o",
-                str(picture),
-            ]
-        )
-        == 0
-    )
+    render(ball, picture, "-l", "400", "-l", "0", "--mesh", plate, "--shading", shading, *options)
     if shading == "phong":
         look = dict(shading={number: isospline.Phong(color=color) for number, color in enumerate(colors)})
     else:
@@ -260,11 +200,10 @@ def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
 @pytest.mark.parametrize("shading", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
 def test_render_of_translucent_levels(ball, picture, shading):
     name = {isospline.Phong: "phong", isospline.Outline: "outline"}.get(shading, "ambient-occlusion")
-    common = ["--size", "48x32", "--samples", "1", "--shading", name, "-o", str(picture)]
     images = []
     for given, opacities in ((["0.25", "1"], (0.25, 1)), (["0.5"], (0.5, 0.5))):
         options = [part for opacity in given for part in ("--opacity", opacity)]
-        assert main(["render", str(ball), "-l", "0", "-l", "400", *common, *options]) == 0
+        render(ball, picture, "-l", "0", "-l", "400", "--shading", name, *options)
         look = {number: shading(opacity=opacity) for number, opacity in enumerate(opacities)}
         images.append(pixels(picture))
         np.testing.assert_array_equal(images[-1], rendered(ball, (0, 400), shading=look).to_srgb())
@@ -272,83 +211,38 @@ def test_render_of_translucent_levels(ball, picture, shading):
 
 
 def test_one_color_is_that_of_all(ball, plate, picture):
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "0",
-                "--mesh",
-                str(plate),
-                "--size",
-                "48x32",
-                "--samples",
-                "1",
-                "--shading",
-                "phong",
-                "--color",
-                "1,0.5,0.2",
-                "-o",
-                str(picture),
-            ]
-        )
-        == 0
-    )
+    render(ball, picture, "-l", "0", "--mesh", plate, "--shading", "phong", "--color", "1,0.5,0.2")
     shading = isospline.Phong(color=(1, 0.5, 0.2))
     expected = rendered(ball, meshes=[isospline.read_mesh(plate)], shading=shading)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
 def test_render_denoises(ball, picture, monkeypatch, capsys):
-    arguments = [
-        "render",
-        str(ball),
-        "-l",
-        "0",
-        "--size",
-        "48x32",
-        "--shading",
-        "path-trace",
-        "--denoise",
-        "--samples",
-        "1",
-        "-o",
-        str(picture),
-    ]
+    options = ["-l", "0", "--shading", "path-trace", "--denoise"]
     monkeypatch.setitem(sys.modules, "pyoidn", None)
-    fails(capsys, 1, "pip install pyoidn", *arguments)
+    fails(capsys, 1, "pip install pyoidn", "render", ball, *options, "-o", picture)
     assert not picture.exists()
     flat = types.SimpleNamespace(denoise=lambda color, **_: np.full_like(color, 0.25))
     monkeypatch.setitem(sys.modules, "pyoidn", flat)
-    assert main(arguments) == 0
+    render(ball, picture, *options)
     assert np.unique(pixels(picture)[..., :3]).tolist() == [137]  # sRGB of 0.25
 
 
 def test_render_stores_layers(ball, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "0",
-                "--size",
-                "48x32",
-                "--samples",
-                "2",
-                "--shading",
-                "path-trace",
-                "--layers",
-                "curvature,ambient_occlusion,direct",
-                "--ambient-occlusion-samples",
-                "8",
-                "-o",
-                str(tmp_path / "a.exr"),
-            ]
-        )
-        == 0
+    render(
+        ball,
+        tmp_path / "a.exr",
+        "-l",
+        "0",
+        "--samples",
+        "2",
+        "--shading",
+        "path-trace",
+        "--layers",
+        "curvature,ambient_occlusion,direct",
+        "--ambient-occlusion-samples",
+        "8",
     )
     layers = dict(layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8)
     expected = rendered(ball, samples=2, integrator=isospline.PathTracer(), **layers)
@@ -361,9 +255,8 @@ def test_render_stores_layers(ball, tmp_path):
 
 def test_render_through_a_lens_stores_curvature(ball, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
-    common = ["-l", "0", "--size", "48x32", "--shading", "phong", "--layers", "curvature"]
-    common += ["-o", str(tmp_path / "a.exr")]
-    assert main(["render", str(ball), *common, "--aperture", "2", "--focus", "60"]) == 0
+    look = ["--shading", "phong", "--layers", "curvature", "--samples", "4"]
+    render(ball, tmp_path / "a.exr", "-l", "0", *look, "--aperture", "2", "--focus", "60")
     scene = isospline.Scene([isospline.Isosurface(isospline.Volume(np.load(ball)), 0)])
     camera = isospline.camera_for(scene, size=(48, 32)).with_lens(2, focus_distance=60)
     expected = isospline.render(scene, camera, size=(48, 32), background=0, samples=4, layers=("curvature",))
@@ -396,8 +289,7 @@ def test_render_of_a_level_out_of_range_warns_and_writes(ball, picture, capsys, 
 
 @pytest.mark.parametrize("color", ["#d9c7a8", "ivory", "tab:blue", "r", "0.2,0.3,0.4", "0.5"])
 def test_colors_of_the_command_line(ball, picture, color):
-    common = ["render", str(ball), "-l", "0", "--size", "48x32", "--samples", "1", "--shading", "phong"]
-    assert main([*common, "--color", color, "--background", color, "-o", str(picture)]) == 0
+    render(ball, picture, "-l", "0", "--shading", "phong", "--color", color, "--background", color)
     parts = color.split(",")
     with_numbers = parts[0][0] == "0"
     linear = ([float(part) for part in parts] * 3)[:3] if with_numbers else isospline.Phong(color=color).color
@@ -425,29 +317,7 @@ def test_marks_of_the_command_line(ball, picture):
 
 @pytest.mark.parametrize(("option", "up"), [("-z", (0, 0, -1)), ("+y", (0, 1, 0)), ("1,0,1", (1, 0, 1))])
 def test_upward_direction(ball, picture, option, up):
-    assert (
-        main(
-            [
-                "render",
-                str(ball),
-                "-l",
-                "0",
-                "--size",
-                "48x32",
-                "--samples",
-                "1",
-                "--shading",
-                "phong",
-                "--up",
-                option,
-                "--color-by",
-                "normal",
-                "-o",
-                str(picture),
-            ]
-        )
-        == 0
-    )
+    render(ball, picture, "-l", "0", "--shading", "phong", "--up", option, "--color-by", "normal")
     volume = isospline.Volume(np.load(ball))
     camera = isospline.camera_for(isospline.Isosurface(volume, 0), up=up, size=(48, 32))
     expected = isospline.render(

@@ -8,23 +8,14 @@ import subprocess
 import sys
 import threading
 
-import numpy as np
 import pytest
 import websockets.exceptions
 from viewer_client import Client, connect, get, port_of, token_of
 
 import isospline
-from isospline import volumes
 from isospline.viewer.cell import cell
 
 VARIABLE = "ISOSPLINE_TOKEN"
-
-
-@pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.npy"
-    np.save(path, (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16))
-    return path
 
 
 @pytest.fixture

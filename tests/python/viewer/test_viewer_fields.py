@@ -4,24 +4,17 @@ import re
 
 import numpy as np
 import pytest
-from browser import Page, chromium
+from browser import Page
 
 import isospline
 from isospline.viewer.slices import sample_slices
 
 
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
+@pytest.fixture
+def ball(tmp_path, large_ball):
     """A ball about (32, 32, 32): 100 - r, above 60 within r = 40; the values are 44.6 to 100."""
-    z, y, x = np.mgrid[:65, :65, :65]
-    path = tmp_path_factory.mktemp("volumes") / "ball.npy"
-    np.save(path, (100 - np.sqrt((x - 32) ** 2 + (y - 32) ** 2 + (z - 32) ** 2)).astype(np.float32))
+    path = tmp_path / "ball.npy"
+    np.save(path, np.load(large_ball) + 80)
     return path
 
 
@@ -29,15 +22,6 @@ def ball(tmp_path_factory):
 def viewer(ball):
     with isospline.view(ball, levels=[80.0], browser=False) as opened:
         yield opened
-
-
-@pytest.fixture
-def page(browser, viewer):
-    opened = Page(browser, viewer.url)
-    opened.settle()
-    yield opened
-    opened.close()
-    assert not opened.problems
 
 
 def enter(page, field, text):

@@ -10,7 +10,7 @@ import numpy as np
 import PIL.Image
 import pytest
 import trimesh
-from browser import Page, chromium
+from browser import Page
 
 import isospline
 from isospline import volumes
@@ -20,34 +20,10 @@ pytestmark = pytest.mark.slow
 LEVEL = 0.0
 
 
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    """A ball of radius 20 about (32, 32, 32): 20 - r, above 0 inside."""
-    z, y, x = np.mgrid[:65, :65, :65]
-    path = tmp_path_factory.mktemp("volumes") / "ball.npy"
-    np.save(path, (20 - np.sqrt((x - 32) ** 2 + (y - 32) ** 2 + (z - 32) ** 2)).astype(np.float32))
-    return path
-
-
 @pytest.fixture
-def viewer(ball):
-    with isospline.view(ball, levels=[LEVEL], browser=False) as opened:
+def viewer(large_ball):
+    with isospline.view(large_ball, levels=[LEVEL], browser=False) as opened:
         yield opened
-
-
-@pytest.fixture
-def page(browser, viewer):
-    opened = Page(browser, viewer.url)
-    opened.settle()
-    yield opened
-    opened.close()
-    assert not opened.problems
 
 
 def rendered(page, **changes):
@@ -78,12 +54,12 @@ def rendered(page, **changes):
     return image.to_srgb()[..., :3]
 
 
-def test_the_picture_that_stays_is_that_of_render(page, ball):
+def test_the_picture_that_stays_is_that_of_render(page, large_ball):
     assert page.evaluate("isospline.frame.format") == "png"
-    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball))
 
 
-def test_dragging_a_level_moves_the_surface(page, ball, viewer):
+def test_dragging_a_level_moves_the_surface(page, large_ball, viewer):
     before = page.pixels()
     page.drag_element("#histogram [data-object]", (-40, 0))
     page.settle()
@@ -94,7 +70,7 @@ def test_dragging_a_level_moves_the_surface(page, ball, viewer):
     assert page.evaluate("isospline.latencies.length") > 2
     pixels = page.pixels()
     assert (pixels != before).any()
-    np.testing.assert_array_equal(pixels, rendered(page, path=ball))
+    np.testing.assert_array_equal(pixels, rendered(page, path=large_ball))
 
 
 def test_a_level_typed_in_and_keys_on_the_histogram(page, viewer):
@@ -109,7 +85,7 @@ def test_a_level_typed_in_and_keys_on_the_histogram(page, viewer):
     assert 5.5 < viewer.state.objects[0].level < 5.6
 
 
-def test_orbit_pan_and_zoom(page, ball):
+def test_orbit_pan_and_zoom(page, large_ball):
     start = page.evaluate("isospline.camera")
     page.drag((300, 300), (380, 260))
     page.settle()
@@ -119,7 +95,7 @@ def test_orbit_pan_and_zoom(page, ball):
     )
     assert orbited["target"] == pytest.approx(start["target"]) and np.dot(orbited["eye"], start["eye"]) > 0
     assert not np.allclose(orbited["eye"], start["eye"])
-    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball))
 
     page.drag((300, 300), (350, 300), button="right")
     panned = page.evaluate("isospline.camera")
@@ -134,7 +110,7 @@ def test_orbit_pan_and_zoom(page, ball):
     page.page.get_by_role("button", name="Orthographic").click()
     page.settle()
     assert page.evaluate("isospline.frame.camera.projection") == "orthographic"
-    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball))
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball))
 
 
 def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
@@ -150,7 +126,7 @@ def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
     assert inputs == sorted(inputs)
 
 
-def test_each_frame_is_of_one_state(page, ball, viewer):
+def test_each_frame_is_of_one_state(page, large_ball, viewer):
     """Level and colour change together: each drawn picture shows both changes or neither."""
     id = viewer.state.objects[0].id
     for number in range(30):
@@ -164,13 +140,13 @@ def test_each_frame_is_of_one_state(page, ball, viewer):
         assert red < 0.1 and (blue == 0 or blue > 0.1 or red > 0), (red, blue)
 
 
-def test_cut_by_a_plane_and_its_handle(page, ball, viewer):
+def test_cut_by_a_plane_and_its_handle(page, large_ball, viewer):
     page.open("cut")
     page.page.get_by_role("button", name="Plane").click()
     page.settle()
     clip = isospline.HalfSpace(viewer.state.clip.point, viewer.state.clip.normal)
     assert viewer.state.clip.point == pytest.approx((32, 32, 32))
-    np.testing.assert_array_equal(page.pixels(), rendered(page, path=ball, clip=[clip]))
+    np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball, clip=[clip]))
 
     page.page.get_by_role("button", name="x", exact=True).click()
     page.settle()
@@ -274,7 +250,7 @@ def test_slices_show_values_and_move_together(page, viewer):
     page.wait("isospline.state.slices.window[1] - isospline.state.slices.window[0] === 1000")
 
 
-def test_what_is_saved(page, viewer, ball, tmp_path):
+def test_what_is_saved(page, viewer, large_ball, tmp_path):
     page.open("saving")
     name, content = page.download("[data-save=png]")
     np.testing.assert_array_equal(np.asarray(PIL.Image.open(io.BytesIO(content)).convert("RGB")), page.pixels())
@@ -295,7 +271,7 @@ def test_what_is_saved(page, viewer, ball, tmp_path):
     assert name == "turntable.mp4" and b"ftyp" in content[:16]
 
 
-def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, ball):
+def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, large_ball):
     page.page.set_input_files("#open", [{"name": "broken.nii.gz", "mimeType": "", "buffer": b"no volume"}])
     page.wait("document.getElementById('messages').textContent.includes('broken.nii.gz')")
     drop = """async ([name, text]) => {
@@ -304,7 +280,7 @@ def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, ball):
         dispatchEvent(new DragEvent("dragover", {dataTransfer: transfer, cancelable: true}));
         dispatchEvent(new DragEvent("drop", {dataTransfer: transfer, cancelable: true}));
     }"""
-    page.evaluate(drop, ["other.npy", base64.b64encode(ball.read_bytes()).decode()])
+    page.evaluate(drop, ["other.npy", base64.b64encode(large_ball.read_bytes()).decode()])
     page.wait("isospline.sources.size === 2 && isospline.state.objects.length === 2")
     page.wait("document.getElementById('progress').hidden")
     page.settle()

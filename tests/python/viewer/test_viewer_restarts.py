@@ -3,29 +3,13 @@
 import contextlib
 import time
 
-import numpy as np
 import pytest
-from browser import Page, chromium
+from browser import Page
 from viewer_client import port_of, token_of
 
 import isospline
 
 LEVEL = 0.0
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as started:
-        yield started
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    """A ball of radius 20 about (32, 32, 32): 20 - r, above 0 inside."""
-    z, y, x = np.mgrid[:65, :65, :65]
-    path = tmp_path_factory.mktemp("volumes") / "ball.npy"
-    np.save(path, (20 - np.sqrt((x - 32) ** 2 + (y - 32) ** 2 + (z - 32) ** 2)).astype(np.float32))
-    return path
 
 
 @pytest.fixture
@@ -35,8 +19,8 @@ def context(browser):
     opened.close()
 
 
-def test_the_cookie_replaces_the_token_in_the_address(context, ball):
-    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+def test_the_cookie_replaces_the_token_in_the_address(context, large_ball):
+    with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
         page = Page(context, viewer.url)
         page.settle()
         (cookie,) = context.cookies()
@@ -54,13 +38,13 @@ def test_the_cookie_replaces_the_token_in_the_address(context, ball):
         assert context.request.get(viewer.address).status == 403
 
 
-def test_the_file_that_leads_to_the_page_opens_it(context, ball, monkeypatch):
+def test_the_file_that_leads_to_the_page_opens_it(context, large_ball, monkeypatch):
     """A file is another site. The page can be reloaded all the same."""
     import webbrowser
 
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
-    with isospline.view(ball, levels=[LEVEL], browser=True) as viewer:
+    with isospline.view(large_ball, levels=[LEVEL], browser=True) as viewer:
         page = Page(context, opened[0])
         page.page.wait_for_url(viewer.address)
         page.settle()
@@ -71,9 +55,9 @@ def test_the_file_that_leads_to_the_page_opens_it(context, ball, monkeypatch):
         assert not page.problems and referrer == ""
 
 
-def test_the_token_is_in_no_request_to_others(context, ball):
+def test_the_token_is_in_no_request_to_others(context, large_ball):
     """Requests of the page have no Referer."""
-    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+    with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
         requests = []
         opened = context.new_page()
         opened.on("request", lambda request: requests.append((request.url, request.all_headers())))
@@ -95,11 +79,11 @@ def wait_for_level(page, level):
         time.sleep(0.05)
 
 
-def test_a_page_continues_with_a_restarted_viewer(context, ball, tmp_path):
+def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path):
     """It says what is lost, and shows it again if the user wants it."""
     other = tmp_path / "other.npy"
-    other.write_bytes(ball.read_bytes())
-    with isospline.view(ball, levels=[LEVEL], browser=False, token="of-both") as viewer:
+    other.write_bytes(large_ball.read_bytes())
+    with isospline.view(large_ball, levels=[LEVEL], browser=False, token="of-both") as viewer:
         # The page tries to connect again while no viewer is there, and Chromium reports every attempt as an error.
         page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED",))
         page.settle()
@@ -110,7 +94,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, ball, tmp_path):
         page.settle()
         camera, port = page.evaluate("isospline.camera"), port_of(viewer)
     page.wait("document.getElementById('messages').textContent.includes('is lost')")
-    again = isospline.view(ball, levels=[3.0], browser=False, token="of-both", port=port)
+    again = isospline.view(large_ball, levels=[3.0], browser=False, token="of-both", port=port)
     with contextlib.closing(page), again as viewer:
         wait_for_level(page, 3.0)  # what the user asked for now
         page.wait("document.getElementById('messages').textContent.includes('No longer open: other.npy.')")
@@ -124,11 +108,11 @@ def test_a_page_continues_with_a_restarted_viewer(context, ball, tmp_path):
         assert page.messages().strip() == "" and not page.problems
 
 
-def test_a_page_of_a_viewer_with_another_token_says_so(context, ball):
-    with isospline.view(ball, levels=[LEVEL], browser=False) as viewer:
+def test_a_page_of_a_viewer_with_another_token_says_so(context, large_ball):
+    with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
         page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED", "Unexpected response code: 403"))
         page.settle()
         port = port_of(viewer)
-    with contextlib.closing(page), isospline.view(ball, levels=[3.0], browser=False, port=port):
+    with contextlib.closing(page), isospline.view(large_ball, levels=[3.0], browser=False, port=port):
         page.wait("document.getElementById('messages').textContent.includes('with another token')")
         assert page.evaluate("isospline.state.objects[0].level") == LEVEL

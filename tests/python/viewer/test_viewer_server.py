@@ -15,21 +15,7 @@ from interrupts import obey_interrupts
 from viewer_client import Client, port_of
 
 import isospline
-from isospline import volumes
 from isospline.viewer.access import is_local
-
-
-@pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.npy"
-    np.save(path, (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16))
-    return path
-
-
-@pytest.fixture
-def viewer(ball):
-    with isospline.view(ball, browser=False) as opened:
-        yield opened
 
 
 def test_it_listens_only_to_this_machine(viewer):

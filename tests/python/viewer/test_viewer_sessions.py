@@ -29,13 +29,6 @@ def npy(data):
 
 
 @pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.npy"
-    np.save(path, BALL)
-    return path
-
-
-@pytest.fixture
 def viewer(ball):
     with isospline.view(ball, levels=[100.0], browser=False) as opened:
         opened.remember_camera(CAMERA)

@@ -19,25 +19,11 @@ from interrupts import obey_interrupts
 from viewer_client import Client, connect, port_of, token_of
 
 import isospline
-from isospline import volumes
 from isospline.interop import read_mesh
 from isospline.viewer.upload import Uploads
 
 SHAPE = (8, 7, 6)
 SIZE = int(np.prod(SHAPE))
-
-
-@pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.npy"
-    np.save(path, (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16))
-    return path
-
-
-@pytest.fixture
-def viewer(ball):
-    with isospline.view(ball, browser=False) as opened:
-        yield opened
 
 
 @pytest.fixture
