@@ -6,8 +6,8 @@
 #include "rays.h"
 
 #include "isospline/hopper/hopper.h"
+#include "isospline/util/cancellable_mutex.h"
 #include "isospline/util/fork.h"
-#include "isospline/util/turn.h"
 
 #include <algorithm>
 #include <array>
@@ -106,10 +106,10 @@ public:
     /// The hopper of the surface's current level.
     std::shared_ptr<const VoxelHopper> hopper(const Progress& progress)
     {
-        const Turn::Taken taken(turn_, progress);
+        const CancellableMutex::Lock to_change(mutex_, progress);
         if (auto level = surface_->snapshot(); level != level_) {
             auto hopper = std::make_shared<const VoxelHopper>(level, options_);
-            const std::lock_guard lock(moment_mutex(this));
+            const std::lock_guard lock(fork_safe_mutex(this));
             hopper_.swap(hopper);
             level_.swap(level);
         }
@@ -124,7 +124,7 @@ public:
 private:
     std::shared_ptr<Isosurface> surface_;
     VoxelHopperOptions options_;
-    Turn turn_; ///< guards the members below
+    CancellableMutex mutex_; ///< guards the members below
     std::shared_ptr<const IsosurfaceSnapshot> level_;
     std::shared_ptr<const VoxelHopper> hopper_;
 };

@@ -5,7 +5,7 @@
 
 #include "isospline/render/progressive.h"
 #include "isospline/scene/scene.h"
-#include "isospline/util/turn.h"
+#include "isospline/util/cancellable_mutex.h"
 
 #include <pybind11/stl.h>
 
@@ -72,24 +72,24 @@ struct SceneRenderer {
     }
 
     /// Throws if a call in the parent process had not finished when this process was forked.
-    void check(const Turn::Taken& taken)
+    void check(const CancellableMutex::Lock& lock)
     {
-        was_abandoned = was_abandoned || taken.was_abandoned();
+        was_abandoned = was_abandoned || lock.is_taken_over();
         if (was_abandoned)
             throw std::logic_error("this process was forked while another thread used the renderer: reset() it");
     }
 
     ProgressiveRenderer renderer;
     const ColorEncoding encoding;
-    Turn turn;
-    bool was_abandoned = false; ///< needs the turn
+    CancellableMutex mutex;     ///< of the renderer, for one caller at a time
+    bool was_abandoned = false; ///< under the mutex
 };
 
 void step(SceneRenderer& self, int samples, const py::object& progress)
 {
     long_call("to render", progress, [&](const Progress& report) {
-        const Turn::Taken taken(self.turn, report);
-        self.check(taken);
+        const CancellableMutex::Lock lock(self.mutex, report);
+        self.check(lock);
         self.renderer.step(samples, report);
     });
 }
@@ -132,8 +132,8 @@ py::dict state(SceneRenderer& self)
 {
     PathSums sums;
     long_call("to copy the samples", py::none(), [&](const Progress& progress) {
-        const Turn::Taken taken(self.turn, progress);
-        self.check(taken);
+        const CancellableMutex::Lock lock(self.mutex, progress);
+        self.check(lock);
         sums = self.renderer.path_sums();
     });
     py::dict arrays;
@@ -151,8 +151,8 @@ void resume(SceneRenderer& self, const py::dict& arrays, const py::object& progr
                   items_of<double, glm::dvec3>(arrays, "directs", parameter),
                   items_of<std::int32_t, int>(arrays, "tile_samples", parameter), py::bool_(arrays["through_centers"])};
     long_call("to continue a picture", progress, [&](const Progress& report) {
-        const Turn::Taken taken(self.turn, report);
-        self.check(taken);
+        const CancellableMutex::Lock lock(self.mutex, report);
+        self.check(lock);
         self.renderer.resume(std::move(sums), parameter, report);
     });
 }
@@ -160,7 +160,7 @@ void resume(SceneRenderer& self, const py::dict& arrays, const py::object& progr
 void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 {
     long_call("to begin a picture", py::none(), [&](const Progress& progress) {
-        const Turn::Taken taken(self.turn, progress);
+        const CancellableMutex::Lock lock(self.mutex, progress);
         self.was_abandoned = false;
         if (camera)
             self.renderer.reset(*camera);
@@ -219,8 +219,8 @@ void bind_path_tracer(py::module_& module)
                                [](SceneRenderer& self) {
                                    double noise = 0.0;
                                    long_call("to measure noise", py::none(), [&](const Progress& progress) {
-                                       const Turn::Taken taken(self.turn, progress);
-                                       self.check(taken);
+                                       const CancellableMutex::Lock lock(self.mutex, progress);
+                                       self.check(lock);
                                        noise = self.renderer.noise();
                                    });
                                    return noise;
@@ -229,8 +229,8 @@ void bind_path_tracer(py::module_& module)
              [](SceneRenderer& self) {
                  auto image = std::make_unique<Image>();
                  long_call("to copy the image", py::none(), [&](const Progress& progress) {
-                     const Turn::Taken taken(self.turn, progress);
-                     self.check(taken);
+                     const CancellableMutex::Lock lock(self.mutex, progress);
+                     self.check(lock);
                      *image = self.renderer.image(self.encoding);
                  });
                  return image;
@@ -238,8 +238,8 @@ void bind_path_tracer(py::module_& module)
         .def_property_readonly("samples", [](SceneRenderer& self) {
             int samples = 0;
             long_call("to count samples", py::none(), [&](const Progress& progress) {
-                const Turn::Taken taken(self.turn, progress);
-                self.check(taken);
+                const CancellableMutex::Lock lock(self.mutex, progress);
+                self.check(lock);
                 samples = self.renderer.samples();
             });
             return samples;

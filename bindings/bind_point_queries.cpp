@@ -188,6 +188,7 @@ void for_each_closest_point(const IsosurfaceSnapshot& surface, const RowArray& p
               [&](const Progress& progress) {
                   check_points(points);
                   check_reach(points);
+                  options.progress = progress;
                   ClosestPointFinder check(surface, options); // checks the options even if there are no points
                   const VisitingOrder order(surface.volume(), points);
                   parallel_for(

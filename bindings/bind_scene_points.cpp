@@ -124,11 +124,12 @@ ClosestPointOptions closest_point_options(double max_distance, const std::option
 
 /// Calls `visit(row, closest point)` in parallel for all points.
 template <typename Visit>
-void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, const ClosestPointOptions& options,
+void for_each_closest_point(const SceneSnapshot& scene, const RowArray& points, ClosestPointOptions options,
                             const Progress& progress, const Visit& visit)
 {
     check_points(points);
     check_reach(points);
+    options.progress = progress;
     SceneClosestPointFinder check(scene, options); // checks the options even if there are no points
     const VisitingOrder order(scene, points);
     parallel_for(

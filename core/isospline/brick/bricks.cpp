@@ -184,7 +184,7 @@ const MadeBrick& Bricks::publish(std::size_t index, std::unique_ptr<const MadeBr
     if (budget_ != nullptr) {
         budget_->tick();
         budget_->count_up(made.memory());
-        const std::lock_guard lock(moment_mutex(this));
+        const std::lock_guard lock(fork_safe_mutex(this));
         newly_made_.push_back(index);
     }
     return made;
@@ -194,7 +194,7 @@ void Bricks::list_items(std::vector<MemoryBudget::Item>& items) const
 {
     std::vector<std::size_t> newly_made;
     {
-        const std::lock_guard lock(moment_mutex(this));
+        const std::lock_guard lock(fork_safe_mutex(this));
         newly_made.swap(newly_made_);
     }
     droppable_.insert(droppable_.end(), newly_made.begin(), newly_made.end());

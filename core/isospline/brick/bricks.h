@@ -166,7 +166,7 @@ private:
     mutable std::atomic<std::size_t> made_memory_ = 0;
     // If there is a budget:
     std::unique_ptr<std::atomic<std::uint32_t>[]> readers_; ///< threads that read each brick
-    mutable std::vector<std::size_t> newly_made_;           ///< under the moment mutex of this object
+    mutable std::vector<std::size_t> newly_made_;           ///< under the fork-safe mutex of this object
     mutable std::vector<std::size_t> droppable_; ///< bricks made before; used by one call of the budget at a time
 };
 

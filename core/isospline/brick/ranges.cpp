@@ -2,6 +2,7 @@
 
 #include "isospline/math/grid.h"
 #include "isospline/spline/volume.h"
+#include "isospline/util/cancellable_mutex.h"
 #include "isospline/util/error.h"
 #include "isospline/util/fork.h"
 #include "isospline/util/parallel.h"
@@ -220,19 +221,33 @@ std::uint64_t straddling_blocks(const CoefficientView& coefficients, const Brick
 
 std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume, const Progress& progress)
 {
-    using Known = std::map<std::weak_ptr<const Volume>, std::weak_ptr<const BrickRanges>, std::owner_less<>>;
+    /// The ranges of one volume, as long as anybody holds them.
+    struct Shared {
+        CancellableMutex to_compute;
+        std::weak_ptr<const BrickRanges> ranges;
+    };
+    using Known = std::map<std::weak_ptr<const Volume>, std::shared_ptr<Shared>, std::owner_less<>>;
     static Known known;
+    std::shared_ptr<Shared> shared;
     {
-        const std::lock_guard lock(moment_mutex(&known));
-        std::erase_if(known, [](const auto& each) { return each.second.expired(); });
-        const auto found = known.find(volume);
-        if (found != known.end())
-            if (auto ranges = found->second.lock())
-                return ranges;
+        const std::lock_guard lock(fork_safe_mutex(&known));
+        std::erase_if(known, [](const auto& each) { return each.first.expired(); });
+        std::shared_ptr<Shared>& of_volume = known[volume];
+        if (!of_volume)
+            of_volume = std::make_shared<Shared>();
+        if (auto ranges = of_volume->ranges.lock())
+            return ranges;
+        shared = of_volume;
+    }
+    const CancellableMutex::Lock lock(shared->to_compute, progress);
+    {
+        const std::lock_guard moment(fork_safe_mutex(&known));
+        if (auto ranges = shared->ranges.lock()) // the previous thread has computed them
+            return ranges;
     }
     auto ranges = std::make_shared<const BrickRanges>(*volume, progress);
-    const std::lock_guard lock(moment_mutex(&known));
-    known[volume] = ranges;
+    const std::lock_guard moment(fork_safe_mutex(&known));
+    shared->ranges = ranges;
     return ranges;
 }
 

@@ -77,7 +77,7 @@ private:
 std::uint64_t straddling_blocks(const CoefficientView& coefficients, const Brick& brick, int degree, double threshold);
 
 /// The ranges of a volume. They are computed once and shared for as long as a surface of the volume holds them. Any
-/// thread may call.
+/// thread may call; if several need them at a time, one computes them and the others wait.
 std::shared_ptr<const BrickRanges> shared_ranges(const std::shared_ptr<const Volume>& volume,
                                                  const Progress& progress = {});
 

@@ -2,6 +2,7 @@
 
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
+#include "isospline/util/tbb_tasks.h"
 
 #include <tbb/parallel_sort.h>
 
@@ -37,7 +38,7 @@ LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress)
         vertex_count += parts[part].vertices.size();
         face_count += parts[part].faces.size();
     }
-    tbb::parallel_sort(shared.begin(), shared.end());
+    run_tbb_tasks([&] { tbb::parallel_sort(shared.begin(), shared.end()); });
 
     // Of vertices with the same key, the first part's is kept.
     std::vector<std::vector<std::uint32_t>> numbers(parts.size());

@@ -182,7 +182,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
         boxes.clear();
         free_boxes.clear();
         if (nodes == nullptr)
-            nodes = &surface.shell().tree().nodes();
+            nodes = &surface.shell(options.progress).tree(options.progress).nodes();
         if (!nodes->empty())
             push_node(0);
 

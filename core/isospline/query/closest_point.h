@@ -4,6 +4,7 @@
 #include "isospline/query/cap_polygons.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/hit.h"
+#include "isospline/util/progress.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +19,9 @@ struct ClosestPointOptions {
     double max_distance = std::numeric_limits<double>::infinity(); ///< world units; farther points are ignored
     double tolerance = 0.0;  ///< world units; 0 stands for a millionth of the shortest edge of a cell
     int max_boxes = 1 << 14; ///< the largest number of parts of cells to examine for one point
+    /// Called, by any thread that searches, while the shell and its tree are built or waited for. The search throws
+    /// Cancelled if it returns false.
+    Progress progress = {};
 };
 
 /// The distance is infinite, and the position is NaN, if no point was found within max_distance.

@@ -14,15 +14,17 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include <tbb/enumerable_thread_specific.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace isospline {
 
@@ -353,13 +355,26 @@ void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
 
 Image render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& progress)
 {
-    tbb::enumerable_thread_specific<Workspace> workspaces([&] { return Workspace(scene); });
+    std::mutex mutex;
+    std::vector<std::unique_ptr<Workspace>> idle;
+    const auto take = [&]() -> std::unique_ptr<Workspace> {
+        const std::lock_guard lock(mutex);
+        if (idle.empty())
+            return nullptr;
+        std::unique_ptr<Workspace> workspace = std::move(idle.back());
+        idle.pop_back();
+        return workspace;
+    };
     parallel_for(
         renderer.tile_count(), 1,
         [&](std::size_t begin, std::size_t end) {
-            Workspace& workspace = workspaces.local();
+            std::unique_ptr<Workspace> workspace = take();
+            if (!workspace)
+                workspace = std::make_unique<Workspace>(scene);
             for (std::size_t tile = begin; tile < end; ++tile)
-                renderer.render_tile(tile, workspace);
+                renderer.render_tile(tile, *workspace);
+            const std::lock_guard lock(mutex);
+            idle.push_back(std::move(workspace));
         },
         progress);
     return std::move(renderer).take_image();

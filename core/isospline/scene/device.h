@@ -10,8 +10,8 @@
 
 namespace isospline {
 
-/// Counts the bytes that Embree allocates minus those that it frees: on the thread that created this object and on the
-/// threads that build for it in Device::commit(). If a thread has several such objects, the newest one counts.
+/// Counts the bytes that Embree allocates minus those that it frees, on the thread that created this object and on the
+/// threads that help it in Device::commit(). If a thread has several such objects, the newest one counts.
 class EmbreeMemory {
 public:
     EmbreeMemory();
@@ -22,7 +22,8 @@ public:
     std::size_t bytes() const;
 
 private:
-    std::shared_ptr<std::atomic<std::ptrdiff_t>> count_, before_;
+    std::atomic<std::ptrdiff_t> count_ = 0;
+    std::atomic<std::ptrdiff_t>* before_;
 };
 
 /// The device that all scenes of a process share, because Embree allows only about a thousand devices. The environment
@@ -39,7 +40,8 @@ public:
     /// Rays of a packet: 16, 8 or 4.
     int packet_size() const { return packet_size_; }
 
-    /// Builds a scene's acceleration structure. Throws Cancelled if the progress callback returns false.
+    /// Builds a scene's acceleration structure. Throws Cancelled if the progress callback returns false, and
+    /// std::runtime_error in a process that was forked while another thread was building.
     void commit(RTCScene scene, const Progress& progress = {}) const;
 
     /// Clears the errors that Embree has reported on this thread, so that an old error is not taken for a new one.

@@ -1,7 +1,5 @@
 #include "isospline/scene/object.h"
 
-#include "isospline/util/fan_out.h"
-
 namespace isospline {
 
 namespace {
@@ -33,10 +31,7 @@ void Object::build(const BuildOptions& options, double rounding_error_local, con
     rtcSetSceneBuildQuality(scene.get(), to_embree(options.quality));
     rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
     device.check();
-    {
-        const FanOut fan_out(this);
-        device.commit(scene.get(), progress);
-    }
+    device.commit(scene.get(), progress);
     scene_ = std::move(scene);
     embree_memory_ = memory.bytes();
 }

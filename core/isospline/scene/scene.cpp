@@ -2,9 +2,9 @@
 
 #include "isospline/scene/settling.h"
 #include "isospline/scene/snapshot_builder.h"
+#include "isospline/util/cancellable_mutex.h"
 #include "isospline/util/error.h"
 #include "isospline/util/fork.h"
-#include "isospline/util/turn.h"
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -67,10 +67,10 @@ struct Scene::Impl {
     Entries& entries_to_edit();
 
     const BuildOptions build_options;
-    Turn turn;
+    CancellableMutex build_mutex; ///< of the thread that builds a snapshot
 
     /// Guards all members below; held only for moments.
-    std::mutex& mutex() const { return moment_mutex(this); }
+    std::mutex& mutex() const { return fork_safe_mutex(this); }
 
     std::shared_ptr<Entries> entries = std::make_shared<Entries>();
     std::uint32_t next_id = 0;
@@ -78,7 +78,7 @@ struct Scene::Impl {
     std::shared_ptr<const SceneSnapshot> newest;
     Objects left_over; ///< finished objects of a build that threw; the next build may use them
     std::uint64_t build_count = 0;
-    std::unique_ptr<Settling> settling; ///< of the newest snapshot, or null
+    std::shared_ptr<Settling> settling; ///< of the newest snapshot, or null
     CheckedObject checked;
 };
 
@@ -157,16 +157,18 @@ Objects Scene::Impl::settle_if_it_pays(const std::shared_ptr<const SceneSnapshot
     const SceneSnapshot::Impl& impl = *known->impl_;
     if (impl.ray_count.load(std::memory_order_relaxed) < impl.rays_until_settling || impl.rays_until_settling == 0)
         return {};
-    std::unique_ptr<Settling> begun; // outside of the lock
-    const std::lock_guard lock(mutex());
-    if (newest != known)
-        return {};
-    if (settling && settling->state() == Settling::State::done)
-        return settling->objects();
-    if (!settling || settling->state() == Settling::State::cancelled) {
-        begun = std::make_unique<Settling>(known, impl, build_options);
-        settling.swap(begun);
+    std::shared_ptr<Settling> of_known;
+    {
+        const std::lock_guard lock(mutex());
+        if (newest != known)
+            return {};
+        if (!settling)
+            settling = std::make_shared<Settling>(impl, build_options);
+        of_known = settling;
     }
+    if (of_known->state() == Settling::State::done)
+        return of_known->objects();
+    of_known->begin(known);
     return {};
 }
 
@@ -175,7 +177,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::snapshot(const Progress& progr
     std::shared_ptr<const SceneSnapshot> known = current();
     if (known && settle_if_it_pays(known).empty())
         return known;
-    const Turn::Taken taken(turn, progress);
+    const CancellableMutex::Lock build_lock(build_mutex, progress);
     known = current();
     Objects settled = known ? settle_if_it_pays(known) : Objects();
     if (known && settled.empty()) // the previous thread has built it
@@ -189,7 +191,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::settle(const Progress& progres
     if (known->impl_->rays_until_settling == 0)
         return known;
     const Objects settled = settled_objects(*known->impl_, build_options, part_of(progress, 0.1, 0.9));
-    const Turn::Taken taken(turn, progress);
+    const CancellableMutex::Lock build_lock(build_mutex, progress);
     return build(settled, part_of(progress, 0.9, 1.0));
 }
 
@@ -210,7 +212,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::build(const Objects& finished,
         ids = next_id;
     }
     const auto keep = [&](std::shared_ptr<const SceneSnapshot> built, Objects rest) {
-        std::unique_ptr<Settling> of_before; // ends outside of the lock
+        std::shared_ptr<Settling> of_before; // ends outside of the lock
         const std::lock_guard lock(mutex());
         if (built) {
             newest.swap(built);

@@ -13,20 +13,20 @@ namespace isospline {
 /// The settled versions of a snapshot's objects, built. Throws Cancelled if `progress` returns false.
 Objects settled_objects(const SceneSnapshot::Impl& snapshot, const BuildOptions& options, const Progress& progress);
 
-/// One call of settled_objects() on a thread of its own. The end of this object cancels it and does not wait for it.
-/// A fork() cancels it and waits until it has stopped, some milliseconds: the child then inherits no lock that the
-/// thread holds. The end of the process does the same.
+/// Calls settled_objects() in the background. The end of this object cancels that and does not wait for it. A fork and
+/// the end of the process cancel it and wait until it has stopped, some milliseconds: a child then inherits no lock
+/// that the thread holds.
 class Settling {
 public:
-    enum class State { running, done, cancelled, failed };
+    enum class State { idle, running, done, failed };
 
-    /// Begins. If no thread can be started, it has failed.
-    Settling(std::shared_ptr<const SceneSnapshot> snapshot, const SceneSnapshot::Impl& impl,
-             const BuildOptions& options);
+    Settling(const SceneSnapshot::Impl& snapshot, const BuildOptions& options);
     ~Settling();
     Settling(const Settling&) = delete;
     Settling& operator=(const Settling&) = delete;
 
+    /// Begins if it is idle: if it has not begun, or has been cancelled by a fork. `snapshot` is the same one.
+    void begin(std::shared_ptr<const SceneSnapshot> snapshot);
     State state() const;
     /// The objects, once it is done.
     const Objects& objects() const;

@@ -5,7 +5,6 @@
 #include "isospline/scene/object.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/util/check.h"
-#include "isospline/util/fan_out.h"
 
 #include <cmath>
 #include <cstddef>
@@ -48,7 +47,6 @@ private:
     static void set_bounds(const RTCBoundsFunctionArguments* arguments) noexcept
     {
         const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
-        const FanOut::Task task(static_cast<const Object*>(&shape));
         const Box box = shape.box(arguments->primID);
         RTCBounds& bounds = *arguments->bounds_o;
         bounds.lower_x = next_below(box.lower.x);

@@ -40,12 +40,15 @@ std::vector<Node> leaves_of(const std::vector<Cell>& cells)
     return leaves;
 }
 
-void add_subtree(std::span<Node> leaves, std::vector<Node>& nodes)
+void add_subtree(std::span<Node> leaves, std::vector<Node>& nodes, const Progress& progress)
 {
     if (leaves.size() == 1) {
         nodes.push_back(leaves[0]);
         return;
     }
+    constexpr std::size_t leaves_between_reports = 1 << 16;
+    if (leaves.size() > leaves_between_reports)
+        report(progress, 0.0);
     Node node = leaves[0];
     node.count = 0;
     for (const Node& leaf : leaves)
@@ -63,21 +66,21 @@ void add_subtree(std::span<Node> leaves, std::vector<Node>& nodes)
                      });
     const std::size_t at = nodes.size();
     nodes.push_back(node);
-    add_subtree(leaves.first(half), nodes);
+    add_subtree(leaves.first(half), nodes, progress);
     nodes[at].first = static_cast<std::uint32_t>(nodes.size());
-    add_subtree(leaves.subspan(half), nodes);
+    add_subtree(leaves.subspan(half), nodes, progress);
 }
 
 } // namespace
 
-CellTree::CellTree(const std::vector<Cell>& cells)
+CellTree::CellTree(const std::vector<Cell>& cells, const Progress& progress)
 {
     check_count("cells of the shell, twice", 2 * static_cast<std::uint64_t>(cells.size())); // nodes have 32-bit indices
     std::vector<Node> leaves = leaves_of(cells);
     if (leaves.empty())
         return;
     nodes_.reserve(2 * leaves.size() - 1);
-    add_subtree(leaves, nodes_);
+    add_subtree(leaves, nodes_, progress);
 }
 
 } // namespace isospline

@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/shell/shell.h"
+#include "isospline/util/progress.h"
 
 #include <array>
 #include <cstddef>
@@ -24,8 +25,8 @@ public:
         Box box() const { return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}}; }
     };
 
-    /// `cells` are in the order of a shell.
-    explicit CellTree(const std::vector<Cell>& cells);
+    /// `cells` are in the order of a shell. Throws Cancelled if `progress` returns false.
+    explicit CellTree(const std::vector<Cell>& cells, const Progress& progress = {});
 
     /// The root is the first node; a shell without cells has no nodes.
     const std::vector<Node>& nodes() const { return nodes_; }

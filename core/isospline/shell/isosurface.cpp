@@ -3,14 +3,13 @@
 #include "isospline/measure/component_measures.h"
 #include "isospline/util/check.h"
 #include "isospline/util/fork.h"
-#include "isospline/util/turn.h"
+#include "isospline/util/lazy.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <limits>
 #include <mutex>
@@ -67,28 +66,6 @@ void check_clip(const IsosurfaceOptions& options)
 
 /// Data that the first call computes.
 struct IsosurfaceSnapshot::OnDemand {
-    template <typename Item>
-    struct Lazy {
-        Lazy() = default;
-        Lazy(const Lazy&) = delete;
-        Lazy& operator=(const Lazy&) = delete;
-        ~Lazy() { delete found.load(); }
-
-        template <typename Find>
-        const Item& get(const Progress& progress, const Find& find)
-        {
-            if (const Item* const item = found)
-                return *item;
-            const Turn::Taken taken(turn, progress);
-            if (found == nullptr)
-                found = new Item(find());
-            return *found;
-        }
-
-        Turn turn;                                ///< to compute it
-        std::atomic<const Item*> found = nullptr; ///< set in one step, so that a forked process never sees a part of it
-    };
-
     Lazy<Shell> shell;
     Lazy<Box> bounds;
 };
@@ -198,7 +175,7 @@ Box IsosurfaceSnapshot::find_bounds(const Progress& progress) const
 
 std::size_t IsosurfaceSnapshot::memory() const
 {
-    const Shell* const shell = on_demand_->shell.found;
+    const Shell* const shell = on_demand_->shell.found();
     const std::size_t of_shell = shell != nullptr ? shell->memory() : 0;
     return bricks_.memory() + common_->ranges->memory() + kept_->memory() + of_shell;
 }
@@ -228,7 +205,7 @@ Isosurface::Isosurface(const Isosurface& other) : snapshot_(other.snapshot())
 
 std::shared_ptr<const IsosurfaceSnapshot> Isosurface::snapshot() const
 {
-    const std::lock_guard lock(moment_mutex(this));
+    const std::lock_guard lock(fork_safe_mutex(this));
     return snapshot_;
 }
 
@@ -236,7 +213,7 @@ void Isosurface::set_level(double level, const Progress& progress)
 {
     check_level(level);
     std::shared_ptr<const IsosurfaceSnapshot> changed(new IsosurfaceSnapshot(snapshot()->common_, level, progress));
-    const std::lock_guard lock(moment_mutex(this));
+    const std::lock_guard lock(fork_safe_mutex(this));
     snapshot_.swap(changed); // so that the previous one is destroyed after the lock is released
 }
 

@@ -140,7 +140,7 @@ public:
     std::shared_ptr<const BrickRanges> shared_ranges() const { return snapshot()->shared_ranges(); }
 
 private:
-    std::shared_ptr<const IsosurfaceSnapshot> snapshot_; ///< read and swapped under moment_mutex(this)
+    std::shared_ptr<const IsosurfaceSnapshot> snapshot_; ///< read and swapped under fork_safe_mutex(this)
 };
 
 } // namespace isospline

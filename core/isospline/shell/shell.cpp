@@ -3,10 +3,9 @@
 #include "isospline/brick/bricks.h"
 #include "isospline/shell/cell_tree.h"
 #include "isospline/shell/prune.h"
+#include "isospline/util/lazy.h"
 #include "isospline/util/parallel.h"
-#include "isospline/util/turn.h"
 
-#include <atomic>
 #include <bit>
 #include <memory>
 #include <span>
@@ -58,13 +57,7 @@ void prune_bricks(const Volume& volume, double threshold, const ShellOptions& op
             cells[i][z] |= left[i][z];
 }
 
-struct Shell::LazyTree {
-    Turn turn; ///< to build it
-    std::atomic<bool> is_built = false;
-    std::unique_ptr<const CellTree> tree;
-};
-
-Shell::Shell() : tree_(std::make_shared<LazyTree>())
+Shell::Shell() : tree_(std::make_shared<Lazy<CellTree>>())
 {
 }
 
@@ -109,16 +102,9 @@ Shell::Shell(const Volume& volume, const Bricks& all, const ShellOptions& option
     });
 }
 
-const CellTree& Shell::tree() const
+const CellTree& Shell::tree(const Progress& progress) const
 {
-    if (!tree_->is_built) {
-        const Turn::Taken taken(tree_->turn, {});
-        if (!tree_->is_built) {
-            tree_->tree = std::make_unique<const CellTree>(cells_);
-            tree_->is_built = true;
-        }
-    }
-    return *tree_->tree;
+    return tree_->get(progress, [&] { return CellTree(cells_, progress); });
 }
 
 } // namespace isospline

@@ -14,6 +14,8 @@ namespace isospline {
 
 class Bricks;
 class CellTree;
+template <typename Value>
+class Lazy;
 class Volume;
 
 struct ShellOptions {
@@ -35,14 +37,13 @@ public:
     const std::vector<Cell>& cells() const { return cells_; }
     std::size_t count() const { return cells_.size(); }
     std::size_t memory() const { return cells_.capacity() * sizeof(Cell); }
-    /// Built by the first call, from any thread; copies of a shell share it.
-    const CellTree& tree() const;
+    /// Built by the first call, from any thread, while other calls wait; copies of a shell share it. Throws Cancelled
+    /// if `progress` returns false.
+    const CellTree& tree(const Progress& progress = {}) const;
 
 private:
-    struct LazyTree;
-
     std::vector<Cell> cells_;
-    std::shared_ptr<LazyTree> tree_;
+    std::shared_ptr<Lazy<CellTree>> tree_;
 };
 
 /// Removes the cells that pruning proves to hold no surface. `cells[i]` is a set of cells of `bricks[i]`.

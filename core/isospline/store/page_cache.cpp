@@ -13,14 +13,14 @@ std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, std::si
     // The multiplication puts neighbours into different stripes.
     Stripe& stripe = stripes_[(key * 0x9e3779b97f4a7c15u >> 32) % stripe_count];
     {
-        const std::lock_guard lock(moment_mutex(&stripe));
+        const std::lock_guard lock(fork_safe_mutex(&stripe));
         if (const auto found = stripe.places.find(key); found != stripe.places.end()) {
             stripe.entries.splice(stripe.entries.begin(), stripe.entries, found->second);
             return found->second->page;
         }
     }
     auto page = std::make_shared<const Page>(load());
-    const std::lock_guard lock(moment_mutex(&stripe));
+    const std::lock_guard lock(fork_safe_mutex(&stripe));
     if (const auto found = stripe.places.find(key); found != stripe.places.end())
         return found->second->page;
     stripe.entries.push_front({key, page});
@@ -38,7 +38,7 @@ std::size_t PageCache::memory() const
 {
     std::size_t bytes = 0;
     for (const Stripe& stripe : stripes_) {
-        const std::lock_guard lock(moment_mutex(&stripe));
+        const std::lock_guard lock(fork_safe_mutex(&stripe));
         bytes += stripe.bytes;
     }
     return bytes;

@@ -29,7 +29,7 @@ private:
         std::shared_ptr<const Page> page;
     };
 
-    /// Under the moment mutex of its address.
+    /// Under the fork-safe mutex of its address.
     struct Stripe {
         std::list<Entry> entries; ///< the most recently used first
         std::unordered_map<std::uint64_t, std::list<Entry>::iterator> places;

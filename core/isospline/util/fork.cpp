@@ -1,82 +1,58 @@
 #include "isospline/util/fork.h"
 
+#include "isospline/util/background.h"
+
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <thread>
+#include <stdexcept>
 
 #include <pthread.h>
-#include <unistd.h>
 
 namespace isospline {
 
 namespace {
 
-std::mutex the_operation_mutex;
-std::array<std::mutex, 32> moment_mutexes;
+std::mutex the_budget_mutex;
+std::array<std::mutex, 32> mutexes;
 std::atomic<unsigned int> generation = 0;
-std::atomic<int> in_parallel = 0;
-std::atomic<bool> workers_were_started = false, workers_are_lost = false, is_whole = true;
+std::atomic<int> inside_tbb = 0;
+std::atomic<bool> tbb_is_lost = false; ///< to this process, which was forked while a thread was inside of TBB
 
-/// Whether all other threads of the process sleep, and so hold none of the spin locks of TBB and Embree. The workers of
-/// these libraries run on for a while after the end of a loop.
-bool others_sleep()
-{
-    const std::string self = std::to_string(gettid());
-    std::error_code error;
-    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", error)) {
-        if (task.path().filename() == self)
-            continue;
-        std::ifstream file(task.path() / "stat");
-        std::string line;
-        std::getline(file, line);
-        const std::size_t name_end = line.rfind(')');
-        if (name_end != std::string::npos && name_end + 2 < line.size() && line[name_end + 2] != 'S')
-            return false;
-    }
-    return !error;
-}
-
-bool is_quiet = true; ///< for the fork in progress
-
-/// Milliseconds that a fork waits for idle workers to fall asleep. A few are enough on a quiet machine; on a busy one,
-/// the workers first have to wait for a core.
-constexpr int longest_wait = 1000;
+// These handlers run in every fork of the process. They neither allocate nor throw. They wait for background tasks to
+// stop, some milliseconds, and for mutexes that are held for moments.
 
 void before_fork()
 {
-    is_quiet = !workers_were_started;
-    for (int i = 0; i < longest_wait && !is_quiet && in_parallel == 0; ++i) {
-        is_quiet = others_sleep() && in_parallel == 0;
-        if (!is_quiet)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    the_operation_mutex.lock();
-    for (std::mutex& mutex : moment_mutexes)
+    stop_background_tasks();
+    the_budget_mutex.lock();
+    for (std::mutex& mutex : mutexes)
         mutex.lock();
 }
 
-void after_fork()
+void unlock_all()
 {
-    for (std::mutex& mutex : moment_mutexes)
+    for (std::mutex& mutex : mutexes)
         mutex.unlock();
-    the_operation_mutex.unlock();
+    the_budget_mutex.unlock();
+}
+
+void in_parent()
+{
+    unlock_all();
+    allow_background_tasks();
 }
 
 void in_child()
 {
+    allow_background_tasks_in_child();
     ++generation;
-    workers_are_lost = workers_are_lost || workers_were_started;
-    is_whole = is_whole && is_quiet;
-    in_parallel = 0;
-    after_fork();
+    if (inside_tbb.exchange(0) != 0)
+        tbb_is_lost = true;
+    unlock_all();
 }
 
-[[maybe_unused]] const int registered = pthread_atfork(before_fork, after_fork, in_child);
+[[maybe_unused]] const int registered = pthread_atfork(before_fork, in_parent, in_child);
 
 } // namespace
 
@@ -85,36 +61,29 @@ unsigned int fork_generation()
     return generation;
 }
 
-std::mutex& moment_mutex(const void* address)
+std::mutex& fork_safe_mutex(const void* address)
 {
     // Objects are larger than 64 bytes, so the last six bits of their addresses do not distinguish them.
-    return moment_mutexes[(reinterpret_cast<std::uintptr_t>(address) >> 6) % moment_mutexes.size()];
+    return mutexes[(reinterpret_cast<std::uintptr_t>(address) >> 6) % mutexes.size()];
 }
 
-std::mutex& operation_mutex()
+std::mutex& budget_mutex()
 {
-    return the_operation_mutex;
+    return the_budget_mutex;
 }
 
-InParallel::InParallel()
+InsideTbb::InsideTbb()
 {
-    ++in_parallel;
-    workers_were_started = true;
+    if (tbb_is_lost)
+        throw std::runtime_error("this process was forked while another thread was at work in isospline: it cannot "
+                                 "build scenes and meshes; fork while no call is running, or start processes with "
+                                 "\"spawn\"");
+    ++inside_tbb;
 }
 
-InParallel::~InParallel()
+InsideTbb::~InsideTbb()
 {
-    --in_parallel;
-}
-
-bool has_worker_threads()
-{
-    return !workers_are_lost;
-}
-
-bool is_whole_after_fork()
-{
-    return is_whole;
+    --inside_tbb;
 }
 
 } // namespace isospline

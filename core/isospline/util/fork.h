@@ -2,7 +2,6 @@
 // them.
 #pragma once
 
-#include <atomic>
 #include <mutex>
 
 namespace isospline {
@@ -11,58 +10,22 @@ namespace isospline {
 unsigned int fork_generation();
 
 /// A mutex that is never locked during a fork, for code that reads or swaps a few pointers of the object at `address`.
-/// While it is locked, no code may lock another one, wait, or work for long: unrelated objects share it.
-std::mutex& moment_mutex(const void* address);
+/// While it is locked, no code may lock another one, wait, read files, or work for long: unrelated objects share it.
+std::mutex& fork_safe_mutex(const void* address);
 
-/// The process's one mutex that is never locked during a fork, for code that works for milliseconds. Whoever holds it
-/// may lock moment mutexes and takeover mutexes, and not the other way round.
-std::mutex& operation_mutex();
+/// The process's one mutex of memory budgets, which is never locked during a fork either. Whoever holds it may work for
+/// milliseconds and lock the mutexes above, but not wait or read files.
+std::mutex& budget_mutex();
 
-/// A mutex that a forked process takes over where a thread of its parent held it: that thread does not exist in the
-/// child. What it guards must be whole at any moment.
-class TakeoverMutex {
+/// An object that lives while a thread of this library is inside of TBB or Embree's builder. A child that is forked
+/// meanwhile inherits the locks of these libraries in an unknown state. There, the constructor throws
+/// std::runtime_error.
+class InsideTbb {
 public:
-    enum class Attempt { failed, locked, taken_over };
-
-    Attempt attempt()
-    {
-        const unsigned int mine = fork_generation() + 1;
-        unsigned int holder = 0;
-        if (holder_.compare_exchange_strong(holder, mine, std::memory_order_acquire))
-            return Attempt::locked;
-        if (holder != mine && holder_.compare_exchange_strong(holder, mine, std::memory_order_acquire))
-            return Attempt::taken_over;
-        return Attempt::failed;
-    }
-    void lock()
-    {
-        while (attempt() == Attempt::failed)
-            holder_.wait(fork_generation() + 1, std::memory_order_relaxed);
-    }
-    void unlock()
-    {
-        holder_.store(0, std::memory_order_release);
-        holder_.notify_one();
-    }
-
-private:
-    std::atomic<unsigned int> holder_ = 0; ///< 1 + the fork generation of the holder; 0 if free
+    InsideTbb();
+    ~InsideTbb();
+    InsideTbb(const InsideTbb&) = delete;
+    InsideTbb& operator=(const InsideTbb&) = delete;
 };
-
-/// An object that lives while threads of TBB or Embree work for the caller. A child that is forked meanwhile inherits
-/// the locks of these libraries in an unknown state.
-class InParallel {
-public:
-    InParallel();
-    ~InParallel();
-    InParallel(const InParallel&) = delete;
-    InParallel& operator=(const InParallel&) = delete;
-};
-
-/// Whether TBB's threads exist: false in a child whose parent has used them.
-bool has_worker_threads();
-
-/// Whether TBB and Embree can be called: false in a child whose parent was working with them when it was forked.
-bool is_whole_after_fork();
 
 } // namespace isospline

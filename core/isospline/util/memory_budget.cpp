@@ -9,13 +9,13 @@ namespace isospline {
 
 void MemoryBudget::add(Holder& holder)
 {
-    const std::lock_guard lock(operation_mutex());
+    const std::lock_guard lock(budget_mutex());
     holders_.push_back(&holder);
 }
 
 void MemoryBudget::remove(Holder& holder)
 {
-    const std::lock_guard lock(operation_mutex());
+    const std::lock_guard lock(budget_mutex());
     std::erase(holders_, &holder);
 }
 
@@ -24,7 +24,7 @@ void MemoryBudget::make_room()
     if (held() <= limit_)
         return;
     // Others wait here. Otherwise they would make items without end while this thread waits for a core.
-    const std::lock_guard alone(operation_mutex());
+    const std::lock_guard alone(budget_mutex());
     if (held() <= limit_) // another thread has made room
         return;
 

@@ -59,7 +59,7 @@ private:
     const std::size_t limit_;
     std::atomic<std::size_t> held_ = 0;
     std::atomic<std::uint64_t> clock_ = 0, dropped_ = 0;
-    std::vector<Holder*> holders_; ///< under the operation mutex
+    std::vector<Holder*> holders_; ///< under the mutex of budgets
 };
 
 } // namespace isospline

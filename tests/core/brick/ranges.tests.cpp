@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <thread>
 #include <vector>
 
 using namespace isospline;
@@ -112,4 +114,21 @@ TEST_CASE("a range straddles a threshold if both signs occur; zero counts as pos
     REQUIRE(!range.straddles(-1.0));
     REQUIRE(!range.straddles(2.0 + 1e-12));
     REQUIRE(range.straddles(-1.0 + 1e-12));
+}
+
+TEST_CASE("threads that need the ranges of a volume at the same time share them", "[brick][threads]")
+{
+    for (int repetition = 0; repetition < 20; ++repetition) {
+        const auto volume = noise_volume({40, 40, 40}, 2);
+        std::vector<std::shared_ptr<const BrickRanges>> ranges(8);
+        std::vector<std::thread> threads;
+        for (auto& of_thread : ranges)
+            threads.emplace_back([&] { of_thread = shared_ranges(volume); });
+        for (std::thread& thread : threads)
+            thread.join();
+        for (const auto& of_thread : ranges)
+            REQUIRE(of_thread == ranges[0]);
+        REQUIRE_THROWS_AS(shared_ranges(noise_volume({40, 40, 40}, 2), [](double) { return false; }), Cancelled);
+        REQUIRE(shared_ranges(volume) == ranges[0]);
+    }
 }

@@ -3,14 +3,10 @@
 #include "noise_volume.h"
 
 #include "isospline/scene/scene.h"
-#include "isospline/util/turn.h"
 
 #include <glm/ext/matrix_transform.hpp>
 
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 using namespace isospline;
 
@@ -134,15 +130,4 @@ TEST_CASE("many scenes live at a time", "[scene]")
         REQUIRE(first_t(*scene.snapshot()) == Approx(11.0));
     }
     REQUIRE(first_t(*scenes.front().snapshot()) == Approx(11.0));
-}
-
-TEST_CASE("a wait for a turn can be cancelled", "[scene][threads]")
-{
-    Turn turn;
-    std::atomic<bool> cancelled = false;
-    const auto taken = std::make_unique<Turn::Taken>(turn, Progress());
-    std::thread waiting([&] { REQUIRE_THROWS_AS(Turn::Taken(turn, [&](double) { return !cancelled; }), Cancelled); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(120));
-    cancelled = true;
-    waiting.join();
 }

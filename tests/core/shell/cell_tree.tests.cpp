@@ -54,3 +54,11 @@ TEST_CASE("A shell without cells has a tree without nodes, and copies of a shell
     const Shell copy = surface->shell();
     CHECK(&copy.tree() == &surface->shell().tree());
 }
+
+TEST_CASE("The tree of a shell can be cancelled, and the next call builds it", "[shell]")
+{
+    const auto snapshot = Isosurface(noise_volume({100, 100, 100}), 0.1).snapshot();
+    const Shell& shell = snapshot->shell();
+    REQUIRE_THROWS_AS(shell.tree([](double) { return false; }), Cancelled);
+    REQUIRE(!shell.tree([](double) { return true; }).nodes().empty());
+}
