@@ -11,7 +11,7 @@ std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, std::si
                                                       const std::function<Page()>& load)
 {
     // The multiplication puts neighbours into different stripes.
-    Stripe& stripe = stripes_[(key * 0x9e3779b97f4a7c15u >> 32) % stripe_count];
+    Stripe& stripe = stripes_[(key * 0x9e3779b97f4a7c15u >> 32) % stripes_.size()];
     {
         const std::lock_guard lock(fork_safe_mutex(&stripe));
         if (const auto found = stripe.places.find(key); found != stripe.places.end()) {
@@ -26,7 +26,7 @@ std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, std::si
     stripe.entries.push_front({key, page});
     stripe.places[key] = stripe.entries.begin();
     stripe.bytes += page->size();
-    while (stripe.bytes > limit / stripe_count && stripe.entries.size() > 1) {
+    while (stripe.bytes > limit / stripes_.size() && stripe.entries.size() > 1) {
         stripe.bytes -= stripe.entries.back().page->size();
         stripe.places.erase(stripe.entries.back().key);
         stripe.entries.pop_back();

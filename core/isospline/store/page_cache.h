@@ -1,7 +1,6 @@
 // Pages of files; the least recently used ones are dropped when room is needed.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -17,6 +16,9 @@ namespace isospline {
 class PageCache {
 public:
     using Page = std::vector<std::byte>;
+
+    /// Pages are divided among stripes, each with a part of the limit, so that threads seldom ask for the same one.
+    explicit PageCache(std::size_t stripe_count) : stripes_(stripe_count) {}
 
     /// The page of a key; it is loaded if it is missing. Then the least recently used pages are dropped until about
     /// `limit` bytes are left, but at least one page a stripe.
@@ -36,8 +38,7 @@ private:
         std::size_t bytes = 0;
     };
 
-    static constexpr std::size_t stripe_count = 16;
-    std::array<Stripe, stripe_count> stripes_;
+    std::vector<Stripe> stripes_;
 };
 
 } // namespace isospline

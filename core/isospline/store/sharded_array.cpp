@@ -31,6 +31,16 @@ constexpr std::size_t checksum_size = sizeof(std::uint32_t);
 /// for chunks.
 constexpr std::size_t parts = 32, parts_of_indices = 1, parts_of_bricks = 23;
 
+constexpr std::size_t most_stripes = 16;
+
+/// The number of stripes for pages of a size. Each has room for many pages. With few, a page would soon be dropped
+/// where others of its stripe are in use, while other stripes have older ones.
+std::size_t stripe_count(std::size_t limit, std::size_t page_size)
+{
+    constexpr std::size_t least_pages = 32;
+    return std::clamp<std::size_t>(limit / (least_pages * page_size), 1, most_stripes);
+}
+
 /// Where a chunk is in its shard.
 struct Place {
     std::uint64_t offset, size;
@@ -161,7 +171,10 @@ StoreError::StoreError(const std::string& what, const std::filesystem::path& fil
 ShardedArray::ShardedArray(const ShardedArrayLayout& layout, std::vector<float> ranges, std::size_t memory_limit)
     : layout_(checked(layout)), chunks_per_shard_(layout_.shard / layout_.chunk), ranges_(std::move(ranges)),
       memory_limit_(memory_limit), part_(left_of(memory_limit, ranges_.size() * sizeof(float), layout_.chunk) / parts),
-      budget_(parts_of_bricks * part_), folder_(open(layout_.folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY))
+      budget_(parts_of_bricks * part_), indices_(most_stripes),
+      chunks_(stripe_count((parts - parts_of_indices - parts_of_bricks) * part_,
+                           static_cast<std::size_t>(place_count(layout_.chunk)) * sizeof(float))),
+      folder_(open(layout_.folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY))
 {
     if (folder_ < 0)
         throw StoreError("cannot open an array", layout_.folder, errno);

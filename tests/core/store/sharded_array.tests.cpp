@@ -155,6 +155,20 @@ TEST_CASE("a chunk is read once, and again after it was dropped", "[store]")
     REQUIRE(array.memory() > 8 * chunk);
 }
 
+TEST_CASE("chunks that fit into the memory are kept", "[store]")
+{
+    const ShardedArrayLayout layout{temporary, {64, 64, 32}, {32, 32, 32}, {4, 4, 4}};
+    const ArrayOnDisk disk(layout);
+    const ShardedArray array(layout, {}, 256 * 4 * 4 * 4 * sizeof(float)); // the smallest limit
+    constexpr int count = 235;                                             // of 244 that fit beside the indices
+    for (int time = 0; time < 3; ++time)
+        for (int i = 0; i < count; ++i) {
+            const glm::ivec3 chunk(i % 16, i / 16 % 16, 0);
+            REQUIRE(wrong_in_box(array, 4 * chunk, glm::ivec3(4)) == 0);
+        }
+    REQUIRE(array.chunks_read() == count);
+}
+
 TEST_CASE("many threads read a sharded array", "[store][threads]")
 {
     const ArrayOnDisk disk(small);
