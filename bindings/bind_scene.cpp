@@ -75,8 +75,8 @@ t_near, t_far : float
     Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
 coherent : bool
     Traces consecutive rays in SIMD packets. This is faster if they are close together, as the primary rays of a
-    picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others are
-    sorted, so that few chunks are read twice.
+    picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others
+    are sorted, so that few chunks are read twice.
 outputs : sequence of str
     Names of the arrays to return. Only these are computed: ``outputs=("t_hit",)`` is the fastest.
 dtype : dtype, optional
