@@ -5,13 +5,16 @@ namespace isospline {
 
 enum class Side { outside, inside, unknown };
 
-/// The side of something on which f - level, times 1 if the solid is above the level and -1 if it is below, is between
-/// two bounds. A plateau at the level is outside. If the side of a point is unknown, double precision cannot decide.
-inline Side side_of(double least, double most)
+/// The side of something on which f - level is between two bounds; `inward_sign` is 1 if the solid is above the level
+/// and -1 if it is below. Zero counts as above, as it does for rays and meshes: the surface is the boundary of the set
+/// where f < level, for both solids. If the side of a point is unknown, double precision cannot decide.
+inline Side side_of(double least, double most, double inward_sign)
 {
-    if (!(most > 0.0))
-        return Side::outside;
-    return least > 0.0 ? Side::inside : Side::unknown;
+    if (least >= 0.0)
+        return inward_sign > 0.0 ? Side::inside : Side::outside;
+    if (most < 0.0)
+        return inward_sign > 0.0 ? Side::outside : Side::inside;
+    return Side::unknown;
 }
 
 } // namespace isospline

@@ -7,6 +7,9 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>
 
+#include <algorithm>
+#include <cmath>
+
 namespace isospline {
 
 inline glm::dvec3 transform_point(const glm::dmat4& map, const glm::dvec3& point)
@@ -24,6 +27,19 @@ inline glm::dvec3 transform_gradient(const glm::dmat4& inverse, const glm::dvec3
 {
     return {glm::dot(glm::dvec3(inverse[0]), gradient), glm::dot(glm::dvec3(inverse[1]), gradient),
             glm::dot(glm::dvec3(inverse[2]), gradient)};
+}
+
+/// A bound on the rounding errors of the coordinates of a mapped point, given bounds on the point's.
+inline double coordinate_error(const glm::dmat4& map, const glm::dvec3& point)
+{
+    double size = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double terms = std::abs(map[3][axis]);
+        for (int column = 0; column < 3; ++column)
+            terms += std::abs(map[column][axis] * point[column]);
+        size = std::max(size, terms);
+    }
+    return 8.0 * 0x1p-53 * size;
 }
 
 /// The box of the eight mapped corners of a box.

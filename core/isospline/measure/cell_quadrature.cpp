@@ -88,11 +88,12 @@ struct CellQuadrature::MethodOfDegree final : Method {
     /// Adds the integrals over a part.
     void add_part(Part part)
     {
-        // The planes that cross it.
-        const auto [least, most] = std::minmax_element(part.b.begin(), part.b.end());
-        if (!(*most > 0.0))
+        const auto [least_item, most_item] = std::minmax_element(part.b.begin(), part.b.end());
+        const double least = *least_item, most = *most_item;
+        if (!is_inside(most))
             return;
-        part.has_surface = *least < 0.0;
+        part.has_surface = least < 0.0 && most > 0.0;
+        // The planes that cross it.
         int kept = 0;
         for (int i = 0; i < static_cast<int>(part.planes.size()); ++i) {
             const HalfSpace& plane = part.planes[static_cast<std::size_t>(i)];
@@ -111,14 +112,17 @@ struct CellQuadrature::MethodOfDegree final : Method {
         }
         part.planes.resize(static_cast<std::size_t>(kept));
         const double box_volume = part.size.x * part.size.y * part.size.z;
-        if (!part.has_surface && part.planes.empty() && zero_face_axis(part, *least) < 0)
-            return static_cast<void>(result.value[at(Quantity::volume)] += determinant * box_volume);
+        if (!part.has_surface && part.cap < 0) {
+            // Where f <= level, faces with f = level are in the surface.
+            if (options.surface && (sign > 0.0 ? least < 0.0 : least == 0.0))
+                add_zero_faces(part);
+            if (least < 0.0)
+                return; // no more than points where f = level is in the solid
+            if (part.planes.empty())
+                return static_cast<void>(result.value[at(Quantity::volume)] += determinant * box_volume);
+        }
 
         // Either integrate a graph over a face, or halve the part.
-        if (const int axis = zero_face_axis(part, *least); axis >= 0) {
-            part.has_surface = true;
-            return add_graph(part, axis);
-        }
         if (const int axis = height_axis(part); axis >= 0)
             return add_graph(part, axis);
         if (part.depth == deepest_box || ++box_count > most_boxes)
@@ -142,19 +146,31 @@ struct CellQuadrature::MethodOfDegree final : Method {
         }
     }
 
-    /// The axis perpendicular to a face of the cell that is in the surface while the cell is in the solid; -1 if none.
-    static int zero_face_axis(const Part& part, double least)
+    /// Whether a point with this value of sign * (f - level) is in the solid; see Solid.
+    bool is_inside(double value) const { return sign > 0.0 ? value >= 0.0 : value > 0.0; }
+
+    /// Adds the areas of all faces of a part on which f = level. They have no curvature.
+    void add_zero_faces(const Part& part)
     {
-        if (least != 0.0 || part.depth > 0 || part.cap >= 0)
-            return -1;
         for (int axis = 0; axis < 3; ++axis)
             for (const bool upper : {false, true}) {
                 const PatchPolynomial face = face_of<Degree>(part.b, axis, upper);
-                if (std::all_of(face.b.begin(), face.b.begin() + static_cast<std::ptrdiff_t>(face.count()),
-                                [](double b) { return b == 0.0; }))
-                    return axis;
+                if (std::any_of(face.b.begin(), face.b.begin() + static_cast<std::ptrdiff_t>(face.count()),
+                                [](double b) { return b != 0.0; }))
+                    continue;
+                std::vector<PatchPolynomial> edges;
+                for (const HalfSpace& plane : part.planes)
+                    edges.push_back(plane_on_face(plane, axis, upper));
+                glm::dvec3 normal(0.0);
+                normal[axis] = 1.0;
+                integrate_pieces(std::move(edges), !part.planes.empty(), [&](const PatchNode& node, auto& to) {
+                    const glm::dvec3 point = point_of_face(axis, node.position, upper);
+                    if (std::all_of(part.planes.begin(), part.planes.end(), [&](const HalfSpace& plane) {
+                            return glm::dot(plane.normal, point) >= plane.offset;
+                        }))
+                        add_plane_area(part, normal, axis, node.weight, to);
+                });
             }
-        return -1;
     }
 
     /// The axis along which the surface, or the cap, is proven to be a graph; -1 if none.
@@ -232,10 +248,19 @@ struct CellQuadrature::MethodOfDegree final : Method {
                 if (is_met(i) || is_met(j))
                     edges.push_back(plane_on_plane(plane, part.planes[j], axis));
         }
+        integrate_pieces(std::move(edges), !part.planes.empty(), [&](const PatchNode& node, auto& to) {
+            add_height(part, axis, node.position, node.weight, to);
+        });
+    }
+
+    /// Integrates over the unit square, between the zeros of the edges; `add(node, integrals)` adds one node.
+    template <typename Add>
+    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add)
+    {
         Piece piece;
         const auto visit = [&](const PatchNode& node) {
             std::array<double, quantity_count> found{};
-            add_height(part, axis, node.position, node.weight, found);
+            add(node, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
                 (node.is_fine ? piece.fine : piece.coarse)[i] += found[i];
                 if (node.is_fine && !node.is_resolved)
@@ -250,17 +275,14 @@ struct CellQuadrature::MethodOfDegree final : Method {
             }
             piece = {};
         };
-        patches.integrate(std::move(edges), !part.planes.empty(), visit, end_piece);
+        patches.integrate(std::move(edges), cross, visit, end_piece);
     }
 
     /// Integrates over one point of the face; `weight` is its area in units of the part.
     void add_height(const Part& part, int axis, const glm::dvec2& x, double weight,
                     std::array<double, quantity_count>& to)
     {
-        glm::dvec3 point;
-        point[first_of_face(axis)] = x.x;
-        point[second_of_face(axis)] = x.y;
-        point[axis] = 0.0;
+        glm::dvec3 point = point_of_face(axis, x, 0.0);
 
         // The heights within the half-spaces.
         double lower = 0.0, upper = 1.0, cap_height = -1.0;
@@ -284,15 +306,15 @@ struct CellQuadrature::MethodOfDegree final : Method {
 
         const LinePolynomial line = line_along<Degree>(part.b, axis, x.x, x.y);
         if (part.cap >= 0) {
-            if (cap_height >= lower && cap_height <= upper && line.value(cap_height) > 0.0)
-                add_cap_area(part, axis, weight, to);
+            if (cap_height >= lower && cap_height <= upper && is_inside(line.value(cap_height)))
+                add_plane_area(part, part.planes[static_cast<std::size_t>(part.cap)].normal, axis, weight, to);
             return;
         }
         double height = 0.5;
         bool is_met = false;
         if (part.has_surface) {
-            // Zero is outside: a surface on the face between two cells counts in the cell of the solid.
-            const bool starts = line.b[0] > 0.0, ends = line.b[Degree] > 0.0;
+            // A surface on the face between two cells counts in the one where f < level.
+            const bool starts = is_inside(line.b[0]), ends = is_inside(line.b[Degree]);
             is_met = starts != ends;
             if (!starts && !ends)
                 return;
@@ -330,9 +352,11 @@ struct CellQuadrature::MethodOfDegree final : Method {
         to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }
 
-    void add_cap_area(const Part& part, int axis, double weight, std::array<double, quantity_count>& to) const
+    /// Adds a point of a plane, given its normal in the part's own coordinates, for an area of a face.
+    void add_plane_area(const Part& part, const glm::dvec3& part_normal, int axis, double weight,
+                        std::array<double, quantity_count>& to) const
     {
-        const glm::dvec3 normal = part.planes[static_cast<std::size_t>(part.cap)].normal / part.size;
+        const glm::dvec3 normal = part_normal / part.size;
         const double box_volume = part.size.x * part.size.y * part.size.z;
         to[at(Quantity::area)] += determinant * weight * (box_volume / part.size[axis]) *
                                   glm::length(normal * to_lattice) / std::abs(normal[axis]);

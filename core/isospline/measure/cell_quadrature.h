@@ -59,8 +59,8 @@ public:
     ~CellQuadrature();
     CellQuadrature(CellQuadrature&&) noexcept;
 
-    /// Integrates over the part of a cell where sign * (f - level) > 0, within the half-spaces, which are in lattice
-    /// space.
+    /// Integrates over the part of a cell that is in the solid (see Solid), within the half-spaces, which are in
+    /// lattice space.
     Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces);
     /// The area of one half-space's plane in the solid and in all other half-spaces.
     Integrals integrate_cap(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,

@@ -34,30 +34,33 @@ constexpr std::uint64_t bit_of(const glm::ivec3& cell)
 constexpr int deepest_part = 30;
 constexpr int most_parts = 512;
 
-/// Whether a polynomial is above zero anywhere; true if that cannot be decided. Along axis `flat`, if there is one, the
-/// coefficients are constant.
+/// Whether a polynomial, f - level, is anywhere in the solid; true if that cannot be decided. Along axis `flat`, if
+/// there is one, the coefficients are constant.
 template <int Degree>
-bool is_anywhere_positive(const BernsteinBox<Degree>& b, int flat, int depth, int& part_count)
+bool is_anywhere_inside(const BernsteinBox<Degree>& b, double sign, int flat, int depth, int& part_count)
 {
-    if (*std::max_element(b.begin(), b.end()) <= 0.0)
-        return false;
+    const auto [least, most] = std::minmax_element(b.begin(), b.end());
+    if (const Side side = side_of(*least, *most, sign); side != Side::unknown)
+        return side == Side::inside;
     for (int corner = 0; corner < 8; ++corner)
-        if (b[bernstein_item<Degree>(Degree * (corner & 1), Degree * (corner >> 1 & 1), Degree * (corner >> 2))] > 0.0)
+        if (const double value =
+                b[bernstein_item<Degree>(Degree * (corner & 1), Degree * (corner >> 1 & 1), Degree * (corner >> 2))];
+            side_of(value, value, sign) == Side::inside)
             return true;
     if (depth == deepest_part || ++part_count > most_parts)
         return true;
     const int axis = depth % 3 == flat ? (depth + 1) % 3 : depth % 3;
     for (const bool upper : {false, true})
-        if (is_anywhere_positive<Degree>(half_of<Degree>(b, axis, upper), flat, depth + 1, part_count))
+        if (is_anywhere_inside<Degree>(half_of<Degree>(b, axis, upper), sign, flat, depth + 1, part_count))
             return true;
     return false;
 }
 
 template <int Degree>
-bool is_anywhere_positive(const BernsteinBox<Degree>& b, int flat = -1)
+bool is_anywhere_inside(const BernsteinBox<Degree>& b, double sign, int flat = -1)
 {
     int part_count = 0;
-    return is_anywhere_positive<Degree>(b, flat, 0, part_count);
+    return is_anywhere_inside<Degree>(b, sign, flat, 0, part_count);
 }
 
 /// The polynomial on the upper face of an axis, as a polynomial of three variables.
@@ -75,9 +78,9 @@ void add_cell(BrickSolid& to, const CellCoefficients& cell, double sign, const g
     for (int k = 0; k <= Degree; ++k)
         for (int j = 0; j <= Degree; ++j)
             for (int i = 0; i <= Degree; ++i)
-                b[bernstein_item<Degree>(i, j, k)] = sign * cell(i, j, k);
+                b[bernstein_item<Degree>(i, j, k)] = cell(i, j, k);
     const auto [least, most] = std::minmax_element(b.begin(), b.end());
-    const Side side = side_of(*least, *most);
+    const Side side = side_of(*least, *most, sign);
     if (side == Side::outside)
         return;
     const auto z = static_cast<std::size_t>(at.z);
@@ -91,11 +94,11 @@ void add_cell(BrickSolid& to, const CellCoefficients& cell, double sign, const g
     // Both cells of a face have the same polynomial there, bit for bit.
     for (int axis = 0; axis < 3; ++axis)
         map_rows<Degree>(b, axis, [](Bernstein<Degree>& row) { row = scalar::bernstein_of_bspline<Degree>(row); });
-    if (!is_anywhere_positive<Degree>(b))
+    if (!is_anywhere_inside<Degree>(b, sign))
         return;
     to.cells[z] |= bit_of(at);
     for (int axis = 0; axis < 3; ++axis)
-        if (is_anywhere_positive<Degree>(upper_face<Degree>(b, axis), axis))
+        if (is_anywhere_inside<Degree>(upper_face<Degree>(b, axis), sign, axis))
             to.links[static_cast<std::size_t>(axis)][z] |= bit_of(at);
 }
 

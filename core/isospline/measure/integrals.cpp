@@ -91,15 +91,14 @@ private:
     Side side_of_cell(const CellCoefficients& cell) const
     {
         const int count = solid_.volume.degree() + 1;
-        double least = cell(0, 0, 0) * solid_.sign, most = least;
+        double least = cell(0, 0, 0), most = least;
         for (int k = 0; k < count; ++k)
             for (int j = 0; j < count; ++j)
                 for (int i = 0; i < count; ++i) {
-                    const double coefficient = solid_.sign * cell(i, j, k);
-                    least = std::min(least, coefficient);
-                    most = std::max(most, coefficient);
+                    least = std::min(least, cell(i, j, k));
+                    most = std::max(most, cell(i, j, k));
                 }
-        return side_of(least, most);
+        return side_of(least, most, solid_.sign);
     }
 
     const Solid& solid_;

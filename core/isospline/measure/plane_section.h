@@ -8,6 +8,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -26,6 +27,15 @@ constexpr int first_of_face(int axis)
 constexpr int second_of_face(int axis)
 {
     return axis == 2 ? 1 : 2;
+}
+
+inline glm::dvec3 point_of_face(int axis, const glm::dvec2& on_face, double height)
+{
+    glm::dvec3 point;
+    point[first_of_face(axis)] = on_face.x;
+    point[second_of_face(axis)] = on_face.y;
+    point[axis] = height;
+    return point;
 }
 
 /// The item of b at `i` along the first coordinate of the face, `j` along the second, and `k` along the axis.

@@ -7,13 +7,12 @@
 #include "isospline/brick/solid_planes.h"
 #include "isospline/spline/volume.h"
 
-#include <algorithm>
 #include <cstddef>
 
 namespace isospline {
 
-/// The points of a volume's domain where sign * (f - level) > 0, in the cells of a set and in all half-spaces. Objects
-/// that it refers to must outlive it.
+/// The points of a volume's domain where f >= level, or f < level, in the cells of a set and in all half-spaces.
+/// Objects that it refers to must outlive it.
 struct Solid {
     const Volume& volume;
     const BrickRanges& ranges;
@@ -23,14 +22,13 @@ struct Solid {
     SolidPlanes planes;
 };
 
-/// The side of a brick, by the range of its coefficients. A cell of the solid that touches the level may have the
-/// surface on a face.
+/// The side of a brick, by the range of its coefficients. If it is known, no surface is in the brick or on its border
+/// that is not in another one: a cell where f <= level may have the surface on a face.
 inline Side side_of(const Solid& solid, const Brick& brick)
 {
     const BrickRanges::Range range = solid.ranges.brick(brick.first / brick_size);
-    const double lower = solid.sign * (static_cast<double>(range.lower) - solid.threshold);
-    const double upper = solid.sign * (static_cast<double>(range.upper) - solid.threshold);
-    return side_of(std::min(lower, upper), std::max(lower, upper));
+    return side_of(static_cast<double>(range.lower) - solid.threshold,
+                   static_cast<double>(range.upper) - solid.threshold, solid.sign);
 }
 
 } // namespace isospline

@@ -1,5 +1,6 @@
 #include "isospline/shell/isosurface.h"
 
+#include "isospline/math/affine.h"
 #include "isospline/measure/component_measures.h"
 #include "isospline/util/check.h"
 #include "isospline/util/fork.h"
@@ -194,8 +195,11 @@ Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, Isosu
         ranges = isospline::shared_ranges(volume, part_of(progress, 0.0, ranges_done));
     SolidPlanes planes(*volume, options.clip, options.capped, options.closed);
     auto unmasked = std::make_shared<const CellSet>(options.shell.mask, *volume);
+    const Box bounds = volume->bounds();
+    const double error =
+        coordinate_error(volume->world_to_lattice(), glm::max(glm::abs(bounds.lower), glm::abs(bounds.upper)));
     const auto common = std::make_shared<const IsosurfaceSnapshot::Common>(IsosurfaceSnapshot::Common{
-        std::move(volume), std::move(ranges), std::move(options), std::move(planes), std::move(unmasked)});
+        std::move(volume), std::move(ranges), std::move(options), std::move(planes), std::move(unmasked), error});
     snapshot_.reset(new IsosurfaceSnapshot(common, level, part_of(progress, ranges_done, 1.0)));
 }
 

@@ -48,6 +48,8 @@ public:
     const SolidPlanes& planes() const { return common_->planes; }
     /// The clip alone, in lattice space. The isosurface itself ends there, and at the border of the domain anyway.
     const std::vector<HalfSpace>& clip_lattice() const { return planes().clip(); }
+    /// A bound on the rounding errors of the lattice coordinates of points of the domain that are given in world space.
+    double coordinate_error() const { return common_->coordinate_error; }
     /// 1 if the solid is above the level, -1 if it is below.
     double inward_sign() const { return options().inside == Inside::above ? 1.0 : -1.0; }
     double level() const { return level_; }
@@ -90,6 +92,7 @@ private:
         IsosurfaceOptions options;
         SolidPlanes planes;
         std::shared_ptr<const CellSet> unmasked;
+        double coordinate_error;
     };
     struct OnDemand;
 

@@ -38,7 +38,7 @@ bool may_hold_solid(const BrickRanges::Range& range, const IsosurfaceSnapshot& s
     const double lower = static_cast<double>(range.lower) - surface.threshold();
     const double upper = static_cast<double>(range.upper) - surface.threshold();
     const double most = std::max(surface.inward_sign() * lower, surface.inward_sign() * upper);
-    return most > -1e-6 * std::max(std::abs(lower), std::abs(upper));
+    return most >= -1e-6 * std::max(std::abs(lower), std::abs(upper));
 }
 
 /// Narrows a box, axis by axis, to the part that a half-space can keep, with a margin for rounding.

@@ -4,26 +4,60 @@
 #include "isospline/brick/side.h"
 #include "isospline/shell/isosurface.h"
 
-#include <glm/mat4x4.hpp>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 namespace isospline {
 
-/// The side of a point of a cell, in lattice space, before the solid is clipped. The errors of the point's coordinates
-/// are up to `coordinate_error`. A point that is certainly not in the domain is outside, and so are all points of cells
-/// that the mask removes.
-Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
-             const glm::ivec3& cell);
-/// The same in the cell that contains the point.
-Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error);
+// Points are in lattice space. The errors of their coordinates are up to `coordinate_error`.
+
+/// Whether a point may be in the domain.
+inline bool is_in_domain(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error)
+{
+    const glm::dvec3 last = glm::dvec3(surface.volume().cell_shape()) + coordinate_error;
+    return lattice.x >= -coordinate_error && lattice.y >= -coordinate_error && lattice.z >= -coordinate_error &&
+           lattice.x <= last.x && lattice.y <= last.y && lattice.z <= last.z;
+}
+
+/// Whether a point may be in all half-spaces of the clip.
+inline bool is_in_clip(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error)
+{
+    for (const HalfSpace& half_space : surface.clip_lattice())
+        if (!(glm::dot(half_space.normal, lattice) >= half_space.offset - 2.0 * coordinate_error))
+            return false;
+    return true;
+}
+
+/// The cell that contains a point; outside of the domain, the nearest one.
+inline glm::ivec3 cell_at(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
+{
+    return {glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape() - 1))};
+}
 
 /// The cell on the inner side of a point on a half-space's plane.
-glm::ivec3 inner_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, const HalfSpace& half_space);
+inline glm::ivec3 inner_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, const HalfSpace& half_space)
+{
+    return cell_at(surface, lattice + 2.0 * plane_margin * half_space.normal);
+}
 
-/// Whether a point of lattice space may be in all half-spaces of the clip.
-bool is_in_clip(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error);
+/// The side of a point of the domain in a cell, before the solid is clipped. All points of cells that the mask removes
+/// are outside.
+Side side_in_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
+                  const glm::ivec3& cell);
 
-/// A bound on the errors of the coordinates of a mapped point.
-double coordinate_error(const glm::dmat4& map, const glm::dvec3& point);
+/// The same for a point that may be outside of the domain.
+inline Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
+                    const glm::ivec3& cell)
+{
+    return is_in_domain(surface, lattice, coordinate_error) ? side_in_cell(surface, lattice, coordinate_error, cell)
+                                                            : Side::outside;
+}
+
+/// The same in the cell that contains the point.
+inline Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error)
+{
+    return side_of(surface, lattice, coordinate_error, cell_at(surface, lattice));
+}
 
 } // namespace isospline

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <functional>
 #include <numbers>
+#include <span>
 #include <vector>
 
 using namespace isospline;
@@ -150,4 +151,28 @@ TEST_CASE("an affine map scales volumes by its determinant, and areas by their d
     const CellAlone plane(2, -0.5, {0, 0, 1});
     REQUIRE(value(quadrature.integrate(plane.coefficients(), 1.0, {}), Quantity::area) ==
             Approx(glm::length(glm::cross(map[0], map[1]))).epsilon(1e-12));
+}
+
+TEST_CASE("zero counts as above the level", "[measure]")
+{
+    const std::vector<HalfSpace> upper_part{{{0.0, 1.0, 0.0}, 0.25}};
+    for (const int degree : {1, 2, 3}) {
+        CellQuadrature quadrature(degree, {});
+        const auto require = [&](double slope, double sign, double volume, double area) {
+            for (const bool is_cut : {false, true}) {
+                const Integrals found = quadrature.integrate(CellAlone(degree, 0.0, {slope, 0, 0}).coefficients(), sign,
+                                                             is_cut ? std::span<const HalfSpace>(upper_part)
+                                                                    : std::span<const HalfSpace>());
+                REQUIRE(value(found, Quantity::volume) == Approx(is_cut ? 0.75 * volume : volume).margin(1e-12));
+                REQUIRE(value(found, Quantity::area) == Approx(is_cut ? 0.75 * area : area).margin(1e-12));
+            }
+        };
+        // f = x, -x and 0 on the cell: only the second has f < 0, and so the face x = 0 as its border.
+        require(1.0, 1.0, 1.0, 0.0);
+        require(1.0, -1.0, 0.0, 0.0);
+        require(-1.0, 1.0, 0.0, 1.0);
+        require(-1.0, -1.0, 1.0, 1.0);
+        require(0.0, 1.0, 1.0, 0.0);
+        require(0.0, -1.0, 0.0, 0.0);
+    }
 }
