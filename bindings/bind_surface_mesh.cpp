@@ -6,8 +6,11 @@
 #include "isospline/scene/mesh.h"
 #include "isospline/util/error.h"
 
+#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -32,9 +35,12 @@ Parameters
 ----------
 tolerance : float, optional
     The largest distance between the surface and the mesh, in both directions, in world units. Edges are collapsed as
-    long as it holds. Without a tolerance, the vertices are where the surface crosses the edges of cells.
+    long as it holds, and the result is proven. Without a tolerance, the vertices are where the surface crosses the
+    edges of cells.
 return_distance : bool
-    Whether to return the measured distance as well. Needs a tolerance.
+    Whether to return the proven distance as well. Needs a tolerance.
+return_report : bool
+    Whether to return all that is proven as well. Needs a tolerance.
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
 
@@ -43,8 +49,17 @@ Returns
 Mesh
     In the volume's world space; without faces if there is no surface.
 float
-    With `return_distance`: the largest measured distance, in world units. It is measured from points of the mesh, at
-    most a quarter of a cell apart, to the surface; and from the vertices before simplification to the mesh.
+    With `return_distance`: a proven bound, in world units. No point of the mesh is farther from the surface and its
+    caps, and none of their points, but for parts that are left out, is farther from the mesh.
+dict
+    With `return_report`:
+
+    - ``distance``: as above.
+    - ``left_out``: parts of the surface that may be farther than the tolerance from the mesh. ``positions`` is an
+      (N, 3) array, the centres of boxes around them in world space; ``sizes`` an (N, 3) array, the sizes of the boxes
+      along the volume's axes; ``distances`` an (N,) array, the largest distance from the mesh, all in world units.
+    - ``self_intersections``: the number of pairs of faces that meet elsewhere than at common vertices and edges, by
+      exact arithmetic.
 
 Raises
 ------
@@ -54,14 +69,15 @@ ValueError
 Warns
 -----
 UserWarning
-    If the distance exceeds the tolerance, for example where sheets of the surface meet in a point.
+    If the distance exceeds the tolerance, for example where sheets of the surface meet in a point; if parts of the
+    surface are left out; if faces cross.
 
 Notes
 -----
 Without a tolerance, the topology follows from the signs at the corners of cells: parts of the surface that cross no
-edge of the lattice an odd number of times are missed. With a tolerance, cells are subdivided, down to 1/32, until the
-Bernstein coefficients of the model prove for each part that the surface is absent or within 0.7 times the tolerance of
-a plane.
+edge of the lattice an odd number of times are missed. With a tolerance, cells are subdivided where Bernstein
+coefficients do not prove that mesh and surface are near to each other. Only parts between the nodes of the finest
+lattice, 1/32 of a cell apart, can be left out, and then they are listed.
 
 References
 ----------
@@ -80,27 +96,68 @@ Examples
 (True, True)
 )";
 
-py::object mesh_of(const Isosurface& surface, const std::optional<double>& tolerance, bool return_distance,
-                   const py::object& progress)
+/// What is proven of a mesh.
+py::dict report_of(const SurfaceMesh& mesh)
 {
-    if (return_distance && !tolerance)
-        throw_invalid("return_distance", "a tolerance as well", "none");
+    py::array_t<double> positions({mesh.left_out.size(), std::size_t{3}}),
+        sizes({mesh.left_out.size(), std::size_t{3}}), distances(mesh.left_out.size());
+    for (std::size_t i = 0; i < mesh.left_out.size(); ++i) {
+        const auto at = static_cast<py::ssize_t>(i);
+        for (int axis = 0; axis < 3; ++axis) {
+            positions.mutable_at(at, axis) = mesh.left_out[i].position[axis];
+            sizes.mutable_at(at, axis) = mesh.left_out[i].size[axis];
+        }
+        distances.mutable_at(at) = mesh.left_out[i].distance;
+    }
+    py::dict left_out, report;
+    left_out["positions"] = positions;
+    left_out["sizes"] = sizes;
+    left_out["distances"] = distances;
+    report["distance"] = mesh.distance;
+    report["left_out"] = left_out;
+    report["self_intersections"] = mesh.crossings;
+    return report;
+}
+
+py::object mesh_of(const Isosurface& surface, const std::optional<double>& tolerance, bool return_distance,
+                   bool return_report, const py::object& progress)
+{
+    for (const auto& [name, is_set] : {std::pair("return_distance", return_distance), {"return_report", return_report}})
+        if (is_set && !tolerance)
+            throw_invalid(name, "a tolerance as well", "none");
+    if (return_distance && return_report)
+        throw_invalid("return_distance", "one of return_distance and return_report", "both");
     const auto snapshot = surface.snapshot();
     std::shared_ptr<Mesh> mesh;
-    double distance = 0.0;
+    SurfaceMesh made;
     long_call("to make a mesh", progress, [&](const Progress& report) {
-        SurfaceMesh made = to_mesh(*snapshot, tolerance, report);
-        distance = made.distance;
+        made = to_mesh(*snapshot, tolerance, report);
         mesh = std::make_shared<Mesh>(std::move(made.vertices), std::move(made.faces), std::move(made.normals));
     });
-    if (tolerance && distance > *tolerance) {
+    if (tolerance && made.distance > *tolerance) {
         std::ostringstream text;
-        text << "tolerance: the mesh is up to " << distance << " from the surface, more than the " << *tolerance
-             << " that was requested";
+        text << "tolerance: the mesh may be up to " << made.distance << " from the surface, more than the "
+             << *tolerance << " that was requested";
         warn(text.str());
     }
+    if (!made.left_out.empty()) {
+        std::ostringstream text;
+        const auto farthest = std::max_element(
+            made.left_out.begin(), made.left_out.end(),
+            [](const LeftOut& first, const LeftOut& second) { return first.distance < second.distance; });
+        text << "tolerance: " << made.left_out.size() << " parts of the surface are left out, up to "
+             << farthest->distance << " from the mesh; return_report=True lists them";
+        warn(text.str());
+    }
+    if (made.crossings > 0) {
+        std::ostringstream text;
+        text << "to_mesh: " << made.crossings << " pairs of faces of the mesh cross each other";
+        warn(text.str());
+    }
+    if (return_report)
+        return py::make_tuple(mesh, report_of(made));
     if (return_distance)
-        return py::make_tuple(mesh, distance);
+        return py::make_tuple(mesh, made.distance);
     return py::cast(mesh);
 }
 
@@ -110,7 +167,8 @@ void bind_surface_mesh(py::module_& module)
 {
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
     surface.def("to_mesh", &mesh_of, py::arg("tolerance") = py::none(), py::kw_only(),
-                py::arg("return_distance") = false, py::arg("progress") = py::none(), to_mesh_doc);
+                py::arg("return_distance") = false, py::arg("return_report") = false, py::arg("progress") = py::none(),
+                to_mesh_doc);
 }
 
 } // namespace isospline

@@ -165,6 +165,16 @@ class _ClosestPoints(TypedDict):
     primitive_ids: NDArray[np.uint64]
     primitive_normals: NDArray[np.float64]
 
+class _LeftOut(TypedDict):
+    positions: NDArray[np.float64]
+    sizes: NDArray[np.float64]
+    distances: NDArray[np.float64]
+
+class _MeshReport(TypedDict):
+    distance: float
+    left_out: _LeftOut
+    self_intersections: int
+
 class _SurfaceSamples(TypedDict):
     points: NDArray[np.float64]
     primitive_ids: NDArray[np.uint64]
@@ -223,12 +233,31 @@ class Isosurface:
     def to_mask(self, *, progress: _Progress = None) -> NDArray[np.bool_]: ...
     @overload
     def to_mesh(
-        self, tolerance: float | None = None, *, return_distance: Literal[False] = False, progress: _Progress = None
+        self,
+        tolerance: float | None = None,
+        *,
+        return_distance: Literal[False] = False,
+        return_report: Literal[False] = False,
+        progress: _Progress = None,
     ) -> Mesh: ...
     @overload
     def to_mesh(
-        self, tolerance: float, *, return_distance: Literal[True], progress: _Progress = None
+        self,
+        tolerance: float,
+        *,
+        return_distance: Literal[True],
+        return_report: Literal[False] = False,
+        progress: _Progress = None,
     ) -> tuple[Mesh, float]: ...
+    @overload
+    def to_mesh(
+        self,
+        tolerance: float,
+        *,
+        return_distance: Literal[False] = False,
+        return_report: Literal[True],
+        progress: _Progress = None,
+    ) -> tuple[Mesh, _MeshReport]: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
     def write(
         self, path: str | PathLike[str], tolerance: float | None = None, *, progress: _Progress = None

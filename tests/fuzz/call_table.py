@@ -125,7 +125,11 @@ def calls(o, folder):
         ("Isosurface.sample_points", surface.sample_points, {"count": 5, "seed": 1}),
         ("Isosurface.thickness", surface.thickness, {"points": points, "method": "ray"}),
         ("Isosurface.to_mask", surface.to_mask, {"progress": None}),
-        ("Isosurface.to_mesh", surface.to_mesh, {"tolerance": 0.5, "return_distance": True, "progress": None}),
+        (
+            "Isosurface.to_mesh",
+            surface.to_mesh,
+            {"tolerance": 0.5, "return_distance": True, "return_report": False, "progress": None},
+        ),
         ("Isosurface.write", surface.write, {"path": folder / "a.stl", "tolerance": None, "progress": None}),
         ("Measurement", iso.Measurement, {"value": 1.0, "error": 0.1}),
         (

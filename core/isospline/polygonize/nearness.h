@@ -1,4 +1,4 @@
-// The distance of triangles from a surface, measured at closely spaced points.
+// Whether triangles are near a surface, measured at closely spaced points. This is no proof; see FaceDistance.
 #pragma once
 
 #include "isospline/polygonize/lattice_field.h"
@@ -16,6 +16,12 @@
 namespace isospline {
 
 using Corners = std::array<glm::dvec3, 3>;
+
+inline Corners corners_of(const LabeledMesh& mesh, std::size_t face)
+{
+    const glm::uvec3& vertices = mesh.faces[face];
+    return {mesh.vertices[vertices.x], mesh.vertices[vertices.y], mesh.vertices[vertices.z]};
+}
 
 /// The largest spacing of the points of a triangle at which its distance is measured, in cells.
 inline constexpr double measured_spacing = 0.25;
@@ -55,7 +61,7 @@ bool for_each_sample(const Corners& corners, double spacing, const Visit& visit)
     return true;
 }
 
-/// Whether points are near a surface.
+/// Whether points are near a surface or its caps.
 template <int Degree>
 class Nearness {
 public:
@@ -65,17 +71,19 @@ public:
     {
     }
 
-    /// Whether |f - level| divided by the slope is within the reach. This is a cheap estimate, not a proof.
-    bool is_likely(const glm::dvec3& at) const
+    /// Whether |f - level| divided by the slope is within the reach. This is a cheap estimate.
+    bool is_likely(const glm::dvec3& at, FaceLabel label) const
     {
-        const Step step = step_to_surface(at);
-        return step.value * step.value <= reach_ * reach_ * step.slope_square;
+        const Step step = step_to_surface(at, label);
+        return step.is_in_solid || step.value * step.value <= reach_ * reach_ * step.slope_square;
     }
 
-    /// Whether a point of the surface is found within the reach.
-    bool is_near(const glm::dvec3& at) const
+    /// Whether a point of the surface, or of the cap of a face with this label, is found within the reach.
+    bool is_near(const glm::dvec3& at, FaceLabel label) const
     {
-        const Step step = step_to_surface(at);
+        const Step step = step_to_surface(at, label);
+        if (step.is_in_solid)
+            return true;
         if (!(step.slope_square > 0.0))
             return false;
         // If the point at the reach is on the other side, the surface is between both.
@@ -83,7 +91,7 @@ public:
         const glm::dvec3 beyond = at + part * (metric_.to_lattice * step.gradient_world);
         if (beyond == glm::clamp(beyond, glm::dvec3(0.0), shape_) && (field_.value(beyond) < 0.0) != (step.value < 0.0))
             return true;
-        const auto foot = field_.project(at, search_reach, metric_);
+        const auto foot = label == on_isosurface ? field_.project(at, search_reach, metric_) : std::nullopt;
         return foot && metric_.length(*foot - at) <= reach_;
     }
 
@@ -92,14 +100,21 @@ private:
         double value;
         glm::dvec3 gradient_world;
         double slope_square;
+        bool is_in_solid; ///< on a cap
     };
 
-    Step step_to_surface(const glm::dvec3& at) const
+    Step step_to_surface(const glm::dvec3& at, FaceLabel label) const
     {
         const PointInCell point(field_.surface(), at);
         const auto [value, slope] = scalar::value_and_gradient_in_cell<Degree>(point.cell, point.local);
-        const glm::dvec3 gradient = glm::dvec3(slope[0], slope[1], slope[2]) * metric_.to_lattice;
-        return {value, gradient, glm::dot(gradient, gradient)};
+        glm::dvec3 gradient = glm::dvec3(slope[0], slope[1], slope[2]) * metric_.to_lattice;
+        if (label == on_isosurface)
+            return {value, gradient, glm::dot(gradient, gradient), false};
+        // Along the plane of a cap.
+        const glm::dvec3 normal =
+            glm::normalize(field_.surface().planes().all()[label - 1].normal * metric_.to_lattice);
+        gradient -= glm::dot(gradient, normal) * normal;
+        return {value, gradient, glm::dot(gradient, gradient), field_.is_solid(value)};
     }
 
     const LatticeField<Degree>& field_;
@@ -107,11 +122,5 @@ private:
     double reach_;
     glm::dvec3 shape_;
 };
-
-/// The largest distance of the mesh's faces from the surface, in world units, at points at most measured_spacing apart.
-/// Caps are left out. If Newton's method finds a point farther away than `near`, the nearest point is searched.
-template <int Degree>
-double distance_from_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double near,
-                             const Progress& progress);
 
 } // namespace isospline

@@ -1,9 +1,13 @@
 // Halving of edges by a TetrahedronMesher.
-#include "isospline/polygonize/flatness.h"
+#include "isospline/polygonize/part_of_cell.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
+
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace isospline {
@@ -13,33 +17,48 @@ namespace {
 /// Edges shorter than this, in lattice units, are not halved.
 constexpr double shortest_edge = 1.0 / 32.0;
 
+/// Whether the interiors of two boxes meet.
+bool overlap(const Box& a, const Box& b)
+{
+    return glm::all(glm::lessThan(a.lower, b.upper)) && glm::all(glm::lessThan(b.lower, a.upper));
+}
+
 constexpr std::size_t edges_of_tetrahedron[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
 } // namespace
 
 template <int Degree>
-bool TetrahedronMesher<Degree>::is_too_coarse(const Tetrahedron& corners, double tolerance) const
+bool TetrahedronMesher<Degree>::is_too_coarse(const Tetrahedron& corners, double longest_allowed,
+                                              const std::vector<Box>& boxes, const FaceOctree& octree) const
 {
-    const LatticeMetric metric(field_.surface().volume().lattice_to_world());
-    glm::dvec3 lower = nodes_[corners[0]].position, upper = lower;
-    double longest = 0.0, longest_world = 0.0;
-    for (const auto& [i, j] : edges_of_tetrahedron) {
-        const glm::dvec3 edge = nodes_[corners[j]].position - nodes_[corners[i]].position;
-        longest = std::max(longest, glm::length(edge));
-        longest_world = std::max(longest_world, metric.length(edge));
-    }
+    Box around;
+    double longest = 0.0;
+    for (const NodeId corner : corners)
+        around.extend(nodes_[corner].position);
+    for (const auto& [i, j] : edges_of_tetrahedron)
+        longest = std::max(longest, glm::distance(nodes_[corners[i]].position, nodes_[corners[j]].position));
+    if (longest <= std::max(longest_allowed, shortest_edge) ||
+        octree.visit(around, [&](std::uint32_t box) { return !overlap(boxes[box], around); }))
+        return false;
     const bool is_crossed = std::any_of(corners.begin(), corners.end(), [&](NodeId corner) {
         return nodes_[corner].is_solid != nodes_[corners[0]].is_solid;
     });
-    if (longest < shortest_edge || (is_crossed && longest_world < tolerance))
+    if (is_crossed)
+        return true;
+    // The surface may be in the tetrahedron, although it crosses none of its edges.
+    const PointInCell middle(field_.surface(), around.center());
+    const SurfaceBox<Degree> part = part_of_cell(surface_box<Degree>(middle.cell, 0), around.lower - middle.cell.lower,
+                                                 around.upper - middle.cell.lower);
+    if (!part.has_surface())
         return false;
+    const UnitSlab slab = slab_of<Degree>(part);
+    double least = std::numeric_limits<double>::infinity(), most = -least;
     for (const NodeId corner : corners) {
-        lower = glm::min(lower, nodes_[corner].position);
-        upper = glm::max(upper, nodes_[corner].position);
+        const double at = glm::dot(slab.normal, (nodes_[corner].position - around.lower) / around.size());
+        least = std::min(least, at);
+        most = std::max(most, at);
     }
-    const PointInCell middle(field_.surface(), 0.5 * (lower + upper));
-    const SurfaceBox<Degree> cell = surface_box<Degree>(middle.cell, 0);
-    return slab_thickness(part_of_cell(cell, lower - middle.cell.lower, upper - middle.cell.lower), metric) > tolerance;
+    return least <= slab.upper && most >= slab.lower;
 }
 
 template <int Degree>
@@ -106,11 +125,26 @@ void TetrahedronMesher<Degree>::split(const Tetrahedron& corners, const Nodes& m
 }
 
 template <int Degree>
-void TetrahedronMesher<Degree>::refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress)
+void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress)
 {
-    for (const glm::ivec3& cube : cubes)
-        if (cubes_.kind(cube) == CubeKind::plain && cubes_.refine(cube))
-            add_cube(cube);
+    Box bounds;
+    for (const Box& box : boxes)
+        bounds.extend(box);
+    FaceOctree near(bounds, boxes.size(), shortest_edge);
+    const double steps = field_.subdivision();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        near.insert(static_cast<std::uint32_t>(i), boxes[i]);
+        const glm::ivec3 most = field_.nodes() - 2;
+        const glm::ivec3 first = glm::clamp(glm::ivec3(glm::floor(steps * boxes[i].lower)), glm::ivec3(0), most);
+        const glm::ivec3 last = glm::clamp(glm::ivec3(glm::ceil(steps * boxes[i].upper)) - 1, first, most);
+        glm::ivec3 cube;
+        for (cube.z = first.z; cube.z <= last.z; ++cube.z)
+            for (cube.y = first.y; cube.y <= last.y; ++cube.y)
+                for (cube.x = first.x; cube.x <= last.x; ++cube.x)
+                    if (cubes_.kind(cube) == CubeKind::plain &&
+                        field_.surface().kept_cells().contains(cube / field_.subdivision()) && cubes_.refine(cube))
+                        add_cube(cube);
+    }
     std::vector<std::uint8_t> is_fine;
     Nodes middles;
     std::vector<Tetrahedron> parts;
@@ -122,7 +156,7 @@ void TetrahedronMesher<Degree>::refine(const std::vector<glm::ivec3>& cubes, dou
         is_fine.resize(tetrahedra_.size(), 0);
         for (std::size_t i = 0; i < is_fine.size(); ++i) { // cubes added by halve() are handled next time
             const Tetrahedron corners = tetrahedra_[i];
-            if (is_fine[i] == 0 && is_too_coarse(corners, tolerance))
+            if (is_fine[i] == 0 && is_too_coarse(corners, longest_allowed, boxes, near))
                 halve(longest_edge(corners, nullptr), middles);
             else
                 is_fine[i] = 1;
@@ -142,8 +176,8 @@ void TetrahedronMesher<Degree>::refine(const std::vector<glm::ivec3>& cubes, dou
     }
 }
 
-template void TetrahedronMesher<1>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
-template void TetrahedronMesher<2>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
-template void TetrahedronMesher<3>::refine(const std::vector<glm::ivec3>&, double, const Progress&);
+template void TetrahedronMesher<1>::refine(const std::vector<Box>&, double, const Progress&);
+template void TetrahedronMesher<2>::refine(const std::vector<Box>&, double, const Progress&);
+template void TetrahedronMesher<3>::refine(const std::vector<Box>&, double, const Progress&);
 
 } // namespace isospline

@@ -1,13 +1,14 @@
 #include "isospline/polygonize/surface_mesh.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/polygonize/coarse_cubes.h"
-#include "isospline/polygonize/lattice_mesher.h"
+#include "isospline/polygonize/covering.h"
+#include "isospline/polygonize/face_crossing.h"
+#include "isospline/polygonize/face_octree.h"
+#include "isospline/polygonize/lattice_mesh.h"
 #include "isospline/polygonize/merge_vertices.h"
 #include "isospline/polygonize/mesh_part.h"
-#include "isospline/polygonize/nearness.h"
+#include "isospline/polygonize/mesh_proof.h"
 #include "isospline/polygonize/simplify.h"
-#include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/surface_hit.h"
@@ -18,67 +19,65 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 namespace isospline {
 
 namespace {
 
-/// Edges shorter than this fraction of a cell are collapsed.
-constexpr double shortest_edge = 1e-3;
-
-/// The mesh of the lattice, refined where it is too coarse for the tolerance, if one is given.
-template <int Degree>
-LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
+/// Locks the vertices near to parts of the surface that a simplified mesh left out.
+void lock_near(const std::vector<Box>& boxes, const LabeledMesh& mesh, double margin, std::vector<std::uint8_t>& locked)
 {
-    // Choose a lattice so fine that few cubes have to be refined.
-    constexpr int finest = 8;
-    constexpr std::size_t most_coarse = 3; // one of this number of cubes
-    int subdivision = 1;
-    CoarseCubes coarse;
-    while (tolerance) {
-        coarse = coarse_cubes(LatticeField<Degree>(surface, subdivision), SpecialCubes(surface.planes(), subdivision),
-                              *tolerance, part_of(progress, 0.0, 0.1));
-        if (subdivision == finest || coarse.cubes.size() * most_coarse <= coarse.surface_count)
-            break;
-        subdivision *= 2;
-    }
-    const LatticeField<Degree> field(surface, subdivision);
-    SpecialCubes special(surface.planes(), subdivision);
-    TetrahedronMesher<Degree> tetrahedra(field, special);
-    tetrahedra.add_cut_cubes(part_of(progress, 0.1, 0.2));
-    if (tolerance)
-        tetrahedra.refine(coarse.cubes, *tolerance, part_of(progress, 0.2, 0.3));
-    std::vector<MeshPart> parts = march_cubes(field, special, part_of(progress, 0.3, 0.7));
-    parts.push_back(tetrahedra.march(part_of(progress, 0.7, 0.8)));
-    LabeledMesh mesh = join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
-    merge_close_vertices(mesh, shortest_edge);
-    return mesh;
+    Box bounds;
+    for (const Box& box : boxes)
+        bounds.extend(box);
+    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
+    for (std::size_t i = 0; i < locked.size(); ++i)
+        if (!octree.visit({mesh.vertices[i] - margin, mesh.vertices[i] + margin}, [](std::uint32_t) { return false; }))
+            locked[i] = 1;
 }
 
-/// A mesh within the tolerance with few faces, and the distance that is measured.
+/// A mesh with few faces, and what is proven of it. Locations are in lattice space.
+struct SimplifiedMesh {
+    LabeledMesh mesh;
+    double distance;
+    std::vector<Box> uncovered;
+};
+
 template <int Degree>
-std::pair<LabeledMesh, double> simplified_mesh(const IsosurfaceSnapshot& surface, double tolerance,
-                                               const Progress& progress)
+SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, double tolerance, const Progress& progress)
 {
     // The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
-    // samples. Collapses keep the measured distance within the tolerance. If a face of the lattice's mesh exceeds it,
-    // the lattice is made finer.
-    constexpr double part_of_simplification = 0.9, less = 0.5;
+    // those where it measures.
+    constexpr double part_of_lattice = 0.6, part_of_faces = 0.9, part_of_vertices = 0.8;
     constexpr int attempts = 4;
     const LatticeField<Degree> field(surface, 1);
-    double part_of_lattice = 0.7;
-    for (int attempt = 1;; ++attempt, part_of_lattice *= less) {
-        LabeledMesh mesh = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(progress, 0.0, 0.3));
-        const double of_vertices =
-            simplify(field, mesh, part_of_simplification * tolerance, part_of(progress, 0.3, 0.9));
-        const double of_faces = distance_from_surface(field, mesh, tolerance, part_of(progress, 0.9, 1.0));
-        const double distance = std::max(of_vertices, of_faces);
-        if (distance <= tolerance || attempt == attempts)
-            return {std::move(mesh), distance};
+    const LatticeMetric metric(surface.volume().lattice_to_world());
+    const LabeledMesh fine = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(progress, 0.0, 0.3));
+    Simplicity simplicity{part_of_faces * tolerance, part_of_vertices * tolerance,
+                          std::vector<std::uint8_t>(fine.vertices.size(), 0)};
+    std::vector<Collapse> history;
+    MeshProof<Degree> proof(field, tolerance);
+    // Where the proof fails, vertices are locked, and simplification begins again.
+    double margin = 0.5 * tolerance / metric.shortest_edge;
+    for (int attempt = 1;; ++attempt) {
+        LabeledMesh mesh = fine;
+        const double left = 0.7 * std::pow(0.25, attempt - 1); // most of the work is in the first attempt
+        const Progress of_attempt = part_of(progress, 1.0 - left, 1.0 - 0.25 * left);
+        simplify(field, mesh, simplicity, history, part_of(of_attempt, 0.0, 0.7));
+        proof.examine(mesh, part_of(of_attempt, 0.7, 1.0));
+        const std::vector<Box> failed = proof.failed(mesh);
+        if (failed.empty() || attempt == attempts) {
+            drop_unused_vertices(mesh);
+            return {std::move(mesh), proof.distance(), proof.uncovered()};
+        }
+        lock_near(failed, fine, margin, simplicity.locked);
+        margin *= 4.0;
     }
 }
 
@@ -88,7 +87,8 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
 {
     const LatticeField<Degree> field(surface, 1);
     const Volume& volume = surface.volume();
-    SurfaceMesh result{std::move(mesh.vertices), {}, std::move(mesh.faces), 0.0};
+    SurfaceMesh result{
+        std::move(mesh.vertices), {}, std::move(mesh.faces), std::numeric_limits<double>::quiet_NaN(), {}, 0};
     result.normals.resize(result.vertices.size());
 
     // Vertices on caps only have a cap's normal; if gradients vanish, normals are those of faces.
@@ -129,14 +129,17 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
     if (tolerance)
         check_positive("tolerance", *tolerance);
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
-        LabeledMesh mesh;
-        double distance = std::numeric_limits<double>::quiet_NaN();
-        if (tolerance)
-            std::tie(mesh, distance) = simplified_mesh<degree>(surface, *tolerance, part_of(progress, 0.0, 0.9));
-        else
-            mesh = lattice_mesh<degree>(surface, tolerance, part_of(progress, 0.0, 0.9));
-        SurfaceMesh result = to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
-        result.distance = distance;
+        if (!tolerance) {
+            LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
+            return to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+        }
+        SimplifiedMesh simplified = simplified_mesh<degree>(surface, *tolerance, part_of(progress, 0.0, 0.9));
+        std::vector<LeftOut> left_out =
+            join_boxes(simplified.uncovered, simplified.mesh, surface.volume().lattice_to_world());
+        SurfaceMesh result = to_world<degree>(surface, std::move(simplified.mesh), part_of(progress, 0.9, 0.95));
+        result.distance = simplified.distance;
+        result.left_out = std::move(left_out);
+        result.crossings = count_crossings(result.vertices, result.faces, part_of(progress, 0.95, 1.0));
         return result;
     });
 }

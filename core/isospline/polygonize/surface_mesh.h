@@ -1,11 +1,13 @@
 // Triangle meshes of isosurfaces.
 #pragma once
 
+#include "isospline/polygonize/covering.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -16,9 +18,13 @@ struct SurfaceMesh {
     std::vector<glm::dvec3> vertices;
     std::vector<glm::dvec3> normals; ///< unit, outward
     std::vector<glm::uvec3> faces;
-    /// The largest measured distance between the surface and the mesh, in both directions, world units; NaN if it was
-    /// not measured.
+
+    // What is proven of a mesh with a tolerance.
+    /// No point of the mesh is farther than this from the surface or a cap, and no point of these, but for parts that
+    /// are left out, is farther than this from the mesh; world units. NaN without a tolerance.
     double distance;
+    std::vector<LeftOut> left_out; ///< parts of the surface that may be farther from the mesh than the tolerance
+    std::size_t crossings = 0;     ///< pairs of faces that meet elsewhere than at common vertices and edges
 };
 
 /// The mesh of a surface, with its clip and caps.

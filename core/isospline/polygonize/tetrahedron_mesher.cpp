@@ -1,53 +1,28 @@
 #include "isospline/polygonize/tetrahedron_mesher.h"
 
+#include "isospline/cell/value_error.h"
+#include "isospline/polygonize/cells_in_question.h"
 #include "isospline/util/check.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
 namespace isospline {
 
-namespace {
-
-/// Calls `visit(cell)` for the cells of a brick that may contain surface or, if there are caps, solid.
-template <typename Visit>
-void for_each_cell_in_question(const IsosurfaceSnapshot& surface, const Brick& brick, const BrickRanges::Range& range,
-                               const Visit& visit)
-{
-    const Volume& volume = surface.volume();
-    const double threshold = surface.threshold();
-    const bool is_mixed = range.straddles(threshold);
-    const bool above_is_solid = surface.options().inside == Inside::above;
-    if (!is_mixed &&
-        !(surface.planes().have_caps() && (static_cast<double>(range.lower) >= threshold) == above_is_solid))
-        return;
-    const CoefficientBox coefficients = volume.box(brick.first, brick.size);
-    const BrickCells mixed = is_mixed ? surface.bricks().cells(brick) : BrickCells{};
-    glm::ivec3 at;
-    for (at.z = 0; at.z < brick.size.z; ++at.z)
-        for (at.y = 0; at.y < brick.size.y; ++at.y)
-            for (at.x = 0; at.x < brick.size.x; ++at.x) {
-                const glm::ivec3 cell = brick.first + at;
-                const bool is_in_set = (mixed[static_cast<std::size_t>(at.z)] >> (at.x + brick_size * at.y) & 1u) != 0;
-                const double any_coefficient = *coefficients.from(at.x, at.y, at.z).first;
-                const bool may_be_solid = surface.planes().have_caps() &&
-                                          (any_coefficient >= threshold) == above_is_solid &&
-                                          surface.kept_cells().contains(cell);
-                if (is_in_set || may_be_solid)
-                    visit(cell);
-            }
-}
-
-} // namespace
-
 template <int Degree>
 NodeId TetrahedronMesher<Degree>::add_node(const glm::dvec3& position, bool is_of_lattice)
 {
     check_count("surface", nodes_.size() + 1);
-    nodes_.push_back({position, field_.is_solid(field_.value(position)), is_of_lattice});
+    // Where f equals the level on a whole face or edge, its rounded values have any sign.
+    const PointInCell point(field_.surface(), position);
+    const double largest = std::max({1.0, position.x, position.y, position.z});
+    const double error = is_of_lattice ? 0.0 : value_error<Degree>(point.cell, 0x1p-51 * largest);
+    const double value = field_.value(position);
+    nodes_.push_back({position, field_.is_solid(std::abs(value) <= error ? 0.0 : value), is_of_lattice});
     return static_cast<NodeId>(nodes_.size() - 1);
 }
 
@@ -80,20 +55,15 @@ void TetrahedronMesher<Degree>::add_cut_cubes(const Progress& progress)
 {
     if (cubes_.planes().all().empty())
         return;
-    const BrickRanges& ranges = *field_.surface().shared_ranges();
     const int subdivision = field_.subdivision();
-    const std::size_t brick_count = 8 * ranges.octets().size();
-    for (std::size_t index = 0; index < brick_count; ++index) {
-        if (index % 1024 == 0 && progress && !progress(static_cast<double>(index) / static_cast<double>(brick_count)))
-            throw Cancelled();
-        const BrickRanges::Range range = ranges.octets()[index / 8].brick(index % 8);
-        const glm::ivec3 position =
-            2 * at_place(ranges.shape(), index / 8) + child_position(static_cast<int>(index % 8));
-        const Brick brick = brick_at(field_.surface().volume().cell_shape(), position);
-        if (range.lower > range.upper ||
-            cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
+    const std::vector<BrickInQuestion> bricks = bricks_in_question(field_.surface());
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+        if (i % 1024 == 0)
+            report(progress, static_cast<double>(i) / static_cast<double>(bricks.size()));
+        const Brick& brick = bricks[i].brick;
+        if (cubes_.kind_by_planes(brick.first * subdivision, brick.size * subdivision) != CubeKind::special)
             continue;
-        for_each_cell_in_question(field_.surface(), brick, range, [&](const glm::ivec3& cell) {
+        for_each_cell_in_question(field_.surface(), bricks[i], [&](const glm::ivec3& cell, bool) {
             glm::ivec3 part;
             for (part.z = 0; part.z < subdivision; ++part.z)
                 for (part.y = 0; part.y < subdivision; ++part.y)
@@ -240,6 +210,9 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
 template <int Degree>
 MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
 {
+    crossings_.clear();
+    vertices_.clear();
+    part_ = {};
     for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
         if (i % 65536 == 0 && progress && !progress(static_cast<double>(i) / static_cast<double>(tetrahedra_.size())))
             throw Cancelled();

@@ -1,6 +1,7 @@
 // The mesh of an isosurface, and of its caps, in cubes that are split into tetrahedra.
 #pragma once
 
+#include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/special_cubes.h"
 #include "isospline/polygonize/tetrahedron.h"
@@ -27,9 +28,10 @@ public:
 
     /// Adds the cubes that planes cut and that contain surface or, if there are caps, solid.
     void add_cut_cubes(const Progress& progress);
-    /// Adds these cubes, and halves edges. It ends when, in each tetrahedron, the surface is within `tolerance` (world
-    /// units) of a plane, or crossed edges are as short as the tolerance, or edges are 1/32 of a cell long.
-    void refine(const std::vector<glm::ivec3>& cubes, double tolerance, const Progress& progress);
+    /// Adds the cubes that these boxes, in lattice space, meet, and halves edges until, in each tetrahedron that meets
+    /// a box and may contain surface, no edge is longer than `longest_allowed` or than 1/32 of a cell.
+    void refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress);
+    /// The mesh of all tetrahedra.
     MeshPart march(const Progress& progress);
 
 private:
@@ -49,7 +51,8 @@ private:
     NodeId lattice_node(const glm::ivec3& node);
     NodeId add_node(const glm::dvec3& position, bool is_of_lattice);
 
-    bool is_too_coarse(const Tetrahedron& corners, double tolerance) const;
+    bool is_too_coarse(const Tetrahedron& corners, double longest_allowed, const std::vector<Box>& boxes,
+                       const FaceOctree& octree) const;
     /// The longest edge; among equal ones, the choice is the same for all tetrahedra that share them.
     EdgeId longest_edge(const Tetrahedron& corners, const Nodes* among) const;
     void halve(EdgeId edge, Nodes& middles);

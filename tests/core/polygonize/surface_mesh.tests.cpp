@@ -106,6 +106,8 @@ TEST_CASE("meshes with a tolerance are closed manifolds within it", "[polygonize
             const SurfaceMesh mesh = to_mesh(*surface.snapshot(), tolerance);
             check_closed_manifold(mesh);
             REQUIRE(mesh.distance <= tolerance);
+            REQUIRE(mesh.left_out.empty());
+            REQUIRE(mesh.crossings == 0);
         }
 }
 

@@ -1,13 +1,11 @@
-// A bound on the distance of the surface in a part of a cell from a plane.
+// Parts of cells.
 #pragma once
 
-#include "isospline/query/lattice_metric.h"
 #include "isospline/query/surface_box.h"
 
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include <limits>
+#include <cstddef>
 
 namespace isospline {
 
@@ -30,19 +28,6 @@ inline SurfaceBox<Degree> part_of_cell(SurfaceBox<Degree> box, const glm::dvec3&
     box.lower = lower;
     box.size = upper - lower;
     return box;
-}
-
-/// The world distance of two parallel planes that enclose all of the surface in a box; zero if there is no surface, and
-/// infinite if there are no such planes.
-template <int Degree>
-inline double slab_thickness(const SurfaceBox<Degree>& box, const LatticeMetric& metric)
-{
-    if (!box.has_surface())
-        return 0.0;
-    const UnitSlab slab = slab_of<Degree>(box);
-    const glm::dvec3 gradient_world = (slab.normal / box.size) * metric.to_lattice;
-    const double slope = glm::length(gradient_world);
-    return slope > 0.0 ? (slab.upper - slab.lower) / slope : std::numeric_limits<double>::infinity();
 }
 
 } // namespace isospline

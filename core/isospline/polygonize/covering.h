@@ -1,0 +1,49 @@
+// Proof that a mesh is near to all of a surface and its caps.
+#pragma once
+
+#include "isospline/math/box.h"
+#include "isospline/polygonize/cells_in_question.h"
+#include "isospline/polygonize/lattice_field.h"
+#include "isospline/polygonize/mesh_part.h"
+
+#include <glm/vec3.hpp>
+
+#include <vector>
+
+namespace isospline {
+
+/// What is proven of a surface with its caps.
+struct Covering {
+    double distance = 0.0;      ///< from any point outside of the boxes to the mesh, at most; world units
+    std::vector<Box> uncovered; ///< boxes in lattice space with all other points
+};
+
+/// Proves for parts of cells that all points of the surface and the caps in them are within a tolerance, in world
+/// units, of a mesh.
+///
+/// Bernstein coefficients enclose the surface in a box by two parallel planes. The distance from a triangle is a convex
+/// function, so its maximum over the polytope between the planes is at one of the polytope's corners. A box with
+/// corners that are all within the tolerance of one triangle is covered. Other boxes are halved, until their edges are
+/// at most `least_edge` cells long, or the box contains surface beyond the tolerance.
+template <int Degree>
+Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance, double least_edge,
+                       const CellFilter& filter, const Progress& progress);
+
+/// Half of the size of the box in lattice space around a ball in the world.
+glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius);
+
+/// The usual edge: 1/64 of a cell, or an eighth of the tolerance if that is less.
+double least_edge_of(const LatticeMetric& metric, double tolerance);
+
+/// A connected part of the surface that a mesh leaves out.
+struct LeftOut {
+    glm::dvec3 position; ///< the centre of the box around it, world space
+    glm::dvec3 size;     ///< of the box, along the volume's axes, world units
+    double distance;     ///< of its points from the mesh, at most, world units; infinite for a mesh without faces
+};
+
+/// Joins boxes that touch. `boxes` and `mesh` are in lattice space.
+std::vector<LeftOut> join_boxes(const std::vector<Box>& boxes, const LabeledMesh& mesh,
+                                const glm::dmat4& lattice_to_world);
+
+} // namespace isospline

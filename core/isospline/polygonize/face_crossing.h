@@ -1,0 +1,22 @@
+// Whether faces of a mesh meet elsewhere than at the vertices and edges that they share.
+#pragma once
+
+#include "isospline/polygonize/mesh_part.h"
+#include "isospline/util/progress.h"
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace isospline {
+
+/// Whether two faces meet elsewhere than at common vertices and edges, decided exactly. Touching counts as meeting.
+/// Faces without area are represented by the faces around them.
+bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& first, const glm::uvec3& second);
+
+/// The number of pairs of faces of a mesh that cross.
+std::size_t count_crossings(const std::vector<glm::dvec3>& vertices, const std::vector<glm::uvec3>& faces,
+                            const Progress& progress = {});
+
+} // namespace isospline

@@ -1,0 +1,153 @@
+#include "isospline/polygonize/lattice_mesh.h"
+
+#include "isospline/polygonize/cells_in_question.h"
+#include "isospline/polygonize/covering.h"
+#include "isospline/polygonize/lattice_mesher.h"
+#include "isospline/polygonize/merge_vertices.h"
+#include "isospline/polygonize/nearness.h"
+#include "isospline/polygonize/tetrahedron_mesher.h"
+#include "isospline/util/parallel.h"
+
+#include <glm/common.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+
+namespace isospline {
+
+namespace {
+
+/// Edges shorter than this fraction of a cell are collapsed.
+constexpr double shortest_edge = 1e-3;
+/// Subdivisions of a cell in the lattice of all cubes; those that are too coarse are refined further.
+constexpr int finest_lattice = 8;
+/// If more than one cube in this number is too coarse, all are halved.
+constexpr std::size_t most_coarse = 4;
+constexpr int most_rounds = 12;
+
+/// A box around a face whose interior is not empty.
+Box box_of(const LabeledMesh& mesh, std::uint32_t face)
+{
+    Box box;
+    for (int corner = 0; corner < 3; ++corner)
+        box.extend(mesh.vertices[mesh.faces[face][corner]]);
+    constexpr double margin = 1e-6; // the tetrahedra on both sides of a face between cubes
+    return {box.lower - margin, box.upper + margin};
+}
+
+/// Every fourth group of cells shows whether a lattice is fine enough.
+constexpr std::size_t sample_groups = 4;
+bool is_in_sample(const glm::ivec3& cell)
+{
+    return static_cast<std::size_t>(cell.x / 4 + cell.y / 4 + cell.z / 4) % sample_groups == 0;
+}
+
+/// The progress of the lattice with this subdivision: half of what the coarser ones left.
+Progress rest_of(const Progress& progress, int subdivision)
+{
+    return part_of(progress, 1.0 - 1.0 / subdivision, 1.0 - 0.5 / subdivision);
+}
+
+/// The mesh of one lattice, whose cubes are refined again and again.
+template <int Degree>
+class RefinedLattice {
+public:
+    RefinedLattice(const IsosurfaceSnapshot& surface, int subdivision, const Progress& progress)
+        : field_(surface, subdivision), special_(surface.planes(), subdivision), tetrahedra_(field_, special_)
+    {
+        tetrahedra_.add_cut_cubes(progress);
+    }
+
+    LabeledMesh mesh(const Progress& progress)
+    {
+        std::vector<MeshPart> parts = march_cubes(field_, special_, part_of(progress, 0.0, 0.6));
+        parts.push_back(tetrahedra_.march(part_of(progress, 0.6, 0.8)));
+        return join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
+    }
+
+    /// Boxes with surface that is not proven to be near the mesh, and boxes of faces that are measured not to be near
+    /// the surface.
+    std::vector<Box> far_boxes(const LabeledMesh& mesh, double tolerance, const CellFilter& filter,
+                               const Progress& progress) const
+    {
+        const LatticeMetric metric(field_.surface().volume().lattice_to_world());
+        const double least_edge = std::min(0.25 * tolerance / metric.shortest_edge, 0.125 / field_.subdivision());
+        std::vector<Box> boxes =
+            cover_surface(field_, mesh, tolerance, least_edge, filter, part_of(progress, 0.0, 0.7)).uncovered;
+        const Nearness<Degree> nearness(field_, metric, tolerance);
+        std::vector<std::uint8_t> is_far(mesh.faces.size(), 0);
+        parallel_for(
+            mesh.faces.size(), 4096,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    const Corners corners = corners_of(mesh, i);
+                    const auto is_near = [&](const glm::dvec3& at) { return nearness.is_near(at, mesh.labels[i]); };
+                    is_far[i] = (!filter || filter(glm::ivec3((corners[0] + corners[1] + corners[2]) / 3.0))) &&
+                                !for_each_sample(corners, measured_spacing, is_near);
+                }
+            },
+            part_of(progress, 0.7, 1.0));
+        for (std::uint32_t face = 0; face < is_far.size(); ++face)
+            if (is_far[face] != 0)
+                boxes.push_back(box_of(mesh, face));
+        return boxes;
+    }
+
+    void refine(const std::vector<Box>& boxes, double longest_edge, const Progress& progress)
+    {
+        tetrahedra_.refine(boxes, longest_edge, progress);
+    }
+
+private:
+    const LatticeField<Degree> field_;
+    SpecialCubes special_;
+    TetrahedronMesher<Degree> tetrahedra_;
+};
+
+} // namespace
+
+template <int Degree>
+LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
+{
+    LabeledMesh mesh;
+    for (int subdivision = 1;; subdivision *= 2) {
+        const Progress of_lattice = rest_of(progress, subdivision);
+        RefinedLattice<Degree> lattice(surface, subdivision, part_of(of_lattice, 0.0, 0.1));
+        mesh = lattice.mesh(part_of(of_lattice, 0.1, 0.4));
+        if (!tolerance)
+            break;
+        if (subdivision < finest_lattice) {
+            const std::vector<Box> sample =
+                lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
+            if (sample_groups * most_coarse * cubes_of(sample, subdivision, 0.0).size() > mesh.faces.size() / 2)
+                continue;
+        }
+        std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, {}, part_of(of_lattice, 0.5, 0.7));
+        double longest_edge = std::sqrt(3.0) / subdivision; // a diagonal of a cube
+        for (int round = 1; round <= most_rounds && !boxes.empty(); ++round) {
+            const auto begin = 0.7 + 0.3 * (round - 1) / most_rounds, end = 0.7 + 0.3 * round / most_rounds;
+            const Progress of_round = part_of(of_lattice, begin, end);
+            longest_edge *= 0.7;
+            lattice.refine(boxes, longest_edge, of_round);
+            mesh = lattice.mesh(part_of(of_round, 0.0, 0.5));
+            // Only the neighborhood of what was refined has changed.
+            const std::unordered_set<CrossingKey> changed = cubes_of(boxes, 1.0, 1.0);
+            boxes = lattice.far_boxes(
+                mesh, *tolerance, [&](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; },
+                part_of(of_round, 0.5, 1.0));
+        }
+        break;
+    }
+    merge_close_vertices(mesh, shortest_edge);
+    return mesh;
+}
+
+template LabeledMesh lattice_mesh<1>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
+template LabeledMesh lattice_mesh<2>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
+template LabeledMesh lattice_mesh<3>(const IsosurfaceSnapshot&, std::optional<double>, const Progress&);
+
+} // namespace isospline

@@ -1,0 +1,20 @@
+// The mesh of a lattice that is fine enough for a tolerance.
+#pragma once
+
+#include "isospline/polygonize/mesh_part.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/util/progress.h"
+
+#include <optional>
+
+namespace isospline {
+
+/// The mesh of a surface with its clip and caps.
+///
+/// Without a tolerance, the lattice is that of the cells. With a tolerance, in world units, it is refined wherever the
+/// surface and the mesh are not proven to be near to each other, in both directions. What remains are parts of the
+/// surface between the nodes of the finest lattice.
+template <int Degree>
+LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress);
+
+} // namespace isospline

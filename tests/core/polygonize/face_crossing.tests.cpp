@@ -1,0 +1,35 @@
+#include "catch.h"
+
+#include "isospline/polygonize/face_crossing.h"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+using namespace isospline;
+
+TEST_CASE("faces cross where they meet elsewhere than at common vertices and edges", "[polygonize]")
+{
+    const std::vector<glm::dvec3> vertices{
+        {0.0, 0.0, 0.0},  {1.0, 0.0, 0.0},  {0.0, 1.0, 0.0}, // a triangle in a plane
+        {0.25, 0.25, -1}, {0.25, 0.25, 1},  {2.0, 2.0, 0.0}, // across it
+        {1.0, 1.0, 0.0},  {0.25, 0.25, 0},  {0.0, 0.0, 1.0}, // in its plane, in it, above
+        {-1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {0.0, 0.0, std::ldexp(1.0, -60)},
+    };
+    const glm::uvec3 face(0, 1, 2);
+    const auto crosses = [&](const glm::uvec3& other) {
+        REQUIRE(faces_cross(vertices, face, other) == faces_cross(vertices, other, face));
+        return faces_cross(vertices, face, other);
+    };
+    REQUIRE(crosses({3, 4, 5}));   // through it
+    REQUIRE(!crosses({4, 5, 8}));  // above
+    REQUIRE(crosses({7, 5, 8}));   // touches it with a corner
+    REQUIRE(!crosses({1, 2, 6}));  // a neighbour in its plane
+    REQUIRE(crosses({1, 2, 7}));   // folded over
+    REQUIRE(!crosses({1, 2, 8}));  // a neighbour
+    REQUIRE(!crosses({0, 9, 10})); // shares a corner
+    REQUIRE(crosses({0, 7, 8}));   // shares a corner, and an edge is in the plane
+    REQUIRE(!crosses({11, 8, 9})); // above a corner by less than rounding
+    REQUIRE(count_crossings(vertices, {face, {3, 4, 5}, {0, 9, 10}, {1, 2, 8}}) == 2);
+    REQUIRE(count_crossings(vertices, {}) == 0);
+}
