@@ -28,14 +28,18 @@ bool any_root_of(const CellCoefficients& cell, const LatticeRay& ray)
 }
 
 // One ray after the other.
-template <FirstRootFunction first_root>
-LaneMask first_roots_of(const CellCoefficients& cell, const LatticeRayPacket& rays, const double* t_limit,
-                        LaneMask active, RootPacket& roots)
+template <int Degree, FirstRootFunction first_root>
+LaneMask first_roots_of(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                        const double* t_limit, RootPacket& roots)
 {
     LaneMask found = 0;
-    for (LaneMask rest = active; rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = cells.lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        if (const auto root = first_root(cell, rays.ray(lane)); root && root->t <= t_limit[lane]) {
+        const LatticeRay ray = rays.ray(lane);
+        const auto root = cells.are_copied
+                              ? first_root(CellOfLane<Degree>(cells, threshold, lane), ray)
+                              : first_root(CellCoefficients(cells.only, threshold, cells.lower_of_only), ray);
+        if (root && root->t <= t_limit[lane]) {
             found |= LaneMask{1} << lane;
             roots.set(lane, *root);
         }
@@ -59,10 +63,10 @@ CellIntersector intersector(Method method)
         return {exact_first_root<n>, exact_any_root<n>, exact_all_roots<n>, exact_first_roots<n>};
     case Method::reference:
         return {reference_first_root<n>, any_root_of<reference_first_root<n>>, reference_all_roots<n>,
-                first_roots_of<reference_first_root<n>>};
+                first_roots_of<n, reference_first_root<n>>};
     default:
         return {bracket_first_root<n>, any_root_of<bracket_first_root<n>>, bracket_all_roots<n>,
-                first_roots_of<bracket_first_root<n>>};
+                first_roots_of<n, bracket_first_root<n>>};
     }
 }
 

@@ -1,6 +1,7 @@
 // The first point of the surface along rays inside one cell.
 #pragma once
 
+#include "isospline/cell/candidate_cells.h"
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/lattice_ray.h"
 #include "isospline/cell/lattice_ray_packet.h"
@@ -30,11 +31,11 @@ struct CellIntersector {
     bool (*any_root)(const CellCoefficients& cell, const LatticeRay& ray);
     /// Appends all crossings in ascending order; Method::bracket appends the one that it finds.
     void (*all_roots)(const CellCoefficients& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings);
-    /// The first crossings of the active lanes of a packet: returns the lanes with one at t_limit[lane] or before, and
-    /// sets these lanes of `roots`; the other lanes have no meaning. The roots do not depend on t_limit, nor therefore
-    /// on the order of the cells.
-    LaneMask (*first_roots)(const CellCoefficients& cell, const LatticeRayPacket& rays, const double* t_limit,
-                            LaneMask active, RootPacket& roots);
+    /// The first crossings of the rays of a packet, each in its own cell: returns the lanes with one at t_limit[lane]
+    /// or before, and sets these lanes of `roots`; the other lanes have no meaning. The roots do not depend on t_limit,
+    /// nor therefore on the order of the cells.
+    LaneMask (*first_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                            const double* t_limit, RootPacket& roots);
 };
 
 /// The intersector of a method for degree 1, 2 or 3; for Method::exact, the one for the widest SIMD target of the

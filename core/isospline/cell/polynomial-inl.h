@@ -110,7 +110,7 @@ HWY_INLINE auto scaled_bernstein(const Coefficients& coefficient, const Point& e
     for (N& sum : scaled)
         sum = number<N>(0.0);
     for (int i = 0; i <= Degree; ++i) {
-        const auto load = [&](int j, int k) HWY_ATTR { return number<N>(coefficient(i, j, k)); };
+        const auto load = [&](int j, int k) HWY_ATTR { return in_lanes<N>(coefficient(i, j, k)); };
         contract_x<Degree>(x[i], contract_yz<Degree>(y, z, load), scaled);
     }
     return scaled;

@@ -16,6 +16,17 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
+// A bound on the rounding error of the Bernstein coefficients of f - level along any segment in a cell, in single
+// precision, from the largest magnitude of the cell's coefficients less the threshold; docs/method.md derives it.
+template <int Degree, class V>
+HWY_INLINE V rounding_error_of_bernstein(V magnitude, double threshold)
+{
+    constexpr float unit_roundoff = 0x1p-24f;
+    constexpr float units = Degree <= 2 ? 33.0f : 77.0f, units_of_threshold = 1.01f;
+    const V of_threshold = number<V>(units_of_threshold * std::abs(static_cast<float>(threshold)));
+    return number<V>(unit_roundoff) * mul_add(number<V>(units), magnitude, of_threshold);
+}
+
 // The distance of rows in the copy, for every degree.
 constexpr int local_row = 4;
 
@@ -36,9 +47,8 @@ struct ReducedCoefficients {
     /// Aligned for vectors of a whole row; numbers behind the n+1 coefficients are zero in single precision.
     HWY_INLINE const Real* row(int j, int k) const { return values + index(0, j, k); }
 
-    /// A bound on the rounding error of the Bernstein coefficients of f - level along any segment in the cell, in
-    /// single precision; docs/method.md derives it.
-    Real error = 0;
+    /// rounding_error_of_bernstein() of single precision.
+    HWY_INLINE Real error() const { return error_; }
 
 private:
     static constexpr int index(int i, int j, int k) { return (k * (Degree + 1) + j) * local_row + i; }
@@ -57,13 +67,11 @@ private:
                     hn::Store(reduced, d, values + index(i, j, k));
                     magnitudes = hn::Max(magnitudes, hn::Abs(reduced));
                 }
-        constexpr float unit_roundoff = 0x1p-24f;
-        constexpr float units = Degree <= 2 ? 33.0f : 77.0f, units_of_threshold = 1.01f;
-        const float magnitude = hn::GetLane(hn::MaxOfLanes(d, magnitudes));
-        error = unit_roundoff * (units * magnitude + units_of_threshold * std::abs(static_cast<float>(cell.threshold)));
+        error_ = hn::GetLane(rounding_error_of_bernstein<Degree>(hn::MaxOfLanes(d, magnitudes), cell.threshold));
     }
 
     alignas(64) Real values[(Degree + 1) * (Degree + 1) * local_row];
+    Real error_ = 0;
 };
 
 } // namespace HWY_NAMESPACE

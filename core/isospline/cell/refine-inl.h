@@ -27,10 +27,11 @@ struct RootSearch {
         slope = estimate.slope / way;
     }
 
-    HWY_INLINE std::array<V, 3> local(const glm::dvec3& lower) const
+    template <class Corner>
+    HWY_INLINE std::array<V, 3> local(const Corner& lower) const
     {
         const auto along = [&](int axis)
-                               HWY_ATTR { return origin[axis] + t * direction[axis] - number<V>(lower[axis]); };
+                               HWY_ATTR { return origin[axis] + t * direction[axis] - in_lanes<V>(lower[axis]); };
         return {along(0), along(1), along(2)};
     }
 
@@ -40,10 +41,11 @@ struct RootSearch {
 };
 
 /// Newton's method in double precision, with the given slope in the first step, until a step is below 1e-9 of a voxel:
-/// the next step would be below rounding, and the gradient is that of the root. Returns the wanted lanes where it
+/// the next step would be below rounding, and the gradient is that of the root. `lower` is the corner of the cell, in
+/// all lanes or for each one. Returns the wanted lanes where it
 /// converges within [t_near, t_far]; lanes that do not converge do not delay the others.
-template <int Degree, class V, class Coefficients>
-HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const glm::dvec3& lower, MaskOf<V> wanted,
+template <int Degree, class V, class Coefficients, class Corner>
+HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const Corner& lower, MaskOf<V> wanted,
                                  RootSearch<V>& search)
 {
     constexpr int iteration_limit = 5;

@@ -101,7 +101,7 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     Bernstein<order, float> lane;
     for (int r = 0; r <= order; ++r)
         lane[r] = hn::GetLane(scaled[r]);
-    const Verdict<float> verdict = judge<order>(lane, coefficients.error);
+    const Verdict<float> verdict = judge<order>(lane, coefficients.error());
     if (verdict.no_root || !verdict.one_root)
         return {verdict.no_root, false, {}, false};
     const auto [s, slope] = estimate_root<order>(scaled);

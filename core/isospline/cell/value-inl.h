@@ -48,10 +48,10 @@ HWY_INLINE auto value_and_gradient_in_cell(const Coefficients& coefficient, cons
         // The value of one plane, and its derivatives with respect to x and y.
         N plane = zero, plane_dx = zero, plane_dy = zero;
         for (int j = 0; j <= Degree; ++j) {
-            const N first = number<N>(coefficient(0, j, k));
+            const N first = in_lanes<N>(coefficient(0, j, k));
             N line = x[0] * first, line_dx = dx[0] * first;
             for (int i = 1; i <= Degree; ++i) {
-                const N next = number<N>(coefficient(i, j, k));
+                const N next = in_lanes<N>(coefficient(i, j, k));
                 line = mul_add(x[i], next, line);
                 line_dx = mul_add(dx[i], next, line_dx);
             }

@@ -24,14 +24,14 @@ struct Verdict {
 /// the same sign, there is no root. If one sign is followed by at most one coefficient of unknown sign, and then by the
 /// other sign up to the end, there is exactly one root (Descartes' rule of signs).
 template <int Order, class N>
-HWY_INLINE Verdict<N> judge(const Bernstein<Order, N>& scaled, float error)
+HWY_INLINE Verdict<N> judge(const Bernstein<Order, N>& scaled, N error)
 {
     const N zero = number<N>(0.0);
     const auto flip = less(scaled[0], zero);
-    auto in_first = less(number<N>(error), select(flip, negated(scaled[0]), scaled[0]));
+    auto in_first = less(error, select(flip, negated(scaled[0]), scaled[0]));
     auto in_doubt = less(zero, zero), in_other = in_doubt; // nowhere yet
     for (int r = 1; r <= Order; ++r) {
-        const N bound = number<N>(error * static_cast<float>(binomials<Order>[r]));
+        const N bound = error * number<N>(binomials<Order>[r]);
         const N value = select(flip, negated(scaled[r]), scaled[r]);
         const auto same = less(bound, value), other = less(value, negated(bound));
         in_other = both(either(in_first, either(in_doubt, in_other)), other);

@@ -38,6 +38,16 @@ HWY_INLINE constexpr N number(double value)
     }
 }
 
+/// A coefficient in all lanes, if it is not one for each lane.
+template <class N, class Coefficient>
+HWY_INLINE constexpr N in_lanes(Coefficient coefficient)
+{
+    if constexpr (std::is_arithmetic_v<Coefficient>)
+        return number<N>(coefficient);
+    else
+        return coefficient;
+}
+
 template <class N>
 HWY_INLINE constexpr N negated(N a)
 {

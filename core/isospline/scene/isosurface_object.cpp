@@ -243,16 +243,17 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         PacketQuery& query;
         float* t_far;
         unsigned int slot;
+    } visit{*this, query, t_far, slot};
+    const auto record = [](void* context, const CandidateCells& cells) {
+        const Visit& of = *static_cast<Visit*>(context);
+        const IsosurfaceSnapshot& surface = *of.object.surface_;
         RootPacket roots;
-    } visit{*this, query, t_far, slot, {}};
-    const auto record = [](void* context, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
-        Visit& of = *static_cast<Visit*>(context);
-        const LaneMask found =
-            of.object.intersector_.first_roots(cell, of.query.in_lattice, of.query.nearest.t, lanes, of.roots);
-        const HitIds ids{of.slot, false, of.object.surface_->volume().primitive_id(index)};
+        const LaneMask found = of.object.intersector_.first_roots(cells, surface.threshold(), of.query.in_lattice,
+                                                                  of.query.nearest.t, roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
-            of.query.record(lane, of.roots.root(lane), ids, of.t_far[lane]);
+            const HitIds ids{of.slot, false, surface.volume().primitive_id(cells.lower_of(lane))};
+            of.query.record(lane, roots.root(lane), ids, of.t_far[lane]);
         }
         return found != 0;
     };

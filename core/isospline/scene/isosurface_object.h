@@ -27,6 +27,7 @@ public:
 
     explicit IsosurfaceObject(std::shared_ptr<const IsosurfaceSnapshot> surface, Index index = Index::draft);
 
+    glm::ivec3 cell_shape() const override { return surface_->volume().cell_shape(); }
     bool fits(double rounding_error_local) const override;
     std::uint64_t rays_until_settling() const override;
     std::shared_ptr<Object> settled() const override;

@@ -45,6 +45,8 @@ public:
     Object& operator=(const Object&) = delete;
 
     const LocalSpace& local() const { return local_; }
+    /// The number of cells in local space along each axis; 1 for a mesh.
+    virtual glm::ivec3 cell_shape() const { return glm::ivec3(1); }
     bool is_built() const { return scene_ != nullptr; }
     /// Whether the built scene is valid for rays whose single precision rounding error in local space is at most this.
     virtual bool fits(double rounding_error_local) const = 0;

@@ -53,38 +53,63 @@ void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
 
 struct RayCaster::Impl {
     Impl(const SceneSnapshot::Impl& given_scene, Parts given_parts)
-        : scene(given_scene), complete(given_parts == Parts::all), query(scene.instances)
+        : scene(given_scene), camera(scene.camera_traversal()), shadow(scene.shadow_traversal()),
+          complete(given_parts == Parts::all), query(scene.instances)
     {
     }
     ~Impl() { scene.ray_count.fetch_add(ray_count, std::memory_order_relaxed); }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
+    /// Begins the query of a prepared ray, and returns the ray for Embree.
+    Ray begin(const Traversal& traversal, const Ray& given, int lane);
+    /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
+    LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     template <int Size>
     LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 
     const SceneSnapshot::Impl& scene;
+    const Traversal camera, shadow;
     bool complete;
     std::uint64_t ray_count = 0; ///< added to the scene's at the end, so that threads do not share a counter
     int packet_size = 0;         ///< 0 if rays are traced one by one
     RayQuery query;
     PreparedPacket prepared;
+    LatticeRayPacket local; ///< in the space of the only instance
     std::optional<PacketQuery> packet_query;
 };
+
+LaneMask RayCaster::Impl::prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal)
+{
+    const LaneMask used = prepare_packet(rays, index, scene.frame, prepared);
+    if (const Instance* const alone = traversal.alone; alone != nullptr && used != 0)
+        to_lattice(prepared, alone->placement.centred_to_local, alone->object->cell_shape(), local);
+    return used;
+}
+
+Ray RayCaster::Impl::begin(const Traversal& traversal, const Ray& given, int lane)
+{
+    query.prepared = prepared[lane];
+    query.alone = traversal.alone != nullptr ? &local : nullptr;
+    query.lane_alone = lane;
+    query.begin(given);
+    if (traversal.alone == nullptr)
+        return query.prepared.ray;
+    query.instID[0] = traversal.slot; // as in a scene of instances
+    return {local.origin_of(lane), local.direction_of(lane), local.t_near[lane], local.t_far[lane]};
+}
 
 LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
     LaneMask hit_lanes = 0;
     RTCRayHit ray_hit;
-    for (LaneMask rest = prepare_packet(rays, index, scene.frame, prepared); rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = prepare_singles(rays, index, camera); rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const Ray given = rays.ray(lane);
-        query.prepared = prepared[lane];
-        query.begin(given);
-        set_ray(query.prepared.ray, ray_hit);
-        embree::intersect(scene.camera_top.get(), query, ray_hit);
+        set_ray(begin(camera, given, lane), ray_hit);
+        embree::intersect(camera.scene, query, ray_hit);
         query.rethrow();
         if (!query.has_hit())
             continue;
@@ -144,20 +169,19 @@ LaneMask RayCaster::Impl::test_occlusions(const RayPacket& rays, std::size_t ind
 {
     LaneMask occluded = 0;
     RTCRayHit ray_hit;
-    for (LaneMask rest = prepare_packet(rays, index, scene.frame, prepared); rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = prepare_singles(rays, index, shadow); rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const Ray given = rays.ray(lane);
-        query.prepared = prepared[lane];
-        query.begin(given);
+        const Ray ready = begin(shadow, given, lane);
         bool is_occluded = false;
         if (scene.reads_sources) {
             // Embree looks for any hit in any order, and would read far boxes in vain.
-            set_ray(query.prepared.ray, ray_hit);
-            embree::intersect(scene.shadow_top(), query, ray_hit);
+            set_ray(ready, ray_hit);
+            embree::intersect(shadow.scene, query, ray_hit);
             is_occluded = query.has_hit();
         } else {
-            set_ray(query.prepared.ray, ray_hit.ray);
-            embree::occluded(scene.shadow_top(), query, ray_hit.ray);
+            set_ray(ready, ray_hit.ray);
+            embree::occluded(shadow.scene, query, ray_hit.ray);
             is_occluded = ray_hit.ray.tfar < 0.0f;
         }
         query.rethrow();

@@ -11,7 +11,9 @@ void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     if (slot == cached_slot)
         return;
     cached_slot = slot;
-    in_lattice = to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape());
+    in_lattice = alone != nullptr
+                     ? alone->ray(lane_alone)
+                     : to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape());
     clip_leaves_any = true;
     enters_cap = false;
     const SolidPlanes& planes = surface.planes();

@@ -144,6 +144,8 @@ struct RayQuery : Query {
     Instances instances;
     const Ray* given = nullptr;
     PreparedRay prepared;
+    const LatticeRayPacket* alone = nullptr; ///< rays in the space of the only instance, if there is just one
+    int lane_alone = 0;                      ///< the ray among these
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRay in_mesh;
     MeshHit nearest_in_mesh; ///< the last hit of a mesh that was the nearest hit

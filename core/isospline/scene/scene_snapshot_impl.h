@@ -28,6 +28,14 @@ struct SurfaceAtLevel {
     std::shared_ptr<const IsosurfaceSnapshot> shown;
 };
 
+/// What rays are traced through: an Embree scene of instances, or the own scene of the only object that the rays see,
+/// with the rays in its local space.
+struct Traversal {
+    RTCScene scene;
+    const Instance* alone; ///< the only instance, or null
+    std::uint32_t slot;    ///< of that instance
+};
+
 /// A query uses one of two Embree scenes of all instances. They are the same if all rays see the same objects.
 struct SceneSnapshot::Impl {
     /// The instance with a geometry id, or null.
@@ -60,6 +68,13 @@ struct SceneSnapshot::Impl {
 
     /// For test_occlusions() and list_occluders().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }
+
+    /// For cast_rays() and test_occlusions().
+    Traversal camera_traversal() const { return traversal(camera_top.get(), &SeenBy::camera); }
+    Traversal shadow_traversal() const { return traversal(shadow_top(), &SeenBy::shadow); }
+
+private:
+    Traversal traversal(RTCScene top, bool SeenBy::*sees) const;
 };
 
 } // namespace isospline

@@ -106,9 +106,9 @@ HWY_INLINE N weighted_sum(const Coefficient& coefficient, const std::array<N, Co
     for (std::size_t k = 0; k < Count; ++k) {
         N plane = number<N>(0.0);
         for (std::size_t j = 0; j < Count; ++j) {
-            N line = x[0] * number<N>(coefficient(0, j, k));
+            N line = x[0] * in_lanes<N>(coefficient(0, j, k));
             for (std::size_t i = 1; i < Count; ++i)
-                line = mul_add(x[i], number<N>(coefficient(i, j, k)), line);
+                line = mul_add(x[i], in_lanes<N>(coefficient(i, j, k)), line);
             plane = mul_add(y[j], line, plane);
         }
         sum = mul_add(z[k], plane, sum);

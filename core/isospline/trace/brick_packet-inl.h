@@ -11,6 +11,7 @@
 
 #include "isospline/trace/brick_cubes-inl.h"
 #include "isospline/trace/brick_trace.h"
+#include "isospline/trace/packet_candidates-inl.h"
 
 #include <hwy/cache_control.h>
 
@@ -35,7 +36,8 @@ class PacketDescent {
 public:
     PacketDescent(const Bricks& bricks, const LatticeRayPacket& rays, float margin, LaneMask lanes, unsigned flip,
                   const PacketVisitor& visitor)
-        : bricks_(bricks), rays_(rays), margin_(margin), lanes_(lanes), flip_(flip), visitor_(visitor)
+        : bricks_(bricks), rays_(rays), margin_(margin), lanes_(lanes), flip_(flip), visitor_(visitor),
+          candidates_(bricks.degree(), visitor)
     {
         for (int axis = 0; axis < 3; ++axis)
             farther_[axis] = half_of_child[flip >> axis & 1u][axis];
@@ -147,11 +149,11 @@ public:
             const LaneMask lanes = lanes_of_cell(block, child, cell - corner_, inner);
             if (lanes == 0)
                 return;
-            if (visitor_.visit(visitor_.context,
-                               CellCoefficients(brick.coefficients(in_brick + place), bricks_.threshold(), cell), cell,
-                               lanes))
+            if (candidates_.add(brick.coefficients(in_brick + place), cell, lanes))
                 set_limits();
         });
+        if (candidates_.finish())
+            set_limits();
     }
 
 private:
@@ -288,6 +290,7 @@ private:
     LaneMask lanes_;
     unsigned flip_;
     const PacketVisitor& visitor_;
+    PacketCandidates candidates_;
     BrickPin pin_;
     const float* farther_[3];
     glm::ivec3 corner_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/brick/bricks.h"
+#include "isospline/cell/candidate_cells.h"
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/lattice_ray_packet.h"
 #include "isospline/trace/leaf.h"
@@ -39,10 +40,10 @@ struct RayVisitor {
     void* context;
 };
 
-/// The same for the lanes of a packet that may cross the surface. Lowers t_limit[lane] where it finds a crossing, and
-/// returns whether it did.
+/// Called for cells of one block in which lanes of a packet may cross the surface. Lowers t_limit[lane] where it finds
+/// a crossing, and returns whether it did.
 struct PacketVisitor {
-    bool (*visit)(void* context, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes);
+    bool (*visit)(void* context, const CandidateCells& cells);
     void* context;
     const double* t_limit;
 };

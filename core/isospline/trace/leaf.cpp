@@ -50,7 +50,8 @@ void append_leaves(const Volume& volume, const Bricks& bricks, std::span<const O
 } // namespace
 
 Leaves::Leaves(const Volume& volume, const Bricks& bricks, const Progress& progress)
-    : threshold_(bricks.threshold()), row_stride_(volume.row_stride()), slice_stride_(volume.slice_stride())
+    : degree_(volume.degree()), threshold_(bricks.threshold()), row_stride_(volume.row_stride()),
+      slice_stride_(volume.slice_stride())
 {
     const std::span<const Octet> octets = bricks.octets();
     std::vector<std::vector<Leaf>> chunks((octets.size() + chunk_size - 1) / chunk_size);

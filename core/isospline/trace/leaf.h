@@ -35,6 +35,7 @@ public:
 
     std::size_t size() const { return leaves_.size(); }
     const Leaf& operator[](std::size_t index) const { return leaves_[index]; }
+    int degree() const { return degree_; }
     double threshold() const { return threshold_; }
     std::ptrdiff_t row_stride() const { return row_stride_; }
     std::ptrdiff_t slice_stride() const { return slice_stride_; }
@@ -42,6 +43,7 @@ public:
 
 private:
     std::vector<Leaf> leaves_;
+    int degree_;
     double threshold_;
     std::ptrdiff_t row_stride_, slice_stride_;
 };

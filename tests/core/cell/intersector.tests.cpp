@@ -11,6 +11,8 @@
 #include <glm/geometric.hpp>
 
 #include <cmath>
+#include <cstdint>
+#include <deque>
 #include <random>
 #include <string>
 #include <vector>
@@ -109,21 +111,46 @@ TEST_CASE("the single precision filter is as sure for values far from zero and f
 
 namespace {
 
+/// A cell for each lane.
+using CellsOfLanes = std::array<const VolumeCell*, LatticeRayPacket::capacity>;
+
+/// The candidates of active lanes, copied unless all lanes have the same cell.
+CandidateCells candidates(const CellsOfLanes& cells, int degree, LaneMask active)
+{
+    CandidateCells result;
+    result.lanes = active;
+    result.are_copied = cells.front() != cells.back();
+    result.only = *cells.front();
+    result.lower_of_only = glm::ivec3(cells.front()->lower);
+    for (std::size_t lane = 0; lane < cells.size(); ++lane) {
+        for (int axis = 0; axis < 3; ++axis)
+            result.lower[axis][lane] = static_cast<std::int32_t>(cells[lane]->lower[axis]);
+        std::size_t number = 0;
+        for (int k = 0; k <= degree; ++k)
+            for (int j = 0; j <= degree; ++j)
+                for (int i = 0; i <= degree; ++i)
+                    result.coefficients[number++][lane] = cells[lane]->row(j, k)[i];
+    }
+    return result;
+}
+
 /// Packets against rays alone, in the lanes given: the same roots and gradients, bit for bit, and no other lane
 /// touched; nor those whose root is beyond a limit.
-int check_packet(const CellIntersector& intersector, const Volume& volume, const CellCoefficients& cell,
+int check_packet(const CellIntersector& intersector, const Volume& volume, const CellsOfLanes& cells,
                  std::mt19937& random, LaneMask active)
 {
     LatticeRayPacket packet;
     std::vector<LatticeRay> rays;
-    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
-        rays.emplace_back(random_ray(random, cell.lower), volume.cell_shape());
-        packet.set(lane, rays.back());
+    for (const VolumeCell* const cell : cells) {
+        rays.emplace_back(random_ray(random, cell->lower), volume.cell_shape());
+        packet.set(static_cast<int>(rays.size()) - 1, rays.back());
     }
+    const double threshold = cells.front()->threshold;
+    const CandidateCells of_lanes = candidates(cells, volume.degree(), active);
     RootPacket roots;
     alignas(64) double t_limit[LatticeRayPacket::capacity];
     std::fill_n(t_limit, LatticeRayPacket::capacity, 1e30);
-    const LaneMask found = intersector.first_roots(cell, packet, t_limit, active, roots);
+    const LaneMask found = intersector.first_roots(of_lanes, threshold, packet, t_limit, roots);
     REQUIRE((found & ~active) == 0);
 
     RootPacket limited;
@@ -134,18 +161,18 @@ int check_packet(const CellIntersector& intersector, const Volume& volume, const
         t_limit[lane] = lane % 2 != 0 ? std::nextafter(roots.t[lane], -1e30) : roots.t[lane];
         within |= static_cast<LaneMask>(lane % 2 == 0) << lane;
     }
-    REQUIRE(intersector.first_roots(cell, packet, t_limit, active, limited) == within);
+    REQUIRE(intersector.first_roots(of_lanes, threshold, packet, t_limit, limited) == within);
     int count = 0;
-    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+    for (std::size_t lane = 0; lane < cells.size(); ++lane) {
         const bool is_active = (active >> lane & 1u) != 0, is_found = (found >> lane & 1u) != 0;
-        const auto alone = intersector.first_root(cell, rays[static_cast<std::size_t>(lane)]);
+        const auto alone = intersector.first_root(*cells[lane], rays[lane]);
         if (is_active) {
             REQUIRE(is_found == alone.has_value());
-            REQUIRE(is_found == intersector.any_root(cell, rays[static_cast<std::size_t>(lane)]));
+            REQUIRE(is_found == intersector.any_root(*cells[lane], rays[lane]));
         }
         if (is_found) {
             REQUIRE(roots.t[lane] == alone->t);
-            REQUIRE(roots.root(lane).gradient == alone->gradient);
+            REQUIRE(roots.root(static_cast<int>(lane)).gradient == alone->gradient);
         }
         count += is_found;
     }
@@ -166,10 +193,18 @@ TEST_CASE("rays in packets and single rays find the same, bit for bit, on every 
         std::uniform_real_distribution<double> threshold(-0.4, 0.4);
         int found = 0;
         for (int repetition = 0; repetition < 300; ++repetition) {
-            const auto index = [&] { return static_cast<int>(random() % 4); };
-            const VolumeCell cell(volume, threshold(random), glm::ivec3(index(), index(), index()));
+            // One cell of all lanes, or several.
+            const double level = threshold(random);
+            std::deque<VolumeCell> cells;
+            for (int i = 0; i < (repetition % 2 == 0 ? 1 : 5); ++i) {
+                const auto index = [&] { return static_cast<int>(random() % 4); };
+                cells.emplace_back(volume, level, glm::ivec3(index(), index(), index()));
+            }
+            CellsOfLanes of_lanes;
+            for (std::size_t lane = 0; lane < of_lanes.size(); ++lane)
+                of_lanes[lane] = &cells[lane * cells.size() / of_lanes.size()];
             const LaneMask active = repetition % 3 == 0 ? 0xffffu : static_cast<LaneMask>(random()) & 0xffffu;
-            found += check_packet(intersector, volume, cell, random, active);
+            found += check_packet(intersector, volume, of_lanes, random, active);
         }
         REQUIRE(found > 300);
     });

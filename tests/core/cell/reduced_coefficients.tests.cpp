@@ -42,7 +42,7 @@ double part_of_bound(const Trial<Degree>& trial)
     double largest = 0.0;
     for (int r = 0; r <= order; ++r) {
         const double error = std::abs(static_cast<double>(hn::GetLane(scaled[r])) - exact[r]);
-        largest = std::max(largest, error / (static_cast<double>(reduced.error) * binomials<order>[r]));
+        largest = std::max(largest, error / (static_cast<double>(reduced.error()) * binomials<order>[r]));
     }
     return largest;
 }

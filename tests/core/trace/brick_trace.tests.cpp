@@ -143,6 +143,27 @@ struct Visits {
         wrong += !is_right;
     }
 
+    void add(const CandidateCells& candidates, int lane)
+    {
+        const LevelBricks& level = subject->level;
+        const glm::ivec3 index = candidates.lower_of(lane);
+        cells.push_back(place_in(subject->shape, index));
+        bool is_right = subject->is_in_question.at(cells.back()) && subject->meets(subject->rays[ray], index);
+        const float* const first = level.volume->cell_coefficients(index.x, index.y, index.z);
+        const int n = level.volume->degree();
+        const float(*copy)[CandidateCells::capacity] = candidates.coefficients;
+        if (!candidates.are_copied)
+            is_right = is_right && candidates.only.first == first;
+        else
+            for (int k = 0; k <= n; ++k)
+                for (int j = 0; j <= n; ++j)
+                    for (int i = 0; i <= n; ++i)
+                        is_right = is_right &&
+                                   (*copy++)[lane] ==
+                                       first[i + j * level.volume->row_stride() + k * level.volume->slice_stride()];
+        wrong += !is_right;
+    }
+
     /// Each cell once, and all that have a root.
     void check()
     {
@@ -243,11 +264,14 @@ std::size_t check_packet_visits(const Subject& subject, const BrickTracer& trace
         Visit context{packet.active, {}};
         for (std::size_t lane = 0; lane < packet_capacity; ++lane)
             context.of_lane.push_back({&subject, first + lane, {}, 0});
-        const auto visit = [](void* of, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
+        const auto visit = [](void* of, const CandidateCells& cells) {
             auto& now = *static_cast<Visit*>(of);
-            REQUIRE(lanes != 0);
-            REQUIRE((lanes & ~now.active) == 0);
-            for_each_lane(lanes, [&](int lane) { now.of_lane[static_cast<std::size_t>(lane)].add(cell, index); });
+            REQUIRE(cells.lanes != 0);
+            REQUIRE((cells.lanes & ~now.active) == 0);
+            for_each_lane(cells.lanes, [&](int lane) {
+                Visits& visits = now.of_lane[static_cast<std::size_t>(lane)];
+                visits.add(cells, lane);
+            });
             return false;
         };
         for (const ShellBox& box : boxes)
@@ -273,15 +297,15 @@ void check_packet_nearest(const Subject& subject, const BrickTracer& tracer, con
     std::mt19937 random(13);
     for (std::size_t first = 0; first < subject.rays.size(); first += packet_capacity) {
         Nearest nearest{Packet(subject, first, random), intersector, {}};
-        const auto visit = [](void* context, const CellCoefficients& cell, const glm::ivec3& index, LaneMask lanes) {
+        const auto visit = [](void* context, const CandidateCells& cells) {
             auto& found_before = *static_cast<Nearest*>(context);
             Packet& packet = found_before.packet;
             RootPacket found;
-            const LaneMask with_root =
-                found_before.intersector.first_roots(cell, packet.rays, packet.t_limit, lanes, found);
+            const LaneMask with_root = found_before.intersector.first_roots(
+                cells, packet.subject.level.bricks.threshold(), packet.rays, packet.t_limit, found);
             for_each_lane(with_root, [&](int lane) {
                 Root& nearest_root = found_before.roots[lane];
-                const Root root{found.t[lane], place_in(packet.subject.shape, index)};
+                const Root root{found.t[lane], place_in(packet.subject.shape, cells.lower_of(lane))};
                 if (root.precedes(nearest_root)) {
                     nearest_root = root;
                     packet.t_limit[lane] = root.t;
