@@ -68,7 +68,8 @@ method : {"exact", "reference", "bracket"}
     How rays find the surface in a cell. "exact" misses no root. "reference" is the same in float64 throughout, and
     slow. "bracket" is the paper's method: opposite signs at the ends of the cell, then Brent's method.
 inside : {"above", "below"}
-    The side of the surface that is the solid. Normals point to the other side.
+    The side of the surface that is the solid. Normals point to the other side. Points where f equals the level are
+    above.
 material : Material, optional
     Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
 progress : callable, optional

@@ -21,8 +21,9 @@ namespace isospline {
 
 namespace {
 
-/// Edges shorter than this fraction of a cell are collapsed.
-constexpr double shortest_edge = 1e-3;
+/// Edges shorter than this fraction of a cell are collapsed. With a tolerance, simplification collapses those that are
+/// left, and checks that no faces cross.
+constexpr double shortest_edge = 1e-3, shortest_before_simplification = 1e-6;
 /// Subdivisions of a cell in the lattice of all cubes; those that are too coarse are refined further.
 constexpr int finest_lattice = 8;
 /// If more than one cube in this number is too coarse, all are halved.
@@ -142,7 +143,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
         }
         break;
     }
-    merge_close_vertices(mesh, shortest_edge);
+    merge_close_vertices(mesh, tolerance ? shortest_before_simplification : shortest_edge);
     return mesh;
 }
 

@@ -176,15 +176,15 @@ function contour(values, rows, columns, level, to, context) {
     for (let x = 0; x < columns - 1; ++x) {
       const at = y * columns + x;
       const [a, b, c, d] = [values[at], values[at + 1], values[at + columns + 1], values[at + columns]];
-      const kind = (a > level) | (b > level) << 1 | (c > level) << 2 | (d > level) << 3;
+      const kind = (a >= level) | (b >= level) << 1 | (c >= level) << 2 | (d >= level) << 3;
       if (kind === 0 || kind === 15) continue;
       const points = [];
-      if ((a > level) !== (b > level)) points.push([x + crossing(a, b), y]);
-      if ((b > level) !== (c > level)) points.push([x + 1, y + crossing(b, c)]);
-      if ((d > level) !== (c > level)) points.push([x + crossing(d, c), y + 1]);
-      if ((a > level) !== (d > level)) points.push([x, y + crossing(a, d)]);
+      if ((a >= level) !== (b >= level)) points.push([x + crossing(a, b), y]);
+      if ((b >= level) !== (c >= level)) points.push([x + 1, y + crossing(b, c)]);
+      if ((d >= level) !== (c >= level)) points.push([x + crossing(d, c), y + 1]);
+      if ((a >= level) !== (d >= level)) points.push([x, y + crossing(a, d)]);
       // At a saddle, the value in the middle decides which crossings are connected.
-      if (points.length === 4 && ((a + b + c + d) / 4 > level) !== (a > level)) points.push(points.shift());
+      if (points.length === 4 && ((a + b + c + d) / 4 >= level) !== (a >= level)) points.push(points.shift());
       for (let i = 0; i + 1 < points.length; i += 2) {
         context.moveTo(...to(...points[i]));
         context.lineTo(...to(...points[i + 1]));
