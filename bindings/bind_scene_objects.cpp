@@ -236,8 +236,7 @@ void bind_scene_objects(py::module_& module)
             [](const Scene& self, const py::object& geometry_id) {
                 return visibility_of(self.object(as_geometry_id(geometry_id)).seen_by);
             },
-            py::arg("geometry_id"),
-            "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
+            py::arg("geometry_id"), "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
         .def(
             "object",
             [](const Scene& self, const py::object& geometry_id) {

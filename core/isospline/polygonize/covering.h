@@ -5,6 +5,7 @@
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
+#include "isospline/polygonize/surface_mesh.h"
 
 #include <glm/vec3.hpp>
 
@@ -34,13 +35,6 @@ glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius);
 
 /// The usual edge: 1/64 of a cell, or an eighth of the tolerance if that is less.
 double least_edge_of(const LatticeMetric& metric, double tolerance);
-
-/// A connected part of the surface that a mesh leaves out.
-struct LeftOut {
-    glm::dvec3 position; ///< the centre of the box around it, world space
-    glm::dvec3 size;     ///< of the box, along the volume's axes, world units
-    double distance;     ///< of its points from the mesh, at most, world units; infinite for a mesh without faces
-};
 
 /// Joins boxes that touch. `boxes` and `mesh` are in lattice space.
 std::vector<LeftOut> join_boxes(const std::vector<Box>& boxes, const LabeledMesh& mesh,

@@ -1,7 +1,6 @@
 // Triangle meshes of isosurfaces.
 #pragma once
 
-#include "isospline/polygonize/covering.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/util/progress.h"
 
@@ -12,6 +11,13 @@
 #include <vector>
 
 namespace isospline {
+
+/// A connected part of the surface that a mesh leaves out.
+struct LeftOut {
+    glm::dvec3 position; ///< the centre of the box around it, world space
+    glm::dvec3 size;     ///< of the box, along the volume's axes, world units
+    double distance;     ///< of its points from the mesh, at most, world units; infinite for a mesh without faces
+};
 
 /// A mesh in world space. Faces are counter-clockwise as seen from outside of the solid.
 struct SurfaceMesh {
