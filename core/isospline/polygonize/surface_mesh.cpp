@@ -126,8 +126,11 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
 
 SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
 {
-    if (tolerance)
+    if (tolerance) {
         check_positive("tolerance", *tolerance);
+        // Everything is within the diagonal of the volume's box. Larger tolerances mean the same, and could overflow.
+        tolerance = std::min(*tolerance, glm::length(surface.volume().bounds().size()));
+    }
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
         if (!tolerance) {
             LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
