@@ -41,6 +41,7 @@ def test_mesh_and_measure_close_the_border(tmp_path, capsys):
 @pytest.mark.parametrize("degree", ["1", "2"])
 def test_a_solid_that_is_left_open_at_the_border_is_told(tmp_path, capsys, command, degree):
     """A bar through one side of an oblique volume; below the level, what is around it."""
+    pytest.importorskip("SimpleITK")
     bar = np.zeros((9, 11, 13), np.float32)
     bar[:5, 4:7, 5:8] = 100
     path, output = tmp_path / "bar.nrrd", ["-o", str(tmp_path / "bar.ply")] if command == "mesh" else []
