@@ -1,4 +1,4 @@
-// Adds candidate cells of a packet, and reads them; SIMD lanes are the rays. Included once for each target.
+// Adds candidate cells of a packet; SIMD lanes are the rays. Included once for each target.
 #include "isospline/cell/candidate_cells.h"
 #include "isospline/cell/lane_mask-inl.h"
 
