@@ -35,11 +35,11 @@ template <int Degree>
 class CellOfLane : public CellCoefficients {
 public:
     CellOfLane(const CandidateCells& cells, double surface_threshold, int lane)
-        : CellCoefficients({own_.data(), Degree + 1, (Degree + 1) * (Degree + 1)}, surface_threshold,
-                           cells.lower_of(lane))
+        : CellCoefficients({}, surface_threshold, cells.lower_of(lane))
     {
         for (std::size_t i = 0; i < count; ++i)
             own_[i] = cells.coefficients[i][lane];
+        static_cast<CoefficientView&>(*this) = {own_.data(), Degree + 1, (Degree + 1) * (Degree + 1)};
     }
     CellOfLane(const CellOfLane&) = delete;
     CellOfLane& operator=(const CellOfLane&) = delete;
