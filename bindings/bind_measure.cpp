@@ -53,8 +53,8 @@ Returns
 -------
 Measurement
     Volume of the spline model. Its error is the sum, over all pieces of cells, of the difference between the rules of
-    `order` and `order` - 2 nodes (at least one), plus a bound on parts that were too small to be resolved. The true
-    error is usually far smaller.
+    `order` nodes and of one or two nodes less (at least one), whichever is larger, plus a bound on parts that were too
+    small to be resolved. The true error is usually far smaller.
 
 Raises
 ------

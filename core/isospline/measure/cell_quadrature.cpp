@@ -33,10 +33,8 @@ constexpr int most_boxes = 2048;
 constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
 
-/// The integrals over a piece by two rules.
-struct Piece {
-    std::array<double, quantity_count> fine{}, coarse{};
-};
+/// The integrals over a piece by three rules, the fine one first.
+using Piece = std::array<std::array<double, quantity_count>, 3>;
 
 } // namespace
 
@@ -257,21 +255,22 @@ struct CellQuadrature::MethodOfDegree final : Method {
     template <typename Add>
     void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add)
     {
-        Piece piece;
+        Piece piece{};
         const auto visit = [&](const PatchNode& node) {
             std::array<double, quantity_count> found{};
             add(node, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
-                (node.is_fine ? piece.fine : piece.coarse)[i] += found[i];
-                if (node.is_fine && !node.is_resolved)
+                piece[node.rule][i] += found[i];
+                if (node.rule == 0 && !node.is_resolved)
                     result.error[i] += std::abs(found[i]);
             }
         };
         // The errors of pieces may have different signs, so their magnitudes are added.
         const auto end_piece = [&] {
             for (std::size_t i = 0; i < quantity_count; ++i) {
-                result.value[i] += piece.fine[i];
-                result.error[i] += std::abs(piece.fine[i] - piece.coarse[i]);
+                const double fine = piece[0][i];
+                result.value[i] += fine;
+                result.error[i] += std::max(std::abs(fine - piece[1][i]), std::abs(fine - piece[2][i]));
             }
             piece = {};
         };

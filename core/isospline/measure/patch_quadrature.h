@@ -7,25 +7,27 @@
 #include <glm/vec2.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <limits>
 #include <utility>
 #include <vector>
 
 namespace isospline {
 
-/// The nodes of the coarse rule along each axis, for those of the fine rule. With one node less, it is not coarse
-/// enough for the difference to bound the error of the fine rule: near a singularity, the errors of rules next to each
-/// other are similar. That of a curvature's integral was up to eight times the difference.
-inline int coarse_order(int order)
+/// The nodes of three rules along each axis: the fine one, and two coarser ones for its error. Both are needed. Near a
+/// singularity at an end of an interval, the errors of rules next to each other are similar; near one in the middle,
+/// those of rules that differ by two nodes are, because both have the middle as a node, or neither has.
+inline std::array<int, 3> orders_of_rules(int order)
 {
-    return std::max(order - 2, 1);
+    return {order, std::max(order - 1, 1), std::max(order - 2, 1)};
 }
 
-/// A node of one of two rules, the fine and the coarse one.
+/// A node of one of the rules.
 struct PatchNode {
     glm::dvec2 position;
     double weight;
-    bool is_fine;
+    std::size_t rule; ///< 0 for the fine one
     bool is_resolved; ///< whether the zeros around it are graphs, so that the rule converges
 };
 
@@ -33,12 +35,16 @@ struct PatchNode {
 /// pieces.
 class PatchQuadrature {
 public:
-    explicit PatchQuadrature(int order) : fine_(gauss_legendre(order)), coarse_(gauss_legendre(coarse_order(order))) {}
+    explicit PatchQuadrature(int order)
+    {
+        for (const int nodes : orders_of_rules(order))
+            rules_.push_back(gauss_legendre(nodes));
+    }
 
     /// Resets the count of parts.
     void begin() { patch_count_ = 0; }
 
-    /// Calls `visit(PatchNode)` for the nodes of both rules on a piece, then `end_piece()`, and so on for all pieces.
+    /// Calls `visit(PatchNode)` for the nodes of all rules on a piece, then `end_piece()`, and so on for all pieces.
     /// `cross` is whether zeros of two edges may meet.
     template <typename Visit, typename EndPiece>
     void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece)
@@ -80,8 +86,8 @@ private:
             for (std::size_t i = 1; i < outer_cuts_.size(); ++i) {
                 if (!(outer_cuts_[i] - outer_cuts_[i - 1] > least_width_))
                     continue;
-                for (const bool is_fine : {true, false})
-                    add_rule(patch, inner, i, is_fine, is_resolved, visit);
+                for (std::size_t rule = 0; rule < rules_.size(); ++rule)
+                    add_rule(patch, inner, i, rule, is_resolved, visit);
                 end_piece();
             }
             return;
@@ -140,12 +146,13 @@ private:
 
     /// Applies one rule between two outer cuts, and there between the zeros of the edges.
     template <typename Visit>
-    void add_rule(const Patch& patch, int inner, std::size_t cut, bool is_fine, bool is_resolved, const Visit& visit)
+    void add_rule(const Patch& patch, int inner, std::size_t cut, std::size_t rule, bool is_resolved,
+                  const Visit& visit)
     {
         const int outer = 1 - inner;
-        const std::vector<QuadratureNode>& rule = is_fine ? fine_ : coarse_;
+        const std::vector<QuadratureNode>& nodes = rules_[rule];
         const double begin = outer_cuts_[cut - 1], width = outer_cuts_[cut] - begin;
-        for (const QuadratureNode& node : rule) {
+        for (const QuadratureNode& node : nodes) {
             const double s = begin + width * node.position;
             inner_cuts_.assign({0.0, 1.0});
             for (const PatchPolynomial& edge : patch.edges)
@@ -155,19 +162,19 @@ private:
                 const double length = inner_cuts_[j] - inner_cuts_[j - 1];
                 if (!(length > least_width_))
                     continue;
-                for (const QuadratureNode& next : rule) {
+                for (const QuadratureNode& next : nodes) {
                     glm::dvec2 x;
                     x[outer] = s;
                     x[inner] = inner_cuts_[j - 1] + length * next.position;
                     visit(PatchNode{patch.lower + patch.size * x,
-                                    width * node.weight * length * next.weight * patch.size.x * patch.size.y, is_fine,
+                                    width * node.weight * length * next.weight * patch.size.x * patch.size.y, rule,
                                     is_resolved});
                 }
             }
         }
     }
 
-    std::vector<QuadratureNode> fine_, coarse_;
+    std::vector<std::vector<QuadratureNode>> rules_;
     std::vector<double> outer_cuts_, inner_cuts_; ///< reused, to avoid allocations
     int patch_count_ = 0;
 };
