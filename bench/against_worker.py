@@ -83,7 +83,7 @@ class Worker:
     def picture(self, camera, size, shadows):
         camera = isospline.PerspectiveCamera(**self.options["cameras"][camera])
         shading = isospline.Phong(shadows=shadows)
-        return lambda: isospline.render(self.scene, camera, size=size, shading=shading).color
+        return lambda: isospline.render(self.scene, camera, size=size, light=shading).color
 
     def next_level(self):
         """A level that has not been used yet, within a hundredth of the data's range."""

@@ -72,14 +72,19 @@ inline pybind11::object as_host_array(const pybind11::handle& value, const char*
 {
     namespace py = pybind11;
     auto given = py::reinterpret_borrow<py::object>(value);
-    if (py::isinstance<py::array>(value) || py::hasattr(value, "__array__"))
+    if (py::isinstance<py::array>(value))
         return given;
-    const bool has_numpy = py::hasattr(value, "numpy") && PyCallable_Check(given.attr("numpy").ptr()) != 0;
+    // Tensors of PyTorch with gradients have to be detached: NumPy takes numbers alone.
+    if (py::hasattr(value, "requires_grad") && py::hasattr(value, "detach"))
+        given = given.attr("detach")();
+    if (py::hasattr(given, "__array__"))
+        return given;
+    const bool has_numpy = py::hasattr(given, "numpy") && PyCallable_Check(given.attr("numpy").ptr()) != 0;
     if (!has_numpy && !py::hasattr(value, "__dlpack__"))
         return given;
     try {
         return has_numpy ? py::object(given.attr("numpy")())
-                         : py::object(py::module_::import("numpy").attr("from_dlpack")(value));
+                         : py::object(py::module_::import("numpy").attr("from_dlpack")(given));
     } catch (const py::error_already_set&) {
         throw_wrong_type(parameter, std::string(expected) + " in the memory of the CPU", value);
     }

@@ -69,8 +69,9 @@ constexpr const char* environment_doc = R"(Light from infinitely far away, from 
 
 Parameters
 ----------
-radiance : float or (3,) float
-    Linear red, green and blue; with an image, a factor.
+radiance : float, (3,) float, path or (height, width, 3) array
+    Linear red, green and blue; with an image, a factor. A path of an .exr or .hdr file, see `read_environment`, or an
+    array is the image, with factor 1.
 image : (height, width, 3) array_like of numbers, optional
     Linear radiance by direction: an equirectangular panorama. The top row is z, the bottom row is -z, x is in the
     middle, and y is in the middle of the left half. The radiance is constant within a pixel. Directions are sampled in
@@ -150,7 +151,9 @@ void bind_area_lights(py::module_& module)
     py::class_<EnvironmentLight>(module, "EnvironmentLight", environment_doc)
         .def(
             py::init([](const py::object& radiance, const py::object& image, const py::object& rotation, bool visible) {
-                EnvironmentLight light{as_color(radiance, "radiance"), as_map(image), glm::dmat3(1.0), visible};
+                const py::object sky = py::module_::import("isospline.environments").attr("sky_of")(radiance, image);
+                EnvironmentLight light{as_color(sky.is_none() ? radiance : py::cast(1.0), "radiance"),
+                                       as_map(sky.is_none() ? image : sky), glm::dmat3(1.0), visible};
                 if (!rotation.is_none())
                     light.rotation = as_matrix3(rotation, "rotation");
                 validate(light);

@@ -47,7 +47,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> hits = isospline.Scene([isospline.Isosurface(volume, field.level)]).cast_rays([(0.1, -2, 0.2, 0, 1, 0)])
 >>> volume.cell_at(hits["primitive_ids"])
 array([[17,  5, 19]], dtype=int32)

@@ -72,7 +72,8 @@ void bind_by_volume(py::module_& module)
 {
     const auto make = [](const py::object& given, const py::object& cmap, std::optional<Limits> limits,
                          const py::object& transform) {
-        auto volume = as_object<Volume>(given, "volume");
+        auto volume = as_object<Volume>(
+            py::module_::import("isospline.interop.conversions").attr("as_volume")(given, "volume"), "volume");
         if (!limits && !(volume->minimum() < volume->maximum()))
             throw_invalid("limits", "two numbers, since all samples of the volume are the same", "None");
         ColorByVolume color;
@@ -93,7 +94,7 @@ void bind_by_volume(py::module_& module)
 
 Parameters
 ----------
-volume : Volume
+volume : Volume, VolumeData or (nz, ny, nx) array
     Any volume of any degree; it need not be the volume of the surface. Outside of its domain, it continues by its
     boundary rule.
 cmap : str, matplotlib Colormap or (N, 3) array_like

@@ -30,6 +30,8 @@ Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
     As in `cast_rays`; ray i is the i-th in C order.
+directions : (..., 3) array_like, optional
+    As in `cast_rays`.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count.
 
@@ -65,7 +67,7 @@ constexpr const char* count_intersections_doc = R"(The number of crossings of ea
 
 Parameters
 ----------
-rays, t_near, t_far
+rays, directions, t_near, t_far
     As in `list_intersections`.
 
 Returns
@@ -110,9 +112,10 @@ void for_each_ray(const GivenRays& given, const std::vector<CrossingChunk>& chun
     }
 }
 
-py::object list_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
+py::object list_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
+                              double t_far)
 {
-    GivenRays given(rays, t_near, t_far, false);
+    GivenRays given(rays, directions, t_near, t_far, false);
     const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
     auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(given.count()) + 1});
     std::int64_t* const to_split = splits.mutable_data();
@@ -160,9 +163,10 @@ py::object list_intersections(Scene& scene, const py::object& rays, double t_nea
     return as_result("Crossings", result);
 }
 
-py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, double t_near, double t_far)
+py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, const py::object& directions,
+                                              double t_near, double t_far)
 {
-    GivenRays given(rays, t_near, t_far, false);
+    GivenRays given(rays, directions, t_near, t_far, false);
     auto result = new_array<std::int32_t>(given.rows.leading_shape());
     std::int32_t* const counts = result.mutable_data();
     for_each_ray(given, crossings_of(scene, given), [&](std::size_t ray, std::span<const Crossing> crossings) {
@@ -177,10 +181,10 @@ void bind_crossings(py::module_& module)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     py::class_<Scene>(module.attr("Scene"))
-        .def("list_intersections", &list_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = infinity, list_intersections_doc)
-        .def("count_intersections", &count_intersections, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = infinity, count_intersections_doc);
+        .def("list_intersections", &list_intersections, py::arg("rays"), py::arg("directions") = py::none(),
+             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, list_intersections_doc)
+        .def("count_intersections", &count_intersections, py::arg("rays"), py::arg("directions") = py::none(),
+             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, count_intersections_doc);
 }
 
 } // namespace isospline

@@ -36,7 +36,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.torus()
->>> torus = isospline.Volume(field.samples(64), **field.grid(64))
+>>> torus = field.volume(64)
 >>> isospline.Scene([isospline.Isosurface(torus, field.level)]).extent([(0, 0, 1), (1, 1, 0)]).round(1)
 array([[-0.3,  0.3],
        [-1.2,  1.2]])

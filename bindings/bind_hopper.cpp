@@ -4,6 +4,7 @@
 #include "hits.h"
 #include "long_call.h"
 #include "rays.h"
+#include "results.h"
 
 #include "isospline/hopper/hopper.h"
 #include "isospline/util/cancellable_mutex.h"
@@ -88,7 +89,7 @@ TypeError
     If `rays` does not hold real numbers.
 )";
 
-constexpr const char* statistics_doc = R"(dict: statistics of the rays of the last `cast_rays`.
+constexpr const char* statistics_doc = R"(HopStatistics: of the rays of the last `cast_rays`.
 
 ``hops``: from one voxel to the next. ``strides``: across empty bricks. ``evaluated_cells``: cells of the shell in which
 the surface was searched. ``mean_hop_length``: of hops and strides, in voxels, or 0 without any. Hops end on the faces
@@ -142,7 +143,7 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
 py::object cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
                      const py::object& outputs, const py::object& dtype)
 {
-    const GivenRays given(rays, t_near, t_far, false);
+    const GivenRays given(rays, py::none(), t_near, t_far, false);
     HitArrays arrays(given.rows, outputs, dtype, py::none());
     HopStatistics statistics;
     std::mutex adding;
@@ -173,14 +174,14 @@ std::size_t memory(FollowingHopper& following)
     return bytes;
 }
 
-py::dict to_dict(const HopStatistics& statistics)
+py::object to_result(const HopStatistics& statistics)
 {
     py::dict result;
     result["hops"] = statistics.hops;
     result["strides"] = statistics.strides;
     result["evaluated_cells"] = statistics.evaluated_cells;
     result["mean_hop_length"] = statistics.mean_hop_length();
-    return result;
+    return as_result("HopStatistics", result);
 }
 
 } // namespace
@@ -193,7 +194,7 @@ void bind_hopper(py::module_& module)
              py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("outputs") = default_hit_outputs(),
              py::arg("dtype") = py::none(), cast_rays_doc)
         .def_property_readonly(
-            "statistics", [](const FollowingHopper& following) { return to_dict(following.last); }, statistics_doc)
+            "statistics", [](const FollowingHopper& following) { return to_result(following.last); }, statistics_doc)
         .def_property_readonly("surface", &FollowingHopper::surface, "The surface.")
         .def_property_readonly(
             "strides", [](const FollowingHopper& following) { return following.options().strides; },

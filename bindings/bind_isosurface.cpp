@@ -3,6 +3,7 @@
 #include "arrays.h"
 #include "clip.h"
 #include "long_call.h"
+#include "look.h"
 #include "masks.h"
 #include "warn.h"
 
@@ -40,7 +41,7 @@ both signs, except those that pruning by two-scale subdivision rules out.
 
 Parameters
 ----------
-volume : Volume
+volume : Volume, VolumeData or (nz, ny, nx) array
     Its degree is 1, 2 or 3. Odd degrees need at least two samples along each axis.
 level : float
     The value :math:`f_0`.
@@ -71,7 +72,13 @@ inside : {"above", "below"}
     The side of the surface that is the solid. Normals point to the other side. Points where f equals the level are
     above.
 material : Material, optional
-    Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
+    Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+    Its colour, in place of `material`; as in `Material`. By default, the light decides.
+opacity : float, optional
+    Its opacity from 0 to 1, in place of `material`. Path tracers draw all surfaces opaque.
+name : str, optional
+    What legends call it.
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
 
@@ -171,6 +178,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
                                             const py::object& mask, std::optional<int> largest, const py::object& clip,
                                             bool capped, bool closed, const std::string& method,
                                             const std::string& inside, std::shared_ptr<Material> material,
+                                            const py::object& color, const py::object& opacity, const py::object& name,
                                             const py::object& progress)
 {
     const auto volume = as_object<Volume>(
@@ -186,7 +194,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
     options.closed = closed;
     options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
-    options.material = std::move(material);
+    options.material = look_of(std::move(material), color, opacity, name);
     return build(volume, level, std::move(options), nullptr, progress);
 }
 
@@ -267,11 +275,14 @@ void bind_shell(py::module_& module)
 void bind_isosurface(py::module_& module)
 {
     bind_shell(module);
-    py::class_<Isosurface, std::shared_ptr<Isosurface>>(module, "Isosurface", isosurface_doc)
+    py::class_<Isosurface, std::shared_ptr<Isosurface>> surface_class(module, "Isosurface", isosurface_doc);
+    bind_look(surface_class);
+    surface_class
         .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
              py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("largest") = py::none(),
              py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("closed") = false,
              py::arg("method") = "exact", py::arg("inside") = "above", py::arg("material") = py::none(),
+             py::arg("color") = py::none(), py::arg("opacity") = py::none(), py::arg("name") = py::none(),
              py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "A new surface of the same volume, with the same options. Both share the data derived from the volume.")
@@ -314,9 +325,6 @@ void bind_isosurface(py::module_& module)
         .def_property_readonly(
             "closed", [](const Isosurface& surface) { return surface.options().closed; },
             "Whether the solid is closed at the border of the volume.")
-        .def_property_readonly(
-            "material", [](const Isosurface& surface) { return std::const_pointer_cast<Material>(surface.material()); },
-            "Its material, as given, or None.")
         .def_property_readonly(
             "prune_depth", [](const Isosurface& surface) { return surface.options().shell.prune_depth; },
             "Levels of subdivision that the shell was pruned with.")

@@ -5,9 +5,13 @@
 #include "isospline/shade/material.h"
 #include "isospline/util/check.h"
 
+#include <pybind11/stl.h>
+
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 
 namespace py = pybind11;
@@ -17,12 +21,14 @@ namespace isospline {
 namespace {
 
 constexpr const char* material_doc =
-    R"(How a surface scatters light: a diffuse base under a rough dielectric coat, or a rough metal.
+    R"(The look of a surface: its colour, its opacity, and how it scatters light.
+
+For path tracing, it is a diffuse base under a rough dielectric coat, or a rough metal:
 
 .. math:: f = (1 - m) \frac{c}{\pi} (1 - F_d(i)) (1 - F_d(o))
               + \frac{F(h) D(h) G(i, o)}{4 \langle n, i \rangle \langle n, o \rangle}
 
-with the half vector h of the directions i to the light and o to the viewer, the base colour c, the metallic part m, the
+with the half vector h of the directions i to the light and o to the viewer, the colour c, the metallic part m, the
 distribution D of Trowbridge and Reitz (GGX) of width roughness^2, Smith's masking G and Schlick's Fresnel term
 
 .. math:: F(h) = F_0 + (F_{90} - F_0) (1 - \langle h, o \rangle)^5.
@@ -33,13 +39,20 @@ dielectric, at the normal. With ``specular=0`` and ``metallic=0`` this is Lamber
 
 Parameters
 ----------
-base_color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear, 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it.
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+    A name, linear numbers from 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it. By default,
+    the light decides: a `PathTracer` uses 0.8, and a shading its own colour.
 metallic, roughness, specular : float
-    0 to 1. A roughness below 0.03 counts as 0.03.
-cap_color : as base_color, optional
-    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default the base colour. The camera sees a
+    0 to 1. A roughness below 0.03 counts as 0.03. For path tracing.
+cap_color : as color, optional
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default the colour. The camera sees a
     rule, such as ``ColorByVolume(volume, "gray")``, without light: its colours are those of its colour bar.
+opacity : float
+    0 to 1. Path tracers draw all surfaces opaque.
+silhouette_opacity, silhouette_exponent : float
+    As in `Phong`.
+name : str
+    What legends call objects of this material.
 
 Raises
 ------
@@ -48,8 +61,8 @@ ValueError
 
 Notes
 -----
-An object's material is, in this order: the one that `PathTracer(materials=)` has for its geometry id; its own, from
-``Mesh(..., material=)`` or ``Isosurface(..., material=)``; or `PathTracer(material=)`.
+An object's material is, in this order: the one that ``PathTracer(materials=)`` has for it; its own, from
+``Mesh(..., material=)`` or ``Isosurface(..., material=)``; or ``PathTracer(material=)``.
 
 References
 ----------
@@ -69,17 +82,30 @@ Examples
 void bind_material(py::module_& module)
 {
     py::class_<Material, std::shared_ptr<Material>>(module, "Material", material_doc)
-        .def(py::init([](const py::object& base_color, double metallic, double roughness, double specular,
-                         const py::object& cap_color) {
-                 Material material{as_surface_color(base_color, "base_color"), metallic, roughness, specular,
-                                   as_cap_color(cap_color, "cap_color")};
+        .def(py::init([](const py::object& color, double metallic, double roughness, double specular,
+                         const py::object& cap_color, double opacity, std::optional<double> silhouette_opacity,
+                         double silhouette_exponent, std::string name) {
+                 Material material{as_cap_color(color, "color"),
+                                   metallic,
+                                   roughness,
+                                   specular,
+                                   as_cap_color(cap_color, "cap_color"),
+                                   opacity,
+                                   silhouette_opacity,
+                                   silhouette_exponent,
+                                   std::move(name)};
                  validate(material);
                  return material;
              }),
-             py::arg("base_color") = std::get<glm::dvec3>(Material().base_color).x, py::kw_only(),
-             py::arg("metallic") = 0.0, py::arg("roughness") = Material().roughness,
-             py::arg("specular") = Material().specular, py::arg("cap_color") = py::none())
-        .def_readonly("base_color", &Material::base_color)
+             py::arg("color") = py::none(), py::kw_only(), py::arg("metallic") = 0.0,
+             py::arg("roughness") = Material().roughness, py::arg("specular") = Material().specular,
+             py::arg("cap_color") = py::none(), py::arg("opacity") = 1.0, py::arg("silhouette_opacity") = py::none(),
+             py::arg("silhouette_exponent") = Material().silhouette_exponent, py::arg("name") = "")
+        .def_readonly("color", &Material::color)
+        .def_readonly("opacity", &Material::opacity)
+        .def_readonly("silhouette_opacity", &Material::silhouette_opacity)
+        .def_readonly("silhouette_exponent", &Material::silhouette_exponent)
+        .def_readonly("name", &Material::name)
         .def_readonly("cap_color", &Material::cap_color)
         .def_readonly("metallic", &Material::metallic)
         .def_readonly("roughness", &Material::roughness)
@@ -92,9 +118,8 @@ void bind_material(py::module_& module)
                     throw_invalid("to_light", "the shape of to_viewer, " + to_text(viewer.leading_shape()),
                                   to_text(light.leading_shape()));
                 py::array_t<double> result = new_array<double>(viewer.leading_shape(), {3});
-                if (!std::holds_alternative<glm::dvec3>(material.base_color))
-                    throw_invalid("base_color", "a constant colour, because no point is given",
-                                  to_text(material.base_color));
+                if (!std::holds_alternative<glm::dvec3>(color_of(material)))
+                    throw_invalid("color", "a constant colour, because no point is given", to_text(material.color));
                 const Scattering scattering(material);
                 for (std::size_t i = 0; i < viewer.count(); ++i) {
                     const glm::dvec3 f = scattering.evaluate(viewer.vector(i), light.vector(i));
@@ -117,12 +142,14 @@ Returns
 Raises
 ------
 ValueError
-    If the base colour is a rule, because it then depends on the point.
+    If the colour is a rule, because it then depends on the point.
 )")
         .def("__repr__", [](const Material& material) {
-            return "Material(" + to_text(material.base_color) + ", metallic=" + to_text(material.metallic) +
+            return "Material(" + to_text(material.color) + ", metallic=" + to_text(material.metallic) +
                    ", roughness=" + to_text(material.roughness) + ", specular=" + to_text(material.specular) +
-                   ", cap_color=" + to_text(material.cap_color) + ")";
+                   ", cap_color=" + to_text(material.cap_color) +
+                   (material.opacity < 1.0 ? ", opacity=" + to_text(material.opacity) : "") +
+                   (material.name.empty() ? "" : ", name=\"" + material.name + "\"") + ")";
         });
 }
 

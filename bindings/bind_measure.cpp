@@ -21,20 +21,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* measurement_doc = R"(A measured number with an estimate of its error.
-
-``float(measurement)`` is the number.
-
-Examples
---------
->>> import isospline
->>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
->>> area = isospline.Isosurface(volume, field.level).area()
->>> round(area.value, 4), area.error < 0.001
-(6.1575, True)
-)";
-
 constexpr const char* volume_doc = R"(The volume of the solid that the surface bounds, in world units cubed.
 
 .. math:: V = \int_{f > f_0} \mathrm{d}^3 x
@@ -77,7 +63,7 @@ Examples
 >>> import math
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> ball = isospline.Isosurface(volume, field.level).enclosed_volume()
 >>> bool(abs(ball.value / (4 / 3 * math.pi * 0.7**3) - 1) < 1e-5)
 True
@@ -105,7 +91,7 @@ Examples
 >>> import math
 >>> import isospline
 >>> field = isospline.volumes.torus(0.6, 0.25)
->>> volume = isospline.Volume(field.samples(64), **field.grid(64), degree=3)
+>>> volume = field.volume(64, degree=3)
 >>> torus = isospline.Isosurface(volume, field.level).area()
 >>> bool(abs(torus.value / (4 * math.pi**2 * 0.6 * 0.25) - 1) < 1e-4)
 True
@@ -161,7 +147,7 @@ Examples
 >>> import math
 >>> import isospline
 >>> field = isospline.volumes.torus(0.6, 0.25)
->>> volume = isospline.Volume(field.samples(48), **field.grid(48))
+>>> volume = field.volume(48)
 >>> torus = isospline.Isosurface(volume, field.level)
 >>> round(torus.gaussian_curvature().value / (2 * math.pi), 6) + 0.0
 0.0
@@ -293,7 +279,7 @@ py::array_t<bool> to_mask(const Isosurface& surface, const py::object& progress)
     return array;
 }
 
-Measurement measure(const Isosurface& surface, Quantity quantity, int order, const py::object& progress)
+py::object measure(const Isosurface& surface, Quantity quantity, int order, const py::object& progress)
 {
     const auto snapshot = surface.snapshot();
     const bool is_curvature = quantity == Quantity::mean_curvature || quantity == Quantity::gaussian_curvature;
@@ -302,33 +288,16 @@ Measurement measure(const Isosurface& surface, Quantity quantity, int order, con
     long_call("to integrate over a surface", progress,
               [&](const Progress& report) { found = integrate(solid_of(*snapshot), options, report); });
     const auto i = static_cast<std::size_t>(quantity);
-    return {found.value[i], found.error[i]};
-}
-
-std::string representation(const Measurement& measurement)
-{
-    std::ostringstream text;
-    text.precision(12);
-    text << "Measurement(value=" << measurement.value;
-    text.precision(3);
-    text << ", error=" << measurement.error << ")";
-    return text.str();
+    py::dict measured;
+    measured["value"] = found.value[i];
+    measured["error"] = found.error[i];
+    return as_result("measurement_of", measured);
 }
 
 } // namespace
 
 void bind_measure(py::module_& module)
 {
-    py::class_<Measurement>(module, "Measurement", measurement_doc)
-        .def(py::init([](double value, double error) {
-                 return Measurement{value, error};
-             }),
-             py::arg("value"), py::arg("error"))
-        .def_readonly("value", &Measurement::value, "The number.")
-        .def_readonly("error", &Measurement::error, "An estimate of the error, at least 0.")
-        .def("__float__", [](const Measurement& measurement) { return measurement.value; })
-        .def("__repr__", &representation);
-
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
     const auto bind_integral = [&](const char* name, Quantity quantity, const char* doc) {
         surface.def(

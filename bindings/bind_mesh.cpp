@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "colors.h"
 #include "long_call.h"
+#include "look.h"
 
 #include "isospline/scene/mesh.h"
 #include "isospline/shade/material.h"
@@ -27,7 +28,8 @@ constexpr const char* mesh_doc = R"(A triangle mesh.
 Parameters
 ----------
 vertices : (V, 3) array_like of numbers, world units
-    Positions; single precision is enough, double precision is kept.
+    Positions; single precision is enough, double precision is kept. Or, without faces, a mesh of trimesh, PyVista, VTK
+    or meshio.
 faces : (F, 3) array_like of integers
     Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
 normals : (V, 3) array_like of numbers, optional
@@ -38,7 +40,14 @@ colors : (V, 3) array_like of numbers, str or sequence of str, optional
     uint8; or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by
     default, or of a `Material`.
 material : Material, optional
-    Its material for a `PathTracer`, unless the path tracer has another one for its geometry id.
+    Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+    Its colour, in place of `material`; as in `Material`. The colours of the vertices are multiplied by it. By
+    default, the light decides.
+opacity : float, optional
+    Its opacity from 0 to 1, in place of `material`. Path tracers draw all surfaces opaque.
+name : str, optional
+    What legends call it.
 values : (V,) array_like of numbers, optional
     A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them;
     pictures do not show them.
@@ -130,10 +139,30 @@ py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& v
                                          reinterpret_cast<const double*>(vectors.data()), self));
 }
 
+/// A mesh of another library, with some of its attributes replaced.
+std::shared_ptr<Mesh> converted_mesh(const py::object& given, const py::object& normals, const py::object& colors,
+                                     std::shared_ptr<Material> material, const py::object& values,
+                                     std::string values_name)
+{
+    const py::object as_mesh = py::module_::import("isospline.interop.conversions").attr("mesh_without_faces");
+    const auto mesh = as_mesh(given).cast<std::shared_ptr<Mesh>>();
+    const std::size_t count = mesh->vertices().size();
+    return std::make_shared<Mesh>(mesh->vertices(), mesh->faces(),
+                                  normals.is_none() ? mesh->normals() : as_vertex_vectors(normals, "normals", count),
+                                  colors.is_none() ? mesh->colors() : as_vertex_colors(colors, count),
+                                  material ? std::move(material) : std::const_pointer_cast<Material>(mesh->material()),
+                                  values.is_none() ? mesh->values()
+                                                   : as_vertex_values(values, std::move(values_name), count));
+}
+
 std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces, const py::object& normals,
                                 const py::object& colors, std::shared_ptr<Material> material, const py::object& values,
-                                std::string values_name)
+                                std::string values_name, const py::object& color, const py::object& opacity,
+                                const py::object& name)
 {
+    material = look_of(std::move(material), color, opacity, name);
+    if (faces.is_none())
+        return converted_mesh(vertices, normals, colors, std::move(material), values, std::move(values_name));
     std::vector<glm::dvec3> vertex_list = as_vectors(vertices, "vertices");
     std::vector<glm::dvec3> normal_list = as_vertex_vectors(normals, "normals", vertex_list.size());
     std::vector<glm::dvec3> color_list = as_vertex_colors(colors, vertex_list.size());
@@ -166,10 +195,13 @@ std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& fa
 
 void bind_mesh(py::module_& module)
 {
-    py::class_<Mesh, std::shared_ptr<Mesh>>(module, "Mesh", mesh_doc)
-        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces"), py::arg("normals") = py::none(),
+    py::class_<Mesh, std::shared_ptr<Mesh>> mesh_class(module, "Mesh", mesh_doc);
+    bind_look(mesh_class);
+    mesh_class
+        .def(py::init(&make_mesh), py::arg("vertices"), py::arg("faces") = py::none(), py::arg("normals") = py::none(),
              py::arg("colors") = py::none(), py::arg("material") = py::none(), py::arg("values") = py::none(),
-             py::arg("values_name") = VertexValues().name)
+             py::arg("values_name") = VertexValues().name, py::kw_only(), py::arg("color") = py::none(),
+             py::arg("opacity") = py::none(), py::arg("name") = py::none())
         .def_property_readonly(
             "vertices",
             [](const py::object& self) {
@@ -193,9 +225,6 @@ void bind_mesh(py::module_& module)
         .def_property_readonly(
             "colors", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().colors()); },
             "(V, 3) float64 array, linear; read-only. None without colours.")
-        .def_property_readonly(
-            "material", [](const Mesh& mesh) { return std::const_pointer_cast<Material>(mesh.material()); },
-            "The given material, or None.")
         .def_property_readonly(
             "values",
             [](const py::object& self) -> py::object {

@@ -26,42 +26,6 @@ namespace isospline {
 
 namespace {
 
-constexpr const char* path_tracer_doc =
-    R"(A Monte Carlo path tracer: soft shadows, reflections, and light between surfaces.
-
-The noise falls with the square root of the number of samples; `Image.variance` estimates the remaining noise. Random
-numbers are a function of pixel, sample and seed, so the picture is the same, bit for bit, for any number of threads. A
-single sample goes through the centre of its pixel and of the lens, so that colour, alpha and ids belong to one ray.
-With several samples, each goes through a random position.
-
-Parameters
-----------
-material : Material
-    For objects that have no material of their own, as ``Mesh(..., material=)`` and ``Isosurface(..., material=)`` have.
-materials : dict of geometry id to Material
-    For these objects of the scene; replaces their own.
-lights : sequence of lights, optional
-    `PositionalLight` (whose intensity here falls off with the square of the distance), `DirectionalLight` (irradiance),
-    `RectangleLight`, `SphereLight` and at most one `EnvironmentLight`; by default ``EnvironmentLight(1)``.
-max_bounces : int
-    Number of hits at which a path scatters, at least 0.
-seed : int
-    A different seed gives different noise.
-
-Raises
-------
-ValueError
-    For negative bounces and more than one environment. When rendering, for a geometry id that the scene does not have.
-
-Examples
---------
->>> import isospline
->>> lamp = isospline.SphereLight((3, -3, 5), 1.0, radiance=10)
->>> integrator = isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(0.2)])
->>> integrator.max_bounces
-16
-)";
-
 /// A renderer that serves one caller at a time.
 struct SceneRenderer {
     SceneRenderer(Scene& rendered, const Camera& camera, const glm::ivec2& size, PathTracer path_tracer,
@@ -173,7 +137,7 @@ void reset(SceneRenderer& self, const std::optional<Camera>& camera)
 
 void bind_path_tracer(py::module_& module)
 {
-    py::class_<PathTracer>(module, "PathTracer", path_tracer_doc)
+    py::class_<PathTracer>(module, "PathTracer", "The C++ part of isospline.PathTracer.")
         .def(py::init([](const Material& material, std::map<std::uint32_t, Material> materials,
                          std::optional<std::vector<Emitter>> lights, int max_bounces, std::uint32_t seed) {
                  PathTracer path_tracer{material, std::move(materials), {EnvironmentLight{}}, max_bounces, seed};
@@ -198,18 +162,18 @@ void bind_path_tracer(py::module_& module)
         });
 
     py::class_<SceneRenderer>(module, "ProgressiveRenderer", "The C++ part of isospline.ProgressiveRenderer.")
-        .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& integrator,
+        .def(py::init([](Scene& scene, const Camera& camera, std::array<int, 2> size, const PathTracer& path_tracer,
                          const py::object& background, const py::object& layers, int ambient_occlusion_samples,
                          const std::string& encoding, const Crop& crop) {
                  return naming_memory("to render " + size_text(size[0], size[1]), [&] {
-                     return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), integrator,
+                     return std::make_unique<SceneRenderer>(scene, camera, glm::ivec2(size[0], size[1]), path_tracer,
                                                             as_background(background, "background"),
                                                             as_layers(layers, ambient_occlusion_samples),
                                                             as_enum(color_encodings, encoding, "encoding"), crop);
                  });
              }),
              py::keep_alive<1, 2>(), py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
-             py::arg("integrator"), py::arg("background"), py::arg("layers"), py::arg("ambient_occlusion_samples"),
+             py::arg("path_tracer"), py::arg("background"), py::arg("layers"), py::arg("ambient_occlusion_samples"),
              py::arg("encoding"), py::arg("crop") = py::none())
         .def("step", &step, py::arg("samples"), py::kw_only(), py::arg("progress"))
         .def("reset", &reset, py::arg("camera"))

@@ -53,7 +53,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> isospline.Isosurface(volume, field.level).contains([(0, 0, 0), (0.6, 0, 0), (0.8, 0, 0), (5, 0, 0)])
 array([ True,  True, False, False])
 )";
@@ -107,7 +107,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> surface = isospline.Isosurface(volume, field.level)
 >>> nearest = surface.closest_points([(0.2, 0, 0), (0, 0, 3)])
 >>> nearest["distances"].round(4)
@@ -147,7 +147,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.torus(0.6, 0.25)
->>> volume = isospline.Volume(field.samples(64), **field.grid(64))
+>>> volume = field.volume(64)
 >>> surface = isospline.Isosurface(volume, field.level)
 >>> surface.signed_distance([(0.6, 0, 0.1), (0.6, 0, 0.5), (0.2, 0, 0)]).round(3)
 array([-0.15,  0.25,  0.15])

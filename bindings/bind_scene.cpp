@@ -71,6 +71,9 @@ Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
     Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
+    Tensors of other libraries are taken as they are, without their gradients.
+directions : (..., 3) array_like, optional
+    Directions of the rays, if `rays` has their origins alone, of shape (..., 3).
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
 coherent : bool
@@ -117,11 +120,13 @@ TypeError
 
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
-It only sees objects whose `visibility` has "shadow"; the other queries only see objects that have "camera".
+It only sees objects that cast shadows, see `visibility`; the other queries see those that are visible.
 
 Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
+    As in `cast_rays`.
+directions : (..., 3) array_like, optional
     As in `cast_rays`.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count.
@@ -146,10 +151,10 @@ std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& 
     return scene;
 }
 
-py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double t_far, bool coherent,
-                     const py::object& outputs, const py::object& dtype, const py::object& out)
+py::object cast_rays(Scene& scene, const py::object& rays, const py::object& directions, double t_near, double t_far,
+                     bool coherent, const py::object& outputs, const py::object& dtype, const py::object& out)
 {
-    GivenRays given(rays, t_near, t_far, coherent);
+    GivenRays given(rays, directions, t_near, t_far, coherent);
     HitArrays arrays(given.rows, outputs, dtype, out);
     const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
@@ -170,9 +175,10 @@ py::object cast_rays(Scene& scene, const py::object& rays, double t_near, double
     return arrays.to_result();
 }
 
-py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, double t_near, double t_far)
+py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
+                                  double t_far)
 {
-    GivenRays given(rays, t_near, t_far, false);
+    GivenRays given(rays, directions, t_near, t_far, false);
     py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
     long_call("to test " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
@@ -217,12 +223,12 @@ void bind_scene(py::module_& module)
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
              py::arg("build_quality") = "medium", py::arg("box_edge") = 16)
-        .def("cast_rays", &cast_rays, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), py::arg("coherent") = false,
-             py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::none(), py::arg("out") = py::none(),
-             cast_rays_doc)
-        .def("test_occlusions", &test_occlusions, py::arg("rays"), py::kw_only(), py::arg("t_near") = 0.0,
-             py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
+        .def("cast_rays", &cast_rays, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
+             py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
+             py::arg("coherent") = false, py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::none(),
+             py::arg("out") = py::none(), cast_rays_doc)
+        .def("test_occlusions", &test_occlusions, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
+             py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(), test_occlusions_doc)
         .def_property_readonly(
             "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "

@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "gil.h"
+#include "results.h"
 #include "scene_objects.h"
 
 #include <pybind11/stl.h>
@@ -25,11 +26,12 @@ a kilobyte.
 Parameters
 ----------
 obj : Isosurface or Mesh
+    Or a mesh of trimesh, PyVista, VTK or meshio.
 transform : (4, 4) array_like, optional
     Maps the object's world space to the scene's: an affine map, as [row, column]; may rotate, scale and mirror.
-camera : bool
+visible : bool
     Whether `cast_rays`, `list_intersections`, `count_intersections` and pictures see it.
-shadow : bool
+casts_shadow : bool
     Whether `test_occlusions` and shadow rays see it.
 
 Returns
@@ -50,7 +52,7 @@ Examples
 >>> scene = isospline.Scene([triangle])
 >>> lifted = np.eye(4)
 >>> lifted[2, 3] = 5
->>> scene.add(triangle, lifted, shadow=False)
+>>> scene.add(triangle, lifted, casts_shadow=False)
 1
 >>> down = [(0.2, 0.2, 10, 0, 0, -1)]
 >>> scene.cast_rays(down)["geometry_ids"], scene.test_occlusions(down, t_far=6)
@@ -92,7 +94,7 @@ constexpr const char* set_visibility_doc = R"(Shows or hides an object; None lea
 Parameters
 ----------
 geometry_id : int
-camera, shadow : bool, optional
+visible, casts_shadow : bool, optional
     As in `add`.
 
 Raises
@@ -146,21 +148,22 @@ auto without_gil(const Change& change)
     return change();
 }
 
-void set_visibility(Scene& scene, const py::object& geometry_id, std::optional<bool> camera, std::optional<bool> shadow)
+void set_visibility(Scene& scene, const py::object& geometry_id, std::optional<bool> visible,
+                    std::optional<bool> casts_shadow)
 {
     const std::uint32_t id = as_geometry_id(geometry_id);
     SeenBy seen_by = scene.object(id).seen_by;
-    seen_by.camera = camera.value_or(seen_by.camera);
-    seen_by.shadow = shadow.value_or(seen_by.shadow);
+    seen_by.camera = visible.value_or(seen_by.camera);
+    seen_by.shadow = casts_shadow.value_or(seen_by.shadow);
     without_gil([&] { scene.set_visibility(id, seen_by); });
 }
 
-py::dict visibility_of(const SeenBy& seen_by)
+py::object visibility_of(const SeenBy& seen_by)
 {
     py::dict result;
-    result["camera"] = seen_by.camera;
-    result["shadow"] = seen_by.shadow;
-    return result;
+    result["visible"] = seen_by.camera;
+    result["casts_shadow"] = seen_by.shadow;
+    return as_result("Visibility", result);
 }
 
 /// The Python object that was added if it still exists, otherwise a new one of the same object.
@@ -203,11 +206,11 @@ void bind_scene_objects(py::module_& module)
     scene
         .def(
             "add",
-            [](Scene& self, const py::object& object, const py::object& transform, bool camera, bool shadow) {
-                return add_object(self, object, transform, {camera, shadow});
+            [](Scene& self, const py::object& object, const py::object& transform, bool visible, bool casts_shadow) {
+                return add_object(self, object, transform, {visible, casts_shadow});
             },
-            py::arg("obj"), py::arg("transform") = py::none(), py::kw_only(), py::arg("camera") = true,
-            py::arg("shadow") = true, add_doc)
+            py::arg("obj"), py::arg("transform") = py::none(), py::kw_only(), py::arg("visible") = true,
+            py::arg("casts_shadow") = true, add_doc)
         .def(
             "remove",
             [](Scene& self, const py::object& geometry_id) {
@@ -229,14 +232,14 @@ void bind_scene_objects(py::module_& module)
                 return self.object(as_geometry_id(geometry_id)).transform;
             },
             py::arg("geometry_id"), "(4, 4) float64 array: maps an object's world space to the scene's.")
-        .def("set_visibility", &set_visibility, py::arg("geometry_id"), py::kw_only(), py::arg("camera") = py::none(),
-             py::arg("shadow") = py::none(), set_visibility_doc)
+        .def("set_visibility", &set_visibility, py::arg("geometry_id"), py::kw_only(), py::arg("visible") = py::none(),
+             py::arg("casts_shadow") = py::none(), set_visibility_doc)
         .def(
             "visibility",
             [](const Scene& self, const py::object& geometry_id) {
                 return visibility_of(self.object(as_geometry_id(geometry_id)).seen_by);
             },
-            py::arg("geometry_id"), "Which rays see an object: a dict of bool, \"camera\" and \"shadow\".")
+            py::arg("geometry_id"), "Visibility: which rays see an object.")
         .def(
             "object",
             [](const Scene& self, const py::object& geometry_id) {

@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "long_call.h"
 #include "points.h"
+#include "results.h"
 #include "visiting_order.h"
 
 #include "isospline/scene/scene.h"
@@ -36,7 +37,7 @@ tolerance : float, world units, optional
 
 Returns
 -------
-dict
+ClosestPoints
     As in `Isosurface.closest_points`: `points`, `distances`, `error_bounds` (0 on meshes), `primitive_ids`,
     `primitive_normals`. Also `geometry_ids`, (...) uint32: INVALID_ID if nothing is within `max_distance`; and
     `primitive_uvs`, (..., 2) float64: weights of a triangle's second and third corner; 0 on isosurfaces.
@@ -160,8 +161,8 @@ void find_occupancies(const SceneSnapshot& scene, const RowArray& points, std::u
         progress);
 }
 
-py::dict closest_points(Scene& scene, const py::object& points, double max_distance,
-                        const std::optional<double>& tolerance)
+py::object closest_points(Scene& scene, const py::object& points, double max_distance,
+                          const std::optional<double>& tolerance)
 {
     const RowArray rows(points, "points", 3);
     const Shape shape = rows.leading_shape();
@@ -196,7 +197,7 @@ py::dict closest_points(Scene& scene, const py::object& points, double max_dista
     result["primitive_ids"] = ids;
     result["primitive_uvs"] = uvs;
     result["primitive_normals"] = normals;
-    return result;
+    return as_result("ClosestPoints", result);
 }
 
 py::array_t<double> signed_distance(Scene& scene, const py::object& points, double max_distance,
@@ -254,7 +255,7 @@ void bind_scene_points(py::module_& module)
         .def(
             "compute_distance",
             [](Scene& scene, const py::object& query_points) -> py::object {
-                return closest_points(scene, query_points, infinity, std::nullopt)["distances"];
+                return closest_points(scene, query_points, infinity, std::nullopt)[py::str("distances")];
             },
             py::arg("query_points"), "Open3D's name for the `distances` of `closest_points`.")
         .def(

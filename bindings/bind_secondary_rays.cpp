@@ -45,7 +45,7 @@ Examples
 >>> import numpy as np
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
 >>> rays = np.array([(0, -2, 0, 0, 1, 0.1), (0, -2, 0.3, 0, 1, 0)])
 >>> hits = scene.cast_rays(rays)

@@ -1,6 +1,7 @@
 // Volumes whose coefficients stay in a store; isospline/store/volume.py opens them.
 #include "arrays.h"
 #include "bind.h"
+#include "results.h"
 #include "volume_state.h"
 
 #include "isospline/spline/volume.h"
@@ -49,7 +50,7 @@ py::object paging_of(const Volume& volume)
     paging["chunks_read"] = array->chunks_read();
     paging["bricks_made"] = array->budget()->made();
     paging["bricks_dropped"] = array->budget()->dropped();
-    return paging;
+    return as_result("Paging", paging);
 }
 
 void translate_store_error(std::exception_ptr raised)
@@ -71,11 +72,10 @@ void bind_store(py::module_& module)
     module.def("open_sharded_volume", &open_sharded_volume, py::arg("folder"), py::arg("state"), py::arg("shard"),
                py::arg("chunk"), py::arg("ranges"), py::arg("memory_limit"));
     py::class_<Volume, std::shared_ptr<Volume>>(module.attr("Volume"))
-        .def_property_readonly(
-            "paging", &paging_of,
-            "None for a volume in memory. For a volume opened from a store, a dictionary: the folder\n"
-            "of its array, memory_limit and memory in bytes, and counts since it was opened:\n"
-            "bytes_read, chunks_read, bricks_made and bricks_dropped.");
+        .def_property_readonly("paging", &paging_of,
+                               "None for a volume in memory. For a volume opened from a store, a `Paging`: the folder\n"
+                               "of its array, memory_limit and memory in bytes, and counts since it was opened:\n"
+                               "bytes_read, chunks_read, bricks_made and bricks_dropped.");
 }
 
 } // namespace isospline

@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "long_call.h"
+#include "results.h"
 #include "warn.h"
 
 #include "isospline/polygonize/surface_mesh.h"
@@ -88,7 +89,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> ball = isospline.Isosurface(volume, field.level)
 >>> mesh = ball.to_mesh()
 >>> coarse, distance = ball.to_mesh(0.02, return_distance=True)
@@ -97,7 +98,7 @@ Examples
 )";
 
 /// What is proven of a mesh.
-py::dict report_of(const SurfaceMesh& mesh)
+py::object report_of(const SurfaceMesh& mesh)
 {
     py::array_t<double> positions({mesh.left_out.size(), std::size_t{3}}),
         sizes({mesh.left_out.size(), std::size_t{3}}), distances(mesh.left_out.size());
@@ -114,9 +115,9 @@ py::dict report_of(const SurfaceMesh& mesh)
     left_out["sizes"] = sizes;
     left_out["distances"] = distances;
     report["distance"] = mesh.distance;
-    report["left_out"] = left_out;
+    report["left_out"] = as_result("LeftOut", left_out);
     report["self_intersections"] = mesh.crossings;
-    return report;
+    return as_result("MeshReport", report);
 }
 
 py::object mesh_of(const Isosurface& surface, const std::optional<double>& tolerance, bool return_distance,

@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "long_call.h"
 #include "points.h"
+#include "results.h"
 
 #include "isospline/query/sample_surface.h"
 #include "isospline/scene/scene.h"
@@ -52,7 +53,7 @@ Examples
 >>> import numpy as np
 >>> import isospline
 >>> field = isospline.volumes.sphere(0.7)
->>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+>>> volume = field.volume(32)
 >>> points = isospline.Isosurface(volume, field.level).sample_points(1000)["points"]
 >>> bool(abs(np.linalg.norm(points, axis=1) - 0.7).max() < 1e-3), bool(abs(points.mean(axis=0)).max() < 0.05)
 (True, True)
@@ -93,7 +94,7 @@ Examples
 --------
 >>> import isospline
 >>> field = isospline.volumes.torus(0.6, 0.25)
->>> volume = isospline.Volume(field.samples(48), **field.grid(48))
+>>> volume = field.volume(48)
 >>> torus = isospline.Isosurface(volume, field.level)
 >>> torus.thickness([(0.85, 0, 0), (0, 0.6, 0.25)]).round(3), torus.thickness((0.6, 0, 0.25), method="ray").round(3)
 (array([0.5, 0.5]), np.float64(0.5))
@@ -102,7 +103,7 @@ Examples
 const EnumWords<ThicknessMethod> method_words{{"max_sphere", ThicknessMethod::max_sphere},
                                               {"ray", ThicknessMethod::ray}};
 
-py::dict sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed)
+py::object sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed)
 {
     if (count < 0)
         throw_invalid("count", "a number of at least 0", count);
@@ -132,7 +133,7 @@ py::dict sample_points(const Isosurface& surface, std::int64_t count, std::int64
     result["points"] = positions;
     result["primitive_ids"] = ids;
     result["primitive_normals"] = normals;
-    return result;
+    return as_result("SurfaceSamples", result);
 }
 
 py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const py::object& points,

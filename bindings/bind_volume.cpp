@@ -160,7 +160,9 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
     py::module_::import("isospline.mistakes").attr("refuse_images")(data);
     py::array array = as_array(data, "data", "biuf", "a three-dimensional array of real numbers");
     if (array.ndim() != 3)
-        throw_invalid("data", "three dimensions", "shape " + to_text(shape_of(array)));
+        throw_invalid("data", "three dimensions",
+                      "shape " + to_text(shape_of(array)) +
+                          (array.ndim() == 4 ? "; did you mean a volume for each time, Volume(series[0])?" : ""));
     if (array.size() == 0)
         throw_invalid("data", "at least one sample along each axis", "shape " + to_text(shape_of(array)));
     if (array.dtype().kind() == 'f' && array.dtype().itemsize() > 8)

@@ -79,10 +79,20 @@ private:
 /// Rays of a chunk; only the last chunk may have fewer.
 inline constexpr std::size_t ray_chunk_size = 1024;
 
+/// Rays of shape (..., 6), from their origins and directions if these are given apart.
+inline pybind11::object joined(const pybind11::object& rays, const pybind11::object& directions)
+{
+    return directions.is_none()
+               ? rays
+               : pybind11::module_::import("isospline.interop.conversions").attr("joined_rays")(rays, directions);
+}
+
 /// The rays in an array of shape (..., 6), with common limits.
 struct GivenRays {
-    GivenRays(const pybind11::handle& rays, double given_t_near, double given_t_far, bool tiled)
-        : rows(rays, "rays", 6), order(rows.leading_shape(), tiled), t_near(given_t_near), t_far(given_t_far)
+    GivenRays(const pybind11::object& rays, const pybind11::object& directions, double given_t_near, double given_t_far,
+              bool tiled)
+        : rows(joined(rays, directions), "rays", 6), order(rows.leading_shape(), tiled), t_near(given_t_near),
+          t_far(given_t_far)
     {
         check_limits(t_near, t_far);
     }

@@ -69,10 +69,10 @@ def configuration():
 def draw_thumbnail(path):
     """The picture of examples that print and draw nothing."""
     field = isospline.volumes.gyroid()
-    volume = isospline.Volume(field.samples(48), **field.grid(48))
+    volume = field.volume(48)
     ink = isospline.Outline(2, color=0.45, surface_color=0.9)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))
-    isospline.render(scene, size=(480, 360), shading=ink, background=0.9, samples=4).save(path)
+    isospline.render(scene, size=(480, 360), light=ink, background=0.9, samples=4).save(path)
     return path
 
 

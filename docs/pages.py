@@ -214,9 +214,9 @@ def make_files(folder):
 
     field = isospline.volumes.sphere(0.7)
     grid = pyvista.ImageData(dimensions=(20,) * 3, **field.grid(20))
-    grid["values"] = field.samples(20).ravel()
+    grid["values"] = field.values(20).ravel()
     grid.save(folder / "volume.vti")
-    tooth = isospline.volumes.heart().samples((161, 94, 103))
+    tooth = isospline.volumes.heart().values((161, 94, 103))
     tooth = (1000 + 600 * tooth).clip(0, 4000).astype(np.uint16)
     tooth.tofile(folder / "tooth.raw")
     tooth.tofile(folder / "tooth_103x94x161_uint16.raw")

@@ -11,7 +11,7 @@ def main(
     samples: int = 64, size: tuple[int, int] = (16, 16), folder: str = "out"
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     field = volumes.sphere(radius=0.7)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
 
     # One ray per row: origin and direction. t is in units of the direction's length.

@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 64, size: object = None, folder: str = "out") -> dict[tuple[int, int], float]:
     field = volumes.waves(frequency=10)
-    data = field.samples(samples)
+    data = field.values(samples)
     # Away from the border, where the formula differs from the boundary rule.
     points = np.random.default_rng(0).uniform(-0.5, 0.5, (1000, 3))
 

@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 128, size: tuple[int, int] = (320, 240), folder: str = "out") -> list[int]:
     field = volumes.blobs()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, level=0.2)
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera(eye=(2, -4, 2), target=(0, 0, 0), field_of_view=30)

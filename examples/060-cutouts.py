@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 128, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.gyroid(periods=1.5)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
 
     # Keeps the part in the box and on the side of the plane that its normal points to.
     clip = [isospline.Box((-0.9, -0.9, -0.9), (0.9, 0.9, 0.9)), isospline.HalfSpace((0, 0, 0), normal=(-1, 1, -1))]

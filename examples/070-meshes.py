@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.torus()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     upright = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0.2], [0, 0, 0, 1.0]])
     floor = isospline.Mesh([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]], [[0, 1, 2], [0, 2, 3]])
 
@@ -23,7 +23,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
         ring_id: isospline.Phong(color=(0.9, 0.7, 0.2), specular=0.5),
         floor_id: isospline.Phong(color=(0.4, 0.5, 0.6), specular=0),
     }
-    image = isospline.render(scene, camera, size=size, shading=shading)
+    image = isospline.render(scene, camera, size=size, light=shading)
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "070-meshes.png")
 

@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 40, size: tuple[int, int] = (480, 480), folder: str = "out") -> None:
     field = volumes.marschner_lobb()
-    data = field.samples(samples)
+    data = field.values(samples)
     camera = isospline.PerspectiveCamera(eye=(1.5, -3, 4), target=(0, 0, 0), field_of_view=32)
 
     Path(folder).mkdir(exist_ok=True)

@@ -15,7 +15,7 @@ def main(samples: int = 48, size: tuple[int, int] = (8, 8), folder: str = "out")
     angle = np.radians(30)
     direction = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     origin = np.array([10, 20, 30]) + direction @ grid["origin"]
-    volume = isospline.Volume(field.samples(shape), spacing=grid["spacing"], origin=origin, direction=direction)
+    volume = isospline.Volume(field.values(shape), spacing=grid["spacing"], origin=origin, direction=direction)
 
     print("voxel to world:\n", volume.affine.round(3))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])

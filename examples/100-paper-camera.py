@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 128, size: tuple[int, int] = (640, 360), folder: str = "out") -> None:
     field = volumes.gyroid(periods=2)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level, inside="below")])
 
     camera = isospline.ProjectionPlaneCamera(
@@ -18,7 +18,7 @@ def main(samples: int = 128, size: tuple[int, int] = (640, 360), folder: str = "
         isospline.PositionalLight((0.1, -0.7, 0.5), intensity=0.8),
         isospline.PositionalLight((0.6, 0.2, 0.2), intensity=(0.5, 0.4, 0.3)),
     ]
-    image = isospline.render(scene, camera, size=size, shading=isospline.Phong(lights=lights))
+    image = isospline.render(scene, camera, size=size, light=isospline.Phong(lights=lights))
 
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "100-paper-camera.exr")  # colour, depth, position, normal, ids, camera matrices

@@ -10,7 +10,7 @@ def main(
     samples: int = 96, size: tuple[int, int] = (128, 128), folder: str = "out"
 ) -> tuple[isospline.Hits, isospline.Hits]:
     field = volumes.gyroid()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, field.level)
     camera = isospline.PerspectiveCamera(eye=(3, -4, 2.5), target=(0, 0, 0))
     rays = camera.rays(size)

@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     field = volumes.heart()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
     scene = isospline.Scene([isospline.Isosurface(volume, field.level), floor])
     camera = isospline.PerspectiveCamera(eye=(1.5, -6, 2.5), target=(0, 0, -0.2), field_of_view=28)
@@ -19,10 +19,10 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
         1: isospline.Phong(color=(0.8, 0.8, 0.75), specular=0, lights=lights, shadows=True),
     }
     Path(folder).mkdir(exist_ok=True)
-    image = isospline.render(scene, camera, size=size, shading=shading, samples=4)
+    image = isospline.render(scene, camera, size=size, light=shading, samples=4)
     image.write(Path(folder) / "125-shadows.png")
     sky = isospline.AmbientOcclusion(samples=64)
-    image = isospline.render(scene, camera, size=size, shading=sky)
+    image = isospline.render(scene, camera, size=size, light=sky)
     image.write(Path(folder) / "125-ambient-occlusion.png")
 
 

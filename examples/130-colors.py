@@ -11,13 +11,13 @@ from isospline import volumes
 def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> None:
     # Curvature depends on second derivatives, which are continuous for degree 3.
     field = volumes.heart(periods=3.5, sharpness=8)
-    data = field.samples(samples)
+    data = field.values(samples)
     volume = isospline.Volume(data, degree=3, **field.grid(samples))
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=size)
 
     waves = volumes.waves()
-    other = isospline.Volume(waves.samples(samples), **waves.grid(samples))
+    other = waves.volume(samples)
     ramp = np.array([(0.02, 0.05, 0.3), (0.1, 0.6, 0.5), (1, 0.9, 0.2)])
     cool_warm = np.array([(0.05, 0.1, 0.6), (0.8, 0.8, 0.8), (0.6, 0.02, 0.05)])
     colors = {
@@ -30,7 +30,7 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "o
     Path(folder).mkdir(exist_ok=True)
     for name, color in colors.items():
         shading = isospline.Phong(color=color)
-        image = isospline.render(scene, camera, size=size, shading=shading, background=1, samples=4)
+        image = isospline.render(scene, camera, size=size, light=shading, background=1, samples=4)
         image.write(Path(folder) / f"130-{name}.png")
 
     # An octahedron with the normals of a ball, and a colour by position at each vertex.

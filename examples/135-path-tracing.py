@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (480, 360), folder: str = "out") -> None:
     field = volumes.heart()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     floor = isospline.Mesh([[-6, -6, -1], [6, -6, -1], [6, 6, -1], [-6, 6, -1]], [[0, 1, 2], [0, 2, 3]])
     scene = isospline.Scene([isospline.Isosurface(volume, field.level), floor])
     camera = isospline.PerspectiveCamera(eye=(1.5, -6, 2.5), target=(0, 0, -0.2), field_of_view=28)
@@ -26,9 +26,7 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 360), folder: str = "o
             isospline.EnvironmentLight(image=sky, visible=True),
         ],
     )
-    images = isospline.render_progressive(
-        scene, camera, size=size, integrator=integrator, samples=64, layers=("variance",)
-    )
+    images = isospline.render_progressive(scene, camera, size=size, light=integrator, samples=64, layers=("variance",))
     Path(folder).mkdir(exist_ok=True)
     for image in images:
         image.write(Path(folder) / "135-path-tracing.png")

@@ -11,7 +11,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> None:
     field = volumes.heart(periods=3.5, sharpness=8)
-    volume = isospline.Volume(field.samples(samples), degree=3, **field.grid(samples))
+    volume = field.volume(samples, degree=3)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=size)
     shading = isospline.Phong(color=isospline.ridges_and_valleys(8, color=(0.5, 0.1, 0.1), valley=(0.1, 0, 0)))
@@ -19,7 +19,7 @@ def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "o
         scene,
         camera,
         size=size,
-        shading=shading,
+        light=shading,
         samples=4,
         layers=("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "geometry_ids"),
     )

@@ -9,7 +9,7 @@ from isospline import volumes
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> None:
     # Two levels of one volume, nested, and a mesh that runs through both.
     field = volumes.blobs(count=8, width=0.22)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     outer = isospline.Isosurface(volume, field.level)
     inner = outer.with_level(2.2 * field.level)
     plate = isospline.Mesh([[-0.3, -0.5, -1], [0.3, -0.5, -1], [0.3, 0.5, 1], [-0.3, 0.5, 1]], [[0, 1, 2], [0, 2, 3]])
@@ -23,7 +23,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     }
     camera = isospline.PerspectiveCamera(eye=(2, -4.5, 1.5), target=(0, 0, 0), field_of_view=28)
     Path(folder).mkdir(exist_ok=True)
-    image = isospline.render(scene, camera, size=size, shading=shading, background=0.9, samples=4)
+    image = isospline.render(scene, camera, size=size, light=shading, background=0.9, samples=4)
     image.write(Path(folder) / "150-transparency.png")
 
 

@@ -11,7 +11,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out") -> NDArray[np.int64]:
     field = volumes.gyroid(periods=1.5)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
 
     # A clip at the volume's border closes the solid there as well.
     clip = [isospline.Box(*volume.bounds), isospline.HalfSpace((0, 0, 0), normal=(-1, 1, -1))]
@@ -23,7 +23,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     Path(folder).mkdir(exist_ok=True)
     scene = isospline.Scene([surface])
     image = isospline.render(
-        scene, camera, size=size, shading=shading, background="white", samples=16, layers=("primitive_ids",)
+        scene, camera, size=size, light=shading, background="white", samples=16, layers=("primitive_ids",)
     )
     image.write(Path(folder) / "155-capped-cuts.png")
 

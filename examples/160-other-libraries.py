@@ -22,7 +22,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
         spacing=(2 / samples,) * 3,
         origin=turn @ np.full(3, -1 + 1 / samples),
     )
-    grid["gyroid"] = field.samples(samples).ravel()
+    grid["gyroid"] = field.values(samples).ravel()
     sheet = isospline.Isosurface(isospline.Volume.from_pyvista(grid, degree=3), field.level)
 
     # A frame around it, of twelve rods placed with trimesh.
@@ -36,7 +36,7 @@ def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "o
     scene = isospline.Scene([sheet, frame])
     shading = {0: isospline.Phong(color=(0.2, 0.55, 0.75)), 1: isospline.Phong(color=(0.85, 0.65, 0.3), specular=0.5)}
     camera = isospline.camera_for(scene, view=(0.6, -1, 0.5), size=size)
-    image = isospline.render(scene, camera, size=size, shading=shading, background=(1, 1, 1), samples=4)
+    image = isospline.render(scene, camera, size=size, light=shading, background=(1, 1, 1), samples=4)
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "160-other-libraries.png")
 

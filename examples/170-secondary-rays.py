@@ -23,7 +23,7 @@ def sky(directions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def main(samples: int = 96, size: tuple[int, int] = (640, 480), folder: str = "out", bounces: int = 8) -> None:
     field = volumes.gyroid(periods=1.0)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.PerspectiveCamera(eye=(2.4, -3.4, 1.9), target=(0, 0, 0), field_of_view=36)
 

@@ -12,7 +12,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (480, 400), folder: str = "out") -> NDArray[np.float64]:
     field = volumes.heart()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view="front", projection="orthographic", size=size)
 

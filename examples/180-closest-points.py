@@ -15,7 +15,7 @@ def main(
     samples: int = 48, size: tuple[int, int] = (480, 480), folder: str = "out"
 ) -> tuple[NDArray[np.float64], isospline.ClosestPoints]:
     field = volumes.torus(major=0.5, minor=0.24)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, field.level)
 
     # The plane y = 0.1, seen from the front. Distances are smooth, so every sixth pixel is enough to draw them.

@@ -46,7 +46,7 @@ def main(samples: int = 160, size: tuple[int, int] = (640, 440), folder: str = "
         floor: lit.replace(color=(0.5, 0.56, 0.6), specular=0, ambient=0.2),
     }
     camera = isospline.PerspectiveCamera(eye=(1.3, -4.2, 1.7), target=(0, 0, 0.08), field_of_view=25)
-    image = isospline.render(scene, camera, size=size, shading=shading, background=(0.5, 0.56, 0.6), samples=9)
+    image = isospline.render(scene, camera, size=size, light=shading, background=(0.5, 0.56, 0.6), samples=9)
     Path(folder).mkdir(exist_ok=True)
     image.write(Path(folder) / "185-implant.png")
 

@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 48, size: tuple[int, int] = (640, 360), folder: str = "out") -> tuple[isospline.Mesh, float]:
     field = volumes.torus(major=0.5, minor=0.24)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, field.level)
 
     mesh, distance = surface.to_mesh(tolerance=0.02, return_distance=True)

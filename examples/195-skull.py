@@ -34,7 +34,7 @@ def main(samples: int = 64, size: tuple[int, int] = (1000, 500), folder: str = "
         ],
     )
     image = isospline.render(
-        isospline.Scene([skull, table]), camera, size=size, integrator=integrator, samples=samples, background=0.02
+        isospline.Scene([skull, table]), camera, size=size, light=integrator, samples=samples, background=0.02
     )
     Path(folder).mkdir(exist_ok=True)
     image.denoise().save(Path(folder) / "195-skull.jpg")

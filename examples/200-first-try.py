@@ -11,7 +11,7 @@ from isospline import volumes
 def main(samples: int = 128, size: tuple[int, int] = (640, 480), folder: str = "out") -> isospline.Image:
     Path(folder).mkdir(exist_ok=True)
     path = Path(folder) / f"200-heart_{samples}x{samples}x{samples}_uint8.raw"
-    (100 + 60 * volumes.heart().samples(samples).clip(-1, 1)).astype(np.uint8).tofile(path)
+    (100 + 60 * volumes.heart().values(samples).clip(-1, 1)).astype(np.uint8).tofile(path)
 
     data = isospline.read_volume(path, spacing=0.5)  # shape and type are in the name
     level = isospline.suggest_levels(data.data)[0]

@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 64, size: tuple[int, int] = (160, 120), folder: str = "out") -> list[float]:
     field = volumes.torus()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))
     front = isospline.PerspectiveCamera(eye=(0, -4, 1), target=(0, 0, 0))
     cameras = [front.replace(eye=(x, -4, 1)) for x in (-1, 0, 1)]

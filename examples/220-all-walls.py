@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 64, size: tuple[int, int] = (16, 16), folder: str = "out") -> float:
     field = volumes.torus(major=0.6, minor=0.25)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))
 
     rays = np.array([(-2, 0, 0, 1, 0, 0), (0, 0, -2, 0, 0, 1), (0.6, 0, -2, 0, 0, 1)], np.float32)

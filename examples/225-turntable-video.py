@@ -8,13 +8,13 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (320, 240), folder: str = "out") -> Path:
     field = volumes.heart()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))
 
     shading = isospline.Phong(color="firebrick")
     cameras = isospline.turntable(scene, 12, view="front", size=size)
     images = (
-        isospline.render(scene, camera, size=size, shading=shading, background="white", encoding="srgb8")
+        isospline.render(scene, camera, size=size, light=shading, background="white", encoding="srgb8")
         for camera in cameras
     )
     Path(folder).mkdir(exist_ok=True)

@@ -10,9 +10,9 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (320, 240), folder: str = "out") -> None:
     field = volumes.gyroid()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level, clip=isospline.Box((-1, -1, -1), (1, 0.5, 1))))
-    image = isospline.render(scene, size=size, shading=isospline.Phong(color="gold"), layers=("depth",))
+    image = isospline.render(scene, size=size, light=isospline.Phong(color="gold"), layers=("depth",))
 
     figure = Figure(figsize=(8, 3))
     left, right = figure.subplots(1, 2)

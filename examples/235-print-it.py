@@ -10,7 +10,7 @@ from isospline import volumes
 
 def main(samples: int = 64, size: object = None, folder: str = "out") -> float:
     field = volumes.gyroid()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     box = isospline.Box((-0.8, -0.8, -0.8), (0.8, 0.8, 0.8))
     part = isospline.Isosurface(volume, field.level, clip=box, capped=True)
 

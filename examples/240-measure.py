@@ -8,7 +8,7 @@ from isospline import volumes
 
 def main(samples: int = 64, size: object = None, folder: str = "out") -> tuple[float, float, float]:
     field = volumes.torus(major=0.5, minor=0.24)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, field.level)
 
     content, area = surface.enclosed_volume(), surface.area()

@@ -6,7 +6,7 @@ from isospline import volumes
 
 def main(samples: int = 48, size: object = None, folder: str = "out") -> isospline.SurfaceDistance:
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     surface = isospline.Isosurface(volume, field.level)
     mesh = surface.to_mesh(tolerance=0.01)
 

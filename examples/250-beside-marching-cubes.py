@@ -16,7 +16,7 @@ from isospline import volumes
 
 def main(samples: int = 40, size: tuple[int, int] = (400, 400), folder: str = "out") -> None:
     field = volumes.marschner_lobb()
-    data, grid = field.samples(samples), field.grid(samples)
+    data, grid = field.values(samples), field.grid(samples)
     image_data = pyvista.ImageData(dimensions=data.shape[::-1], spacing=grid["spacing"], origin=grid["origin"])
     image_data["f"] = data.ravel()
     contour = image_data.contour([field.level], scalars="f", method="marching_cubes")
@@ -30,7 +30,7 @@ def main(samples: int = 40, size: tuple[int, int] = (400, 400), folder: str = "o
     look = isospline.Phong(color="#c9b79c", ambient=0.1, specular=0.12, specular_exponent=40)
     figure = Figure(figsize=(14, 3.9), layout="constrained")
     for axes, (name, scene) in zip(figure.subplots(1, 4), scenes.items()):
-        axes.imshow(isospline.render(scene, camera, size=size, shading=look, background="white", samples=9))
+        axes.imshow(isospline.render(scene, camera, size=size, light=look, background="white", samples=9))
         axes.set_title(name)
         axes.set_axis_off()
     Path(folder).mkdir(exist_ok=True)

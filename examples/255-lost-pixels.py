@@ -18,7 +18,7 @@ from isospline import volumes
 
 def main(samples: int = 40, size: tuple[int, int] = (480, 400), folder: str = "out") -> tuple[float, float]:
     field = volumes.gyroid()
-    walls = 0.15 - np.abs(field.samples(samples))  # as thin as a cell
+    walls = 0.15 - np.abs(field.values(samples))  # as thin as a cell
     volume = isospline.Volume(walls, **field.grid(samples))
     surfaces = [isospline.Isosurface(volume, 0.0, method=method) for method in ("exact", "bracket")]
     camera = isospline.PerspectiveCamera(eye=(2, -4, 2.4), target=(0.3, -0.5, 0.05), field_of_view=20)
@@ -29,7 +29,7 @@ def main(samples: int = 40, size: tuple[int, int] = (480, 400), folder: str = "o
     hit = np.isfinite(exact).sum()
     look = isospline.Phong(color="lightsteelblue", ambient=0.2, specular=0.1)
     scene = isospline.Scene(surfaces[0])
-    picture = np.array(isospline.render(scene, camera, size=size, shading=look, background="white"))
+    picture = np.array(isospline.render(scene, camera, size=size, light=look, background="white"))
     picture[lost, :3], picture[wrong, :3] = (200, 20, 20), (250, 150, 0)
 
     figure = Figure(figsize=(6, 5.6), layout="constrained")

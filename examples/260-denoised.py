@@ -15,7 +15,7 @@ from isospline import volumes
 
 def main(samples: int = 96, size: tuple[int, int] = (360, 300), folder: str = "out") -> None:
     field = volumes.heart()
-    volume = isospline.Volume(field.samples(samples), **field.grid(samples))
+    volume = field.volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     scene.add(isospline.ground_for(scene))
     camera = isospline.PerspectiveCamera(eye=(1.5, -6, 2.5), target=(0, 0, -0.1), field_of_view=26)
@@ -27,7 +27,7 @@ def main(samples: int = 96, size: tuple[int, int] = (360, 300), folder: str = "o
         lights=[isospline.SphereLight((-3, -4, 5), 0.8, radiance=14), isospline.EnvironmentLight((0.5, 0.6, 0.75))],
     )
 
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=size, integrator=integrator)
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=size, light=integrator)
     panels = {"8 samples a pixel": renderer.run(8)}
     try:
         panels["8 samples, denoised"] = renderer.image.denoise()

@@ -47,7 +47,7 @@ def main(samples: int = 128, size: tuple[int, int] = (420, 480), folder: str = "
     figure = Figure(figsize=(11, 4.5), layout="constrained")
     for axes, (title, looks) in zip(figure.subplots(1, 3), panels.items()):
         scene = isospline.Scene(list(looks))
-        axes.imshow(isospline.render(scene, camera, size=size, shading=looks, background=0.9, samples=9))
+        axes.imshow(isospline.render(scene, camera, size=size, light=looks, background=0.9, samples=9))
         axes.set_title(title)
         axes.set_axis_off()
     Path(folder).mkdir(exist_ok=True)

@@ -25,7 +25,7 @@ def two_means(data: np.ndarray) -> float:
 def main(samples: int = 120, size: tuple[int, int] = (640, 360), folder: str = "out") -> list[int]:
     field = volumes.gyroid()
     shape = (round(samples * 34 / 120), samples, samples)  # z, y, x: slices are far apart
-    values = field.samples(shape)
+    values = field.values(shape)
     data = np.rint(255 * (values - values.min()) / np.ptp(values)).astype(np.uint8)
     volume, level = isospline.Volume(data, **field.grid(shape)), two_means(data)
     surface = isospline.Isosurface(volume, level, inside="below")
@@ -42,7 +42,7 @@ def main(samples: int = 120, size: tuple[int, int] = (640, 360), folder: str = "
 
     figure = Figure(figsize=(12, 4), layout="constrained")
     for axes, (title, look) in zip(figure.subplots(1, 2), looks.items()):
-        axes.imshow(isospline.render(isospline.Scene(surface), camera, size=size, shading=look, background="black"))
+        axes.imshow(isospline.render(isospline.Scene(surface), camera, size=size, light=look, background="black"))
         axes.set_title(title)
         axes.set_axis_off()
     table = ", ".join(f"{count} ({count / max(counts[0], 1):.0%})" for count in counts)

@@ -38,7 +38,7 @@ def measure(settings):
             offset = next(runs)
             for frame in range(FRAMES):
                 surface.level = lower + (upper - lower) * (frame + offset) / FRAMES
-                isospline.render(scene, camera, size=size, shading=isospline.Phong())
+                isospline.render(scene, camera, size=size, light=isospline.Phong())
 
         seconds, _ = take_turns({"frames": frames}, settings.repetitions)
         yield {

@@ -61,7 +61,7 @@ def own_frame(surface, scene, camera, size, ray):
 
     def frame(level):
         seconds, _ = timed(lambda: change(level))
-        render, image = timed(lambda: isospline.render(scene, camera, size=size, shading=isospline.Phong()))
+        render, image = timed(lambda: isospline.render(scene, camera, size=size, light=isospline.Phong()))
         return {"level": seconds, "render": render}, image
 
     return frame

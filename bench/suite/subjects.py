@@ -42,13 +42,13 @@ def procedural(names, sizes):
     for size in sizes:
         for name in names:
             field = getattr(volumes, name)()
-            yield Subject(f"{name} {size}", field.samples(size), field.grid(size), field.level)
+            yield Subject(f"{name} {size}", field.values(size), field.grid(size), field.level)
 
 
 def noisy(size):
     """Blobs seen by a detector that counts photons, so that the level lies within the noise of the ground."""
     field = volumes.blobs(24)
-    light = np.clip(field.samples(size), 0, None)
+    light = np.clip(field.values(size), 0, None)
     counts = np.random.default_rng(size).poisson(6 + 40 * light / light.max())
     return Subject(f"noisy {size}", np.clip(4 * counts, 0, 255).astype(np.uint8), field.grid(size), 60.0)
 

@@ -1,12 +1,13 @@
 """Isosurfaces of B-spline volume models, ray traced exactly in Embree."""
 
 from importlib.metadata import version as _version
+from typing import NoReturn as _NoReturn
 
 from . import _core, signatures
 
 signatures.attach(_core)  # before other modules import from it
 
-from . import notebook, values, volumes
+from . import foreign, values, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
@@ -22,12 +23,10 @@ from ._core import (
     HalfSpace,
     Isosurface,
     Material,
-    Measurement,
     Mesh,
     OrthographicCamera,
     Outline,
     PanoramicCamera,
-    PathTracer,
     PerspectiveCamera,
     Phong,
     PositionalLight,
@@ -42,24 +41,35 @@ from ._core import (
 )
 from .cameras import camera_for, turntable
 from .colors import ridges_and_valleys
-from .distances import SurfaceDistance, hausdorff_distance, surface_distance
+from .distances import hausdorff_distance, surface_distance
 from .environments import read_environment
 from .ground import ground_for
 from .image import Image
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .levels import suggest_levels
+from .path_tracer import PathTracer
 from .progressive import ProgressiveRenderer, render_progressive
 from .rendering import render
-from .results import ClosestPoints, Components, Crossings, Hits
+from .results import ClosestPoints, Components, Crossings, Hits, Measurement, SurfaceDistance
 from .store import level_of_detail_for, open_volume, prefilter_to
 from .studio import Studio
 from .video import write_video
+from . import showing
 from .viewer import view
 
 from . import distributed  # last, because it imports from the other modules
 
 __version__ = _version("isospline")
+
+
+def __getattr__(name: str) -> _NoReturn:
+    raise foreign.unknown_name("isospline", name, __all__, is_module=True)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]
+
 
 __all__ = [
     "INVALID_ID",

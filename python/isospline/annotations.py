@@ -18,14 +18,18 @@ Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
 
 # Fractions of the picture: the free border, and the largest length of a scale bar.
-_BORDER, _LONGEST = 0.04, 0.25
+BORDER, _LONGEST = 0.04, 0.25
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
 _DARK, _BRIGHT, _MIDDLE = 0.015, 1.0, 0.2
 
 
-def check_annotations(annotate: Iterable[Annotation], camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
+def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
     """Check the names of marks before the work begins."""
-    check_type(annotate, "annotate", Iterable, "a sequence of names")
+    if isinstance(annotate, bool):
+        has_scale = not isinstance(camera, _core.PanoramicCamera)
+        applies = {"scale_bar": has_scale, "colorbar": bool(color_rules(look))}
+        annotate = [name for name in ANNOTATIONS if annotate and applies[name]]
+    check_type(annotate, "annotate", Iterable, "True or a sequence of names")
     names = (annotate,) if isinstance(annotate, str) else tuple(annotate)
     for name in names:
         if name not in ANNOTATIONS:
@@ -43,7 +47,7 @@ def annotated(image: Image, names: tuple[str, ...], camera: Any, scene: Any, loo
     if "scale_bar" in names:
         _draw_scale_bar(image, camera, unit)
     if "colorbar" in names:
-        place = image.size[0] * (1 - _BORDER)
+        place = image.size[0] * (1 - BORDER)
         for rule in reversed(color_rules(look)):
             place = _draw_colorbar(image, place, rule, _limits(rule, scene, camera), unit)
     return image
@@ -88,9 +92,9 @@ def _round_down(value):
 def color_rules(look):
     """The rules with a map that colour the surfaces, each once."""
     looks = list(look.values()) if isinstance(look, Mapping) else [look]
-    if isinstance(look, _core.PathTracer):
+    if hasattr(look, "materials"):  # of path tracers and studios
         looks = [*look.materials.values(), look.material]
-    names = ("color", "surface_color", "base_color", "cap_color")
+    names = ("color", "surface_color", "cap_color")
     colors = [getattr(each, name, None) for each in looks for name in names]
     rules = []
     for color in colors:
@@ -130,9 +134,9 @@ def _font(image):
 def _draw_scale_bar(image, camera, unit):
     width, height = image.size
     length, pixels = scale_bar(camera, image.size)
-    border, thickness = round(_BORDER * min(width, height)), max(2, round(height / 160))
+    border, thickness = round(BORDER * min(width, height)), max(2, round(height / 160))
     text = f"{length:g} {unit}".strip()
-    drawn = _Drawing(image)
+    drawn = Drawing(image)
     drawn.text(border + pixels / 2, height - border - 1.8 * thickness, text, "ms")
     drawn.bar(border, border + pixels, height - border - thickness, height - border)
     drawn.finish()
@@ -141,7 +145,7 @@ def _draw_scale_bar(image, camera, unit):
 def _draw_colorbar(image, right, rule, limits, unit):
     """Draw a colour bar whose labels end at a column; returns the column at which it begins."""
     width, height = image.size
-    drawn = _Drawing(image)
+    drawn = Drawing(image)
     labels = [(value, f"{value:g}") for value in ticks(*limits)]
     thickness, length = max(6, round(0.025 * width)), round(0.6 * height)
     mark = max(2, thickness // 4)
@@ -163,11 +167,11 @@ def _draw_colorbar(image, right, rule, limits, unit):
     steps = np.linspace(0, 1, len(colors))
     column = np.stack([np.interp(places, steps, part) for part in colors.T], axis=-1)
     area = np.s_[top : top + length, max(left, 0) : left + thickness]
-    _blend(image, area, np.ones((height, width))[area], column[:, None])
+    blend(image, area, np.ones((height, width))[area], column[:, None])
     return left - drawn.line_height
 
 
-class _Drawing:
+class Drawing:
     """Text and bars in one colour, dark on a bright picture."""
 
     def __init__(self, image):
@@ -204,7 +208,7 @@ class _Drawing:
         behind = _linear(self._image, area)
         over_white = behind[..., :3] + 1 - behind[..., 3:]
         bright = (over_white @ [0.2126, 0.7152, 0.0722]).mean() > _MIDDLE
-        _blend(self._image, area, mask[area], np.full(3, _DARK if bright else _BRIGHT))
+        blend(self._image, area, mask[area], np.full(3, _DARK if bright else _BRIGHT))
 
 
 def _linear(image, area) -> NDArray[np.float64]:
@@ -215,7 +219,7 @@ def _linear(image, area) -> NDArray[np.float64]:
     return np.concatenate([srgb_to_linear(encoded[..., :3]) * encoded[..., 3:], encoded[..., 3:]], axis=-1)
 
 
-def _blend(image, area, mask, color):
+def blend(image, area, mask, color):
     """Blend a colour over a part of an image, in place, by a mask."""
     before, mask = _linear(image, area), mask[..., None]
     ink = np.concatenate([np.broadcast_to(color, (*mask.shape[:2], 3)), np.ones(mask.shape)], axis=-1)

@@ -47,7 +47,7 @@ def camera_for(
 
     Parameters
     ----------
-    scene : Scene, Isosurface, Mesh, or anything else that has bounds, or (2, 3) float
+    scene : Scene, Isosurface, Mesh, list of these, anything else that has bounds, or (2, 3) float
         The scene, or the lower and the upper corner of a box, in world units. For objects other than the first three,
         the box is fitted.
     view : str or (3,) float
@@ -228,8 +228,11 @@ def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:
 
 def extent_of(scene: Bounded) -> Extent:
     """A function that returns the extent of a scene or a box along directions."""
-    if isinstance(scene, (_core.Isosurface, _core.Mesh)):
-        scene = _core.Scene([scene])
+    is_list = isinstance(scene, (list, tuple)) and any(
+        isinstance(each, (_core.Isosurface, _core.Mesh)) for each in scene
+    )
+    if is_list or isinstance(scene, (_core.Isosurface, _core.Mesh)):
+        scene = _core.Scene(scene)
     if isinstance(scene, _core.Scene):
         if not np.isfinite(scene.extent(np.eye(3))).all():
             raise ValueError("scene: expected visible surfaces, got a scene without surfaces")

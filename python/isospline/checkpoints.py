@@ -30,7 +30,7 @@ def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
     ----------
     scene : Scene
     **options
-        Camera, integrator and so on: values, or objects of numbers, texts and arrays.
+        Camera, path tracer and so on: values, or objects of numbers, texts and arrays.
     """
     objects = scene._placed_objects()
     found = {"objects": _digest([geometry_id for geometry_id, *_ in objects])}
@@ -49,7 +49,7 @@ def fingerprint(scene: _core.Scene, **options: Any) -> dict[str, str]:
         found.update({f"{name} of object {geometry_id}": digest for name, digest in each.items()})
     for name, value in options.items():
         if isinstance(value, _core.PathTracer):
-            found.update({f"integrator's {part}": _digest(each) for part, each in parts(value).items()})
+            found.update({f"path tracer's {part}": _digest(each) for part, each in parts(value).items()})
         else:
             found[name] = _digest(value)
     return found

@@ -24,7 +24,7 @@ from .cli_levels import choose_levels, make_surfaces, tell_of_open_borders
 from .cli_limits import banded_image, check_limits, frames_to_make, traced_images
 from .cli_output import check_folder, check_output
 from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
-from .cli_picture import Patience, annotations_of, background_of, lighting_of
+from .cli_picture import Patience, annotations_of, background_of
 from .cli_placement import read_placed
 from .cli_store import Store, opened
 from .cli_view import serve, session_image
@@ -155,8 +155,7 @@ def _render(arguments, write=True):
         written = write_images(arguments, [0], [image])
         print(f"{arguments.output}: {written}, {time.perf_counter() - begin:.1f} s")
         return None
-    look, path_tracer = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
-    lighting = lighting_of(arguments)
+    materials, light_of = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
     clip = _clip(arguments)
     if arguments.denoise:
         isospline.image.denoiser()  # fails now if it is missing, and not after the work
@@ -195,13 +194,9 @@ def _render(arguments, write=True):
         return cameras, chosen.levels
     scene = made[0]
     if arguments.ground:
-        look = [*look, ground_look(arguments, look)]
+        materials = [*materials, ground_look(arguments, materials)]
         scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
-    look = dict(zip(scene.ids, look))
-    if path_tracer:
-        look = {"integrator": path_tracer.replace(materials=look)}
-    else:
-        look = {"shading": look, **lighting}
+    look = {"light": light_of(dict(zip(scene.ids, materials)))}
     marks = annotations_of(arguments, look)
     frames, missing = frames_to_make(cameras, arguments, _say)
     with _progress("rendering", arguments) as progress:
@@ -333,7 +328,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
 
         if is_distributed:
             images = [next(from_cluster)]
-        elif "integrator" in look:
+        elif isinstance(look["light"], isospline.PathTracer):
             renderer = isospline.ProgressiveRenderer(scene, camera, **options)
             images = traced_images(renderer, arguments, report, _say)
         elif arguments.checkpoint:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from typing import Any
 
-from . import distributed
+from . import PathTracer, distributed
 from .cli_limits import DEFAULT_SAMPLES
 from .cli_types import count
 from .distributed.cluster import dask_distributed
@@ -41,7 +41,7 @@ def wants_cluster(arguments):
 
 def cluster_images(scene, cameras, options, arguments, progress):
     """The image of each camera; options are those of `render`."""
-    if "integrator" in options and arguments.samples is None:
+    if isinstance(options["light"], PathTracer) and arguments.samples is None:
         options = {**options, "samples": DEFAULT_SAMPLES}
     with _place(arguments) as place:
         if len(cameras) == 1:

@@ -45,7 +45,7 @@ def make_demo(folder, progress):
     }
 
     field = isospline.volumes.heart()
-    data = field.samples(SAMPLES)
+    data = field.values(SAMPLES)
     with whole_file(paths["volume"]) as temporary, open(temporary, "wb") as file:
         np.save(file, data)
 
@@ -54,12 +54,13 @@ def make_demo(folder, progress):
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=SIZE)
     look: dict[str, Any] = {
-        "shading": isospline.Phong(color=(0.75, 0.06, 0.09)),
+        "light": isospline.Studio(),
+        "color": (0.75, 0.06, 0.09),
         "background": BACKGROUND,
         "samples": 4,
     }
     with progress("rendering") as report:
-        image = isospline.render(scene, camera, size=SIZE, lighting=isospline.Studio(), progress=report, **look)
+        image = isospline.render(scene, camera, size=SIZE, progress=report, **look)
     image.write(paths["picture"])
 
     made = (

@@ -109,18 +109,9 @@ def background_of(arguments):
 
 
 def studio_looks(colors, others):
-    """The shadings of objects in studio light; objects without a given colour get one each."""
+    """The materials of objects in studio light; objects without a given colour get one each."""
     given = [look if look else {"color": color_of(place)} for place, look in enumerate(colors)]
-    return [isospline.Phong(**look, **other) for look, other in zip(given, others)]
-
-
-def lighting_of(arguments):
-    """The keyword argument `lighting` of `render`; empty for other shadings."""
-    if arguments.shading != "studio":
-        if arguments.fast:
-            raise ValueError(f"--fast: expected --shading studio with it, got {arguments.shading}")
-        return {}
-    return {"lighting": isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))}
+    return [isospline.Material(**look, **other) for look, other in zip(given, others)]
 
 
 def annotations_of(arguments, look):
@@ -128,7 +119,7 @@ def annotations_of(arguments, look):
 
     --annotate without a value draws a colour bar if there is a colour map.
     """
-    colors = look.get("integrator", look.get("shading"))
+    colors = look["light"]
     names = arguments.annotate
     if names == ANNOTATIONS and not color_rules(colors):
         names = ("scale_bar",)

@@ -3,51 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from ._core import Isosurface, Measurement, Mesh, Scene
-from .signatures import explained, explained_methods
-from .values import same
+from ._core import Isosurface, Mesh, Scene
+from .results import Measurement, SurfaceDistance
+from .signatures import explained
 
 #: Largest number of boxes or triangles for one bound.
 MOST_PARTS = 1 << 18
 #: Approximate number of boxes at the beginning.
 FIRST_BOXES = 1 << 12
-
-
-@explained_methods
-@dataclass(frozen=True, eq=False)
-class SurfaceDistance:
-    """One-sided distances of one surface from another: the result of `surface_distance`.
-
-    Attributes
-    ----------
-    mean, rms : Measurement, world units
-        Over the area of the surface, with the standard error of the sampling.
-    maximum : (float, float), world units
-        A lower and an upper bound on the largest distance: the one-sided Hausdorff distance.
-    points : (N, 3) float64 array, world units
-        Points of the surface, uniform by area.
-    distances : (N,) float64 array, world units
-        Distances of these points.
-    """
-
-    mean: Measurement
-    rms: Measurement
-    maximum: tuple[float, float]
-    points: np.ndarray
-    distances: np.ndarray
-
-    def __eq__(self, other):
-        return isinstance(other, SurfaceDistance) and same(vars(self), vars(other))
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self):
-        mean, rms, (lower, upper) = self.mean, self.rms, self.maximum
-        return f"SurfaceDistance(mean={mean!r}, rms={rms!r}, maximum=({lower:.12g}, {upper:.12g}))"
 
 
 @explained
@@ -97,7 +63,7 @@ def surface_distance(
     --------
     >>> import isospline
     >>> field = isospline.volumes.sphere(0.7)
-    >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
+    >>> volume = field.volume(24)
     >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
     >>> apart = isospline.surface_distance(large, small, samples=1000)
     >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.23
@@ -122,11 +88,11 @@ def surface_distance(
     rms = math.sqrt(squares.mean())
     square_error = squares.std(ddof=1) / math.sqrt(samples)
     return SurfaceDistance(
-        Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
-        Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
-        largest_distance(surface, target, float(distances.max()), tolerance),
-        points,
-        distances,
+        mean=Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
+        rms=Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
+        maximum=largest_distance(surface, target, float(distances.max()), tolerance),
+        points=points,
+        distances=distances,
     )
 
 
@@ -152,7 +118,7 @@ def hausdorff_distance(
     --------
     >>> import isospline
     >>> field = isospline.volumes.sphere(0.7)
-    >>> volume = isospline.Volume(field.samples(24), **field.grid(24))
+    >>> volume = field.volume(24)
     >>> large, small = isospline.Isosurface(volume, field.level), isospline.Isosurface(volume, 0.7**2 - 0.5**2)
     >>> lower, upper = isospline.hausdorff_distance(large, small)
     >>> lower <= 0.201 and 0.199 <= upper <= 0.23

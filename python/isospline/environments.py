@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,3 +80,15 @@ def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
 
 def _unreadable(name, reason):
     return ValueError(f"{name}: cannot be read as an environment: {' '.join(reason.split()) or 'it is damaged'}")
+
+
+def sky_of(radiance: Any, image: Any) -> Any:
+    """The panorama of an environment light whose first argument is a file or an array; None for a radiance."""
+    is_file = isinstance(radiance, os.PathLike) or (
+        isinstance(radiance, str) and os.path.splitext(radiance)[1].lower() in SUFFIXES
+    )
+    if not is_file and np.ndim(radiance) != 3:
+        return None
+    if image is not None:
+        raise TypeError("image: cannot be combined with a panorama as radiance")
+    return read_environment(radiance) if is_file else radiance

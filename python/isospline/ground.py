@@ -38,7 +38,7 @@ def ground_for(scene: _core.Scene, *, up: ArrayLike = (0, 0, 1), reach: float = 
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> volume = field.volume(32)
     >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     >>> camera = isospline.camera_for(scene)
     >>> ground = scene.add(isospline.ground_for(scene))

@@ -87,7 +87,7 @@ class Image:
         "albedo",
         """(height, width, 3) float32 array: linear colour without light.
 
-        The colour from `Phong(color=...)`, `Outline(surface_color=...)` or `Material(base_color)`, times the colour of
+        The colour from `Phong(color=...)`, `Outline(surface_color=...)` or `Material(color)`, times the colour of
         a mesh's vertices. Zero if the ray hit nothing.
         """,
     )

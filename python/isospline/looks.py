@@ -23,7 +23,7 @@ ENDS = ("noise", "time_limit")
 LIMITS = (*ENDS, "checkpoint", "resume")
 
 #: The values of --shading, and the options that not all of them support.
-SHADINGS = {
+SHADINGS: dict[str, tuple[str, ...]] = {
     "studio": OPACITY,
     "phong": ("light", "shadows", *GROUND, *TONE, *OPACITY),
     "outline": (*TONE, *OPACITY),
@@ -33,7 +33,7 @@ SHADINGS = {
 
 
 def looks(arguments, count):
-    """The look of each of `count` objects: shadings and None, or materials and a `PathTracer`."""
+    """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them."""
     for option in given(arguments, sorted({option for options in SHADINGS.values() for option in options})):
         shadings = [shading for shading, options in SHADINGS.items() if option in options]
         if arguments.shading not in shadings:
@@ -46,15 +46,18 @@ def looks(arguments, count):
     opacities = _opacities(arguments, count)
     lights = arguments.light and [_directional(light) for light in arguments.light]
     if arguments.shading == "studio":
-        return studio_looks(colors, opacities), None
+        studio = isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))
+        return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
+    if arguments.fast:
+        raise ValueError(f"--fast: expected --shading studio with it, got {arguments.shading}")
     if arguments.shading == "phong":
         options = dict(lights=lights, shadows=arguments.shadows)
-        return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], None
+        return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], dict
     if arguments.shading == "outline":
         surfaces = [{f"surface_{name}": color for name, color in each.items()} for each in colors]
-        return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], None
+        return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], dict
     if arguments.shading == "ambient-occlusion":
-        return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], None
+        return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], dict
     materials = [
         isospline.Material(*color.values(), **keywords)
         for color, keywords in zip(colors, _keywords(arguments, MATERIAL, count))
@@ -65,7 +68,8 @@ def looks(arguments, count):
     if environment is not None or not lights:
         lights.append(environment or isospline.EnvironmentLight())
     options = {name: getattr(arguments, name) for name in PATH_TRACER if getattr(arguments, name) is not None}
-    return materials, isospline.PathTracer(lights=lights, **options)
+    path_tracer = isospline.PathTracer(lights=lights, **options)
+    return materials, lambda each: path_tracer.replace(materials=each)
 
 
 def ground_look(arguments, looks):

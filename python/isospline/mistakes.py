@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 import inspect
 
+from .foreign import meaning_of_keyword
+
 # Names of our parameters in other libraries.
 _SYNONYMS = {
     "colour": "color",
@@ -41,9 +43,7 @@ _SYNONYMS = {
     "clim": "limits",
     "vmin": "limits",
     "vmax": "limits",
-    "material": "shading",
     "camera_position": "view",
-    "light": "lights",
     "callback": "progress",
     "framerate": "fps",
     "path": "filename",
@@ -61,16 +61,17 @@ _SYNONYMS = {
 
 # What was probably meant by a value of this type for this parameter.
 _MEANINGS = {
-    ("scene", "Isosurface"): "Scene([surface])",
-    ("scene", "Mesh"): "Scene([mesh])",
     ("scene", "Volume"): "Scene([Isosurface(volume, level)])",
-    ("shading", "PathTracer"): "integrator=PathTracer(...)",
-    ("shading", "Material"): "integrator=PathTracer(material)",
-    ("integrator", "Phong"): "shading=Phong(...)",
-    ("integrator", "Outline"): "shading=Outline(...)",
-    ("integrator", "AmbientOcclusion"): "shading=AmbientOcclusion(...)",
-    ("integrator", "Material"): "PathTracer(material)",
-    ("material", "Phong"): "Material(base_color=...)",
+    ("light", "Material"): "light=PathTracer(material) or light=Studio(material=...)",
+    ("light", "str"): "light=Studio(), light=Phong() or light=PathTracer()",
+    ("light", "DirectionalLight"): "light=Phong(lights=[DirectionalLight(...)])",
+    ("light", "PositionalLight"): "light=Phong(lights=[PositionalLight(...)])",
+    ("light", "EnvironmentLight"): "light=PathTracer(lights=[EnvironmentLight(...)])",
+    ("light", "RectangleLight"): "light=PathTracer(lights=[RectangleLight(...)])",
+    ("light", "SphereLight"): "light=PathTracer(lights=[SphereLight(...)])",
+    ("light", "list"): "light=Phong(lights=[...]) or light=PathTracer(lights=[...])",
+    ("material", "Phong"): "Material(color=...)",
+    ("scene", "str"): "render(read_volume(path))",
     ("camera", "tuple"): 'camera_for(scene, view="front")',
     ("camera", "str"): "camera_for(scene, view=...)",
     ("images", "ndarray"): "the images that render() returns",
@@ -174,6 +175,9 @@ def wrong_call(name, signature, positional, keywords):
 
 
 def _unknown_keyword(name, keyword, parameters):
+    meant = meaning_of_keyword(name.rpartition(".")[2], keyword)
+    if meant is not None:
+        return f"{keyword}: unknown keyword of {name}; did you mean {meant}?"
     synonym = _SYNONYMS.get(keyword.lower())
     close = [synonym] if synonym in parameters else difflib.get_close_matches(keyword.lower(), parameters, 1)
     meaning = f"; did you mean {close[0]}?" if close else ""

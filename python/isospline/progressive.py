@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal
 from . import _core, checkpoints
 from .cameras import camera_for
 from .image import Image
+from .lights import resolve
 from .parameters import check_count, check_path, check_type
+from .path_tracer import PathTracer
 from .progress import as_callable
+from .scenes import as_scene
 from .signatures import explained, explained_methods
 
 if TYPE_CHECKING:
@@ -41,13 +44,13 @@ class ProgressiveRenderer:
 
     Parameters
     ----------
-    scene : Scene
-        After a change of it, or of one of its objects, call `reset`.
+    scene : Scene, Isosurface, Mesh and so on
+        As in `render`. After a change of it, or of one of its objects, call `reset`.
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
         The camera; by default as in `render`.
     size : (int, int)
         Width and height of the image in pixels.
-    integrator : PathTracer, optional
+    light : PathTracer, optional
         Materials and lights; by default ``PathTracer()``.
     background, layers, ambient_occlusion_samples, encoding
         As in `render`.
@@ -56,7 +59,7 @@ class ProgressiveRenderer:
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> volume = field.volume(32)
     >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     >>> renderer = isospline.ProgressiveRenderer(scene, isospline.camera_for(scene), size=(32, 24))
     >>> renderer.step()
@@ -74,24 +77,26 @@ class ProgressiveRenderer:
 
     def __init__(
         self,
-        scene: _core.Scene,
+        scene: Any,
         camera: _Camera | None = None,
         *,
         size: tuple[int, int] = (640, 360),
-        integrator: _core.PathTracer | None = None,
+        light: PathTracer | None = None,
         background: _Background = None,
         layers: Iterable[_Layer] = (),
         ambient_occlusion_samples: int = 16,
         encoding: Literal["linear", "srgb8"] = "linear",
     ) -> None:
-        check_type(scene, "scene", _core.Scene, "a Scene")
+        scene = as_scene(scene)
+        if light is not None:
+            check_type(light, "light", (PathTracer, _core.PathTracer), "a PathTracer")
         camera = camera_for(scene, size=size) if camera is None else camera
-        integrator = _core.PathTracer() if integrator is None else integrator
+        path_tracer = resolve(scene, PathTracer() if light is None else light)
         self._renderer = _core.ProgressiveRenderer(
             scene,
             camera,
             size=size,
-            integrator=integrator,
+            path_tracer=path_tracer,
             background=background,
             layers=layers,
             ambient_occlusion_samples=ambient_occlusion_samples,
@@ -99,7 +104,7 @@ class ProgressiveRenderer:
         )
         self._scene = scene
         # The options that determine samples, and their digests once a checkpoint needs them.
-        self._parts: dict[str, Any] = dict(size=tuple(map(int, size)), integrator=integrator, camera=camera)
+        self._parts: dict[str, Any] = dict(size=tuple(map(int, size)), path_tracer=path_tracer, camera=camera)
         self._prints: dict[str, str] | None = None
 
     def __reduce__(self) -> Any:
@@ -231,7 +236,7 @@ class ProgressiveRenderer:
         Raises
         ------
         ValueError
-            For a checkpoint of another scene, camera, size, integrator or version of isospline (the message names it),
+            For a checkpoint of another scene, camera, size, path tracer or version of isospline (the message names it),
             for one without the sums of a requested layer "direct", and for a file that is damaged or not a checkpoint.
             The renderer is then unchanged.
         OSError
@@ -327,7 +332,7 @@ class _Limits:
 
 @explained
 def render_progressive(
-    scene: _core.Scene, camera: _Camera | None = None, *, samples: int | None = None, **options: Any
+    scene: Any, camera: _Camera | None = None, *, samples: int | None = None, **options: Any
 ) -> Iterator[Image]:
     """Iterate over path traced images of a scene with decreasing noise.
 
@@ -340,7 +345,7 @@ def render_progressive(
     samples : int, optional
         Samples per pixel of the last image; by default the iteration does not end.
     **options
-        Options of `ProgressiveRenderer`, such as size and integrator.
+        Options of `ProgressiveRenderer`, such as size and light.
 
     Yields
     ------
@@ -351,7 +356,7 @@ def render_progressive(
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> volume = field.volume(32)
     >>> scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     >>> camera = isospline.camera_for(scene)
     >>> for image in isospline.render_progressive(scene, camera, size=(32, 24), layers=("variance",)):

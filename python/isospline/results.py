@@ -2,49 +2,116 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .measurement import Measurement, measurement_of
 from .signatures import explained_methods
 from .values import same
 
-__all__ = ["ClosestPoints", "Components", "Crossings", "Hits"]
+__all__ = [
+    "ClosestPoints",
+    "Components",
+    "Crossings",
+    "Hits",
+    "HopStatistics",
+    "LeftOut",
+    "Measurement",
+    "MeshReport",
+    "Paging",
+    "SurfaceDistance",
+    "SurfaceSamples",
+    "Visibility",
+    "measurement_of",
+]
+
+_XYZ = ("x", "y", "z")
+_CORNERS = tuple(f"{corner}_{axis}" for corner in ("lower", "upper") for axis in _XYZ)
 
 
-def _item(name: str, doc: str) -> Any:
-    """A property that is the item of this name."""
+class _Item(property):
+    """A property that is the item of a result; `parts` are the names of the numbers of a row, if there are several."""
 
-    def get(self: dict[str, NDArray[Any]]) -> NDArray[Any]:
+    parts: tuple[str, ...] | None
+    is_column: bool
+
+
+def _item(name: str, doc: str, parts: tuple[str, ...] | None = None, is_column: bool = True) -> Any:
+    def get(self: dict[str, Any]) -> Any:
         try:
             return self[name]
         except KeyError:
             held = ", ".join(self) or "nothing"
             raise AttributeError(f'{name}: expected outputs=("{name}",) for it, got a result with {held}') from None
 
-    return property(get, doc=doc)
+    item = _Item(get, doc=doc)
+    item.parts, item.is_column = parts, is_column
+    return item
 
 
-class _Result(dict[str, NDArray[Any]]):
-    """Results are equal if their arrays are, with NaN equal to NaN."""
+class Result(dict[str, Any]):
+    """A mapping whose items are also attributes. Results are equal if their items are, with NaN equal to NaN."""
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, dict) and same(dict(self), dict(other))
+        return same(dict(self), dict(other)) if isinstance(other, dict) else NotImplemented
 
     def __ne__(self, other: object) -> bool:
-        return not self == other
+        return not same(dict(self), dict(other)) if isinstance(other, dict) else NotImplemented
 
     __hash__ = None
 
     def __repr__(self) -> str:
-        """Names, shapes and types, without numbers."""
-        arrays = ", ".join(f"{name}: {array.dtype}{list(array.shape)}" for name, array in self.items())
-        return f"{type(self).__name__}({arrays})"
+        """Names, shapes and types of arrays, without their numbers; other items as they are."""
+        return f"{type(self).__name__}({', '.join(f'{name}{_text(item)}' for name, item in self.items())})"
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self]
+
+
+def _text(item: Any) -> str:
+    return f": {item.dtype}{list(item.shape)}" if isinstance(item, np.ndarray) else f"={item!r}"
 
 
 @explained_methods
-class Hits(_Result):
+class Table(Result):
+    """A result whose arrays have one row for each ray, point or component."""
+
+    if TYPE_CHECKING:
+
+        def __getitem__(self, name: str) -> NDArray[Any]: ...
+
+    def to_frame(self) -> Any:
+        """Convert to a table of pandas: one row for each ray, point or component, with a column for each number.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Vectors have columns such as ``positions_x``. Rays of several axes are in C order.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed: ``pip install pandas``.
+        """
+        try:
+            import pandas  # type: ignore[import-untyped, unused-ignore]
+        except ModuleNotFoundError:
+            raise ModuleNotFoundError("to_frame needs the package pandas: pip install pandas", name="pandas") from None
+        columns: dict[str, Any] = {}
+        for name, array in self.items():
+            item = getattr(type(self), name)
+            if not item.is_column:
+                continue
+            parts = item.parts or ("",)
+            rows = np.reshape(array, (-1, len(parts)))
+            columns |= {f"{name}_{part}" if part else name: rows[:, place] for place, part in enumerate(parts)}
+        return pandas.DataFrame(columns)
+
+
+@explained_methods
+class Hits(Table):
     """The first crossings of rays, as `Scene.cast_rays` returns them: ``hits.t_hit`` is ``hits["t_hit"]``.
 
     It has the arrays named by `outputs`; the leading axes are those of the rays. The type of real numbers is that of
@@ -57,11 +124,11 @@ class Hits(_Result):
         "primitive_ids", "(...) uint64: the place of the cell in its volume or the face of a mesh."
     )
     primitive_normals: NDArray[Any] = _item(
-        "primitive_normals", "(..., 3) unit outward normals in world space, zero if the ray misses."
+        "primitive_normals", "(..., 3) unit outward normals in world space, zero if the ray misses.", _XYZ
     )
-    positions: NDArray[Any] = _item("positions", "(..., 3) points in world space, NaN if the ray misses.")
+    positions: NDArray[Any] = _item("positions", "(..., 3) points in world space, NaN if the ray misses.", _XYZ)
     primitive_uvs: NDArray[np.float32] = _item(
-        "primitive_uvs", "(..., 2) float32, weights of a triangle's second and third corner."
+        "primitive_uvs", "(..., 2) float32, weights of a triangle's second and third corner.", ("u", "v")
     )
     gradient_magnitudes: NDArray[Any] = _item(
         "gradient_magnitudes", "(...) for an isosurface's model, in values per world unit; 0 for meshes."
@@ -82,35 +149,54 @@ class Hits(_Result):
         return Hits({name: array[rays] for name, array in self.items()})
 
 
-class Crossings(_Result):
+class Crossings(Table):
     """All crossings of rays, as `Scene.list_intersections` returns them: those of ray i are the items from
     ``ray_splits[i]`` to ``ray_splits[i + 1]``.
     """
 
-    ray_splits: NDArray[np.int64] = _item("ray_splits", "(N + 1,) int64: where the crossings of each ray begin.")
+    ray_splits: NDArray[np.int64] = _item(
+        "ray_splits", "(N + 1,) int64: where the crossings of each ray begin.", is_column=False
+    )
     ray_ids: NDArray[np.int64] = _item("ray_ids", "(M,) int64: the ray of each crossing.")
     t_hit: NDArray[np.float64] = _item("t_hit", "(M,) float64, ascending along each ray.")
     geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(M,) uint32.")
     primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(M,) uint64, as in `Hits`.")
-    primitive_uvs: NDArray[np.float32] = _item("primitive_uvs", "(M, 2) float32, as in `Hits`.")
-    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(M, 3) float64: unit, outward, world space.")
-    positions: NDArray[np.float64] = _item("positions", "(M, 3) float64, world space.")
+    primitive_uvs: NDArray[np.float32] = _item("primitive_uvs", "(M, 2) float32, as in `Hits`.", ("u", "v"))
+    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(M, 3) float64: unit, outward, world.", _XYZ)
+    positions: NDArray[np.float64] = _item("positions", "(M, 3) float64, world space.", _XYZ)
     entering: NDArray[np.bool_] = _item("entering", "(M,) bool: whether the ray enters the solid there.")
 
 
-class ClosestPoints(_Result):
-    """The nearest points of a surface, as `Isosurface.closest_points` returns them."""
+class ClosestPoints(Table):
+    """The nearest points of surfaces, as `Isosurface.closest_points` and `Scene.closest_points` return them.
 
-    points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN if there is none.")
+    Only those of scenes have geometry ids and uvs.
+    """
+
+    points: NDArray[np.float64] = _item("points", "(..., 3) float64, world space; NaN if there is none.", _XYZ)
     distances: NDArray[np.float64] = _item("distances", "(...) float64, world units.")
     error_bounds: NDArray[np.float64] = _item(
-        "error_bounds", "(...) float64: the true distance is smaller by at most this, world units."
+        "error_bounds", "(...) float64: the true distance is smaller by at most this, world units; 0 on meshes."
     )
+    geometry_ids: NDArray[np.uint32] = _item("geometry_ids", "(...) uint32; `INVALID_ID` if there is none.")
     primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(...) uint64, as in `Hits`.")
-    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world space.")
+    primitive_uvs: NDArray[np.float64] = _item(
+        "primitive_uvs",
+        "(..., 2) float64, weights of a triangle's second and third corner; 0 on isosurfaces.",
+        ("u", "v"),
+    )
+    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world.", _XYZ)
 
 
-class Components(_Result):
+class SurfaceSamples(Table):
+    """Random points of a surface, uniform by area, as `Isosurface.sample_points` returns them."""
+
+    points: NDArray[np.float64] = _item("points", "(N, 3) float64, world space.", _XYZ)
+    primitive_ids: NDArray[np.uint64] = _item("primitive_ids", "(N,) uint64, as in `Hits`.")
+    primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(N, 3) float64: unit, outward, world.", _XYZ)
+
+
+class Components(Table):
     """The connected components of a solid, as `Isosurface.components` returns them: the largest volume first.
 
     Volumes, areas and their errors exist only if they were measured.
@@ -123,7 +209,9 @@ class Components(_Result):
     )
     area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of `areas`.")
     bounds: NDArray[np.float64] = _item(
-        "bounds", "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells."
+        "bounds",
+        "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells.",
+        _CORNERS,
     )
     cell_counts: NDArray[np.int64] = _item(
         "cell_counts", "(N,) int64: number of cells that contain a part of each component."
@@ -131,3 +219,61 @@ class Components(_Result):
     inside_counts: NDArray[np.int64] = _item(
         "inside_counts", "(N,) int64: number of cells that are completely in each component, by their coefficients."
     )
+
+
+class LeftOut(Table):
+    """Parts of a surface that a mesh leaves out, in `MeshReport`."""
+
+    positions: NDArray[np.float64] = _item("positions", "(N, 3) float64: centres of boxes, world units.", _XYZ)
+    sizes: NDArray[np.float64] = _item("sizes", "(N, 3) float64: edges of these boxes.", _XYZ)
+    distances: NDArray[np.float64] = _item("distances", "(N,) float64: bounds on their distances from the mesh.")
+
+
+class MeshReport(Result):
+    """What is proven of a mesh, as ``Isosurface.to_mesh(tolerance, return_report=True)`` returns it."""
+
+    distance: float = _item("distance", "Bound on the distance of surface and mesh, world units.")
+    left_out: LeftOut = _item("left_out", "The parts of the surface that are left out.")
+    self_intersections: int = _item("self_intersections", "Number of pairs of faces that cross.")
+
+
+class SurfaceDistance(Result):
+    """One-sided distances of one surface from another: the result of `surface_distance`."""
+
+    mean: Measurement = _item(
+        "mean", "Measurement, world units: over the area of the surface, with the standard error of the sampling."
+    )
+    rms: Measurement = _item("rms", "Measurement, world units: the root mean square.")
+    maximum: tuple[float, float] = _item(
+        "maximum", "A lower and an upper bound on the largest distance: the one-sided Hausdorff distance."
+    )
+    points: NDArray[np.float64] = _item("points", "(N, 3) float64, world units: points, uniform by area.")
+    distances: NDArray[np.float64] = _item("distances", "(N,) float64, world units: their distances.")
+
+
+class Visibility(Result):
+    """Which rays see an object of a scene, as `Scene.visibility` returns it."""
+
+    visible: bool = _item("visible", "Whether cameras and ray queries see it.")
+    casts_shadow: bool = _item("casts_shadow", "Whether shadow rays see it.")
+
+
+class Paging(Result):
+    """What a volume of a store has read since it was opened, as `Volume.paging` is."""
+
+    folder: str = _item("folder", "The folder of its array.")
+    memory_limit: int = _item("memory_limit", "Bytes that it may keep.")
+    memory: int = _item("memory", "Bytes that it keeps.")
+    bytes_read: int = _item("bytes_read", "Bytes read from disk.")
+    chunks_read: int = _item("chunks_read", "Chunks read from disk.")
+    bricks_made: int = _item("bricks_made", "Bricks made from chunks.")
+    bricks_dropped: int = _item("bricks_dropped", "Bricks that were dropped for others.")
+
+
+class HopStatistics(Result):
+    """What the rays of a `research.VoxelHopper` did."""
+
+    hops: int = _item("hops", "Steps from one voxel to the next.")
+    strides: int = _item("strides", "Steps across empty bricks.")
+    evaluated_cells: int = _item("evaluated_cells", "Cells in which the surface was searched.")
+    mean_hop_length: float = _item("mean_hop_length", "Of hops and strides, in voxels, or 0 without any.")

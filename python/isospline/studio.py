@@ -7,7 +7,7 @@ import math
 import numbers
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from . import _core
 from .ground import ground_for
 from .image import Image
-from .parameters import check_count, unit_vector
+from .materials import check_materials, look_of
+from .parameters import check_count, check_type, unit_vector
 from .signatures import explained_methods, parameters_of
 from .tone import tone_mapped
 from .values import parts
@@ -43,15 +44,14 @@ _BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 @explained_methods
 @dataclass(frozen=True)
 class Studio:
-    """Light as in a photographer's studio, for ``render(..., lighting=Studio())``.
+    """Light as in a photographer's studio, for ``render(..., light=Studio())``.
 
     There is a key light with soft shadows over the viewer's left shoulder, a fill light from the right, and a uniform
     sky with ambient occlusion. A ground below the scene receives shadows; elsewhere it has the colour of the
     background, so that no horizon is visible. Surfaces are tone mapped by the neutral curve of `Image.tone_map`, which
     never reaches 1, so that no highlight is clipped.
 
-    Colours, coefficients and opacities come from the `Phong` shadings of the scene; their own lights and ambient terms
-    are not used.
+    Colours and opacities are those of the objects.
 
     Parameters
     ----------
@@ -65,17 +65,18 @@ class Studio:
         Points on the key light, and directions to the sky, for each ray of a pixel.
     fast : bool
         Leaves out shadows, sky and ground; takes a tenth of the time or less.
+    material : Material, optional
+        For objects that have no material of their own; by default white.
+    materials : dict of object or geometry id to Material
+        For these objects of the scene; replaces their own.
 
     Examples
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
-    >>> look = isospline.Phong(color="ivory")
-    >>> studio = isospline.Studio(light_samples=1)
-    >>> isospline.render(
-    ...     isospline.Isosurface(volume, field.level), size=(32, 24), shading=look, lighting=studio, background="white"
-    ... )
+    >>> volume = field.volume(32)
+    >>> surface = isospline.Isosurface(volume, field.level, color="ivory")
+    >>> isospline.render(surface, size=(32, 24), light=isospline.Studio(light_samples=1), background="white")
     Image(32 x 24, 36% covered)
     """
 
@@ -86,6 +87,9 @@ class Studio:
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     light_samples: int = 4
     fast: bool = False
+    _: KW_ONLY
+    material: _core.Material | None = None
+    materials: Mapping[Any, _core.Material] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         for name in ("key", "fill", "sky"):
@@ -95,6 +99,8 @@ class Studio:
                 raise ValueError(f"{name}: expected a finite number of at least 0, got {value!r}")
         object.__setattr__(self, "up", tuple(unit_vector(self.up, "up").tolist()))
         check_count(self.light_samples, "light_samples", 65536)
+        check_type(self.material, "material", (_core.Material, type(None)), "a Material")
+        object.__setattr__(self, "materials", check_materials(self.materials))
 
     def replace(self, **changes: Any) -> Studio:
         """The same light with some parameters changed."""
@@ -104,21 +110,21 @@ class Studio:
 def render_in_studio(
     scene: _core.Scene,
     camera: Any,
-    lighting: Studio,
-    shading: Any,
+    light: Studio,
+    *,
     background: _Background,
     progress: Any,
     **options: Any,
 ) -> Image:
-    """Render a scene in this light; `shading` is a Phong, a dict of them by geometry id, or None."""
+    """Render a scene in this light, whose materials are by geometry id."""
     behind = np.array(_core.background_color(background))
-    looks, values = _without_values(_looks(scene, shading))
-    lights = _Lights(lighting, camera)
+    looks, values = _without_values(_looks(scene, light))
+    lights = _Lights(light, camera)
     flat = {"layers": (), "ambient_occlusion_samples": 16}
     albedo = tuple(name for name in options["layers"] if name == "albedo")
-    if lighting.fast:
+    if light.fast:
         lit = {
-            id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * lighting.sky)
+            id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
             for id, look in looks.items()
         }
         image = Image(
@@ -134,7 +140,7 @@ def render_in_studio(
 
     seen = copy(scene)  # shares the objects; the given scene does not get the ground
     radius = _radius(seen)
-    ground = _ground(seen, camera, lighting, radius) if lighting.ground and radius > 0 else None
+    ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
     shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
 
     def draw(part, shading, **more):
@@ -156,10 +162,10 @@ def render_in_studio(
     # The fill light casts no shadow. The three pictures are means over the same rays of each pixel: they can be added.
     key = {id: look.replace(lights=lights.keys, shadows=True, ambient=0) for id, look in looks.items()}
     fill = {id: look.replace(lights=[lights.fill], shadows=False, ambient=0, specular=0) for id, look in looks.items()}
-    sky = {id: _sky(look, lighting.light_samples, radius) for id, look in looks.items()}
+    sky = {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}
     image = draw("key", key)
     image.color[..., :3] += draw("fill", fill, **flat).color[..., :3]
-    image.color[..., :3] += lighting.sky * draw("sky", sky, **flat).color[..., :3]
+    image.color[..., :3] += light.sky * draw("sky", sky, **flat).color[..., :3]
     _tone_map_surfaces(image.color)
     if values:
         _add_values(image, draw("values", values, **{**flat, "layers": albedo}))
@@ -167,10 +173,10 @@ def render_in_studio(
     shade = None
     if ground is not None:
         for id in seen.ids:
-            seen.set_visibility(id, camera=False)
-        id = seen.add(ground, shadow=False)
+            seen.set_visibility(id, visible=False)
+        id = seen.add(ground, casts_shadow=False)
         # A plane has no edges, so it needs fewer rays per pixel. More points on the lights make its shadows smooth.
-        fine = lighting.replace(light_samples=_FINER * lighting.light_samples)
+        fine = light.replace(light_samples=_FINER * light.light_samples)
         lights = _Lights(fine, camera)
         options["samples"] = -(-options["samples"] // _FINER)
         white = _core.Phong(ambient=0, specular=0, diffuse=lights.diffuse_of_white, lights=lights.keys, shadows=True)
@@ -185,13 +191,13 @@ def render_in_studio(
 class _Lights:
     """The lights of a studio; they move with the camera."""
 
-    def __init__(self, lighting, camera):
+    def __init__(self, studio, camera):
         right, up, forward = camera.world_to_camera[:3, :3]
-        gravity = np.asarray(lighting.up)
+        gravity = np.asarray(studio.up)
         towards = 1.1 * right - 1.2 * up + 0.8 * forward
-        self.key = _core.DirectionalLight(towards, intensity=lighting.key)
-        self.fill = _core.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=lighting.fill)
-        count = lighting.light_samples
+        self.key = _core.DirectionalLight(towards, intensity=studio.key)
+        self.fill = _core.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
+        count = studio.light_samples
         unit = towards / np.linalg.norm(towards)
         across = np.cross(unit, right)
         across /= np.linalg.norm(across)
@@ -200,21 +206,22 @@ class _Lights:
         for number in range(count):  # Vogel's spiral covers a disc evenly
             distance, turn = _SOFTNESS * math.sqrt((number + 0.5) / count), number * math.pi * (3 - math.sqrt(5))
             directions.append(unit + distance * (math.cos(turn) * across + math.sin(turn) * beside))
-        self.keys = [_core.DirectionalLight(each, intensity=lighting.key / count) for each in directions]
+        self.keys = [_core.DirectionalLight(each, intensity=studio.key / count) for each in directions]
         # The diffuse coefficient of a ground that is white where it receives all of the key light.
-        received = sum(max(0.0, -gravity @ each / np.linalg.norm(each)) for each in directions) * lighting.key / count
+        received = sum(max(0.0, -gravity @ each / np.linalg.norm(each)) for each in directions) * studio.key / count
         self.diffuse_of_white = 1 / received if received > 0 else 0.0
 
 
-def _looks(scene, shading):
+def _looks(scene, studio):
     """A Phong shading of each geometry id."""
-    given = dict(shading) if isinstance(shading, Mapping) else {}
-    if not isinstance(shading, Mapping) and shading is not None:
-        given = dict.fromkeys(scene.ids, shading)
-    for look in given.values():
-        if not isinstance(look, _core.Phong):
-            raise ValueError(f"shading: expected Phong with lighting, got {type(look).__name__}")
-    return {id: given.get(id) or _core.Phong() for id in scene.ids} | given
+    materials = {id: studio.materials.get(id, studio.material) for id in scene.ids} | dict(studio.materials)
+    return {id: _core.Phong() if each is None else phong_of(each) for id, each in materials.items()}
+
+
+def phong_of(material: _core.Material) -> _core.Phong:
+    """The Phong shading with the look of a material: half of `Material.specular` is Phong's default."""
+    look = look_of(material)
+    return _core.Phong(specular=0.4 * material.specular, **look)
 
 
 def _without_values(looks):
@@ -248,9 +255,9 @@ def _radius(scene):
     return float(np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2) if np.isfinite(extents).all() else 0.0
 
 
-def _ground(scene, camera, lighting, radius):
+def _ground(scene, camera, studio, radius):
     """A square below a scene, or None if the camera does not see it from above."""
-    up = np.asarray(lighting.up)
+    up = np.asarray(studio.up)
     ground = ground_for(scene, up=up, reach=2.5)
     if isinstance(camera, _core.PanoramicCamera):
         return None

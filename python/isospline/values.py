@@ -1,10 +1,12 @@
-"""Values: cameras, shadings, lights, materials, cuts and measurements, which are equal if their parameters are.
+"""Values: cameras, shadings, lights, materials, and cuts, which are equal if their parameters are.
 
 They never change. `replace` makes a new one with changed parameters, and pickle stores the parameters.
 Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole.
 """
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 
@@ -25,7 +27,6 @@ VALUE_TYPES = (
     _core.EnvironmentLight,
     _core.HalfSpace,
     _core.Material,
-    _core.Measurement,
     _core.OrthographicCamera,
     _core.Outline,
     _core.PanoramicCamera,
@@ -41,6 +42,8 @@ VALUE_TYPES = (
 
 def parts(value):
     """The parameters of a value's constructor, with their values."""
+    if dataclasses.is_dataclass(value):
+        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
     left_out = _ALTERNATIVES.get(type(value).__name__, ())
     return {name: _part(value, name) for name in parameters_of(type(value)) if name not in left_out}
 

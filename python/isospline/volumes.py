@@ -1,18 +1,18 @@
 """Volumes made from formulas, for examples, tests and benchmarks.
 
 Each function here returns a `Field`: a scalar field on the cube [-1, 1]^3 with its gradient in closed form and a level
-with an interesting isosurface. Sampled on a grid of any size, it becomes the data of an `isospline.Volume` whose world
-coordinates are those of the field.
+with an interesting isosurface. Sampled on a grid of any size, it becomes an `isospline.Volume` whose world coordinates
+are those of the field.
 
 Examples
 --------
 >>> from isospline import volumes
 >>> field = volumes.torus()
->>> data = field.samples((40, 48, 56))
->>> data.shape, data.dtype
-((40, 48, 56), dtype('float32'))
->>> field.grid((40, 48, 56))["spacing"]
-(0.03571428571428571, 0.041666666666666664, 0.05)
+>>> volume = field.volume((40, 48, 56), degree=3)
+>>> volume.shape, volume.spacing
+((40, 48, 56), array([0.03571429, 0.04166667, 0.05      ]))
+>>> field.values(32).dtype
+dtype('float32')
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from typing import Any, TypedDict, Union
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from ._core import Volume
 from .parameters import check_count
 from .signatures import explained, explained_methods
 
@@ -36,7 +37,7 @@ Shape = Union[int, "tuple[int, int, int]"]
 
 
 class Grid(TypedDict):
-    """The place of a field's samples."""
+    """The place of a field's values."""
 
     spacing: tuple[float, float, float]
     origin: tuple[float, float, float]
@@ -88,13 +89,13 @@ class Field:
         columns = [self.gradient(points + 1j * step * axis).imag / step for axis in np.eye(3)]
         return np.stack(columns, axis=-1)
 
-    def samples(self, shape: Shape, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    def values(self, shape: Shape, dtype: DTypeLike = np.float32) -> NDArray[Any]:
         """The field at the centres of equal voxels that fill the cube, as data[z, y, x].
 
         Parameters
         ----------
         shape : int or (int, int, int)
-            Samples along z, y and x.
+            Values along z, y and x.
         dtype : dtype
             Type of the result; the field is evaluated in float64.
 
@@ -113,8 +114,24 @@ class Field:
             slice_[...] = self.value(points)
         return data
 
+    def volume(self, shape: Shape, **options: Any) -> Volume:
+        """The model of `values(shape)`, in the coordinates of the field.
+
+        Parameters
+        ----------
+        shape : int or (int, int, int)
+            Values along z, y and x.
+        **options
+            Options of `isospline.Volume`, such as ``degree=3``.
+
+        Returns
+        -------
+        Volume
+        """
+        return Volume(self.values(shape), **{**self.grid(shape), **options})
+
     def grid(self, shape: Shape) -> Grid:
-        """Spacing and origin, (x, y, z), of `samples(shape)`: keyword arguments for `isospline.Volume`."""
+        """Spacing and origin, (x, y, z), of `values(shape)`: keyword arguments for `isospline.Volume`."""
         z, y, x = (2 / count for count in _shape(shape))
         return {"spacing": (x, y, z), "origin": (-1 + x / 2, -1 + y / 2, -1 + z / 2)}
 

@@ -16,7 +16,7 @@ LEFT_OUT = {"Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Im
 def objects():
     """One object of each class."""
     field = volumes.torus()
-    made = {"volume": iso.Volume(field.samples(12), **field.grid(12))}
+    made = {"volume": field.volume(12)}
     made["surface"] = iso.Isosurface(made["volume"], field.level)
     made["mesh"] = iso.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     made["scene"] = iso.Scene([made["surface"], made["mesh"]])
@@ -142,7 +142,7 @@ def calls(o, folder):
         (
             "Material",
             iso.Material,
-            {"base_color": 0.5, "metallic": 0.5, "roughness": 0.5, "specular": 0.5, "cap_color": None},
+            {"color": 0.5, "metallic": 0.5, "roughness": 0.5, "specular": 0.5, "cap_color": None},
         ),
         ("Material.evaluate", o["material"].evaluate, {"to_viewer": (0, 0, 1), "to_light": (0, 0.1, 1)}),
         (
@@ -276,7 +276,7 @@ def calls(o, folder):
         (
             "ProgressiveRenderer",
             iso.ProgressiveRenderer,
-            {"scene": scene, "camera": o["camera"], **picture, "integrator": iso.PathTracer()},
+            {"scene": scene, "camera": o["camera"], **picture, "light": iso.PathTracer()},
         ),
         ("ProgressiveRenderer.step", o["progressive"].step, {"samples": 1, "progress": None}),
         ("ProgressiveRenderer.reset", o["progressive"].reset, {"camera": o["camera"]}),
@@ -306,7 +306,7 @@ def calls(o, folder):
         (
             "Scene.add",
             lambda **given: iso.Scene().add(**given),
-            {"obj": o["mesh"], "transform": np.eye(4), "camera": True, "shadow": True},
+            {"obj": o["mesh"], "transform": np.eye(4), "visible": True, "casts_shadow": True},
         ),
         (
             "Scene.cast_rays",
@@ -337,7 +337,7 @@ def calls(o, folder):
         (
             "Scene.set_visibility",
             lambda **given: iso.Scene([o["mesh"]]).set_visibility(**given),
-            {"geometry_id": 0, "camera": True, "shadow": False},
+            {"geometry_id": 0, "visible": True, "casts_shadow": False},
         ),
         (
             "Scene.secondary_rays",
@@ -417,9 +417,11 @@ def calls(o, folder):
                 "scene": scene,
                 "camera": o["camera"],
                 **picture,
-                "shading": iso.Phong(),
+                "light": iso.Phong(),
+                "level": None,
+                "color": None,
+                "opacity": None,
                 "samples": 1,
-                "lighting": None,
                 "crop": None,
                 "annotate": ("scale_bar",),
                 "unit": "mm",
@@ -484,7 +486,7 @@ def calls(o, folder):
             for name in volumes.__all__
             if name != "Field"
         ),
-        ("volumes.Field", lambda **given: volumes.torus().samples(**given), {"shape": (3, 4, 5), "dtype": "f4"}),
+        ("volumes.Field", lambda **given: volumes.torus().values(**given), {"shape": (3, 4, 5), "dtype": "f4"}),
     ]
     values = {kind.__name__ for kind in VALUE_TYPES}
     made = [(name, function(**given), given) for name, function, given in table if name in values]

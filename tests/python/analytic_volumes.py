@@ -29,7 +29,7 @@ class AnalyticVolume:
         """(..., 3, 3) Hessians."""
         raise NotImplementedError
 
-    def samples(self, shape, spacing=(1, 1, 1), origin=(0, 0, 0)):
+    def values(self, shape, spacing=(1, 1, 1), origin=(0, 0, 0)):
         """Samples on a grid, (nz, ny, nx)."""
         return self.value(grid_points(shape, spacing, origin))
 

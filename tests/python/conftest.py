@@ -77,7 +77,7 @@ def scan_with_table(tmp_path):
 def ball(tmp_path):
     """For the command line: a ball of radius 0.7 in [-1, 1]^3, in whole samples: 700 r^2 below 490 inside."""
     path = tmp_path / "ball.npy"
-    np.save(path, (1000 * volumes.sphere(0.7).samples((20, 22, 24))).astype(np.int16))
+    np.save(path, (1000 * volumes.sphere(0.7).values((20, 22, 24))).astype(np.int16))
     return path
 
 

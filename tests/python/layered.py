@@ -7,5 +7,5 @@ LAYERS = ("depth", "position", "normal", "albedo", "gradient_magnitude", "geomet
 
 def render(scene, camera, *, layers=(), **options):
     """Call isospline.render with these layers, the variance if the picture is path traced, and other named layers."""
-    traced = ("variance",) if options.get("integrator") is not None else ()
+    traced = ("variance",) if isinstance(options.get("light"), isospline.PathTracer) else ()
     return isospline.render(scene, camera, layers=(*LAYERS, *traced, *layers), **options)

@@ -30,7 +30,7 @@ namespace {
 Phong unlit(const Material& material)
 {
     Phong phong;
-    phong.color = material.base_color;
+    phong.color = color_of(material);
     phong.cap_color = material.cap_color;
     phong.lights.emplace();
     return phong;

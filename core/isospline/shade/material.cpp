@@ -1,6 +1,7 @@
 #include "isospline/shade/material.h"
 
 #include "isospline/math/frame.h"
+#include "isospline/shade/opacity.h"
 #include "isospline/util/check.h"
 
 #include <glm/common.hpp>
@@ -21,7 +22,7 @@ void check_part(const char* parameter, double value)
         throw_invalid(parameter, "a number from 0 to 1", value);
 }
 
-void check_base_color(const char* parameter, const Color& color)
+void check_color(const char* parameter, const Color& color)
 {
     validate(parameter, color);
     if (const auto* constant = std::get_if<glm::dvec3>(&color))
@@ -59,29 +60,32 @@ double masking(const glm::dvec3& w, double alpha)
 
 void validate(const Material& material)
 {
-    check_base_color("base_color", material.base_color);
+    if (material.color)
+        check_color("color", *material.color);
     if (material.cap_color)
-        check_base_color("cap_color", *material.cap_color);
+        check_color("cap_color", *material.cap_color);
     check_part("metallic", material.metallic);
     check_part("roughness", material.roughness);
     check_part("specular", material.specular);
+    validate_opacity(material);
 }
 
 bool needs_curvature(const Material& material)
 {
-    return needs_curvature(material.base_color) || (material.cap_color && needs_curvature(*material.cap_color));
+    return needs_curvature(color_of(material)) || (material.cap_color && needs_curvature(*material.cap_color));
 }
 
 void fit_depth_limits(Material& material, const DepthRange& depths)
 {
-    fit_depth_limits(material.base_color, depths);
+    if (material.color)
+        fit_depth_limits(*material.color, depths);
     if (material.cap_color)
         fit_depth_limits(*material.cap_color, depths);
 }
 
 glm::dvec3 albedo(const Material& material, const SurfacePoint& point)
 {
-    return glm::min(color_at(material.base_color, material.cap_color, point) * point.vertex_color, 1.0);
+    return glm::min(color_at(color_of(material), material.cap_color, point) * point.vertex_color, 1.0);
 }
 
 Scattering::Scattering(const Material& material, const SurfacePoint& point)
@@ -89,9 +93,9 @@ Scattering::Scattering(const Material& material, const SurfacePoint& point)
 {
 }
 
-Scattering::Scattering(const Material& material, const glm::dvec3& base_color)
-    : diffuse_((1.0 - material.metallic) * base_color),
-      f0_(glm::mix(glm::dvec3(0.08 * material.specular), base_color, material.metallic)),
+Scattering::Scattering(const Material& material, const glm::dvec3& color)
+    : diffuse_((1.0 - material.metallic) * color),
+      f0_(glm::mix(glm::dvec3(0.08 * material.specular), color, material.metallic)),
       alpha_(std::pow(std::max(material.roughness, 0.03), 2.0)), coat_f0_(0.08 * material.specular),
       coat_f90_(std::min(50.0 * coat_f0_, 1.0)), f90_(glm::mix(coat_f90_, 1.0, material.metallic))
 {

@@ -6,16 +6,17 @@ import inspect
 import numbers
 import os
 import pickle
-from collections.abc import Mapping
 from typing import Any
 
 from .. import _core
 from ..annotations import annotated, check_annotations
 from ..cameras import camera_for
 from ..image import Image
+from ..lights import resolve
 from ..parameters import check_count, check_path, check_type
-from ..rendering import _by_geometry_id
 from ..rendering import render as render_here
+from ..scenes import as_scene
+from ..studio import Studio
 from . import parts as scene_parts
 from . import tasks
 from .cluster import dask_distributed, submit, worker_count
@@ -27,7 +28,7 @@ _PARTS_A_WORKER = 2
 #: The options of `render` that rendering by parts supports, with their defaults.
 _OF_PARTS = {
     "size": (640, 360),
-    "shading": None,
+    "light": None,
     "background": None,
     "samples": 1,
     "layers": (),
@@ -103,20 +104,20 @@ class PictureInTheMaking:
             inspect.signature(render_here).bind(None, **options)
         except TypeError as error:
             raise TypeError(f"isospline.distributed.render: {error}") from None
-        if isinstance(options.get("shading"), Mapping):
-            options["shading"] = _by_geometry_id(self._scene.here, options["shading"])
+        look = options.pop("color", None), options.pop("opacity", None)
+        if not self._scene.is_store or look != (None, None) or options.get("light") is not None:
+            options["light"] = resolve(self._scene.here, options.get("light"), *look)
         size = options.get("size", (640, 360))
         crop = options.pop("crop", None)
         self._window = checked_window(crop, size)
         self._camera = options.pop("camera", None)
         if self._camera is None:
             self._camera = camera_for(self._scene.here, size=size)
-        integrator = options.get("integrator")
-        self._look = options.get("shading") if integrator is None else integrator
+        self._look = options.get("light")
         self._unit = options.pop("unit", "")
         self._marks = check_annotations(options.pop("annotate", ()), self._camera, self._look, self._unit)
         if self._marks and crop is not None:
-            raise ValueError(f"annotate: expected nothing with a crop, got {', '.join(self._marks)}")
+            raise ValueError(f"annotate: cannot be combined with a crop, got {', '.join(self._marks)}")
         self._options = options
 
     def _submit(self, function, *arguments):
@@ -132,8 +133,10 @@ class PictureInTheMaking:
             raise ValueError(f"{min(more)}: expected by='tiles' for this option, got by='parts'")
         options = _OF_PARTS | self._options
         options = {name: options[name] for name in _OF_PARTS}
-        if options["shading"] is None:
-            options["shading"] = _core.Phong()
+        options["shading"] = options.pop("light") or _core.Phong()
+        if isinstance(options["shading"], (Studio, _core.PathTracer)):
+            kind = type(options["shading"]).__name__
+            raise ValueError(f"light: a {kind} cannot be combined with by='parts'; did you mean by='tiles'?")
         options = self._submit(tasks.load, pickle.dumps(options, protocol=5))
         scene = self._scene.here
         description = scene_parts.describe(scene)
@@ -151,18 +154,18 @@ class _GivenScene:
 
     def __init__(self, scene, level, memory_limit):
         self._memory_limit = memory_limit
-        if isinstance(scene, (_core.Isosurface, _core.Mesh)):
-            scene = _core.Scene([scene])
-        if isinstance(scene, _core.Scene):
-            if level is not None:
-                raise ValueError(f"level: expected None for a scene, got {level!r}")
-            self._here: Any = scene
+        if not isinstance(scene, (str, os.PathLike)):
+            self._here: Any = as_scene(scene, level)
             self._store: Any = None
             return
-        check_type(scene, "scene", (str, os.PathLike), "a Scene, or the folder of a store")
         check_path(scene)
         check_type(level, "level", numbers.Real, "a number for the folder of a store")
         self._here, self._store = None, (os.path.abspath(scene), float(level), memory_limit)
+
+    @property
+    def is_store(self):
+        """Whether the folder of a store was given."""
+        return self._store is not None
 
     @property
     def here(self):

@@ -73,8 +73,7 @@ def render(
     progress : callable or True, optional
         As in `isospline.render`.
     **options
-        Further options of `isospline.render`: size, crop, shading, lighting, integrator, background, samples, layers
-        and so on.
+        Further options of `isospline.render`: size, crop, light, background, samples, layers and so on.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def render(
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> surface = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> surface = isospline.Isosurface(field.volume(32), field.level)
     >>> isospline.distributed.render(surface, size=(64, 48), workers=2)  # doctest: +SKIP
     Image(64 x 48, 30% covered)
     """

@@ -4,6 +4,7 @@ A library is only imported when a method that needs it is called.
 """
 
 from .._core import Isosurface, Mesh, Volume
+from ..io.volume_data import VolumeData
 from ..signatures import explained
 from . import mesh_output, meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
@@ -41,4 +42,14 @@ _attach(
     to_trimesh=mesh_output.to_trimesh,
     write=mesh_output.write_mesh,
 )
-_attach(Isosurface, explained, write=mesh_output.write_surface)
+_attach(
+    Isosurface,
+    explained,
+    to_pyvista=mesh_output.surface_to_pyvista,
+    to_trimesh=mesh_output.surface_to_trimesh,
+    write=mesh_output.write_surface,
+)
+_attach(Volume, explained, to_pyvista=pyvista.volume_to_pyvista)
+_attach(VolumeData, explained, to_pyvista=pyvista.volume_to_pyvista)
+_attach(Mesh, explained, GetClassName=pyvista.class_name)
+_attach(Isosurface, explained, GetClassName=pyvista.class_name)

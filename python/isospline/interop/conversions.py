@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._core import Isosurface, Mesh, Scene, Volume
+from .._core import Isosurface, Mesh, Scene, Volume, _as_array
 from ..mistakes import sentence
 
 # The class method that converts a library's mesh, by the package of its type.
@@ -19,7 +19,7 @@ def as_volume(value, parameter):
         return value
     if isinstance(value, VolumeData):
         return value.to_volume()
-    if isinstance(value, np.ndarray) and value.ndim == 3:
+    if isinstance(value, np.ndarray) and value.ndim in (3, 4):
         return VolumeData(value).to_volume()
     raise TypeError(sentence(parameter, "a Volume, a VolumeData or a three-dimensional array", value))
 
@@ -34,6 +34,38 @@ def as_mesh(value, parameter):
             return getattr(Mesh, method)(value)
     expected = "an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio"
     raise TypeError(sentence(parameter, expected, value))
+
+
+def mesh_without_faces(value):
+    """The mesh that is given in place of vertices and faces."""
+    if type(value).__module__.partition(".")[0] not in _MESHES and not isinstance(value, Mesh):
+        if np.ndim(value) == 2:
+            raise TypeError("faces: expected a value for this parameter of Mesh, got none")
+        raise TypeError(
+            sentence(
+                "vertices", "an array of vertices, with faces, or a mesh of trimesh, PyVista, VTK or meshio", value
+            )
+        )
+    return as_mesh(value, "vertices")
+
+
+def joined_rays(origins, directions):
+    """(..., 6) rays from their origins and directions, of shapes that broadcast."""
+    pair = []
+    for name, value in (("rays", origins), ("directions", directions)):
+        array = _as_array(value, name)
+        if array.ndim < 1 or array.shape[-1] != 3:
+            hint = "; did you mean rays without directions?" if name == "rays" and array.shape[-1:] == (6,) else ""
+            raise ValueError(
+                f"{name}: expected shape (..., 3) with origins and directions apart, got {array.shape}{hint}"
+            )
+        pair.append(array)
+    try:
+        return np.concatenate(np.broadcast_arrays(*pair), axis=-1)
+    except ValueError:
+        raise ValueError(
+            f"directions: expected one for each of the origins, of shape {pair[0].shape}, got shape {pair[1].shape}"
+        ) from None
 
 
 def as_placed_objects(objects):

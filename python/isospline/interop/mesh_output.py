@@ -111,6 +111,36 @@ def to_meshio(self):
     )
 
 
+def surface_to_trimesh(self, tolerance=None):
+    """Convert its mesh to trimesh: ``surface.to_mesh(tolerance).to_trimesh()``.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        As in `to_mesh`.
+
+    Returns
+    -------
+    trimesh.Trimesh
+    """
+    return self.to_mesh(tolerance).to_trimesh()
+
+
+def surface_to_pyvista(self, tolerance=None):
+    """Convert its mesh to PyVista: ``surface.to_mesh(tolerance).to_pyvista()``.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        As in `to_mesh`.
+
+    Returns
+    -------
+    pyvista.PolyData
+    """
+    return self.to_mesh(tolerance).to_pyvista()
+
+
 def write_mesh(self, path):
     """Write the mesh to a file, completely or not at all.
 
@@ -172,7 +202,7 @@ def write_surface(self, path, tolerance=None, *, progress=None):
     --------
     >>> import tempfile, isospline
     >>> field = isospline.volumes.sphere(0.7)
-    >>> ball = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> ball = isospline.Isosurface(field.volume(32), field.level)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ball.write(f"{folder}/ball.ply", tolerance=0.05)
     """

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .. import _core
 from ..rendering import render
+from ..scenes import as_scene
 from . import vtk
+from .checks import library_of
 
 
 def volume_from_pyvista(cls, image_data, scalars=None, **options):
@@ -41,6 +45,71 @@ def volume_from_pyvista(cls, image_data, scalars=None, **options):
     if scalars is None:
         scalars = getattr(image_data, "active_scalars_name", None)
     return vtk.volume_from_vtk(cls, image_data, scalars, **options)
+
+
+def volume_to_pyvista(self):
+    """Convert to PyVista's ImageData: the values at the samples, as the point data "values".
+
+    Of a `Volume`, these are the values of its model. They equal the samples if it interpolates them.
+
+    Returns
+    -------
+    pyvista.ImageData
+
+    Raises
+    ------
+    ImportError
+        If PyVista is not installed: ``pip install isospline[interop]``.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> grid = field.volume(8).to_pyvista()
+    >>> grid.dimensions, round(grid.spacing[0], 3)
+    ((8, 8, 8), 0.25)
+    """
+    with library_of(f"{type(self).__name__}.to_pyvista"):
+        import pyvista
+    samples = _samples(self)
+    grid = pyvista.ImageData(
+        dimensions=samples.shape[::-1],
+        spacing=tuple(map(float, self.spacing)),
+        origin=tuple(map(float, self.origin)),
+        direction_matrix=np.array(self.direction),
+    )
+    grid.point_data["values"] = samples.ravel()
+    return grid
+
+
+def _samples(volume):
+    """The values of a volume at its samples, [z, y, x]."""
+    if not isinstance(volume, _core.Volume):
+        return np.asarray(volume)
+    shape = volume.shape[::-1] if volume.axes == "zyx" else volume.shape
+    values = np.empty(shape[::-1])
+    x, y = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]))
+    for z, slice_ in enumerate(values):
+        index = np.stack([x, y, np.full(x.shape, z)], axis=-1)
+        slice_[...] = volume.sample(index @ volume.affine[:3, :3].T + volume.affine[:3, 3])
+    return values
+
+
+class _FromMesh:
+    """The type that PyVista's `wrap` finds for a mesh or a surface of isospline."""
+
+    def __new__(cls, mesh):
+        return mesh.to_pyvista()
+
+
+def class_name(self):
+    """The name by which `pyvista.wrap` finds the conversion, so that ``plotter.add_mesh`` accepts the object."""
+    import pyvista
+
+    name = f"isospline.{type(self).__name__}"
+    known: Any = pyvista._wrappers
+    known.setdefault(name, _FromMesh)
+    return name
 
 
 def mesh_from_pyvista(cls, mesh, **options):
@@ -149,7 +218,7 @@ def add_to_plotter(plotter, scene, **options):
     scene : Scene, Isosurface or Mesh
         In the Plotter's world.
     **options
-        Options of `render`: ``shading=``, ``lighting=``, ``samples=``.
+        Options of `render`: ``light=``, ``color=``, ``samples=``.
 
     Returns
     -------
@@ -165,7 +234,7 @@ def add_to_plotter(plotter, scene, **options):
     >>> import isospline, pyvista
     >>> from isospline.interop.pyvista import add_to_plotter
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> volume = field.volume(32)
     >>> plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
     >>> actor = plotter.add_mesh(pyvista.Sphere(radius=0.3))
     >>> picture = add_to_plotter(plotter, isospline.Isosurface(volume, field.level))
@@ -174,4 +243,4 @@ def add_to_plotter(plotter, scene, **options):
     """
     if len(plotter.renderers) != 1:
         raise ValueError(f"plotter: expected one with a single view, got {len(plotter.renderers)} views")
-    return PlotterPicture(plotter, scene if isinstance(scene, _core.Scene) else _core.Scene(scene), options)
+    return PlotterPicture(plotter, as_scene(scene), options)

@@ -48,7 +48,7 @@ class RayMeshIntersector:
     >>> import isospline
     >>> from isospline import volumes
     >>> field = volumes.sphere(radius=0.5)
-    >>> surface = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> surface = isospline.Isosurface(field.volume(32), field.level)
     >>> rays = isospline.RayMeshIntersector(surface)
     >>> locations, index_ray, index_tri = rays.intersects_location([(-2, 0, 0)], [(1, 0, 0)])
     >>> locations.round(2) + 0.0

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..signatures import explained_methods
 from . import isolated
@@ -82,6 +82,29 @@ class VolumeData:
         if not (np.isfinite(whole).all() and spacing.all()):
             raise ValueError(f"affine: expected finite numbers and no column of zeros, got {whole.tolist()}")
         return cls(data, tuple(spacing.tolist()), tuple(whole[:3, 3].tolist()), matrix / spacing, format)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the samples, (nz, ny, nx)."""
+        return tuple(self.data.shape)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the samples."""
+        return self.data.dtype
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The smallest and the largest sample. All samples are read."""
+        return float(np.min(self.data)), float(np.max(self.data))
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The samples: ``numpy.asarray(data)`` is ``data.data``."""
+        if copy is False and dtype is not None and np.dtype(dtype) != self.dtype:
+            raise ValueError(f"copy: expected None or True for the type {np.dtype(dtype)}, got False")
+        samples: NDArray[Any] = np.asarray(self.data)
+        samples = samples if dtype is None else samples.astype(dtype, copy=False)
+        return samples.copy() if copy and samples is self.data else samples
 
     @property
     def affine(self) -> NDArray[np.float64]:

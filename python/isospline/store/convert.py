@@ -108,7 +108,7 @@ def prefilter_to(
     --------
     >>> import tempfile, numpy as np, isospline
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     samples = isospline.volumes.torus().samples(96)
+    ...     samples = isospline.volumes.torus().values(96)
     ...     path = isospline.prefilter_to(samples, f"{folder}/torus.zarr", spacing=0.5)
     ...     sorted(entry.name for entry in path.iterdir())
     ['0', '1', 'coefficients', 'ranges', 'zarr.json']

@@ -11,10 +11,10 @@ import numpy as np
 
 from .. import _core
 from ..cameras import camera_for
-from ..pictures import BACKGROUND, closed_surface, color_of
+from ..pictures import BACKGROUND, color_of
 from ..rendering import render
+from ..scenes import as_scene
 from ..studio import Studio
-from .document import source_of
 
 #: Width and height of the picture of an object.
 SIZE = (640, 480)
@@ -31,19 +31,18 @@ def in_notebook():
 
 
 def picture(item):
-    """The image of a Scene, an Isosurface or a Volume that a notebook shows."""
-    if isinstance(item, _core.Volume):
-        source = source_of(item)("volume")
-        item = closed_surface(item, source.default_levels()[0])
-    scene = item if isinstance(item, _core.Scene) else _core.Scene([item])
-    looks = {id: _core.Phong(color=color_of(place)) for place, id in enumerate(scene.ids)}
+    """The image of an object that a notebook shows."""
+    scene = as_scene(item)
+    looks = {
+        id: _core.Material(color_of(place)) if shown.material is None else shown.material
+        for place, (id, shown, *_) in enumerate(scene._placed_objects())
+    }
     seen = scene if np.isfinite(scene.extent(np.eye(3))).all() else [[-1] * 3, [1] * 3]
     return render(
         scene,
         camera_for(seen, size=SIZE),
         size=SIZE,
-        shading=looks,
-        lighting=Studio(fast=True),
+        light=Studio(fast=True, materials=looks),
         samples=4,
         background=BACKGROUND,
     )

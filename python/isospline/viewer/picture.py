@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..colors import named_color
 from ..looks import CURVATURES
+from ..path_tracer import PathTracer
 from ..progressive import ProgressiveRenderer
 from ..rendering import render
 
@@ -179,10 +180,10 @@ class PictureMaker:
         """The shadings or the path tracer of the last picture, as in the options of `isospline.render`."""
         ids = {id: geometry for id, (_, geometry, _) in self._objects.items()}
         if state.shading == "path-trace":
-            return {"integrator": self.integrator(state, ids)}
-        return {"shading": self.shadings(state, ids)}
+            return {"light": self.path_tracer(state, ids)}
+        return {"light": self.shadings(state, ids)}
 
-    def integrator(self, state, ids):
+    def path_tracer(self, state, ids):
         """The path tracer of a state."""
         materials = {
             ids[each.id]: _core.Material(
@@ -194,7 +195,7 @@ class PictureMaker:
             for each in state.objects
             if each.id in ids
         }
-        return _core.PathTracer(materials=materials, lights=path_tracing_lights(state.camera))
+        return PathTracer(materials=materials, lights=path_tracing_lights(state.camera))
 
     def render(self, state, size, stage=None, progress=None, **options):
         """Render a state that has a camera; without a stage, render as during movement."""
@@ -207,7 +208,7 @@ class PictureMaker:
             self._scene,
             camera,
             size=size,
-            shading=self.shadings(state, ids, moving=stage is None),
+            light=self.shadings(state, ids, moving=stage is None),
             samples=stage.samples if stage else 1,
             progress=progress,
             **options,
@@ -218,7 +219,7 @@ class PictureMaker:
         tracing = (state, size, tuple(options.items()))
         if self._tracing is None or self._tracing[0] != tracing or self._tracing[1].samples > samples:
             renderer = ProgressiveRenderer(
-                self._scene, state.camera.camera(), size=size, integrator=self.integrator(state, ids), **options
+                self._scene, state.camera.camera(), size=size, light=self.path_tracer(state, ids), **options
             )
             self._tracing = (tracing, renderer)
         renderer = self._tracing[1]

@@ -34,10 +34,9 @@ def script(document, state, size, path="picture.png"):
         ]
     else:
         lines.append(f"look = {looks}")
-    keyword = "integrator" if state.shading == "path-trace" else "shading"
     lines += [
         "image = isospline.render(",
-        f"    scene, camera, size={tuple(size)}, {keyword}=look, background={linear(state.background)},",
+        f"    scene, camera, size={tuple(size)}, light=look, background={linear(state.background)},",
         f"    samples={FINAL_SAMPLES[state.shading]},",
         ")",
         f"image.write({path!r})",

@@ -75,7 +75,7 @@ def view(
     --------
     >>> import isospline
     >>> field = isospline.volumes.torus()
-    >>> volume = isospline.Volume(field.samples(32), **field.grid(32))
+    >>> volume = field.volume(32)
     >>> with isospline.view(volume, levels=[field.level], browser=False) as viewer:
     ...     viewer.state.objects[0].level == field.level
     True

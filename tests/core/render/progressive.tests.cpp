@@ -65,7 +65,7 @@ TEST_CASE("objects have their own materials, and images have the requested layer
     const std::vector<glm::dvec3> corners{{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
     const std::vector<glm::uvec3> faces{{0, 1, 2}, {0, 2, 3}};
     Material own, bad;
-    own.base_color = glm::dvec3(0.25, 0.5, 0.75);
+    own.color = glm::dvec3(0.25, 0.5, 0.75);
     bad.metallic = 2.0;
     Scene scene;
     const auto add = [&](const Material& material) {
@@ -86,7 +86,7 @@ TEST_CASE("objects have their own materials, and images have the requested layer
     REQUIRE(image.direct[0] == glm::vec3(image.color[0]));
 
     PathTracer path_tracer;
-    path_tracer.material_of_geometry[first].base_color = glm::dvec3(1.0, 0.0, 0.0);
+    path_tracer.material_of_geometry[first].color = glm::dvec3(1.0, 0.0, 0.0);
     ProgressiveRenderer other(scene, above, {6, 4}, path_tracer, glm::vec4(0.0f), {.albedo = true});
     other.step();
     REQUIRE(other.image().albedo == std::vector<glm::vec3>(24, {1.0f, 0.0f, 0.0f}));

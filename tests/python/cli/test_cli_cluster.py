@@ -58,7 +58,7 @@ def cluster(folder):
 @pytest.fixture
 def store(tmp_path):
     field = isospline.volumes.gyroid()
-    return isospline.prefilter_to(field.samples(64), tmp_path / "gyroid.zarr", chunk=16, **field.grid(64))
+    return isospline.prefilter_to(field.values(64), tmp_path / "gyroid.zarr", chunk=16, **field.grid(64))
 
 
 @pytest.fixture

@@ -76,8 +76,8 @@ def test_the_default_picture_is_in_studio_light(ball, picture):
         surface,
         size=(48, 36),
         samples=8,
-        shading=isospline.Phong(color="#d9c7a8"),
-        lighting=isospline.Studio(),
+        color="#d9c7a8",
+        light=isospline.Studio(),
         background="#e8ebef",
     )
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
@@ -91,8 +91,8 @@ def test_fast_leaves_shadows_out(ball, picture):
         size=(48, 36),
         samples=4,
         background="#e8ebef",
-        shading=isospline.Phong(color="#d9c7a8"),
-        lighting=isospline.Studio(fast=True),
+        color="#d9c7a8",
+        light=isospline.Studio(fast=True),
     )
     difference = np.abs(pixels(picture).astype(int) - expected.to_srgb().astype(int))
     assert difference.max() <= 2  # the border that closes it is no part of this ball

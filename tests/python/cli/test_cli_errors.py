@@ -128,7 +128,7 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
         ),
         (r"no\.exr: No such file", [*TRACED, "--environment", "no.exr"]),
         ("radiance: expected", [*TRACED, "--environment", "-1"]),
-        ("base_color: expected linear numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
+        ("color: expected linear numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
         (
             "--opacity: expected --shading studio, .* or ambient-occlusion with it, got path-trace",
             [*TRACED, "--opacity", "0.5"],

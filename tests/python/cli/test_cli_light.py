@@ -19,7 +19,7 @@ def draw(ball, picture, *options):
 
 def traced(ball, materials=None, lights=None, meshes=(), samples=2, **options):
     integrator = isospline.PathTracer(materials=materials or {}, lights=lights, **options)
-    return rendered(ball, samples=samples, integrator=integrator, meshes=meshes).to_srgb()
+    return rendered(ball, samples=samples, light=integrator, meshes=meshes).to_srgb()
 
 
 def test_command_line_materials_equal_those_of_the_library(ball, plate, picture):
@@ -120,7 +120,7 @@ def test_the_sky_is_upwards(ball, picture, sky, up):
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, view=(1, 0.2, 0.1), up=up, size=(48, 32))
     expected = isospline.render(
-        scene, camera, size=(48, 32), samples=2, background=0, integrator=isospline.PathTracer(lights=[light])
+        scene, camera, size=(48, 32), samples=2, background=0, light=isospline.PathTracer(lights=[light])
     )
     np.testing.assert_array_equal(got, expected.to_srgb())
 
@@ -164,7 +164,7 @@ def test_command_line_silhouettes_equal_those_of_the_library(ball, picture, shad
         number: shading(opacity=opacity, silhouette_opacity=1, silhouette_exponent=2)
         for number, opacity in enumerate((0.2, 1))
     }
-    np.testing.assert_array_equal(got, rendered(ball, (0, 400), shading=look).to_srgb())
+    np.testing.assert_array_equal(got, rendered(ball, (0, 400), light=look).to_srgb())
 
 
 @pytest.mark.parametrize("shading", ["phong", "ambient-occlusion", "path-trace"])
@@ -180,11 +180,11 @@ def test_the_ground_is_below(ball, picture, shading, up):
     color = (0.2, 0.3, 0.4)
     if shading == "path-trace":
         materials = {0: isospline.Material(), ground: isospline.Material(color, specular=0)}
-        look = dict(integrator=isospline.PathTracer(materials=materials))
+        look = dict(light=isospline.PathTracer(materials=materials))
     elif shading == "phong":
-        look = dict(shading={0: isospline.Phong(), ground: isospline.Phong(color=color, specular=0)})
+        look = dict(light={0: isospline.Phong(), ground: isospline.Phong(color=color, specular=0)})
     else:
-        look = dict(shading={0: isospline.AmbientOcclusion(), ground: isospline.AmbientOcclusion(color=color)})
+        look = dict(light={0: isospline.AmbientOcclusion(), ground: isospline.AmbientOcclusion(color=color)})
     image = isospline.render(scene, camera, size=(48, 32), samples=2, background=0, layers=("geometry_ids",), **look)
     np.testing.assert_array_equal(got, image.to_srgb())
     assert (image.geometry_ids == ground).sum() > 100
@@ -208,7 +208,7 @@ def test_light_is_tone_mapped_and_the_background_is_not(ball, picture):
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, size=(48, 32))
     integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(3)])
-    image = isospline.render(scene, camera, size=(48, 32), integrator=integrator, samples=2)
+    image = isospline.render(scene, camera, size=(48, 32), light=integrator, samples=2)
     np.testing.assert_array_equal(got, image.tone_map("neutral", exposure=-0.5).over("white").to_srgb())
     assert (got[0, 0] == 255).all()
 
@@ -231,14 +231,14 @@ def test_meshes_are_placed(ball, plate, picture, place, monkeypatch):
         matrix = np.eye(4)
         matrix[:3, 3] = [float(part) for part in place.split(",")]
     got = draw(ball, picture, *COMMON, "--mesh", f"{plate}@{place}")
-    expected = rendered(ball, samples=2, meshes=[(isospline.read_mesh(plate), matrix)], shading=isospline.Phong())
+    expected = rendered(ball, samples=2, meshes=[(isospline.read_mesh(plate), matrix)], light=isospline.Phong())
     np.testing.assert_array_equal(got, expected.to_srgb())
 
 
 def test_a_name_may_have_an_at(ball, plate, picture):
     other = plate.rename(plate.with_name("plate@home.off"))
     got = draw(ball, picture, *COMMON, "--mesh", other)
-    expected = rendered(ball, samples=2, meshes=[isospline.read_mesh(other)], shading=isospline.Phong())
+    expected = rendered(ball, samples=2, meshes=[isospline.read_mesh(other)], light=isospline.Phong())
     np.testing.assert_array_equal(got, expected.to_srgb())
     draw(ball, picture, *COMMON, "--mesh", f"{other}@0,0,0")
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())

@@ -28,7 +28,7 @@ def arguments(ball, picture, *options):
 
 
 def traced(ball, samples):
-    return rendered(ball, samples=samples, integrator=isospline.PathTracer()).to_srgb()
+    return rendered(ball, samples=samples, light=isospline.PathTracer()).to_srgb()
 
 
 def test_a_checkpoint_continues_with_more_samples(ball, picture, checkpoint, capsys):
@@ -133,7 +133,7 @@ def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys,
     other = [*arguments(ball, picture, *keep, "--resume")]
     other[other.index("-l") + 1] = "1"
     fails(capsys, 2, "checkpoint: expected one of the same level of object 0, got another one", *other)
-    bad(2, "checkpoint: expected one of the same integrator's lights", *keep, "--resume", "--environment", 2)
+    bad(2, "checkpoint: expected one of the same path tracer's lights", *keep, "--resume", "--environment", 2)
     checkpoint.write_bytes(checkpoint.read_bytes()[:1000])
     bad(2, r"a\.checkpoint: cannot be read as a checkpoint", *keep, "--resume")
     bad(2, "noise: expected a finite number above 0, got 0.0", "--noise", 0)

@@ -69,7 +69,7 @@ def test_render_colors_as_the_library_does(ball, picture, options, color):
     camera = isospline.camera_for(scene, size=(48, 32))
     for shading in (isospline.Phong(color=color), isospline.Outline(surface_color=color)):
         render(ball, picture, "-l", "0", "--shading", type(shading).__name__.lower(), *options)
-        expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
+        expected = isospline.render(scene, camera, size=(48, 32), light=shading, background=0)
         np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
 
 
@@ -85,20 +85,20 @@ RED = isospline.Material((0.8, 0.2, 0.1))
 @pytest.mark.parametrize(
     "options, expected",
     [
-        (["--light", "+x", "--light", "-1,-1,2,0.25"], dict(shading=isospline.Phong(lights=[RIGHT, LEFT]))),
-        (["--light", "left", "--shadows"], dict(shading=isospline.Phong(lights=[RIGHT], shadows=True))),
+        (["--light", "+x", "--light", "-1,-1,2,0.25"], dict(light=isospline.Phong(lights=[RIGHT, LEFT]))),
+        (["--light", "left", "--shadows"], dict(light=isospline.Phong(lights=[RIGHT], shadows=True))),
         (
             ["--shading", "ambient-occlusion", "--color", "0.8,0.2,0.1"],
-            dict(shading=isospline.AmbientOcclusion(color=(0.8, 0.2, 0.1))),
+            dict(light=isospline.AmbientOcclusion(color=(0.8, 0.2, 0.1))),
         ),
         (
             ["--shading", "outline", "--color", "0.8,0.2,0.1"],
-            dict(shading=isospline.Outline(surface_color=(0.8, 0.2, 0.1))),
+            dict(light=isospline.Outline(surface_color=(0.8, 0.2, 0.1))),
         ),
-        (["--shading", "path-trace"], dict(integrator=isospline.PathTracer())),
+        (["--shading", "path-trace"], dict(light=isospline.PathTracer())),
         (
             ["--shading", "path-trace", "--color", "0.8,0.2,0.1", "--light", "-1,-1,2,0.25"],
-            dict(integrator=isospline.PathTracer(RED, lights=[SUN])),
+            dict(light=isospline.PathTracer(RED, lights=[SUN])),
         ),
         (
             [
@@ -112,7 +112,7 @@ RED = isospline.Material((0.8, 0.2, 0.1))
                 "-1,-1,2,0.25",
             ],
             dict(
-                integrator=isospline.PathTracer(
+                light=isospline.PathTracer(
                     isospline.Material(isospline.ColorByNormal()),
                     lights=[SUN, isospline.EnvironmentLight((0.5, 0.6, 0.7))],
                 )
@@ -146,14 +146,14 @@ def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
     scene = isospline.Scene([isospline.Isosurface(volume, 0, clip=clip, capped=capped)])
     camera = isospline.camera_for(scene, view=(1, 2, 3), size=(48, 32))
     shading = isospline.Phong(color=isospline.ColorByVolume(volume))
-    expected = isospline.render(scene, camera, size=(48, 32), shading=shading, background=0)
+    expected = isospline.render(scene, camera, size=(48, 32), light=shading, background=0)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
     assert (scene.count_intersections(camera.rays((48, 32))) % 2 == 0).all() == capped
 
 
 def test_path_tracing_takes_more_samples(ball, picture):
     assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--shading", "path-trace", "-o", str(picture)]) == 0
-    expected = rendered(ball, integrator=isospline.PathTracer(), samples=64)
+    expected = rendered(ball, light=isospline.PathTracer(), samples=64)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
@@ -176,7 +176,7 @@ def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
         tmp_path / "sky.exr",
     )
     integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(image=sky)])
-    expected = rendered(ball, samples=2, integrator=integrator)
+    expected = rendered(ball, samples=2, light=integrator)
     np.testing.assert_array_equal(pixels(tmp_path / "a.png"), expected.to_srgb())
 
 
@@ -186,10 +186,10 @@ def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
     options = [part for color in colors for part in ("--color", ",".join(map(str, color)))]
     render(ball, picture, "-l", "400", "-l", "0", "--mesh", plate, "--shading", shading, *options)
     if shading == "phong":
-        look = dict(shading={number: isospline.Phong(color=color) for number, color in enumerate(colors)})
+        look = dict(light={number: isospline.Phong(color=color) for number, color in enumerate(colors)})
     else:
         materials = {number: isospline.Material(color) for number, color in enumerate(colors)}
-        look = dict(integrator=isospline.PathTracer(materials=materials))
+        look = dict(light=isospline.PathTracer(materials=materials))
     expected = rendered(ball, (400, 0), [isospline.read_mesh(plate)], layers=("geometry_ids",), **look)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
     assert {1, 2} <= set(np.unique(expected.geometry_ids))
@@ -206,14 +206,14 @@ def test_render_of_translucent_levels(ball, picture, shading):
         render(ball, picture, "-l", "0", "-l", "400", "--shading", name, *options)
         look = {number: shading(opacity=opacity) for number, opacity in enumerate(opacities)}
         images.append(pixels(picture))
-        np.testing.assert_array_equal(images[-1], rendered(ball, (0, 400), shading=look).to_srgb())
+        np.testing.assert_array_equal(images[-1], rendered(ball, (0, 400), light=look).to_srgb())
     assert (images[0] != images[1]).any()
 
 
 def test_one_color_is_that_of_all(ball, plate, picture):
     render(ball, picture, "-l", "0", "--mesh", plate, "--shading", "phong", "--color", "1,0.5,0.2")
     shading = isospline.Phong(color=(1, 0.5, 0.2))
-    expected = rendered(ball, meshes=[isospline.read_mesh(plate)], shading=shading)
+    expected = rendered(ball, meshes=[isospline.read_mesh(plate)], light=shading)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
@@ -245,7 +245,7 @@ def test_render_stores_layers(ball, tmp_path):
         "8",
     )
     layers = dict(layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8)
-    expected = rendered(ball, samples=2, integrator=isospline.PathTracer(), **layers)
+    expected = rendered(ball, samples=2, light=isospline.PathTracer(), **layers)
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
     np.testing.assert_array_equal(channels["direct.G"], expected.direct[..., 1])
@@ -295,7 +295,7 @@ def test_colors_of_the_command_line(ball, picture, color):
     linear = ([float(part) for part in parts] * 3)[:3] if with_numbers else isospline.Phong(color=color).color
     volume = isospline.Volume(np.load(ball))
     expected = isospline.render(
-        isospline.Isosurface(volume, 0), size=(48, 32), shading=isospline.Phong(color=linear), background=linear
+        isospline.Isosurface(volume, 0), size=(48, 32), light=isospline.Phong(color=linear), background=linear
     )
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
@@ -325,6 +325,6 @@ def test_upward_direction(ball, picture, option, up):
         camera,
         size=(48, 32),
         background=0,
-        shading=isospline.Phong(color=isospline.ColorByNormal()),
+        light=isospline.Phong(color=isospline.ColorByNormal()),
     )
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())

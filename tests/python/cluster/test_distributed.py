@@ -28,7 +28,7 @@ def store(tmp_path_factory):
     field = isospline.volumes.gyroid()
     out = tmp_path_factory.mktemp("stores") / "gyroid.zarr"
     grid = field.grid(72)
-    return isospline.prefilter_to(field.samples(72), out, chunk=16, **grid)
+    return isospline.prefilter_to(field.values(72), out, chunk=16, **grid)
 
 
 @pytest.fixture(scope="module")
@@ -55,15 +55,15 @@ def shuffled(monkeypatch):
 
 
 LOOKS = {
-    "layers": dict(shading=isospline.Phong(), layers=LAYERS),
-    "samples": dict(shading=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth",)),
+    "layers": dict(light=isospline.Phong(), layers=LAYERS),
+    "samples": dict(light=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth",)),
     "srgb8": dict(samples=3, encoding="srgb8", background="white"),
 }
 OF_TILES = {
-    "occlusion": dict(shading=isospline.AmbientOcclusion(4), layers=("ambient_occlusion",)),
-    "translucent": dict(shading=isospline.Phong(opacity=0.5, shadows=True), samples=2),
-    "path tracer": dict(integrator=isospline.PathTracer(max_bounces=2), samples=2, layers=("variance", "depth")),
-    "studio": dict(lighting=isospline.Studio(light_samples=1), background="white", annotate="scale_bar", unit="mm"),
+    "occlusion": dict(light=isospline.AmbientOcclusion(4), layers=("ambient_occlusion",)),
+    "translucent": dict(light=isospline.Phong(opacity=0.5, shadows=True), samples=2),
+    "path tracer": dict(light=isospline.PathTracer(max_bounces=2), samples=2, layers=("variance", "depth")),
+    "studio": dict(light=isospline.Studio(light_samples=1), background="white", annotate="scale_bar", unit="mm"),
 }
 
 
@@ -90,9 +90,9 @@ def test_parts_make_the_picture_of_one_process(client, scene, camera, look, coun
 
 def test_a_crop_and_volumes_in_memory_travel_too(client, camera):
     field = isospline.volumes.torus()
-    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    volume = field.volume(24)
     rule = isospline.ColorByVolume(volume, cmap=[(0, 0, 1), (1, 0, 0)], limits=(0, 1))
-    options = dict(size=SIZE, crop=(11, 7, 50, 41), shading=isospline.Phong(color=rule))
+    options = dict(size=SIZE, crop=(11, 7, 50, 41), light=isospline.Phong(color=rule))
     surface = isospline.Isosurface(volume, field.level)
     expected = isospline.render(surface, camera, **options)
     assert isospline.distributed.render(surface, camera, client=client, tile_size=(20, 20), **options) == expected
@@ -128,25 +128,29 @@ def test_workers_stay_under_their_limit(client, store, camera):
         (dict(by="rows"), ValueError, "^by: expected 'tiles' or 'parts', got 'rows'"),
         (dict(parts=3), ValueError, "^parts: expected None with by='tiles', got 3"),
         (dict(by="parts", parts=0), ValueError, "^parts: expected a whole number of at least 1"),
-        (dict(by="parts", integrator=isospline.PathTracer()), ValueError, "^integrator: expected by='tiles'"),
-        (dict(by="parts", shading=isospline.Phong(shadows=True)), ValueError, "^shading: expected opaque surfaces"),
-        (dict(by="parts", shading=isospline.Phong(opacity=0.5)), ValueError, "^shading: expected opaque surfaces"),
+        (
+            dict(by="parts", light=isospline.PathTracer()),
+            ValueError,
+            "^light: a PathTracer cannot be combined with by='parts'",
+        ),
+        (dict(by="parts", light=isospline.Phong(shadows=True)), ValueError, "^shading: expected opaque surfaces"),
+        (dict(by="parts", light=isospline.Phong(opacity=0.5)), ValueError, "^shading: expected opaque surfaces"),
         (dict(by="parts", layers=("ambient_occlusion",)), ValueError, "^shading: expected opaque surfaces"),
         (
-            dict(by="parts", shading=isospline.Phong(color=isospline.ColorByDepth(cmap=[(0, 0, 0), (1, 1, 1)]))),
+            dict(by="parts", light=isospline.Phong(color=isospline.ColorByDepth(cmap=[(0, 0, 0), (1, 1, 1)]))),
             ValueError,
             "^shading: expected limits of ColorByDepth",
         ),
-        (dict(level=0.1), ValueError, "^level: expected None for a scene, got 0.1"),
+        (dict(level=0.1), ValueError, "^level: cannot be combined with a Scene"),
         (dict(workers=2), ValueError, "^workers: expected None if there is a client, got 2"),
         (dict(tile_size=(0, 4)), ValueError, "^tile_size: expected at least 1 x 1 pixels, got 0 x 4"),
         (dict(tile_size=16), TypeError, "^tile_size: expected 2 whole numbers, got"),
         (dict(size=(0, 4)), ValueError, "^size: expected at least 1 x 1 pixels"),
         (dict(crop=(0, 0, 91, 4)), ValueError, "^crop: expected columns and rows within 90 x 70 pixels"),
-        (dict(crop=(0, 0, 4, 4), annotate="scale_bar"), ValueError, "^annotate: expected nothing with a crop"),
+        (dict(crop=(0, 0, 4, 4), annotate="scale_bar"), ValueError, "^annotate: cannot be combined with a crop"),
         (dict(samples=0), ValueError, "^samples: expected"),
         (dict(colour=1), TypeError, "colour"),
-        (dict(scene=7), TypeError, "^scene: expected a Scene, or the folder of a store, got"),
+        (dict(scene=7), TypeError, "^scene: expected a Scene, an Isosurface, a Mesh, .* or an array, got"),
         (dict(scene="no.zarr"), TypeError, "^level: expected a number for the folder of a store, got None"),
         (dict(scene="no.zarr", level=1.0), OSError, "no.zarr"),
         (dict(memory_limit="much"), ValueError, "^memory_limit: expected bytes"),
@@ -161,7 +165,7 @@ def test_bad_input_is_refused(client, scene, camera, given, kind, message):
 
 def test_parts_are_of_stores(client, camera):
     field = isospline.volumes.torus()
-    surface = isospline.Isosurface(isospline.Volume(field.samples(16), **field.grid(16)), field.level)
+    surface = isospline.Isosurface(field.volume(16), field.level)
     with pytest.raises(ValueError, match="^by: expected 'tiles' for a scene with a volume in memory, got 'parts'"):
         isospline.distributed.render(surface, camera, client=client, by="parts")
 
@@ -223,7 +227,7 @@ def pixels_of(path):
 
 @pytest.mark.slow
 def test_a_killed_worker_costs_no_pixels(scene, camera):
-    options = dict(size=SIZE, shading=isospline.AmbientOcclusion(32), samples=4, layers=LAYERS)
+    options = dict(size=SIZE, light=isospline.AmbientOcclusion(32), samples=4, layers=LAYERS)
     expected = isospline.render(scene, camera, **options)
     with clusters.local_cluster(2, LIMIT) as cluster, distributed.Client(cluster) as client:
         before = client.run(os.getpid)

@@ -161,7 +161,7 @@ def test_results_are_mappings_with_attributes(scene, rays):
 
     crossings = scene.list_intersections(rays)
     assert isinstance(crossings, isospline.Crossings) and crossings.entering is crossings["entering"]
-    closest = sphere().closest_points(np.zeros((1, 3)))
+    closest = isospline.Scene(sphere()).closest_points(np.zeros((1, 3)))
     assert isinstance(closest, isospline.ClosestPoints) and closest.distances.shape == (1,)
     for result in (scene.cast_rays(rays, outputs=ALL_OUTPUTS), crossings, closest):
         attributes = {name for name, value in vars(type(result)).items() if isinstance(value, property)}

@@ -21,7 +21,7 @@ def lines_warned(function, pattern):
 
 
 def test_of_compiled_functions():
-    volume = isospline.Volume(isospline.volumes.sphere().samples(12))
+    volume = isospline.Volume(isospline.volumes.sphere().values(12))
 
     def call():
         isospline.Isosurface(volume, 0)
@@ -31,7 +31,7 @@ def test_of_compiled_functions():
 
 
 def test_of_functions_that_call_others(tmp_path):
-    data = isospline.volumes.blobs().samples((24, 32, 40))
+    data = isospline.volumes.blobs().values((24, 32, 40))
     data.tofile(tmp_path / "a.raw")
     labels = np.zeros((12, 12, 12), np.uint8)
     labels[2:6, 2:10, 2:10], labels[6:10, 2:10, 2:10] = 1, 2
@@ -52,10 +52,10 @@ def test_of_functions_that_call_others(tmp_path):
 
 
 VOLUMES = {
-    "heart": isospline.volumes.heart().samples((40, 50, 64)),
-    "blobs": isospline.volumes.blobs().samples((40, 50, 64)),
-    "waves": isospline.volumes.waves().samples((40, 50, 64)),
-    "thick slices": isospline.volumes.blobs(width=0.25).samples((16, 100, 120)),
+    "heart": isospline.volumes.heart().values((40, 50, 64)),
+    "blobs": isospline.volumes.blobs().values((40, 50, 64)),
+    "waves": isospline.volumes.waves().values((40, 50, 64)),
+    "thick slices": isospline.volumes.blobs(width=0.25).values((16, 100, 120)),
 }
 
 

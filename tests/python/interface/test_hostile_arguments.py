@@ -26,17 +26,18 @@ def volume():
 )
 def test_none_is_not_an_object(wrong, got):
     data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
+    shown = "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array"
     for call, message in (
-        (lambda: isospline.ColorByVolume(wrong), "volume: expected a Volume"),
-        (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), "volume: expected a Volume"),
+        (lambda: isospline.ColorByVolume(wrong), data),
+        (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), data),
         (lambda: isospline.Isosurface(wrong, 1.0), data),
         (lambda: isospline.VoxelHopper(wrong), "surface: expected an Isosurface"),
         (
             lambda: isospline.Scene().add(wrong),
             "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio",
         ),
-        (lambda: isospline.render(wrong, None), "scene: expected a Scene"),
-        (lambda: isospline.ProgressiveRenderer(wrong, None), "scene: expected a Scene"),
+        (lambda: isospline.render(wrong, None), shown),
+        (lambda: isospline.ProgressiveRenderer(wrong, None), shown),
     ):
         with pytest.raises(TypeError) as caught:
             call()

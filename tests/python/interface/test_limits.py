@@ -62,7 +62,7 @@ def test_images_that_are_too_large(size):
         lambda: isospline.render(scene, camera, size=size),
         lambda: camera.rays(size),
         lambda: camera.world_to_ndc(size),
-        lambda: isospline.ProgressiveRenderer(scene, camera, size=size, integrator=isospline.PathTracer()),
+        lambda: isospline.ProgressiveRenderer(scene, camera, size=size, light=isospline.PathTracer()),
     ):
         with pytest.raises(ValueError, match=message):
             call()
@@ -72,7 +72,7 @@ def test_images_that_are_too_large(size):
 
 def test_samples_that_an_int_does_not_count():
     scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -5, 0), (0, 0, 0))
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=(4, 4), integrator=isospline.PathTracer())
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(4, 4), light=isospline.PathTracer())
     renderer.step(2)
     with pytest.raises(ValueError, match="^samples: expected at most 2147483645 more, got 2147483646"):
         renderer.step(2**31 - 2)

@@ -15,7 +15,7 @@ from isospline import volumes
 MODULES = ("isospline", *(f"isospline.{name}" for name in ("interop", "io", "store", "viewer", "volumes")))
 
 FIELD = volumes.torus()
-VOLUME = isospline.Volume(FIELD.samples(20), **FIELD.grid(20))
+VOLUME = FIELD.volume(20)
 RAYS = np.random.default_rng(0).normal(size=(30, 6))
 
 
@@ -35,7 +35,7 @@ def make_scene():
 
 def make_store(folder):
     pytest.importorskip("zarr")
-    return isospline.store.read_metadata(isospline.prefilter_to(FIELD.samples(20), folder / "store.zarr"))
+    return isospline.store.read_metadata(isospline.prefilter_to(FIELD.values(20), folder / "store.zarr"))
 
 
 def make_viewer():

@@ -59,7 +59,7 @@ def test_each_call_gets_its_turn(tmp_path):
     def change_objects(i):
         added = scene.add(mesh, moved(i % 7, 0, 0))
         scene.set_transform(added, moved(0, i % 5, 0))
-        scene.set_visibility(added, camera=i % 2 == 0)
+        scene.set_visibility(added, visible=i % 2 == 0)
         scene.remove(added)
 
     def query(i):
@@ -73,7 +73,7 @@ def test_each_call_gets_its_turn(tmp_path):
         assert len(pickle.loads(pickle.dumps(scene))) > 0
 
     def draw(i):
-        render(scene, camera, size=(64, 48), shading=isospline.Phong(shadows=True))
+        render(scene, camera, size=(64, 48), light=isospline.Phong(shadows=True))
 
     def trace(i):
         try:
@@ -129,7 +129,7 @@ def test_changes_do_not_wait_for_a_picture():
 
     def draw():
         try:
-            render(scene, camera, size=(4000, 4000), shading=isospline.AmbientOcclusion(1000), progress=progress)
+            render(scene, camera, size=(4000, 4000), light=isospline.AmbientOcclusion(1000), progress=progress)
         except isospline.Cancelled:
             seen.append("cancelled")
 
@@ -178,7 +178,7 @@ def step():
     renderer.step(1)  # waits for the other
 
 calls = {
-    "render": lambda: isospline.render(scene, camera, size=(4000, 4000), shading=sky),
+    "render": lambda: isospline.render(scene, camera, size=(4000, 4000), light=sky),
     "step": step,
     "cast_rays": lambda: again(lambda: scene.cast_rays(rays)),
     "add": lambda: again(lambda: scene.add(surface)),
@@ -229,7 +229,7 @@ from spheres import sphere
 scene = isospline.Scene([sphere()])
 camera = isospline.camera_for(scene)
 calls = {
-    "render": lambda: isospline.render(scene, camera, size=(400, 300), shading=isospline.AmbientOcclusion(64)),
+    "render": lambda: isospline.render(scene, camera, size=(400, 300), light=isospline.AmbientOcclusion(64)),
     "short": lambda: scene.cast_rays([(-20, 11, 11, 1, 0, 0)]),
     "add": lambda: scene.remove(scene.add(sphere())),
 }
@@ -266,7 +266,7 @@ changed = isospline.Scene([isospline.Isosurface(surface.volume, 49.0, inside="be
 
 def work():
     while True:
-        isospline.render(scene, camera, size=(600, 400), shading=isospline.AmbientOcclusion(64))
+        isospline.render(scene, camera, size=(600, 400), light=isospline.AmbientOcclusion(64))
 
 def build():
     while True:

@@ -60,18 +60,18 @@ def test_errors_for_foreign_images_name_the_converter():
                 make(given)
 
 
-def test_shading_by_objects():
+def test_light_by_objects():
     ball, mesh = sphere(), mesh_sphere(5.0)
     scene = isospline.Scene([ball, (mesh, moved(*(CENTER + (20, 0, 0)))), (ball, moved(0, 0, 40))])
     red, outline = isospline.Phong(color="red"), isospline.Outline()
     options = {"camera": isospline.camera_for(scene, view="front"), "size": (48, 32)}
-    expected = isospline.render(scene, shading={0: red, 1: outline, 2: red}, **options)
-    assert isospline.render(scene, shading={ball: red, mesh: outline}, **options) == expected
-    assert isospline.render(scene, shading={ball: red, 1: outline}, **options) == expected
-    mixed = isospline.render(scene, shading={ball: red, 1: outline, 2: isospline.Phong()}, **options)
-    assert mixed == isospline.render(scene, shading={0: red, 1: outline}, **options) != expected
-    with pytest.raises(ValueError, match="^shading: expected isosurfaces and meshes of the scene, got one that is not"):
-        isospline.render(scene, shading={sphere(): red}, **options)
+    expected = isospline.render(scene, light={0: red, 1: outline, 2: red}, **options)
+    assert isospline.render(scene, light={ball: red, mesh: outline}, **options) == expected
+    assert isospline.render(scene, light={ball: red, 1: outline}, **options) == expected
+    mixed = isospline.render(scene, light={ball: red, 1: outline, 2: isospline.Phong()}, **options)
+    assert mixed == isospline.render(scene, light={0: red, 1: outline}, **options) != expected
+    with pytest.raises(ValueError, match="^light: expected isosurfaces and meshes of the scene, got one that is not"):
+        isospline.render(scene, light={sphere(): red}, **options)
 
 
 @pytest.mark.parametrize("size", [(64, 32), (32, 64), (40, 40)])
@@ -131,7 +131,7 @@ FIELD = volumes.heart()
 
 @pytest.mark.parametrize("type_name", ["uint8", "int16", "uint16", "float32", "FLOAT64"])
 def test_names_of_raw_files_give_shape_and_type(tmp_path, type_name):
-    data = (100 + 50 * FIELD.samples((10, 11, 12)).clip(-1, 1)).astype(type_name.lower())
+    data = (100 + 50 * FIELD.values((10, 11, 12)).clip(-1, 1)).astype(type_name.lower())
     path = tmp_path / f"heart_12x11x10_{type_name}.raw"
     data.tofile(path)
     read = isospline.read_volume(path)
@@ -144,7 +144,7 @@ def test_names_of_raw_files_give_shape_and_type(tmp_path, type_name):
 
 @pytest.mark.parametrize("name", ["heart.raw", "heart_12x11_uint8.raw", "heart_12x11x10.raw", "1x12x11x10_uint8a.raw"])
 def test_names_that_do_not(tmp_path, name):
-    FIELD.samples((10, 11, 12), np.float32).tofile(tmp_path / name)
+    FIELD.values((10, 11, 12), np.float32).tofile(tmp_path / name)
     order = r"shape=\(nz, ny, nx\) in Python, --shape NX,NY,NZ on the command line"
     with pytest.raises(ValueError, match=f"which the file does not store: shape= \\({order}\\)"):
         isospline.read_volume(tmp_path / name)
@@ -154,7 +154,7 @@ def test_names_that_do_not(tmp_path, name):
 
 def test_shapes_that_scramble_are_noticed(tmp_path):
     shape = (30, 41, 52)
-    data = FIELD.samples(shape)
+    data = FIELD.values(shape)
     path = tmp_path / "heart.raw"
     data.tofile(path)
     with warnings.catch_warnings():

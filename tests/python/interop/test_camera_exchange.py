@@ -200,7 +200,7 @@ def test_pictures_of_other_sizes_show_the_same_of_a_distorted_view():
 
 def test_distorted_pictures_agree_with_opencv_projection():
     field = isospline.volumes.torus(0.6, 0.25)
-    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    volume = field.volume(32)
     scene = isospline.Scene(isospline.Isosurface(volume, field.level))
     eye = np.array([0.4, -2.2, 1.1])
     forward = -eye / np.linalg.norm(eye)

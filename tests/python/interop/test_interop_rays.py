@@ -131,7 +131,7 @@ def test_edges_and_corners_are_crossed_once():
 
 def test_isosurfaces_are_crossed_where_the_sphere_is(rng):
     field = volumes.sphere(radius=0.7)
-    surface = isospline.Isosurface(isospline.Volume(field.samples(48), **field.grid(48)), field.level)
+    surface = isospline.Isosurface(field.volume(48), field.level)
     origins, targets = rng.normal(size=(500, 3)), rng.uniform(-0.7, 0.7, (500, 3))
     origins *= 3 / np.linalg.norm(origins, axis=1)[:, None]
     directions = targets - origins
@@ -163,7 +163,7 @@ def test_isosurfaces_are_crossed_where_the_sphere_is(rng):
 
 def test_of_several_objects_each_contains_its_points(rng):
     field = volumes.sphere(radius=0.7)
-    surface = isospline.Isosurface(isospline.Volume(field.samples(48), **field.grid(48)), field.level)
+    surface = isospline.Isosurface(field.volume(48), field.level)
     box = trimesh.creation.box()
     scene = isospline.Scene([surface, isospline.Mesh.from_trimesh(box)])
     scene.add(surface, trimesh.transformations.translation_matrix((2, 0, 0)))

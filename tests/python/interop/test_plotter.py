@@ -12,7 +12,7 @@ SIZE = (160, 120)
 
 def ball():
     field = isospline.volumes.sphere(0.7)
-    return isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    return isospline.Isosurface(field.volume(32), field.level)
 
 
 @pytest.mark.parametrize("parallel", [False, True])
@@ -23,7 +23,7 @@ def test_actors_and_surfaces_hide_each_other(parallel):
     plotter.add_mesh(cube, color="red", lighting=False)
     plotter.camera_position = [(3, -4, 2), (0, 0, 0), (0, 0, 1)]
     blue = isospline.Phong(color=(0, 0, 1), ambient=1, diffuse=0, specular=0)
-    picture = add_to_plotter(plotter, surface, shading=blue)
+    picture = add_to_plotter(plotter, surface, light=blue)
     plotter.parallel_projection = parallel
     camera = plotter.camera
     shot = plotter.screenshot(return_img=True).astype(int)

@@ -327,7 +327,7 @@ def test_files_that_list_pieces_are_no_volumes_or_meshes(folders, suffix):
 def test_links_of_stores(folders):
     pytest.importorskip("zarr")
     inside, outside = folders
-    samples = isospline.volumes.torus().samples(40)
+    samples = isospline.volumes.torus().values(40)
     prefilter_to(samples, outside / "s.zarr")
     prefilter_to(samples, inside / "s.zarr")
     assert open_volume(inside / "s.zarr", within=inside).shape == (40, 40, 40)

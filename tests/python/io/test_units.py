@@ -76,7 +76,7 @@ def test_units_of_nrrd_and_dicom(tmp_path):
 
 def test_a_store_keeps_the_patient(tmp_path):
     pytest.importorskip("zarr")
-    data = VolumeData(isospline.volumes.torus().samples(40), patient=True)
+    data = VolumeData(isospline.volumes.torus().values(40), patient=True)
     store = isospline.prefilter_to(data, tmp_path / "a.zarr")
     volume = isospline.open_volume(store)
     assert about(volume) == ("mm", True)
@@ -86,7 +86,7 @@ def test_a_store_keeps_the_patient(tmp_path):
 @pytest.mark.parametrize("unit", ["", "µm", "cm", "Å", "parsec"])
 def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
     zarr = pytest.importorskip("zarr")
-    data = VolumeData(isospline.volumes.torus().samples(40), unit=unit)
+    data = VolumeData(isospline.volumes.torus().values(40), unit=unit)
     store = isospline.prefilter_to(data, tmp_path / "a.zarr")
     assert about(isospline.open_volume(store)) == (unit, False)
     assert about(isospline.open_volume(isospline.prefilter_to(store, tmp_path / "b.zarr", degree=3))) == (unit, False)
@@ -99,7 +99,7 @@ def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
 @pytest.mark.parametrize("of_store", [False, True])
 def test_tables_of_info_and_measure_have_the_unit(tmp_path, capsys, unit, area, volume, of_store):
     nibabel = pytest.importorskip("nibabel")
-    samples, path = isospline.volumes.torus().samples(40).astype(np.float32), tmp_path / "a.npy"
+    samples, path = isospline.volumes.torus().values(40).astype(np.float32), tmp_path / "a.npy"
     np.save(path, samples)
     if unit:
         image = nibabel.Nifti1Image(samples.T, np.eye(4))
@@ -126,7 +126,7 @@ def test_the_scale_bar_has_the_unit_of_the_volumes():
     field = isospline.volumes.torus()
 
     def surface(unit):
-        return isospline.Isosurface(Volume(field.samples(24), **field.grid(24), unit=unit), field.level)
+        return isospline.Isosurface(field.volume(24, unit=unit), field.level)
 
     def picture(*units, **options):
         scene = isospline.Scene([surface(unit) for unit in units])

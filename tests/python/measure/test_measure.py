@@ -112,7 +112,7 @@ def test_sampled_torus_converges(degree, order_of_volume):
     field = isospline.volumes.torus(0.6, 0.25)
     errors = []
     for size in (24, 48, 96):
-        volume = isospline.Volume(field.samples(size, np.float64), **field.grid(size), degree=degree)
+        volume = isospline.Volume(field.values(size, np.float64), **field.grid(size), degree=degree)
         surface = isospline.Isosurface(volume, field.level)
         volume_error = abs(surface.enclosed_volume().value / (2 * math.pi**2 * 0.6 * 0.25**2) - 1)
         area_error = abs(surface.area().value / (4 * math.pi**2 * 0.6 * 0.25) - 1)
@@ -125,7 +125,7 @@ def test_sampled_torus_converges(degree, order_of_volume):
 
 def test_gyroid_halves_the_cube():
     field = isospline.volumes.gyroid(2)
-    volume = isospline.Volume(field.samples(48), **field.grid(48), boundary="periodic")
+    volume = field.volume(48, boundary="periodic")
     surface = isospline.Isosurface(volume, field.level)
     assert abs(surface.enclosed_volume().value - 4) < 1e-5
     # Two periods along each edge: 8 cells of Euler characteristic -8 of a surface that is periodic.
@@ -181,7 +181,7 @@ def test_bad_input():
 def test_command_line(tmp_path, capsys):
     field = isospline.volumes.sphere(0.7)
     path = tmp_path / "ball.npy"
-    np.save(path, field.samples(32))
+    np.save(path, field.values(32))
     assert cli.main(["measure", str(path), "--level", "0", "--spacing", "0.0625,0.0625,0.0625", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert abs(found["enclosed_volume"]["value"] / (4 / 3 * math.pi * 0.7**3) - 1) < 1e-4

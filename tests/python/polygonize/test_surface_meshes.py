@@ -109,7 +109,7 @@ def test_open_clips_leave_a_border_on_the_plane(rng):
 
 def test_inside_below_turns_the_mesh_around():
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    volume = field.volume(24)
     above, below = (isospline.Isosurface(volume, field.level, inside=side).to_mesh() for side in ("above", "below"))
     assert above.to_trimesh().volume == pytest.approx(-below.to_trimesh().volume)
     order, other = (np.lexsort(mesh.vertices.T) for mesh in (above, below))
@@ -119,7 +119,7 @@ def test_inside_below_turns_the_mesh_around():
 
 def test_masks_leave_a_hole():
     field = volumes.sphere(0.7)
-    data = field.samples(24)
+    data = field.values(24)
     mask = np.ones(data.shape, bool)
     mask[:, :, :8] = False
     mesh = isospline.Isosurface(isospline.Volume(data, **field.grid(24)), field.level, mask=mask).to_mesh()
@@ -133,7 +133,7 @@ def test_the_mesh_of_a_ball_converges():
     errors = []
     for count in (16, 32, 64):
         field = volumes.sphere(0.7)
-        volume = isospline.Volume(field.samples(count), degree=3, **field.grid(count))
+        volume = field.volume(count, degree=3)
         mesh = isospline.Isosurface(volume, field.level).to_mesh()
         shape = mesh.to_trimesh()
         errors.append([abs(shape.volume / (4 / 3 * np.pi * 0.7**3) - 1), abs(shape.area / (4 * np.pi * 0.49) - 1)])
@@ -155,7 +155,7 @@ def test_levels_of_whole_samples_leave_no_short_edges():
 @pytest.mark.parametrize("name", ["sphere", "torus"])
 def test_tolerance_bounds_both_distances(rng, name, degree):
     field = getattr(volumes, name)()
-    volume = isospline.Volume(field.samples(40), degree=degree, **field.grid(40))
+    volume = field.volume(40, degree=degree)
     surface = isospline.Isosurface(volume, field.level)
     edge = min(volume.spacing)
     faces = len(surface.to_mesh().faces)
@@ -174,7 +174,7 @@ def test_tolerance_bounds_both_distances(rng, name, degree):
 
 def test_a_large_tolerance_keeps_the_topology():
     field = volumes.torus()
-    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    volume = field.volume(32)
     mesh = isospline.Isosurface(volume, field.level).to_mesh(tolerance=10)
     shape = mesh.to_trimesh()
     assert shape.is_watertight and shape.is_winding_consistent
@@ -254,7 +254,7 @@ def test_tolerance_is_positive(tolerance):
 
 def test_meshing_can_be_cancelled():
     field = volumes.gyroid()
-    surface = isospline.Isosurface(isospline.Volume(field.samples(64), **field.grid(64)), field.level)
+    surface = isospline.Isosurface(field.volume(64), field.level)
     with pytest.raises(isospline.Cancelled):
         surface.to_mesh(progress=lambda fraction: False)
 
@@ -265,7 +265,7 @@ def test_meshing_can_be_cancelled():
 @pytest.fixture
 def ball():
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(20), origin=(100, 200, 300))
+    volume = isospline.Volume(field.values(20), origin=(100, 200, 300))
     return isospline.Isosurface(volume, field.level)
 
 

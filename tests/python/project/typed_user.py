@@ -32,15 +32,15 @@ def pictures(scene: isospline.Scene, folder: Path) -> isospline.Image:
     looks = {0: isospline.Phong(color="white", opacity=0.5), 1: isospline.Outline(3)}
     isospline.render(scene).save(folder / "first.jpg")
     image = isospline.render(
-        scene, moved, size=(320, 240), shading=looks, background="#102030", layers=("depth", "normal"), progress=True
+        scene, moved, size=(320, 240), light=looks, background="#102030", layers=("depth", "normal"), progress=True
     )
     lamp = isospline.SphereLight((0, 0, 9), 1.0, radiance=(10, 9, 8))
-    traced = isospline.render(scene, integrator=isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(0.2)]))
+    traced = isospline.render(scene, light=isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(0.2)]))
     isospline.write_video(
         folder / "turn.mp4", (isospline.render(scene, each) for each in isospline.turntable(scene, 90))
     )
     studio = isospline.Studio(fast=True).replace(key=2.0)
-    marked = isospline.render(scene.object(0), lighting=studio, annotate=("scale_bar",), unit="mm", background="w")
+    marked = isospline.render(scene.object(0), light=studio, annotate=("scale_bar",), unit="mm", background="w")
     reach: NDArray[np.float64] = scene.extent([(0, 0, 1)])
     assert marked.size == (640, 360) and reach.shape == (1, 2)
     pixels: NDArray[np.uint8] = np.asarray(image)

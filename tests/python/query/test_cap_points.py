@@ -13,7 +13,7 @@ PLANES = [isospline.HalfSpace((0.05, 0, 0), (1, 0.3, 0.2)), isospline.HalfSpace(
 
 def half_torus(n=48):
     field = volumes.torus(0.6, 0.25)
-    volume = isospline.Volume(field.samples(n), **field.grid(n))
+    volume = field.volume(n)
     return isospline.Isosurface(volume, field.level, clip=PLANES, capped=True)
 
 
@@ -43,7 +43,7 @@ def test_nearest_points_see_caps_as_the_dense_mesh_does(rng):
 
 def test_nearest_points_of_a_half_ball_have_a_closed_form(rng):
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(64), **field.grid(64))
+    volume = field.volume(64)
     clip = isospline.HalfSpace((0, 0, 0), (0, 0, 1))
     surface = isospline.Isosurface(volume, field.level, clip=clip, capped=True)
     points = rng.uniform(-1, 1, (500, 3))
@@ -79,7 +79,7 @@ def test_nearest_points_of_caps_end_at_a_mask(rng):
 
 def test_samples_of_capped_surfaces_are_uniform_by_area():
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(48), **field.grid(48))
+    volume = field.volume(48)
     surface = isospline.Isosurface(volume, field.level, clip=isospline.HalfSpace((0, 0, 0.1), (0, 0, 1)), capped=True)
     count = 40_000
     samples = surface.sample_points(count, seed=3)
@@ -105,7 +105,7 @@ def test_samples_of_nothing_but_caps():
 
 def test_thickness_ends_at_caps():
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(48), **field.grid(48))
+    volume = field.volume(48)
     surface = isospline.Isosurface(volume, field.level, clip=isospline.HalfSpace((0, 0, 0.5), (0, 0, 1)), capped=True)
     assert surface.thickness((0, 0, 0.7)) == pytest.approx(0.2, abs=1e-3)
     assert surface.thickness((0, 0, 0.5)) == pytest.approx(0.2, abs=1e-3)
@@ -116,7 +116,7 @@ def test_thickness_ends_at_caps():
 
 def test_distances_of_surfaces_count_caps():
     field = volumes.sphere(0.7)
-    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    volume = field.volume(32)
     ball = isospline.Isosurface(volume, field.level)
     half = isospline.Isosurface(volume, field.level, clip=isospline.HalfSpace((0, 0, 0), (0, 0, 1)), capped=True)
     # The middle of the cap is the farthest point from the ball's surface.

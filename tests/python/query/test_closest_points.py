@@ -100,7 +100,7 @@ def test_plane_in_any_grid(rng, degree, direction):
 
 def test_torus_of_a_field(rng):
     field = isospline.volumes.torus(0.6, 0.25)
-    volume = isospline.Volume(field.samples(96), degree=3, **field.grid(96))
+    volume = field.volume(96, degree=3)
     surface = isospline.Isosurface(volume, field.level)
     points = rng.uniform(-1.2, 1.2, (2000, 3))
     from_circle = np.hypot(np.hypot(points[:, 0], points[:, 1]) - 0.6, points[:, 2])

@@ -42,7 +42,7 @@ def test_contains_is_the_sign_of_the_spline(rng, degree, inside):
 
 @pytest.mark.parametrize("field", [Plane(), Sphere((12, 12, 12), 8.0), Torus()], ids=lambda field: type(field).__name__)
 def test_contains_agrees_with_closed_forms(rng, field):
-    volume = isospline.Volume(field.samples(SHAPE), degree=3)
+    volume = isospline.Volume(field.values(SHAPE), degree=3)
     points = rng.uniform(3, 21, (20000, 3))
     value = field.value(points)
     decided = np.abs(value) > 0.02 * np.linalg.norm(field.gradient(points), axis=1)  # 1/50 voxel from the surface
@@ -54,7 +54,7 @@ def test_contains_agrees_with_closed_forms(rng, field):
 
 def test_contains_agrees_with_rays(rng):
     field = Torus()
-    surface = isospline.Isosurface(isospline.Volume(field.samples(SHAPE)), 0.0)
+    surface = isospline.Isosurface(isospline.Volume(field.values(SHAPE)), 0.0)
     points = rng.uniform(4, 20, (3000, 3))
     rays = np.concatenate([points, rng.normal(size=(3000, 3))], axis=1)
     odd = isospline.Scene([surface]).count_intersections(rays) % 2 == 1
@@ -63,7 +63,7 @@ def test_contains_agrees_with_rays(rng):
 
 def test_contains_sees_masks_and_clips(rng):
     field = Sphere((8, 8, 8), 6.0)
-    data = field.samples((17, 17, 17))
+    data = field.values((17, 17, 17))
     mask = np.ones(data.shape, bool)
     mask[:, :, 10:] = False
     volume = isospline.Volume(data)
@@ -95,7 +95,7 @@ def test_points_beyond_the_domain_are_outside(boundary):
 
 
 def test_contains_takes_any_array_and_names_bad_points():
-    surface = isospline.Isosurface(isospline.Volume(Sphere().samples((17, 17, 17))), 0.0)
+    surface = isospline.Isosurface(isospline.Volume(Sphere().values((17, 17, 17))), 0.0)
     points = grid_points((4, 3, 2)) + 7
     inside = surface.contains(points)
     assert inside.shape == (4, 3, 2) and inside.dtype == bool and inside.all()

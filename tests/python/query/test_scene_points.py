@@ -11,7 +11,7 @@ MIRROR_AND_SHEAR = np.array([(-1.5, 0.4, 0.0, 3.0), (0.0, 0.7, 0.2, -1.0), (0.1,
 
 def sphere(radius=0.7):
     field = isospline.volumes.sphere(0.7)
-    return isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), 0.49 - radius**2)
+    return isospline.Isosurface(field.volume(32), 0.49 - radius**2)
 
 
 @pytest.mark.parametrize("matrix", [np.eye(4), MIRROR_AND_SHEAR], ids=["in place", "mirrored and sheared"])
@@ -69,7 +69,7 @@ def test_the_nearest_of_several_objects(rng):
     scene = isospline.Scene()
     first = scene.add(cube, transform=np.array([(1, 0, 0, 3.0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]))
     second = scene.add(sphere())
-    hidden = scene.add(sphere(), transform=np.diag([3.0, 3, 3, 1]), camera=False)
+    hidden = scene.add(sphere(), transform=np.diag([3.0, 3, 3, 1]), visible=False)
     points = rng.uniform(-2, 5, (1000, 3))
     outside = abs(points - (3, 0, 0)) - 0.5
     of_cube = np.linalg.norm(outside.clip(0), axis=1) + outside.max(1).clip(max=0)

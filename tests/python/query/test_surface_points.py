@@ -11,14 +11,14 @@ import isospline
 
 def sphere(radius, size=32, **options):
     field = isospline.volumes.sphere(0.7)
-    return isospline.Isosurface(isospline.Volume(field.samples(size), **field.grid(size)), 0.49 - radius**2, **options)
+    return isospline.Isosurface(field.volume(size), 0.49 - radius**2, **options)
 
 
 def test_samples_are_on_the_surface_and_uniform_by_area():
     # An ellipsoid: its area by height is known from samples of a sphere that is mapped to it.
     field = isospline.volumes.sphere(0.7)
     spacing = np.array([1.0, 1.0, 4.0]) / 16
-    volume = isospline.Volume(field.samples(32), spacing=spacing, origin=-15.5 * spacing)
+    volume = isospline.Volume(field.values(32), spacing=spacing, origin=-15.5 * spacing)
     surface = isospline.Isosurface(volume, field.level)
     found = surface.sample_points(40000, seed=3)
     x = found["points"]
@@ -54,14 +54,14 @@ def test_samples_keep_to_cuts_and_an_empty_surface_is_an_error():
 @pytest.mark.slow
 def test_thickness_of_a_torus_and_a_shell():
     field = isospline.volumes.torus(0.6, 0.25)
-    torus = isospline.Isosurface(isospline.Volume(field.samples(64), **field.grid(64), degree=3), field.level)
+    torus = isospline.Isosurface(field.volume(64, degree=3), field.level)
     points = torus.sample_points(300)["points"]
     for method in ("max_sphere", "ray"):
         # Balls are more sensitive to the spline's difference from the formula: they curve as much as the tube.
         np.testing.assert_allclose(torus.thickness(points, method=method), 0.5, atol=8e-3)
 
     # A wall between radii 0.4 and 0.7; measured outwards from its inside, rays and balls are as long as it is thick.
-    samples = isospline.volumes.Field(lambda p: -((np.linalg.norm(p, axis=-1) - 0.55) ** 2), None, 0.0).samples(80)
+    samples = isospline.volumes.Field(lambda p: -((np.linalg.norm(p, axis=-1) - 0.55) ** 2), None, 0.0).values(80)
     shell = isospline.Isosurface(isospline.Volume(samples, **field.grid(80)), -(0.15**2))
     outer = np.array([(0.7, 0, 0), (0, 0, 0.7), (0.7 / math.sqrt(2), 0.7 / math.sqrt(2), 0)])
     for method in ("max_sphere", "ray"):

@@ -75,7 +75,7 @@ def test_a_unit_and_the_encoding_of_eight_bits():
 def test_the_colors_of_a_colour_bar(limits):
     rule = RAMP.replace(limits=limits)
     image = isospline.render(
-        sphere(), size=SIZE, shading=isospline.Phong(color=rule), background="white", annotate=("colorbar",)
+        sphere(), size=SIZE, light=isospline.Phong(color=rule), background="white", annotate=("colorbar",)
     )
     length = round(0.6 * SIZE[1])
     first, last = (SIZE[1] - length) // 2, (SIZE[1] - length) // 2 + length - 1
@@ -94,15 +94,15 @@ def test_every_color_rule_has_its_own_bar():
     looks = {0: isospline.Phong(color=RAMP), 1: isospline.Phong(color=isospline.ColorByDepth())}
     first = []
     for shading in ({0: looks[0]}, looks):
-        plain = isospline.render(scene, size=SIZE, shading=shading, background="white")
-        marked = isospline.render(scene, size=SIZE, shading=shading, background="white", annotate=("colorbar",))
+        plain = isospline.render(scene, size=SIZE, light=shading, background="white")
+        marked = isospline.render(scene, size=SIZE, light=shading, background="white", annotate=("colorbar",))
         first.append(np.nonzero((marked.color != plain.color).any(axis=(0, 2)))[0].min())
     assert first[1] < first[0] - 20
 
 
 def test_a_path_traced_picture_has_marks():
     tracer = isospline.PathTracer(isospline.Material(RAMP), max_bounces=1)
-    image = isospline.render(sphere(), size=SIZE, integrator=tracer, annotate=("colorbar", "scale_bar"))
+    image = isospline.render(sphere(), size=SIZE, light=tracer, annotate=("colorbar", "scale_bar"))
     assert (image.color[..., 3] == 1).any()
 
 
@@ -134,7 +134,7 @@ def test_marks_that_make_no_sense(options, message):
 
 def test_small_pictures_take_marks():
     for size in ((1, 1), (3, 40), (40, 3), (16, 9)):
-        isospline.render(sphere(), size=size, shading=isospline.Phong(color=RAMP), annotate=("colorbar", "scale_bar"))
+        isospline.render(sphere(), size=size, light=isospline.Phong(color=RAMP), annotate=("colorbar", "scale_bar"))
 
 
 def test_marks_have_letters_that_the_font_has(monkeypatch):
@@ -145,7 +145,7 @@ def test_marks_have_letters_that_the_font_has(monkeypatch):
     )
     shading = isospline.Phong(color=isospline.ColorByCurvature("gaussian", limits=(-0.1, 0.1)))
     marks = dict(annotate=("colorbar", "scale_bar"), unit="µm")
-    image = isospline.render(sphere(), size=SIZE, shading=shading, **marks)
+    image = isospline.render(sphere(), size=SIZE, light=shading, **marks)
     assert "-0.1" in drawn and "gaussian curvature (1/um^2)" in drawn
     font = _font(image)
     missing = bytes(font.getmask("\ue000"))

@@ -22,7 +22,7 @@ CAMERA = isospline.PerspectiveCamera((2, -5, 3), (0, 0, -0.3), field_of_view=40)
 #: The noise of the picture after about 40 samples.
 NOISE = 0.0072
 FIELD = isospline.volumes.torus()
-VOLUME = isospline.Volume(FIELD.samples(32), **FIELD.grid(32))
+VOLUME = FIELD.volume(32)
 FLOOR = isospline.Mesh([[-3, -3, -1], [3, -3, -1], [3, 3, -1], [-3, 3, -1]], [[0, 1, 2], [0, 2, 3]])
 
 
@@ -33,7 +33,7 @@ def make_scene(volume=VOLUME, floor=FLOOR, level=FIELD.level, matrix=None, **vis
 
 
 def make_renderer(scene=None, camera=CAMERA, **options):
-    options = {"size": SIZE, "integrator": INTEGRATOR, "layers": ("variance", "direct", "depth"), **options}
+    options = {"size": SIZE, "light": INTEGRATOR, "layers": ("variance", "direct", "depth"), **options}
     return isospline.ProgressiveRenderer(scene or make_scene(), camera, **options)
 
 
@@ -58,7 +58,7 @@ def test_run_gives_the_picture_of_render(whole):
         image = make_renderer().run(samples)
         layers = ("variance", "direct", "depth")
         assert image == isospline.render(
-            make_scene(), CAMERA, size=SIZE, integrator=INTEGRATOR, samples=samples, layers=layers
+            make_scene(), CAMERA, size=SIZE, light=INTEGRATOR, samples=samples, layers=layers
         )
         assert samples != 24 or image == whole
 
@@ -81,7 +81,7 @@ def test_noise_is_the_change_by_one_standard_error(whole):
 
 
 def test_a_picture_without_noise_has_none():
-    renderer = make_renderer(integrator=isospline.PathTracer(max_bounces=0), size=(20, 20))
+    renderer = make_renderer(light=isospline.PathTracer(max_bounces=0), size=(20, 20))
     renderer.step(2)
     assert renderer.noise == 0
 
@@ -210,7 +210,7 @@ def test_background_and_layers_may_change(whole, path):
 
 def others():
     """Renderers of other pictures, and the difference between them."""
-    other_volume = isospline.Volume(FIELD.samples(32) + 1e-3, **FIELD.grid(32))
+    other_volume = isospline.Volume(FIELD.values(32) + 1e-3, **FIELD.grid(32))
     moved = np.eye(4)
     moved[0, 3] = 1e-9
     other_floor = isospline.Mesh(FLOOR.vertices + (0, 0, 1e-3), FLOOR.faces)
@@ -221,15 +221,15 @@ def others():
         "level of object 0": make_renderer(make_scene(level=FIELD.level + 1e-9)),
         "mesh of object 1": make_renderer(make_scene(floor=other_floor)),
         "transform of object 1": make_renderer(make_scene(matrix=moved)),
-        "visibility of object 1": make_renderer(make_scene(shadow=False)),
+        "visibility of object 1": make_renderer(make_scene(casts_shadow=False)),
         "objects": make_renderer(extra),
         "camera": make_renderer(camera=CAMERA.replace(eye=(2, -5, 3 + 1e-12))),
         "size": make_renderer(size=(70, 51)),
-        "integrator's lights": make_renderer(integrator=INTEGRATOR.replace(lights=[isospline.EnvironmentLight(0.3)])),
-        "integrator's material": make_renderer(integrator=INTEGRATOR.replace(material=isospline.Material(0.3))),
-        "integrator's materials": make_renderer(integrator=INTEGRATOR.replace(materials={1: isospline.Material(0.3)})),
-        "integrator's max_bounces": make_renderer(integrator=INTEGRATOR.replace(max_bounces=3)),
-        "integrator's seed": make_renderer(integrator=INTEGRATOR.replace(seed=1)),
+        "path tracer's lights": make_renderer(light=INTEGRATOR.replace(lights=[isospline.EnvironmentLight(0.3)])),
+        "path tracer's material": make_renderer(light=INTEGRATOR.replace(material=isospline.Material(0.3))),
+        "path tracer's materials": make_renderer(light=INTEGRATOR.replace(materials={1: isospline.Material(0.3)})),
+        "path tracer's max_bounces": make_renderer(light=INTEGRATOR.replace(max_bounces=3)),
+        "path tracer's seed": make_renderer(light=INTEGRATOR.replace(seed=1)),
     }
 
 

@@ -15,9 +15,9 @@ LAYERS = ("depth", "position", "normal", "albedo", "gradient_magnitude", "curvat
 @pytest.fixture(scope="module")
 def scene():
     field = isospline.volumes.gyroid()
-    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    volume = field.volume(24)
     ball = isospline.volumes.sphere()
-    beside = isospline.Isosurface(isospline.Volume(ball.samples(16), **ball.grid(16)), ball.level, inside="below")
+    beside = isospline.Isosurface(ball.volume(16), ball.level, inside="below")
     return isospline.Scene([isospline.Isosurface(volume, field.level), beside])
 
 
@@ -41,16 +41,16 @@ def compare(whole, part, window):
 @pytest.mark.parametrize(
     "look",
     [
-        dict(shading=isospline.Phong(), layers=LAYERS),
-        dict(shading=isospline.Phong(color=isospline.ColorByDepth(cmap=[(0, 0, 0), (1, 1, 1)])), samples=4),
-        dict(shading=isospline.Phong(shadows=True, opacity=0.6), samples=3, background=(0.2, 0.4, 0.6)),
-        dict(shading=isospline.Outline(2), samples=2, layers=("curvature",)),
-        dict(shading=isospline.AmbientOcclusion(8), layers=("ambient_occlusion",)),
+        dict(light=isospline.Phong(), layers=LAYERS),
+        dict(light=isospline.Phong(color=isospline.ColorByDepth(cmap=[(0, 0, 0), (1, 1, 1)])), samples=4),
+        dict(light=isospline.Phong(shadows=True, opacity=0.6), samples=3, background=(0.2, 0.4, 0.6)),
+        dict(light=isospline.Outline(2), samples=2, layers=("curvature",)),
+        dict(light=isospline.AmbientOcclusion(8), layers=("ambient_occlusion",)),
         dict(encoding="srgb8", samples=4, background="white"),
-        dict(integrator=isospline.PathTracer(max_bounces=3), samples=3, layers=("albedo", "direct", "variance")),
-        dict(integrator=isospline.PathTracer(seed=5), samples=1, encoding="srgb8"),
-        dict(lighting=isospline.Studio(light_samples=2), samples=4, background="white"),
-        dict(lighting=isospline.Studio(fast=True), background="white"),
+        dict(light=isospline.PathTracer(max_bounces=3), samples=3, layers=("albedo", "direct", "variance")),
+        dict(light=isospline.PathTracer(seed=5), samples=1, encoding="srgb8"),
+        dict(light=isospline.Studio(light_samples=2), samples=4, background="white"),
+        dict(light=isospline.Studio(fast=True), background="white"),
     ],
     ids=lambda look: "-".join(look),
 )
@@ -70,7 +70,7 @@ def test_every_camera_is_cropped(scene):
         isospline.ProjectionPlaneCamera(eye, right=(2, 1, 0), down=(0, 0.1, -2), center=(1.5, -3, 1)),
     ]
     for camera in cameras:
-        for look in (dict(samples=4, layers=("depth",)), dict(integrator=isospline.PathTracer(), samples=2)):
+        for look in (dict(samples=4, layers=("depth",)), dict(light=isospline.PathTracer(), samples=2)):
             whole = isospline.render(scene, camera, size=SIZE, **look)
             compare(whole, isospline.render(scene, camera, size=SIZE, crop=WINDOWS[0], **look), WINDOWS[0])
 
@@ -91,7 +91,7 @@ def test_a_crop_keeps_its_place_in_pickles_copies_and_files(scene, camera, tmp_p
 
 
 @pytest.mark.parametrize("window", [(-1, 0, 4, 4), (0, 0, 0, 4), (60, 0, 2, 4), (0, 0, 4, 2**31 - 1), (0, 47, 1, 1)])
-@pytest.mark.parametrize("look", [{}, {"integrator": isospline.PathTracer()}])
+@pytest.mark.parametrize("look", [{}, {"light": isospline.PathTracer()}])
 def test_crops_beyond_the_picture_are_refused(scene, camera, window, look):
     with pytest.raises(ValueError, match="^crop: expected columns and rows within 61 x 47 pixels, got"):
         isospline.render(scene, camera, size=SIZE, crop=window, **look)
@@ -102,5 +102,5 @@ def test_crops_of_another_type_and_marks_are_refused(scene, camera):
         isospline.render(scene, camera, size=SIZE, crop=(1, 2, 3))
     with pytest.raises(TypeError, match="crop"):
         isospline.render(scene, camera, size=SIZE, crop=(0.5, 0, 2, 2))
-    with pytest.raises(ValueError, match="^annotate: expected nothing with a crop, got scale_bar"):
+    with pytest.raises(ValueError, match="^annotate: cannot be combined with a crop"):
         isospline.render(scene, camera, size=SIZE, crop=(0, 0, 4, 4), annotate="scale_bar")

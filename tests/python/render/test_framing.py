@@ -46,7 +46,7 @@ def scenes():
     oblique.add(sphere(), turn)
     oblique.add(mesh_sphere(3.0, 32), moved(60, 0, 9))
     hidden = isospline.Scene([sphere()])
-    hidden.add(mesh_sphere(500.0, 16), camera=False)
+    hidden.add(mesh_sphere(500.0, 16), visible=False)
     return {
         "ball": isospline.Scene(sphere()),
         "speck": isospline.Scene(speck()),
@@ -166,6 +166,6 @@ def test_the_middle_of_what_is_seen_is_looked_at():
 
 def test_surfaces_and_meshes_are_rendered_by_themselves():
     field = volumes.torus()
-    surface = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    surface = isospline.Isosurface(field.volume(32), field.level)
     for item in (surface, mesh_sphere(1.0, 16)):
         assert isospline.render(item, size=(24, 18)) == isospline.render(isospline.Scene([item]), size=(24, 18))

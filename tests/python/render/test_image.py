@@ -32,7 +32,7 @@ def image(camera):
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-12, -12, -12))
     scene = isospline.Scene([isospline.Isosurface(volume, 40, inside="below")])
     return render(
-        scene, camera, size=SIZE, shading=isospline.Phong(color=(1, 0.5, 0.2)), samples=4, layers=("curvature",)
+        scene, camera, size=SIZE, light=isospline.Phong(color=(1, 0.5, 0.2)), samples=4, layers=("curvature",)
     )
 
 
@@ -85,7 +85,7 @@ def test_srgb_is_the_standards_curve(image):
 @pytest.mark.parametrize("background", [None, (0.2, 0.4, 0.8), (1, 1, 1, 0.3)])
 def test_an_image_of_8_bits_is_the_linear_one_encoded(camera, tmp_path, integrator, background):
     scene = isospline.Scene([isospline.Mesh([(-9, 0, -9), (9, 0, -9), (0, 0, 9)], [(0, 1, 2)])])
-    options = dict(size=SIZE, samples=2, integrator=integrator, background=background)
+    options = dict(size=SIZE, samples=2, light=integrator, background=background)
     linear, encoded = (isospline.render(scene, camera, encoding=name, **options) for name in ("linear", "srgb8"))
     srgb = encoded.to_srgb()
     assert srgb.shape == (45, 60, 4) and srgb.dtype == np.uint8 and len(np.unique(srgb)) > 3

@@ -110,7 +110,7 @@ def test_bad_lenses(arguments, parameter):
 
 def test_a_panorama_from_inside_a_box():
     box = isospline.volumes.sphere(0.5)
-    volume = isospline.Volume(box.samples(48), **box.grid(48))
+    volume = box.volume(48)
     scene = isospline.Scene([isospline.Isosurface(volume, box.level)])
     eye = np.array([0.1, -0.2, 0.05])
     panorama = isospline.PanoramicCamera(eye, eye + (0, 1, 0))

@@ -86,10 +86,10 @@ def test_a_material_is_the_published_formula_and_reciprocal(material, rng):
     d = alpha**2 / (np.pi * (cosine**2 * (alpha**2 - 1) + 1) ** 2)
     g = 1 / (1 / smith(o) + 1 / smith(i) - 1)  # height-correlated
     coat = 0.08 * material.specular, min(1, 50 * 0.08 * material.specular)
-    f0 = (1 - m) * coat[0] + m * material.base_color
+    f0 = (1 - m) * coat[0] + m * material.color
     f90 = (1 - m) * coat[1] + m
     specular = fresnel(f0, f90, dot(o, h)) * d * g / (4 * o[:, 2:] * i[:, 2:])
-    diffuse = material.base_color / np.pi * (1 - m) * (1 - fresnel(*coat, o[:, 2:])) * (1 - fresnel(*coat, i[:, 2:]))
+    diffuse = material.color / np.pi * (1 - m) * (1 - fresnel(*coat, o[:, 2:])) * (1 - fresnel(*coat, i[:, 2:]))
     np.testing.assert_allclose(f, diffuse + specular, rtol=1e-8)
 
 
@@ -117,7 +117,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     tracer = isospline.PathTracer(
         materials=materials, max_bounces=1, lights=[isospline.EnvironmentLight(1, visible=False)]
     )
-    image = render(scene, camera, size=(90, 70), integrator=tracer, samples=1)
+    image = render(scene, camera, size=(90, 70), light=tracer, samples=1)
     covered = image.geometry_ids != isospline.INVALID_ID
     assert 0.1 < covered.mean() < 0.9
     np.testing.assert_array_equal(image.color[..., 3], covered)
@@ -127,11 +127,11 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     np.testing.assert_array_equal(scene.cast_rays(rays)["geometry_ids"], image.geometry_ids)
 
     # A first step of one sample is not a part of the later steps.
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=(90, 70), integrator=tracer)
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(90, 70), light=tracer)
     renderer.step(1)
     np.testing.assert_array_equal(renderer.image.color, image.color)
     renderer.step(3)
-    expected = render(scene, camera, size=(90, 70), integrator=tracer, samples=4)
+    expected = render(scene, camera, size=(90, 70), light=tracer, samples=4)
     assert renderer.samples == 4
     np.testing.assert_array_equal(renderer.image.color, expected.color)
     assert ((expected.color[..., 3] > 0) & (expected.color[..., 3] < 1)).any()
@@ -158,7 +158,7 @@ def test_even_light_on_a_plane_is_the_integral(material, angle):
     camera = isospline.OrthographicCamera(30 * direction, (0, 0, 0), height=1)
     integrator = isospline.PathTracer(material, lights=[isospline.EnvironmentLight((1.0, 0.5, 2.0))])
     # With 256 samples per pixel, errors are not normal enough: for two of six seeds, one exceeded six standard errors.
-    image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), integrator=integrator, samples=1024)
+    image = render(isospline.Scene([FLOOR]), camera, size=(24, 24), light=integrator, samples=1024)
     assert_means(image, albedo(material, direction) * (1.0, 0.5, 2.0), 1e-3)
 
 
@@ -170,7 +170,7 @@ def test_colors_at_vertices_tint_the_material():
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=8)
     base = np.array((0.9, 0.6, 0.3))
     integrator = isospline.PathTracer(isospline.Material(base, specular=0))
-    image = render(scene, camera, size=(40, 40), integrator=integrator, samples=4)
+    image = render(scene, camera, size=(40, 40), light=integrator, samples=4)
     x, y = (image.position[..., axis, None].astype(float) for axis in (0, 1))
     expected = base * np.concatenate([0.5 + 0.06 * x, 0.65 - 0.07 * y, 0.5 + 0 * x], axis=-1)
     np.testing.assert_allclose(image.albedo, expected, atol=1e-6)
@@ -196,7 +196,7 @@ def test_white_furnace(shape):
     """White and convex, in even light: as bright as the light, at every pixel and without noise."""
     scene = isospline.Scene([shape])
     integrator = isospline.PathTracer(isospline.Material(1, specular=0), lights=[isospline.EnvironmentLight(0.75)])
-    image = render(scene, isospline.camera_for(scene), size=(80, 60), integrator=integrator, samples=4)
+    image = render(scene, isospline.camera_for(scene), size=(80, 60), light=integrator, samples=4)
     covered = image.color[..., 3] > 0
     assert covered.sum() > 500
     np.testing.assert_allclose(image.color[..., :3], 0.75 * image.color[..., 3:] + np.zeros(3), atol=1e-6)
@@ -206,14 +206,14 @@ def test_white_furnace(shape):
 def test_white_furnace_with_light_from_surface_to_surface():
     """In the hole of a torus, light also comes from other points; all of it arrives if no path is cut short."""
     field = isospline.volumes.torus()
-    volume = isospline.Volume(field.samples(48), **field.grid(48))
+    volume = field.volume(48)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.5, -1, 1))
     white = isospline.Material(1, specular=0)
-    image = render(scene, camera, size=(80, 60), integrator=isospline.PathTracer(white, max_bounces=10_000), samples=2)
+    image = render(scene, camera, size=(80, 60), light=isospline.PathTracer(white, max_bounces=10_000), samples=2)
     np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
     integrator = isospline.PathTracer(white, max_bounces=1)
-    once = render(scene, camera, size=(80, 60), integrator=integrator, samples=2)
+    once = render(scene, camera, size=(80, 60), light=integrator, samples=2)
     assert (once.color[..., 0] < 0.5 * once.color[..., 3]).any()
 
 
@@ -265,7 +265,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
     camera = isospline.PerspectiveCamera((0, -20, 10), (0, 0, 0), field_of_view=6)
     integrator = isospline.PathTracer(MATTE, lights=[lamp])
     scene = isospline.Scene([FLOOR])
-    image = render(scene, camera, size=size, integrator=integrator, samples=512)
+    image = render(scene, camera, size=size, light=integrator, samples=512)
     # The mean over a pixel, from many of its points.
     fine = camera.rays((size[0] * 16, size[1] * 16))
     points = fine[..., :3] - fine[..., 3:] * (fine[..., 2:3] / fine[..., 5:6])
@@ -283,7 +283,7 @@ def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):
     camera = isospline.OrthographicCamera(30 * to_viewer, (0, 0, 0), up=(0, 1, 0), height=1e-3)
     lamps = [isospline.SphereLight(center, radius, radiance=3), isospline.SphereLight((30, 30, 30), 1, radiance=0)]
     integrator = isospline.PathTracer(material, lights=lamps)
-    image = render(isospline.Scene([FLOOR]), camera, size=(12, 12), integrator=integrator, samples=1024)
+    image = render(isospline.Scene([FLOOR]), camera, size=(12, 12), light=integrator, samples=1024)
 
     # The integral over the lamp's cone, in steps of equal solid angle.
     n = 600
@@ -325,7 +325,7 @@ def test_irradiance_of_an_environment_is_the_integral(kind, rng):
     for rotation in (np.eye(3), turn):
         light = isospline.EnvironmentLight(2.0, image=sky, rotation=rotation)
         integrator = isospline.PathTracer(MATTE, lights=[light])
-        image = render(isospline.Scene([FLOOR]), DOWN, size=(12, 12), integrator=integrator, samples=512)
+        image = render(isospline.Scene([FLOOR]), DOWN, size=(12, 12), light=integrator, samples=512)
         expected = 2 * 0.6 / np.pi * irradiance_of_map(sky, rotation.T @ (0, 0, 1))
         assert_means(image, expected, 1e-3)
 
@@ -342,7 +342,7 @@ def test_the_camera_sees_the_environment_the_right_way_round():
         camera = isospline.PerspectiveCamera((0, 0, 0), target, up=(0, 0, 1), field_of_view=2)
         integrator = isospline.PathTracer(lights=[isospline.EnvironmentLight(image=sky, **hidden)])
         scene = isospline.Scene([far_away])
-        return render(scene, camera, size=(4, 4), integrator=integrator).color[1, 1].tolist()
+        return render(scene, camera, size=(4, 4), light=integrator).color[1, 1].tolist()
 
     assert light.visible
     assert seen((1, 0, 0.3), visible=True) == [1, 0, 1, 1]
@@ -361,9 +361,7 @@ def test_lamps_are_seen_and_hide_each_other():
 
     def colors(eye, target):
         camera = isospline.OrthographicCamera(eye, target, up=(0, 1, 0), height=8)
-        image = render(
-            scene, camera, size=(16, 32), integrator=isospline.PathTracer(black, lights=[near, far]), samples=2
-        )
+        image = render(scene, camera, size=(16, 32), light=isospline.PathTracer(black, lights=[near, far]), samples=2)
         return np.unique(image.color.reshape(-1, 4), axis=0).tolist()
 
     assert colors((5, 0, 1), (5, 0, 2)) == [[1, 0, 0, 1]]
@@ -376,7 +374,7 @@ def test_lamps_are_seen_and_hide_each_other():
         scene,
         isospline.PerspectiveCamera((0, -40, 3), (5, 0, 0), field_of_view=0.1),
         size=(8, 8),
-        integrator=isospline.PathTracer(MATTE, lights=[near, far]),
+        light=isospline.PathTracer(MATTE, lights=[near, far]),
         samples=4096,
     )
     at = np.array([5.0, 0, 0])
@@ -394,7 +392,7 @@ def test_a_material_for_each_geometry():
     red = isospline.Material((1, 0, 0), specular=0)
     sun = isospline.DirectionalLight((0, 0, -1), intensity=np.pi)
     integrator = isospline.PathTracer(MATTE, materials={1: red}, lights=[sun], max_bounces=1)
-    image = render(isospline.Scene([FLOOR, high]), DOWN, size=(16, 12), integrator=integrator)
+    image = render(isospline.Scene([FLOOR, high]), DOWN, size=(16, 12), light=integrator)
     np.testing.assert_allclose(image.color[:, :8], np.broadcast_to((0.6, 0.6, 0.6, 1), (12, 8, 4)), rtol=1e-6)
     np.testing.assert_allclose(image.color[:, 8:, 0], 1, rtol=1e-6)
     assert (image.geometry_ids == np.repeat([0, 1], 8)).all()
@@ -403,7 +401,7 @@ def test_a_material_for_each_geometry():
 def test_bounces_and_background():
     scene = isospline.Scene([ball()])
     camera = isospline.camera_for(scene)
-    options = dict(size=(40, 30), samples=2, integrator=isospline.PathTracer(max_bounces=0))
+    options = dict(size=(40, 30), samples=2, light=isospline.PathTracer(max_bounces=0))
     dark = render(scene, camera, **options)
     assert not dark.color[..., :3].any() and dark.color[..., 3].any()
     shown = render(scene, camera, background=(1, 0.5, 0.25), **options)
@@ -414,7 +412,7 @@ def test_bounces_and_background():
 def test_bad_path_tracers():
     empty, integrator = isospline.Scene(), isospline.PathTracer()
     for make, parameter in (
-        (lambda: isospline.Material(1.1), "base_color"),
+        (lambda: isospline.Material(1.1), "color"),
         (lambda: isospline.Material(metallic=-1), "metallic"),
         (lambda: isospline.Material(roughness=np.nan), "roughness"),
         (lambda: isospline.Material(specular=2), "specular"),
@@ -430,10 +428,9 @@ def test_bad_path_tracers():
         (lambda: isospline.EnvironmentLight(rotation=np.diag([1, 1, -1])), "rotation"),
         (lambda: isospline.PathTracer(max_bounces=-1), "max_bounces"),
         (lambda: isospline.PathTracer(lights=[isospline.EnvironmentLight()] * 2), "lights"),
-        (lambda: render(empty, DOWN, shading=isospline.Phong(), integrator=integrator), "shading"),
-        (lambda: render(empty, DOWN, samples=0, integrator=integrator), "samples"),
-        (lambda: render(empty, DOWN, size=(0, 4), integrator=integrator), "size"),
-        (lambda: render(empty, DOWN, background=-1, integrator=integrator), "background"),
+        (lambda: render(empty, DOWN, samples=0, light=integrator), "samples"),
+        (lambda: render(empty, DOWN, size=(0, 4), light=integrator), "size"),
+        (lambda: render(empty, DOWN, background=-1, light=integrator), "background"),
     ):
         with pytest.raises(ValueError, match=f"^{parameter}: expected .* got "):
             make()

@@ -16,7 +16,7 @@ SIZE = (70, 50)
 @pytest.fixture(scope="module")
 def scene():
     field = isospline.volumes.torus()
-    volume = isospline.Volume(field.samples(32), **field.grid(32))
+    volume = field.volume(32)
     floor = isospline.Mesh([[-3, -3, -1], [3, -3, -1], [3, 3, -1], [-3, 3, -1]], [[0, 1, 2], [0, 2, 3]])
     return isospline.Scene([isospline.Isosurface(volume, field.level), floor])
 
@@ -33,11 +33,11 @@ INTEGRATOR = isospline.PathTracer(
 
 
 def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
-    whole = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=5)
+    whole = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=5)
     try:
         isospline.set_thread_count(1)
         renderer = isospline.ProgressiveRenderer(
-            scene, camera, size=SIZE, integrator=INTEGRATOR, layers=(*LAYERS, "variance")
+            scene, camera, size=SIZE, light=INTEGRATOR, layers=(*LAYERS, "variance")
         )
         for samples in (1, 3, 1):
             renderer.step(samples)
@@ -49,7 +49,7 @@ def test_the_picture_does_not_depend_on_threads_or_steps(scene, camera):
 
 
 def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
-    traced = render(scene, camera, size=SIZE, integrator=INTEGRATOR)
+    traced = render(scene, camera, size=SIZE, light=INTEGRATOR)
     plain = render(scene, camera, size=SIZE)
     for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids", "world_to_camera", "world_to_ndc"):
         np.testing.assert_array_equal(getattr(traced, name), getattr(plain, name))
@@ -59,9 +59,7 @@ def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
 
 def test_variance_is_that_of_independent_pictures(scene, camera):
     images = [
-        render(
-            scene, camera, size=SIZE, samples=8, integrator=isospline.PathTracer(lights=INTEGRATOR.lights, seed=seed)
-        )
+        render(scene, camera, size=SIZE, samples=8, light=isospline.PathTracer(lights=INTEGRATOR.lights, seed=seed))
         for seed in range(40)
     ]
     told = np.mean([image.variance for image in images], axis=0)
@@ -73,9 +71,9 @@ def test_variance_is_that_of_independent_pictures(scene, camera):
 
 @pytest.mark.slow
 def test_images_become_better(scene, camera):
-    best = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=512).color
+    best = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=512).color
     errors, before = [], None
-    for image in isospline.render_progressive(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=100):
+    for image in isospline.render_progressive(scene, camera, size=SIZE, light=INTEGRATOR, samples=100):
         assert before is None or (before.color != image.color).any()  # each is an image of its own
         before = image
         errors.append(np.sqrt(((image.color - best) ** 2).mean()))
@@ -97,14 +95,14 @@ def test_the_iterator_is_lazy_and_can_be_closed(scene, camera):
 
 
 def test_reset_begins_again(scene, camera):
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, integrator=INTEGRATOR)
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=SIZE, light=INTEGRATOR)
     renderer.step(2)
     first = renderer.image.color
     other = isospline.camera_for(scene, view="top")
     renderer.reset(camera=other)
     assert renderer.samples == 0 and not renderer.image.color.any()
     renderer.step(2)
-    expected = render(scene, other, size=SIZE, integrator=INTEGRATOR, samples=2)
+    expected = render(scene, other, size=SIZE, light=INTEGRATOR, samples=2)
     np.testing.assert_array_equal(renderer.image.color, expected.color)
     np.testing.assert_array_equal(renderer.image.world_to_ndc, expected.world_to_ndc)
 
@@ -117,7 +115,7 @@ def test_reset_begins_again(scene, camera):
 
 def test_a_change_of_the_scene_is_noticed():
     field = isospline.volumes.sphere(0.5)
-    surface = isospline.Isosurface(isospline.Volume(field.samples(16), **field.grid(16)), field.level)
+    surface = isospline.Isosurface(field.volume(16), field.level)
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((0, -4, 0), (0, 0, 0))
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(20, 20), layers=("depth",))
@@ -132,7 +130,7 @@ def test_a_change_of_the_scene_is_noticed():
 
 
 def test_a_cancelled_step_is_made_up_for(scene, camera):
-    renderer = isospline.ProgressiveRenderer(scene, camera, size=(400, 300), integrator=INTEGRATOR)
+    renderer = isospline.ProgressiveRenderer(scene, camera, size=(400, 300), light=INTEGRATOR)
     started = time.monotonic()
     with pytest.raises(isospline.Cancelled):
         renderer.step(10**6, progress=lambda fraction: False)
@@ -144,7 +142,7 @@ def test_a_cancelled_step_is_made_up_for(scene, camera):
 
 def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
     """Without the package: the arguments of its call, and the use of its result."""
-    image = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=2)
+    image = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=2)
     color = image.color.copy()
     calls = []
 
@@ -171,15 +169,15 @@ def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
 def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
     pytest.importorskip("pyoidn", reason="pyoidn is not installed")
     size = (160, 120)
-    noisy = render(scene, camera, size=size, integrator=INTEGRATOR, samples=4)
-    best = render(scene, camera, size=size, integrator=INTEGRATOR, samples=256)
+    noisy = render(scene, camera, size=size, light=INTEGRATOR, samples=4)
+    best = render(scene, camera, size=size, light=INTEGRATOR, samples=256)
     before, after = (np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise()))
     assert after < 0.5 * before
 
 
 def test_variance_is_in_the_file(scene, camera, tmp_path):
     openexr = pytest.importorskip("OpenEXR")
-    image = render(scene, camera, size=SIZE, integrator=INTEGRATOR, samples=3)
+    image = render(scene, camera, size=SIZE, light=INTEGRATOR, samples=3)
     image.write(tmp_path / "traced.exr")
     with openexr.File(str(tmp_path / "traced.exr"), separate_channels=True) as file:
         channels = file.channels()

@@ -64,7 +64,7 @@ def phong(position, normal, to_viewer, color, ka, kd, ks, ns, ia, lights):
 
 def test_a_sphere_is_the_closed_form(scene, camera):
     size = (211, 150)
-    image = render(scene, camera, size=size, shading=isospline.Outline(2))
+    image = render(scene, camera, size=size, light=isospline.Outline(2))
     hit, discriminant, position, normal, to_viewer = closed_form(camera.rays(size))
     found = image.geometry_ids == 0
 
@@ -103,7 +103,7 @@ def test_phong_is_the_papers(scene, camera):
             isospline.PositionalLight((0, 30, 0), intensity=(0, 0, 2)),
         ],
     )
-    image = render(scene, camera, size=size, shading=shading)
+    image = render(scene, camera, size=size, light=shading)
     hit, discriminant, position, normal, to_viewer = closed_form(camera.rays(size))
     lights = [
         ("at", (10, -20, 15), (1, 0.9, 0.8)),
@@ -124,7 +124,7 @@ def test_two_sided_shading(camera):
     both_sides, one_side = (isospline.Phong(lights=lights, two_sided=two_sided) for two_sided in (True, False))
 
     def color(scene, shading):
-        return render(scene, camera, size=(60, 50), shading=shading).color
+        return render(scene, camera, size=(60, 50), light=shading).color
 
     np.testing.assert_array_equal(color(inward, both_sides), color(outward, both_sides))
     np.testing.assert_array_equal(color(outward, one_side), color(outward, both_sides))
@@ -164,7 +164,7 @@ def test_background(scene, camera):
 def test_a_shading_for_each_geometry(camera):
     scene = isospline.Scene([sphere_surface(center=(-7, 0, 0)), sphere_surface(center=(7, 0, 0))])
     shading = {1: isospline.Outline(0, color=(0, 1, 0)), 0: isospline.Outline(0, color=(1, 0, 0))}
-    image = render(scene, camera, size=(90, 60), shading=shading)
+    image = render(scene, camera, size=(90, 60), light=shading)
     assert set(np.unique(image.geometry_ids)) == {0, 1, 0xFFFFFFFF}
     assert (image.color[image.geometry_ids == 0] == (1, 0, 0, 1)).all()
     assert (image.color[image.geometry_ids == 1] == (0, 1, 0, 1)).all()
@@ -238,7 +238,7 @@ def test_default_lights_show_every_side(scene):
         camera = isospline.camera_for(scene, view=view)
         image = render(scene, camera, size=(64, 48))
         assert image.color[24, 32, 0] > 0.3
-    dark = render(scene, camera, size=(64, 48), shading=isospline.Phong(lights=[]))
+    dark = render(scene, camera, size=(64, 48), light=isospline.Phong(lights=[]))
     np.testing.assert_allclose(dark.color[24, 32], (0.05, 0.05, 0.05, 1))
 
 

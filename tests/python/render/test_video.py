@@ -26,10 +26,10 @@ BOUNDS = np.array([(-3, 10, 2), (5, 11, 8)])
 @pytest.fixture(scope="module")
 def images():
     field = volumes.torus()
-    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(field.samples(24), **field.grid(24)), field.level)])
+    scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
     cameras = isospline.turntable(scene, 5, size=SIZE)
     shading = isospline.Phong(color=(1, 0.4, 0.1))
-    return [isospline.render(scene, camera, size=SIZE, shading=shading, samples=4) for camera in cameras]
+    return [isospline.render(scene, camera, size=SIZE, light=shading, samples=4) for camera in cameras]
 
 
 def read(path):
@@ -168,7 +168,7 @@ def test_interrupting_leaves_no_video(tmp_path, ball):
 
 @pytest.fixture
 def ball(tmp_path):
-    np.save(tmp_path / "ball.npy", volumes.sphere(0.7).samples(20))
+    np.save(tmp_path / "ball.npy", volumes.sphere(0.7).values(20))
     return tmp_path / "ball.npy"
 
 

@@ -138,11 +138,11 @@ NORMALS = {
     "huge": np.full((6, 3), 1e300),
 }
 SHADINGS = {
-    "Phong": {"shading": isospline.Phong(shadows=True)},
-    "Outline": {"shading": isospline.Outline()},
-    "AmbientOcclusion": {"shading": isospline.AmbientOcclusion(4)},
-    "ColorByNormal": {"shading": isospline.Phong(color=isospline.ColorByNormal()), "layers": ("curvature",)},
-    "PathTracer": {"integrator": isospline.PathTracer(), "samples": 8},
+    "Phong": {"light": isospline.Phong(shadows=True)},
+    "Outline": {"light": isospline.Outline()},
+    "AmbientOcclusion": {"light": isospline.AmbientOcclusion(4)},
+    "ColorByNormal": {"light": isospline.Phong(color=isospline.ColorByNormal()), "layers": ("curvature",)},
+    "PathTracer": {"light": isospline.PathTracer(), "samples": 8},
 }
 
 
@@ -241,7 +241,7 @@ def test_materials_of_removed_objects_are_refused():
     scene.remove(0)
     tracer = isospline.PathTracer(materials={0: isospline.Material()})
     with pytest.raises(ValueError, match="expected geometry ids of objects in the scene, got 0"):
-        render(scene, isospline.camera_for(scene), size=(8, 8), integrator=tracer)
+        render(scene, isospline.camera_for(scene), size=(8, 8), light=tracer)
 
 
 def test_parts_outlive_the_names_of_what_they_are_of():
@@ -263,7 +263,7 @@ def test_parts_outlive_the_names_of_what_they_are_of():
     gc.collect()
     scene, shading, renderer, intersector, shell, volume, vertices, faces = kept
     assert scene.cast_rays([(0.1, 0.2, 9, 0, 0, -1)])["t_hit"][0] == pytest.approx(9 - np.sqrt(9 - 0.05), abs=1e-2)
-    image = render(scene, isospline.camera_for(scene), size=(32, 24), shading=shading)
+    image = render(scene, isospline.camera_for(scene), size=(32, 24), light=shading)
     assert np.ptp(image.albedo[image.geometry_ids == 0], axis=0).min() > 0.2
     del scene, kept
     gc.collect()

@@ -27,7 +27,7 @@ def ball(radius=RADIUS, clip=CUT, **options):
 
 def gyroid(degree=2, clip="border", **options):
     """A solid that extends to the border of its volume, which is not aligned with unit cells of the world's axes."""
-    volume = isospline.Volume(Gyroid(11.0).samples((26, 25, 24)), spacing=(0.7, 0.9, 1.1), degree=degree)
+    volume = isospline.Volume(Gyroid(11.0).values((26, 25, 24)), spacing=(0.7, 0.9, 1.1), degree=degree)
     if isinstance(clip, str):
         clip = isospline.Box(*volume.bounds)
     return isospline.Isosurface(volume, 0.1, clip=clip, capped=True, **options)
@@ -397,7 +397,7 @@ def test_the_colour_of_caps(model):
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     values = isospline.ColorByVolume(surface.volume, GRAY, limits=(0, 50))
-    image = render(scene, camera, size=(120, 90), shading=model(cap_color=values), layers=("curvature",))
+    image = render(scene, camera, size=(120, 90), light=model(cap_color=values), layers=("curvature",))
     cap, skin = image.primitive_ids == surface.volume.cell_count, image.primitive_ids < surface.volume.cell_count
     assert cap.sum() > 500 and skin.sum() > 300
     value = surface.volume.sample(image.position[cap].astype(float))
@@ -406,7 +406,7 @@ def test_the_colour_of_caps(model):
     np.testing.assert_allclose(image.normal[cap], np.tile(-NORMAL, (cap.sum(), 1)), atol=1e-6)
     assert not image.curvature[cap].any() and image.curvature[skin, 0].min() > 0.1
 
-    plain = render(scene, camera, size=(120, 90), shading=model())
+    plain = render(scene, camera, size=(120, 90), light=model())
     np.testing.assert_allclose(plain.albedo[cap], np.tile((0.9, 0.6, 0.3), (cap.sum(), 1)), rtol=1e-6)
     assert model(cap_color=0.5).cap_color.tolist() == [0.5] * 3 and model().cap_color is None
     with pytest.raises(ValueError, match="^cap_color: expected "):
@@ -418,7 +418,7 @@ def test_colours_of_caps_may_be_by_depth_and_curvature():
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     by_depth = isospline.Phong(color=isospline.ColorByDepth(GRAY), cap_color=isospline.ColorByDepth(GRAY))
     same, split = (
-        render(scene, camera, size=(60, 45), shading=shading)
+        render(scene, camera, size=(60, 45), light=shading)
         for shading in (isospline.Phong(color=isospline.ColorByDepth(GRAY)), by_depth)
     )
     np.testing.assert_array_equal(same.albedo, split.albedo)
@@ -429,7 +429,7 @@ def test_a_translucent_cut_ball_has_two_layers_everywhere():
     surface = ball()
     camera = isospline.PerspectiveCamera(-25 * NORMAL + (12, 18, 0), (0, 0, 0), field_of_view=32)
     shading = isospline.Phong(opacity=0.25)
-    image = render(isospline.Scene([surface]), camera, size=(120, 90), shading=shading)
+    image = render(isospline.Scene([surface]), camera, size=(120, 90), light=shading)
     hit = image.geometry_ids == 0
     assert hit.sum() > 1000
     np.testing.assert_allclose(image.color[hit, 3], 1 - 0.75**2, rtol=1e-6)
@@ -440,7 +440,7 @@ def test_white_furnace():
     scene = isospline.Scene([CLOSED["corner of a gyroid"]()])
     integrator = isospline.PathTracer(isospline.Material(1, specular=0), max_bounces=10_000)
     camera = isospline.camera_for(scene, view=(-0.3, 1, -0.6))
-    image = render(scene, camera, size=(80, 60), integrator=integrator, samples=4)
+    image = render(scene, camera, size=(80, 60), light=integrator, samples=4)
     assert (image.color[..., 3] == 1).sum() > 500
     np.testing.assert_allclose(image.color[..., :3], image.color[..., 3:] + np.zeros(3), atol=1e-6)
 

@@ -147,7 +147,7 @@ def test_a_picture_is_the_closed_form(make):
     """All pixels are right, except BUDGET pixels at silhouettes and cuts, and BUDGET pixels at shadows."""
     camera, objects = make()
     scene = scene_of(objects)
-    image = render(scene, camera, size=SIZE, shading=MATTE)
+    image = render(scene, camera, size=SIZE, light=MATTE)
     rays = camera.rays(SIZE).reshape(-1, 6)
     hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
 
@@ -178,7 +178,7 @@ def test_a_picture_is_the_closed_form(make):
     color = image.color.reshape(-1, 4)[seen]
     np.testing.assert_allclose(color[sure, 0], 0.125 + 0.75 * light[sure], atol=1e-5)
     unshadowed = isospline.Phong(ambient=0.125, diffuse=0.75, specular=0, lights=LIGHTS)
-    plain = render(scene, camera, size=SIZE, shading=unshadowed).color.reshape(-1, 4)[seen]
+    plain = render(scene, camera, size=SIZE, light=unshadowed).color.reshape(-1, 4)[seen]
     darker = shown[seen][sure & (color[:, 0] < plain[:, 0] - 0.01)]
     for kind in ("floor", isospline.Isosurface, isospline.Mesh):  # each is in the shadow of another
         kinds = ["floor", *(type(shape) for shape, _ in objects)]
@@ -226,9 +226,9 @@ def bytes_of(image):
 
 
 RENDERINGS = {
-    "shadows": {"shading": MATTE, "layers": ("curvature",), "samples": 2},
-    "ambient occlusion": {"shading": isospline.AmbientOcclusion(4)},
-    "path tracing": {"integrator": isospline.PathTracer(), "samples": 3},
+    "shadows": {"light": MATTE, "layers": ("curvature",), "samples": 2},
+    "ambient occlusion": {"light": isospline.AmbientOcclusion(4)},
+    "path tracing": {"light": isospline.PathTracer(), "samples": 3},
 }
 
 
@@ -291,6 +291,6 @@ def test_instances_are_copies():
         for shape, transform in objects
     ]
     scenes = [scene_of(objects), scene_of(copies)]
-    pictures = [bytes_of(render(scene, camera, size=(101, 75), shading=MATTE)) for scene in scenes]
+    pictures = [bytes_of(render(scene, camera, size=(101, 75), light=MATTE)) for scene in scenes]
     assert pictures[0] == pictures[1]
     assert [scene.build_count for scene in scenes] == [3, 9]

@@ -24,17 +24,17 @@ phong = isospline.Phong(shadows=True)
 
 def change(i):
     other = surface.with_level(40.0 + i % 13)
-    added = [scene.add(mesh, moved(i % 7, 0, 0)), scene.add(surface, moved(0, i % 5, 0), shadow=i % 2 == 0),
+    added = [scene.add(mesh, moved(i % 7, 0, 0)), scene.add(surface, moved(0, i % 5, 0), casts_shadow=i % 2 == 0),
              scene.add(other), scene.add(isospline.Mesh(mesh.vertices, mesh.faces))]
     surface.level = 36.0 + i % 10
     scene.cast_rays(ray, coherent=i % 2 == 0)
     scene.set_transform(added[0], moved(0, 0, i % 3))
-    scene.set_visibility(added[1], camera=i % 3 == 0)
+    scene.set_visibility(added[1], visible=i % 3 == 0)
     hits = scene.cast_rays(ray)
     scene.test_occlusions(scene.secondary_rays(ray, hits, [(-1.0, 0.2, 0.1)]))
     scene.list_intersections(ray)
     surface.closest_points([(0.0, 0.0, 0.0)])
-    isospline.render(scene, camera, size=(8, 6), shading=phong)
+    isospline.render(scene, camera, size=(8, 6), light=phong)
     try:
         scene.add(mesh, np.zeros((4, 4)))
     except ValueError:

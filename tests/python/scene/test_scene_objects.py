@@ -101,7 +101,7 @@ def test_only_shapes_that_change_are_built():
         scene.set_transform(1, moved(x, 2 * x, -x))
         assert scene.build_count == 2
     scene.add(mesh, moved(5, 5, 5))
-    scene.set_visibility(0, camera=False)
+    scene.set_visibility(0, visible=False)
     scene.remove(1)
     assert scene.build_count == 2
     surface.level = 49.0
@@ -198,9 +198,9 @@ def test_visibility(kind):
     shape = sphere() if kind == "isosurface" else mesh_sphere(8.0, 64)
     at = np.zeros(3) if kind == "isosurface" else CENTER
     scene = isospline.Scene()
-    front = scene.add(shape, moved(*at), camera=False)
-    back = scene.add(shape, moved(*(at + (40, 0, 0))), shadow=False)
-    assert scene.visibility(front) == {"camera": False, "shadow": True}
+    front = scene.add(shape, moved(*at), visible=False)
+    back = scene.add(shape, moved(*(at + (40, 0, 0))), casts_shadow=False)
+    assert scene.visibility(front) == {"visible": False, "casts_shadow": True}
     ray = [(-20, 11.4, 11.3, 1, 0, 0)]
 
     def seen():
@@ -213,18 +213,18 @@ def test_visibility(kind):
         return sorted(set(crossings)), [bool(scene.test_occlusions(ray, **limits)[0]) for limits in (in_front, behind)]
 
     assert seen() == ([back], [True, False])
-    scene.set_visibility(front, camera=True)
-    assert scene.visibility(front) == {"camera": True, "shadow": True}
+    scene.set_visibility(front, visible=True)
+    assert scene.visibility(front) == {"visible": True, "casts_shadow": True}
     assert seen() == ([front, back], [True, False])
-    scene.set_visibility(front, shadow=False)
+    scene.set_visibility(front, casts_shadow=False)
     assert seen() == ([front, back], [False, False])
-    scene.set_visibility(back, camera=False, shadow=True)
+    scene.set_visibility(back, visible=False, casts_shadow=True)
     assert seen() == ([front], [False, True])
     for geometry in scene:
-        scene.set_visibility(geometry, camera=False, shadow=False)
+        scene.set_visibility(geometry, visible=False, casts_shadow=False)
     assert seen() == ([], [False, False])
     for geometry in scene:
-        scene.set_visibility(geometry, camera=True, shadow=True)
+        scene.set_visibility(geometry, visible=True, casts_shadow=True)
     assert seen() == ([front, back], [True, True])
 
 
@@ -232,7 +232,7 @@ def test_what_is_hidden_is_not_in_pictures():
     scene = isospline.Scene([sphere(), sphere()])
     scene.set_transform(1, moved(5, 0, 0))
     camera = isospline.camera_for(scene)
-    scene.set_visibility(1, camera=False)
+    scene.set_visibility(1, visible=False)
     hidden = render(scene, camera, size=(64, 48))
     assert set(np.unique(hidden.geometry_ids)) == {0, isospline.INVALID_ID}
     scene.remove(1)
@@ -283,7 +283,7 @@ def test_details_of_hits(rng):
     [
         lambda scene, geometry_id: scene.remove(geometry_id),
         lambda scene, geometry_id: scene.set_transform(geometry_id, np.eye(4)),
-        lambda scene, geometry_id: scene.set_visibility(geometry_id, camera=True),
+        lambda scene, geometry_id: scene.set_visibility(geometry_id, visible=True),
         lambda scene, geometry_id: scene.transform(geometry_id),
         lambda scene, geometry_id: scene.visibility(geometry_id),
         lambda scene, geometry_id: scene.object(geometry_id),
@@ -317,7 +317,7 @@ def test_removed_ids_in_hits_and_shading():
     scene.add(triangle())
     camera = isospline.camera_for(scene)
     with pytest.raises(ValueError, match="shading: expected geometry ids of objects in the scene, got 0"):
-        render(scene, camera, size=(8, 8), shading={0: isospline.Phong()})
+        render(scene, camera, size=(8, 8), light={0: isospline.Phong()})
 
 
 @pytest.mark.parametrize(

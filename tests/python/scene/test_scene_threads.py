@@ -51,7 +51,7 @@ def test_threads_see_one_state_of_a_scene():
         for place in places:
             scene.set_transform(1, place)
             for seen in (True, False):
-                scene.set_visibility(1, camera=seen)
+                scene.set_visibility(1, visible=seen)
                 states.add(answer())
     distances, pictures = ({state[part] for state in states} for part in (0, 1))
     assert len(distances) == 4 and len(pictures) > 6
@@ -68,9 +68,9 @@ def test_threads_see_one_state_of_a_scene():
     def change_place():
         while not stop.is_set():
             for place in places:
-                scene.set_visibility(1, camera=True)
+                scene.set_visibility(1, visible=True)
                 scene.set_transform(1, place)
-                scene.set_visibility(1, camera=False)
+                scene.set_visibility(1, visible=False)
 
     def query():
         while not stop.is_set():
@@ -143,7 +143,7 @@ def test_threads_ask_for_all_that_a_changing_scene_tells():
         end = time.monotonic() + 60
         for i in itertools.count():
             scene.set_transform(2, places[i % 2])
-            extra = scene.add(mesh, transform=places[i % 2], camera=False)
+            extra = scene.add(mesh, transform=places[i % 2], visible=False)
             scene.remove(extra)
             if (min(asked) > 20 and i > 100) or time.monotonic() > end:
                 break

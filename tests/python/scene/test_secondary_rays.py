@@ -112,7 +112,7 @@ def assert_hits_are_real(scene, volume, level, random, rays, hits):
 def test_rays_that_leave_a_torus_have_no_false_hits(degree):
     random = np.random.default_rng(2)
     field = isospline.volumes.torus()
-    data = field.samples(32)
+    data = field.values(32)
     volume = isospline.Volume(data, degree=degree)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     for count in batches():

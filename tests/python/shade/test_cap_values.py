@@ -44,17 +44,18 @@ def gray(samples, position):
 def looks(volume):
     options = {"cap_color": isospline.ColorByVolume(volume, "gray", limits=LIMITS)}
     phong = isospline.Phong(color="ivory", **options)
+    material = isospline.Material("ivory", **options)
     lamp = isospline.EnvironmentLight(0.3)
     return {
-        "phong": {"shading": phong},
-        "shadows": {"shading": phong.replace(shadows=True)},
-        "dark": {"shading": phong.replace(lights=[], ambient=0.0)},
-        "outline": {"shading": isospline.Outline(2.0, **options)},
-        "ambient occlusion": {"shading": isospline.AmbientOcclusion(8, **options)},
-        "studio": {"shading": phong, "lighting": isospline.Studio(light_samples=1)},
-        "fast studio": {"shading": phong, "lighting": isospline.Studio(fast=True)},
-        "path traced": {"integrator": isospline.PathTracer(isospline.Material("ivory", **options), lights=[lamp])},
-        "metal": {"integrator": isospline.PathTracer(isospline.Material(1, metallic=1, **options), lights=[lamp])},
+        "phong": {"light": phong},
+        "shadows": {"light": phong.replace(shadows=True)},
+        "dark": {"light": phong.replace(lights=[], ambient=0.0)},
+        "outline": {"light": isospline.Outline(2.0, **options)},
+        "ambient occlusion": {"light": isospline.AmbientOcclusion(8, **options)},
+        "studio": {"light": isospline.Studio(light_samples=1, material=material)},
+        "fast studio": {"light": isospline.Studio(fast=True, material=material)},
+        "path traced": {"light": isospline.PathTracer(isospline.Material("ivory", **options), lights=[lamp])},
+        "metal": {"light": isospline.PathTracer(isospline.Material(1, metallic=1, **options), lights=[lamp])},
     }
 
 
@@ -75,7 +76,7 @@ def test_values_on_a_cut_are_not_lit(scene, samples, name):
 
 def test_a_colour_of_cuts_is_lit(scene):
     images = [
-        render(scene, CAMERA, size=SIZE, samples=1, shading=isospline.Phong(cap_color="gray", lights=lights))
+        render(scene, CAMERA, size=SIZE, samples=1, light=isospline.Phong(cap_color="gray", lights=lights))
         for lights in ([], None)
     ]
     cap = images[0].primitive_ids == scene.object(0).volume.cell_count
@@ -86,10 +87,11 @@ def test_the_rest_of_a_picture_does_not_change_with_values_on_the_cut(scene):
     """The values are drawn apart from the light of a studio, which must not light the surface or the ground twice."""
     volume = scene.object(0).volume
     values = isospline.ColorByVolume(volume, "gray", limits=LIMITS)
+    cut = isospline.Material("ivory", cap_color=values)
     for studio in (isospline.Studio(light_samples=1), isospline.Studio(fast=True)):
-        options = {"size": SIZE, "background": "white", "samples": 1, "lighting": studio}
-        plain = render(scene, CAMERA, shading=isospline.Phong(color="ivory"), **options)
-        shown = render(scene, CAMERA, shading=isospline.Phong(color="ivory", cap_color=values), **options)
+        options = {"size": SIZE, "background": "white", "samples": 1}
+        plain = render(scene, CAMERA, light=studio.replace(material=isospline.Material("ivory")), **options)
+        shown = render(scene, CAMERA, light=studio.replace(material=cut), **options)
         cap = plain.primitive_ids == volume.cell_count
         np.testing.assert_array_equal(shown.color[~cap], plain.color[~cap])
         assert (shown.color[cap] != plain.color[cap]).any()

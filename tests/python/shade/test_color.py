@@ -16,7 +16,7 @@ RAMP = [(0, 0, 0), (1, 1, 1)]
 
 def shown(scene, camera, color):
     """The image of a scene in this colour only, without light."""
-    return render(scene, camera, size=SIZE, shading=isospline.Outline(0, color=color))
+    return render(scene, camera, size=SIZE, light=isospline.Outline(0, color=color))
 
 
 def value_of(image, limits):
@@ -71,7 +71,7 @@ def test_curvature_of_a_cylinder_through_a_transform(camera):
 
 def test_curvature_of_a_torus():
     torus = Torus(center=(32, 32, 32), major_radius=16, minor_radius=7)
-    volume = isospline.Volume(torus.samples((65, 65, 65)), degree=3)
+    volume = isospline.Volume(torus.values((65, 65, 65)), degree=3)
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, view=(1, -1, 1.2), size=SIZE)
     for kind in ("mean", "gaussian", "maximum", "minimum"):
@@ -87,7 +87,7 @@ def test_curvature_of_a_torus():
 
 def test_curvature_is_that_of_the_shape_operator():
     gyroid = Gyroid(period=24)
-    volume = isospline.Volume(gyroid.samples((48, 48, 48)), degree=3, boundary="periodic")
+    volume = isospline.Volume(gyroid.values((48, 48, 48)), degree=3, boundary="periodic")
     scene = isospline.Scene([isospline.Isosurface(volume, 0.3)])
     camera = isospline.camera_for(scene, size=SIZE)
     limits = (-0.5, 0.5)
@@ -159,7 +159,7 @@ def test_vertex_colors_are_linear_between_the_corners(camera, transform):
     scene = isospline.Scene()
     scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors), transform)
     light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 0.7))
-    image = render(scene, camera, size=SIZE, shading=light)
+    image = render(scene, camera, size=SIZE, light=light)
     seen = np.isfinite(image.depth)
     assert seen.sum() > 300
     placed = CORNERS @ transform[:3, :3].T + transform[:3, 3]
@@ -308,7 +308,7 @@ def test_names_of_colors_are_taken_wherever_a_color_is(camera):
         np.testing.assert_allclose(isospline.Phong(cap_color=name).cap_color, tan)
         np.testing.assert_allclose(isospline.Outline(2, color=name, surface_color=name).surface_color, tan)
         np.testing.assert_allclose(isospline.AmbientOcclusion(color=name).color, tan)
-        np.testing.assert_allclose(isospline.Material(name).base_color, tan)
+        np.testing.assert_allclose(isospline.Material(name).color, tan)
         np.testing.assert_allclose(isospline.DirectionalLight((0, 0, 1), intensity=name).intensity, tan)
         np.testing.assert_allclose(isospline.PositionalLight((0, 0, 1), intensity=name).intensity, tan)
         np.testing.assert_allclose(isospline.SphereLight((0, 0, 1), 1.0, radiance=name).radiance, tan)
@@ -354,7 +354,7 @@ def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkey
             r"^color: expected linear numbers from 0 to 1 .*\(1.5, 0.0, 0.0\)$",
         ),
         (lambda: isospline.Phong(color=(255, 128, 0)), '^color: .* did you mean "#ff8000"'),
-        (lambda: isospline.Material(255), '^base_color: .* got 255; did you mean "#ffffff"'),
+        (lambda: isospline.Material(255), '^color: .* got 255; did you mean "#ffffff"'),
         (lambda: isospline.Outline(2, surface_color=(0, 0, 2)), "^surface_color: expected linear numbers from 0 to 1"),
         (
             lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors=[(0, 0, 1.1)] * 3),

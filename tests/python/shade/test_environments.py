@@ -49,7 +49,7 @@ def test_it_lights_as_its_pixels_do(tmp_path, sky):
         isospline.Scene([]),
         isospline.PanoramicCamera((0, 0, 0), (1, 0, 0)),
         size=(16, 8),
-        integrator=isospline.PathTracer(lights=[light]),
+        light=isospline.PathTracer(lights=[light]),
     )
     np.testing.assert_allclose(image.color[..., :3], 0.5 * sky, rtol=1e-6)
 

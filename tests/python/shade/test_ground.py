@@ -6,7 +6,7 @@ import pytest
 import isospline
 
 FIELD = isospline.volumes.sphere(0.5)
-VOLUME = isospline.Volume(FIELD.samples(33), **FIELD.grid(33))
+VOLUME = FIELD.volume(33)
 
 
 def make_scene():

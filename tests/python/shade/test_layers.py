@@ -23,7 +23,7 @@ def image():
     scene.add(isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], colors=colors))
     camera = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
     shading = {0: isospline.Phong(color=(0.9, 0.5, 0.1)), 1: isospline.Outline(surface_color=(1, 0.5, 1))}
-    return render(scene, camera, size=SIZE, shading=shading, samples=2, layers=("curvature",))
+    return render(scene, camera, size=SIZE, light=shading, samples=2, layers=("curvature",))
 
 
 def test_albedo(image):
@@ -72,7 +72,7 @@ def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
     """Each layer, and the colour, is the same for all combinations of layers."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     names = [name for name in LAYERS if integrator or name not in TRACED]
-    options = {"size": (40, 30), "integrator": integrator, "samples": 2}
+    options = {"size": (40, 30), "light": integrator, "samples": 2}
     everything = isospline.render(scene, OUTSIDE, layers=names, **options)
     assert everything.layers == tuple(names)
     for asked in [(), *((name,) for name in names), names[::3]]:
@@ -99,7 +99,7 @@ def test_layers_do_not_change_the_colour(shading, samples, lens):
     scene = isospline.Scene([ball(), square(12, height=-7)])
     camera = OUTSIDE.with_lens(1.0) if lens else OUTSIDE
     with_layers, alone = (
-        isospline.render(scene, camera, size=(40, 30), shading=shading, samples=samples, layers=layers)
+        isospline.render(scene, camera, size=(40, 30), light=shading, samples=samples, layers=layers)
         for layers in (("depth", "ambient_occlusion"), ())
     )
     np.testing.assert_array_equal(alone.color, with_layers.color)
@@ -141,7 +141,7 @@ OUTSIDE = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
 )
 @pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
 def test_openness_of_what_is_open_and_closed(scene, camera, openness, integrator):
-    image = render(scene, camera, size=SIZE, integrator=integrator, samples=2, **OPENNESS)
+    image = render(scene, camera, size=SIZE, light=integrator, samples=2, **OPENNESS)
     hit = image.geometry_ids == 0
     assert hit.sum() > 500 and image.ambient_occlusion.shape == SIZE[::-1]
     assert (image.ambient_occlusion[hit] == openness).all() and not image.ambient_occlusion[~hit].any()
@@ -166,7 +166,7 @@ def test_openness_is_what_the_shading_shows():
     """With one sample per pixel, both use the same rays."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
     shading = isospline.AmbientOcclusion(16)
-    image = render(scene, OUTSIDE, size=SIZE, shading=shading, **OPENNESS)
+    image = render(scene, OUTSIDE, size=SIZE, light=shading, **OPENNESS)
     np.testing.assert_array_equal(image.ambient_occlusion, image.color[..., 0])
     assert len(np.unique(image.ambient_occlusion)) > 5
 
@@ -192,7 +192,7 @@ def test_direct_light_is_that_of_one_bounce():
             samples=4,
             background=background,
             layers=("direct",),
-            integrator=isospline.PathTracer(lights=LAMPS, max_bounces=bounces),
+            light=isospline.PathTracer(lights=LAMPS, max_bounces=bounces),
         )
         for bounces, background in ((16, None), (1, None), (1, (0.1, 0.2, 0.3)))
     )
@@ -210,9 +210,7 @@ def test_direct_light_in_an_integrating_sphere():
     integrator = isospline.PathTracer(
         isospline.Material(part, specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
     )
-    image = render(
-        isospline.Scene([ball(radius)]), INSIDE, size=SIZE, integrator=integrator, samples=2, layers=("direct",)
-    )
+    image = render(isospline.Scene([ball(radius)]), INSIDE, size=SIZE, light=integrator, samples=2, layers=("direct",))
     direct = part / np.pi / radius**2
     np.testing.assert_allclose(image.direct, np.full_like(image.direct, direct), rtol=2e-3)
     np.testing.assert_allclose(image.color[..., :3], (1 + part + part**2) * image.direct, rtol=2e-3)
@@ -221,7 +219,7 @@ def test_direct_light_in_an_integrating_sphere():
 def test_curvature_beside_a_path_tracer():
     scene = isospline.Scene([ball()])
     traced, plain = (
-        render(scene, OUTSIDE, size=SIZE, integrator=integrator, layers=("curvature",))
+        render(scene, OUTSIDE, size=SIZE, light=integrator, layers=("curvature",))
         for integrator in (isospline.PathTracer(), None)
     )
     assert plain.curvature.any()
@@ -236,7 +234,7 @@ def test_layers_are_in_the_file(tmp_path):
         scene,
         OUTSIDE,
         size=SIZE,
-        integrator=integrator,
+        light=integrator,
         samples=2,
         layers=("curvature", "ambient_occlusion", "direct"),
         ambient_occlusion_samples=8,
@@ -258,7 +256,7 @@ def test_layers_are_in_the_file(tmp_path):
 def test_bad_layers(integrator):
     def fails(error, message, **options):
         with pytest.raises(error, match=f"^{message}"):
-            isospline.render(isospline.Scene(), OUTSIDE, size=(4, 3), integrator=integrator, **options)
+            isospline.render(isospline.Scene(), OUTSIDE, size=(4, 3), light=integrator, **options)
 
     for rays in (-1, 0, 65537):
         fails(ValueError, "ambient_occlusion_samples: expected .* got ", ambient_occlusion_samples=rays)
@@ -284,7 +282,7 @@ def test_openness_below_a_translucent_ball(opacity):
     scene.add(ball(radius), move)
     camera = isospline.PerspectiveCamera((0, -30, 15), (0, 0, 0), field_of_view=30)
     shading = {1: isospline.Phong(opacity=opacity)}
-    image = render(scene, camera, size=(40, 30), shading=shading, **OPENNESS | {"ambient_occlusion_samples": 1024})
+    image = render(scene, camera, size=(40, 30), light=shading, **OPENNESS | {"ambient_occlusion_samples": 1024})
     floor = image.geometry_ids == 0
     offset = center - image.position[floor]
     distance = np.linalg.norm(offset, axis=-1)

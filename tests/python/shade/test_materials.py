@@ -71,8 +71,8 @@ def expected_color(name, image, bounds):
 def test_base_colors_follow_from_the_point(ball, name):
     color = RULES[name]
     integrator = isospline.PathTracer(matte(color))
-    image = render(ball, CAMERA, size=SIZE, integrator=integrator, samples=16)
-    phong = render(ball, CAMERA, size=SIZE, shading=isospline.Phong(color=color))
+    image = render(ball, CAMERA, size=SIZE, light=integrator, samples=16)
+    phong = render(ball, CAMERA, size=SIZE, light=isospline.Phong(color=color))
     np.testing.assert_array_equal(image.albedo, phong.albedo)
 
     # Away from the silhouette, the samples of a pixel see about the same colour as its centre.
@@ -92,7 +92,7 @@ def test_every_hit_of_a_path_has_its_base_color():
     for color, vertex_colors in ((RULES["volume"], None), (1.0, ramp((corner[:, 0] + 10) / 20))):
         scene = isospline.Scene([isospline.Mesh(corner, faces, colors=vertex_colors)])
         integrator = isospline.PathTracer(matte(color), lights=lights, max_bounces=2)
-        images.append(render(scene, camera, size=SIZE, integrator=integrator, samples=4, layers=("direct",)))
+        images.append(render(scene, camera, size=SIZE, light=integrator, samples=4, layers=("direct",)))
     by_volume, at_vertices = images
     assert (by_volume.color[..., 0] > 1.2 * by_volume.direct[..., 0]).mean() > 0.1  # there is indirect light
     np.testing.assert_allclose(by_volume.color, at_vertices.color, atol=1e-5)
@@ -106,8 +106,8 @@ def test_colors_at_vertices_do_not_make_light():
 
 def test_a_color_rule_has_no_scattering_function():
     material = isospline.Material(isospline.ColorByNormal())
-    assert isinstance(material.base_color, isospline.ColorByNormal) and "ColorByNormal()" in repr(material)
-    with pytest.raises(ValueError, match="^base_color: expected a constant colour, .* got ColorByNormal"):
+    assert isinstance(material.color, isospline.ColorByNormal) and "ColorByNormal()" in repr(material)
+    with pytest.raises(ValueError, match="^color: expected a constant colour, .* got ColorByNormal"):
         material.evaluate((0, 0, 1), (0, 0, 1))
 
 
@@ -123,7 +123,7 @@ def test_materials_of_geometries_come_before_those_of_objects_before_the_default
         scene.add(mesh, move)
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=2)
     integrator = isospline.PathTracer(red, materials={2: blue, 3: matte(0.5)})
-    image = render(scene, camera, size=(16, 4), integrator=integrator)
+    image = render(scene, camera, size=(16, 4), light=integrator)
     expected = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0.5)]).repeat(4, axis=0)
     for layer in (image.albedo, image.color[..., :3]):
         np.testing.assert_allclose(layer, np.broadcast_to(expected, (4, 16, 3)), atol=1e-6)
@@ -131,7 +131,7 @@ def test_materials_of_geometries_come_before_those_of_objects_before_the_default
 
 def test_isosurfaces_carry_materials():
     field = isospline.volumes.sphere(0.5)
-    volume = isospline.Volume(field.samples(16), **field.grid(16))
+    volume = field.volume(16)
     green = matte((0, 1, 0))
     surface = isospline.Isosurface(volume, field.level, material=green)
     assert surface.material is green and surface.with_level(field.level + 0.1).material is green
@@ -159,9 +159,9 @@ def test_capped_cuts_have_a_color_of_their_own(cap_color):
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((15, -30, 8), (0, 0, 0), field_of_view=28)
     material = isospline.Material(isospline.ColorByNormal(), specular=0, cap_color=cap_color)
-    image = render(scene, camera, size=SIZE, integrator=isospline.PathTracer(material), samples=4)
+    image = render(scene, camera, size=SIZE, light=isospline.PathTracer(material), samples=4)
     shading = isospline.Phong(color=isospline.ColorByNormal(), cap_color=cap_color)
-    plain = render(scene, camera, size=SIZE, shading=shading)
+    plain = render(scene, camera, size=SIZE, light=shading)
     np.testing.assert_array_equal(image.albedo, plain.albedo)
     axis_distance = np.hypot(*np.moveaxis(image.position, -1, 0)[[0, 2]])
     cap = (image.primitive_ids == surface.volume.cell_count) & (axis_distance < 5.5)
@@ -177,13 +177,13 @@ def test_bad_materials():
     mesh = isospline.Mesh(SQUARE, FACES)
     scene = isospline.Scene([mesh])
     for make in (
-        lambda: render(scene, DOWN, integrator=isospline.PathTracer(materials={1: isospline.Material()})),
+        lambda: render(scene, DOWN, light=isospline.PathTracer(materials={1: isospline.Material()})),
         lambda: isospline.PathTracer(material=isospline.Material(), materials={0: isospline.Material(1.5)}),
         lambda: isospline.Material(isospline.ColorByCurvature(limits=(1, 1))),
         lambda: isospline.Material((0.5, 0.5)),
         lambda: isospline.Material(cap_color=2),
     ):
-        with pytest.raises(ValueError, match=r"^(materials|base_color|cap_color|limits): expected .* got "):
+        with pytest.raises(ValueError, match=r"^(materials|color|cap_color|limits): expected .* got "):
             make()
     for make in (
         lambda: isospline.Mesh(SQUARE, FACES, material="red"),

@@ -45,7 +45,7 @@ def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
     scene = isospline.Scene([FLOOR, ball()])
     flat = dict(ambient=0, diffuse=1, specular=0, lights=[light])
     shadowed, plain = (
-        render(scene, CAMERA, size=SIZE, shading=isospline.Phong(**flat, shadows=shadows)) for shadows in (True, False)
+        render(scene, CAMERA, size=SIZE, light=isospline.Phong(**flat, shadows=shadows)) for shadows in (True, False)
     )
     position = plain.position.astype(float)
     direction = to_light(position)
@@ -72,7 +72,7 @@ def test_a_mesh_casts_its_shadow_on_an_isosurface():
     camera = isospline.PerspectiveCamera(CENTER + (0, -25, 25), CENTER, field_of_view=35)
     lights = [isospline.DirectionalLight((0, 0, -1))]
     shading = isospline.Phong(ambient=0.25, diffuse=0, specular=1, specular_exponent=0, shadows=True, lights=lights)
-    image = render(scene, camera, size=SIZE, shading={1: shading})
+    image = render(scene, camera, size=SIZE, light={1: shading})
     offset = np.abs(image.position - CENTER)[..., :2].max(-1)
     to_viewer = np.array(camera.eye) - image.position
     reflected = 2 * image.normal * image.normal[..., 2:] - (0, 0, 1)
@@ -87,7 +87,7 @@ def test_openness_below_a_ball_is_the_closed_form():
     scene = isospline.Scene([FLOOR, ball()])
     color = np.array((0.9, 0.6, 0.3))
     model = isospline.AmbientOcclusion(1024, color=color)
-    image = render(scene, CAMERA, size=(60, 45), shading=model)
+    image = render(scene, CAMERA, size=(60, 45), light=model)
     offset = CENTER - image.position
     distance = np.linalg.norm(offset, axis=-1)
     covered = offset[..., 2] / distance * (RADIUS / distance) ** 2
@@ -99,7 +99,7 @@ def test_openness_below_a_ball_is_the_closed_form():
     np.testing.assert_allclose(image.color[upper][:, :3].max(0), color, rtol=1e-6)
 
     near = isospline.AmbientOcclusion(64, distance=2.0)
-    image = render(scene, CAMERA, size=(60, 45), shading=near)
+    image = render(scene, CAMERA, size=(60, 45), light=near)
     assert (image.color[on_floor] == 1).all()
 
 
@@ -108,7 +108,7 @@ def test_openness_outside_and_inside_of_a_ball():
     inside = isospline.PerspectiveCamera(CENTER, CENTER + (0, 1, 0), field_of_view=90)
     scene = isospline.Scene([ball()])
     for camera, openness in ((outside, 1.0), (inside, 0.0)):
-        image = render(scene, camera, size=(80, 60), shading=isospline.AmbientOcclusion(16))
+        image = render(scene, camera, size=(80, 60), light=isospline.AmbientOcclusion(16))
         hit = image.geometry_ids == 0
         assert hit.sum() > 1000
         assert (image.color[hit][:, :3] == openness).all()
@@ -134,7 +134,7 @@ def test_what_is_hidden_does_not_depend_on_colors(color):
 
     for make in (functools.partial(isospline.Phong, **matte), functools.partial(isospline.AmbientOcclusion, 8)):
         plain, colored = (
-            render(isospline.Scene([mesh, ball()]), CAMERA, size=SIZE, shading=make(color=of_surface))
+            render(isospline.Scene([mesh, ball()]), CAMERA, size=SIZE, light=make(color=of_surface))
             for mesh, of_surface in ((FLOOR, 1.0), (floor, color))
         )
         surfaces = plain.geometry_ids != isospline.INVALID_ID
@@ -150,7 +150,7 @@ def test_threads_do_not_change_shadows_and_occlusion():
     try:
         for threads in (1, 2):
             isospline.set_thread_count(threads)
-            images.append(render(scene, CAMERA, size=(101, 83), shading=shading, samples=2).color.tobytes())
+            images.append(render(scene, CAMERA, size=(101, 83), light=shading, samples=2).color.tobytes())
     finally:
         isospline.set_thread_count(0)
     assert images[0] == images[1]

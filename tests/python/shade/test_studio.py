@@ -16,9 +16,10 @@ def test_studio_light_is_key_fill_and_sky():
     """The sum of pictures in each light, tone mapped, for one direction of the key light."""
     scene = isospline.Scene([sphere(), mesh_sphere(5.0, 32)])
     camera = isospline.camera_for(scene, size=SIZE)
-    look = isospline.Phong(color=(0.9, 0.5, 0.2), diffuse=0.8, specular=0.3)
-    light = isospline.Studio(key=1.1, fill=0.4, sky=0.5, ground=False, light_samples=1)
-    image = isospline.render(scene, camera, size=SIZE, shading=look, lighting=light, samples=2)
+    look = isospline.Phong(color=(0.9, 0.5, 0.2), specular=0.3)
+    material = isospline.Material((0.9, 0.5, 0.2), specular=0.75)
+    light = isospline.Studio(key=1.1, fill=0.4, sky=0.5, ground=False, light_samples=1, material=material)
+    image = isospline.render(scene, camera, size=SIZE, light=light, samples=2)
 
     right, up, forward = camera.world_to_camera[:3, :3]
     towards = 1.1 * right - 1.2 * up + 0.8 * forward
@@ -31,7 +32,7 @@ def test_studio_light_is_key_fill_and_sky():
     radius = np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2
 
     def part(shading):
-        return isospline.render(scene, camera, size=SIZE, shading=shading, samples=2).color
+        return isospline.render(scene, camera, size=SIZE, light=shading, samples=2).color
 
     in_key = part(look.replace(ambient=0, lights=[key], shadows=True))
     in_fill = part(look.replace(ambient=0, specular=0, lights=[fill]))
@@ -44,18 +45,18 @@ def test_studio_light_is_key_fill_and_sky():
 
 
 def test_no_highlight_is_blown_out():
-    white = isospline.Phong(color="white", specular=1.0, diffuse=1.0)
+    white = isospline.Material("white", specular=1.0)
     for light in (isospline.Studio(key=3, light_samples=1), isospline.Studio(key=3, fast=True)):
-        image = isospline.render(sphere(), size=SIZE, shading=white, lighting=light)
+        image = isospline.render(sphere(), size=SIZE, light=light.replace(material=white))
         covered = image.color[..., 3] == 1
         assert image.color[covered, :3].max() < 1
 
 
 def test_the_ground_has_the_background_but_for_shadows():
     background = named_color("#e8ebef")
-    with_ground = isospline.render(sphere(), size=SIZE, lighting=FEW, background="#e8ebef")
+    with_ground = isospline.render(sphere(), size=SIZE, light=FEW, background="#e8ebef")
     without = isospline.render(
-        sphere(), size=SIZE, lighting=isospline.Studio(light_samples=2, ground=False), background="#e8ebef"
+        sphere(), size=SIZE, light=isospline.Studio(light_samples=2, ground=False), background="#e8ebef"
     )
     outside = np.isclose(isospline.render(sphere(), size=SIZE).color[..., 3], 0)
     np.testing.assert_allclose(without.color[outside, :3], np.broadcast_to(background, (outside.sum(), 3)), atol=1e-6)
@@ -71,7 +72,7 @@ def test_the_ground_has_the_background_but_for_shadows():
 
 
 def test_shadows_are_kept_where_there_is_no_background():
-    image = isospline.render(sphere(), size=SIZE, lighting=FEW)
+    image = isospline.render(sphere(), size=SIZE, light=FEW)
     outside = np.isclose(isospline.render(sphere(), size=SIZE).color[..., 3], 0)
     assert (image.color[outside, :3] == 0).all()
     assert image.color[outside, 3].max() > 0.3 and image.color[0, 0, 3] < 1e-5
@@ -81,25 +82,27 @@ def test_shadows_are_kept_where_there_is_no_background():
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 def test_a_ground_hides_nothing_from_below(view, projection):
     camera = isospline.camera_for(sphere(), view=view, projection=projection, size=SIZE)
-    image = isospline.render(sphere(), camera, size=SIZE, lighting=FEW)
+    image = isospline.render(sphere(), camera, size=SIZE, light=FEW)
     plain = isospline.render(sphere(), camera, size=SIZE)
     np.testing.assert_array_equal(image.color[..., 3], plain.color[..., 3])
 
 
 def test_the_given_scene_stays_as_it_is():
     scene = isospline.Scene([sphere()])
-    scene.add(mesh_sphere(40.0, 16), camera=False, shadow=False)
+    scene.add(mesh_sphere(40.0, 16), visible=False, casts_shadow=False)
     before = {id: scene.visibility(id) for id in scene.ids}
-    isospline.render(scene, size=SIZE, lighting=FEW)
+    isospline.render(scene, size=SIZE, light=FEW)
     assert {id: scene.visibility(id) for id in scene.ids} == before
 
 
 def test_layers_and_opacity_come_along():
     scene = isospline.Scene([sphere(), sphere(4.0)])
-    looks = {0: isospline.Phong(color="peru", opacity=0.3), 1: isospline.Phong(color="ivory")}
+    looks = {0: isospline.Material("peru", opacity=0.3), 1: isospline.Material("ivory")}
     camera = isospline.camera_for(scene, size=SIZE)
-    image = isospline.render(scene, camera, size=SIZE, shading=looks, lighting=FEW, layers=("depth", "normal"))
-    plain = isospline.render(scene, camera, size=SIZE, shading=looks, layers=("depth", "normal"))
+    image = isospline.render(scene, camera, size=SIZE, light=FEW.replace(materials=looks), layers=("depth", "normal"))
+    plain = isospline.render(
+        scene, camera, size=SIZE, light={0: isospline.Phong(opacity=0.3)}, layers=("depth", "normal")
+    )
     np.testing.assert_array_equal(image.depth, plain.depth)
     np.testing.assert_array_equal(image.normal, plain.normal)
 
@@ -107,10 +110,10 @@ def test_layers_and_opacity_come_along():
 def test_progress_goes_up_to_one():
     for light in (FEW, isospline.Studio(fast=True)):
         told = []
-        isospline.render(sphere(), size=(400, 300), lighting=light, progress=told.append)
+        isospline.render(sphere(), size=(400, 300), light=light, progress=told.append)
         assert told == sorted(told) and told[-1] == 1
     with pytest.raises(isospline.Cancelled):
-        isospline.render(sphere(), size=(400, 300), lighting=FEW, progress=lambda fraction: fraction < 0.5)
+        isospline.render(sphere(), size=(400, 300), light=FEW, progress=lambda fraction: fraction < 0.5)
 
 
 def test_an_empty_scene_and_a_panorama():
@@ -118,22 +121,21 @@ def test_an_empty_scene_and_a_panorama():
         isospline.Scene(),
         isospline.PerspectiveCamera((0, 0, 0), (1, 0, 0)),
         size=SIZE,
-        lighting=FEW,
+        light=FEW,
         background="white",
     )
     np.testing.assert_allclose(image.color, 1)
-    isospline.render(sphere(), isospline.PanoramicCamera((11.5, 11.5, 11.5), (0, 1, 0)), size=SIZE, lighting=FEW)
+    isospline.render(sphere(), isospline.PanoramicCamera((11.5, 11.5, 11.5), (0, 1, 0)), size=SIZE, light=FEW)
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (dict(lighting=3), "^lighting: expected a Studio"),
-        (dict(lighting=FEW, shading=isospline.Outline()), "^shading: expected Phong with lighting, got Outline"),
-        (dict(lighting=FEW, integrator=isospline.PathTracer()), "^lighting: expected None with an integrator"),
-        (dict(lighting=FEW, encoding="srgb8"), "^encoding: expected 'linear' with lighting, got 'srgb8'"),
-        (dict(lighting=FEW, background=(1, 2)), "^background: expected None, a name"),
-        (dict(lighting=FEW, background=255), "^background: expected linear numbers from 0 to 1"),
+        (dict(light=3), "^light: expected a Studio, a Phong, .* got 3"),
+        (dict(light=FEW.replace(materials={5: isospline.Material()})), "^materials: expected geometry ids"),
+        (dict(light=FEW, encoding="srgb8"), "^encoding: 'srgb8' cannot be combined with a Studio"),
+        (dict(light=FEW, background=(1, 2)), "^background: expected None, a name"),
+        (dict(light=FEW, background=255), "^background: expected linear numbers from 0 to 1"),
     ],
 )
 def test_what_does_not_go_with_it(options, message):

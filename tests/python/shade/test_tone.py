@@ -52,9 +52,9 @@ def test_highlights_are_told_apart():
 
 def picture(background=None, radiance=3.0):
     field = isospline.volumes.torus()
-    scene = isospline.Scene(isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level))
+    scene = isospline.Scene(isospline.Isosurface(field.volume(32), field.level))
     tracer = isospline.PathTracer(lights=[isospline.EnvironmentLight(radiance)])
-    options = dict(integrator=tracer, background=background, layers=("depth",))
+    options = dict(light=tracer, background=background, layers=("depth",))
     return isospline.render(scene, size=(40, 30), samples=4, **options)
 
 

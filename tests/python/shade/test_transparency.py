@@ -59,7 +59,7 @@ def test_nested_balls_are_the_closed_form():
         1: isospline.Outline(1, color=0, surface_color=core),
     }
     background = np.array((0.4, 0.3, 0.2))
-    image = render(scene, CAMERA, size=SIZE, shading=shading, background=background)
+    image = render(scene, CAMERA, size=SIZE, light=shading, background=background)
 
     rays = CAMERA.rays(SIZE)
     direction = unit(rays[..., 3:])
@@ -84,7 +84,7 @@ def test_nested_balls_are_the_closed_form():
     assert np.abs(image.color[..., :3] - expected)[clear].max() < 2e-5
     np.testing.assert_allclose(image.color[..., 3], 1, rtol=1e-6)
 
-    alone = render(scene, CAMERA, size=SIZE, shading=shading)
+    alone = render(scene, CAMERA, size=SIZE, light=shading)
     np.testing.assert_allclose(alone.color[clear, 3], alpha[clear], atol=1e-6)
 
 
@@ -122,7 +122,7 @@ def attenuation(scene, models, position, normal, geometry_ids, primitive_ids, di
 @pytest.mark.parametrize("shadows", [False, True])
 def test_pictures_are_the_over_operator_on_all_crossings(shadows):
     scene, models = everything()
-    image = render(scene, CAMERA, size=SIZE, shading=phongs(models, shadows=shadows))
+    image = render(scene, CAMERA, size=SIZE, light=phongs(models, shadows=shadows))
 
     # The paper's illumination model at every crossing.
     rays = CAMERA.rays(SIZE).reshape(-1, 6)
@@ -174,7 +174,7 @@ def test_ids_and_threads_do_not_matter():
         for order, threads in (((0, 1, 2, 3), 1), ((0, 1, 2, 3), 2), ((3, 1, 0, 2), 2), ((2, 3, 1, 0), 0)):
             isospline.set_thread_count(threads)
             scene, models = everything(order)
-            image = render(scene, CAMERA, size=(101, 83), shading=phongs(models, shadows=True), samples=2)
+            image = render(scene, CAMERA, size=(101, 83), light=phongs(models, shadows=True), samples=2)
             pictures.append((image.color.tobytes(), image.depth.tobytes(), image.normal.tobytes()))
     finally:
         isospline.set_thread_count(0)
@@ -188,12 +188,12 @@ def test_opaque_surfaces_look_the_same(shadows):
     objects = [ball(OUTER), FLOOR]
     aside, within = ball(2.0, (300, 0, 0)), ball(2.0)
     pictures = [
-        render(isospline.Scene(objects), CAMERA, size=SIZE, shading=opaque, samples=2),
+        render(isospline.Scene(objects), CAMERA, size=SIZE, light=opaque, samples=2),
         render(
             isospline.Scene([*objects, aside, within]),
             CAMERA,
             size=SIZE,
-            shading={0: opaque, 1: opaque, 2: isospline.Phong(opacity=0.5), 3: isospline.Outline(opacity=0)},
+            light={0: opaque, 1: opaque, 2: isospline.Phong(opacity=0.5), 3: isospline.Outline(opacity=0)},
             samples=2,
         ),
     ]
@@ -208,14 +208,14 @@ def test_opacity_zero_is_as_if_it_were_not_there(shadows):
     shading = phongs(models, shadows=shadows)
     shading[0] = isospline.Phong(opacity=0.0)
     shading[2] = isospline.AmbientOcclusion(opacity=0.0)
-    image = render(scene, CAMERA, size=SIZE, shading=shading)
+    image = render(scene, CAMERA, size=SIZE, light=shading)
     without = isospline.Scene()
     for geometry, added in ((0, BLADE), (1, ball(INNER, (1, 2, 0.5))), (2, BLADE), (3, FLOOR)):
         assert without.add(added) == geometry
     without.remove(0)
     without.remove(2)
     shading = phongs({1: MODELS[1], 3: MODELS[3]}, shadows=shadows)
-    expected = render(without, CAMERA, size=SIZE, shading=shading)
+    expected = render(without, CAMERA, size=SIZE, light=shading)
     np.testing.assert_array_equal(image.geometry_ids, expected.geometry_ids)
     np.testing.assert_allclose(image.color, expected.color, atol=2e-6)
     np.testing.assert_allclose(image.depth, expected.depth, rtol=1e-6)
@@ -224,9 +224,9 @@ def test_opacity_zero_is_as_if_it_were_not_there(shadows):
 
 def test_all_but_colour_is_of_the_first_surface():
     scene, models = everything()
-    translucent = render(scene, CAMERA, size=SIZE, shading=phongs(models), layers=("curvature",))
+    translucent = render(scene, CAMERA, size=SIZE, light=phongs(models), layers=("curvature",))
     opaque = {geometry: dict(model, opacity=1.0) for geometry, model in models.items()}
-    expected = render(scene, CAMERA, size=SIZE, shading=phongs(opaque), layers=("curvature",))
+    expected = render(scene, CAMERA, size=SIZE, light=phongs(opaque), layers=("curvature",))
     np.testing.assert_array_equal(translucent.geometry_ids, expected.geometry_ids)
     assert len(np.unique(expected.geometry_ids)) >= 4
     for name in ("depth", "position", "normal", "albedo", "gradient_magnitude", "curvature"):
@@ -241,8 +241,8 @@ def test_light_on_a_floor_below_a_translucent_ball():
     scene = isospline.Scene([FLOOR, ball(OUTER)])
     camera = isospline.PerspectiveCamera((20, 0, -3), (0, 0, -8), field_of_view=40)
     for seen, reaching in ((True, (1 - opacity) ** 2), (False, 1.0)):
-        scene.set_visibility(1, shadow=seen)
-        image = render(scene, camera, size=SIZE, shading=shading)
+        scene.set_visibility(1, casts_shadow=seen)
+        image = render(scene, camera, size=SIZE, light=shading)
         radius = np.linalg.norm(image.position[..., :2], axis=-1)
         on_floor = (image.geometry_ids == 0) & (np.abs(radius - OUTER) > 1e-3)
         expected = np.where(radius < OUTER, reaching, 1.0)[on_floor]
@@ -258,7 +258,7 @@ def test_openness_below_a_translucent_ball():
     scene = isospline.Scene([FLOOR, ball(OUTER, center)])
     shading = {0: isospline.AmbientOcclusion(1024), 1: isospline.AmbientOcclusion(1, opacity=opacity)}
     camera = isospline.PerspectiveCamera((4, -45, 60), (2, 0, -8), field_of_view=40)
-    image = render(scene, camera, size=(60, 45), shading=shading)
+    image = render(scene, camera, size=(60, 45), light=shading)
     offset = center - image.position
     distance = np.linalg.norm(offset, axis=-1)
     covered = offset[..., 2] / distance * (OUTER / distance) ** 2
@@ -278,7 +278,7 @@ def test_opacity_at_silhouettes_is_the_closed_form(kind):
     """A ray enters and leaves a ball at the same angle; an opaque object inside ends it."""
     scene = isospline.Scene([ball(OUTER), ball(INNER)])
     shading = {0: kind(opacity=0.2, silhouette_opacity=0.9, silhouette_exponent=2.5), 1: isospline.Outline()}
-    image = render(scene, CAMERA, size=SIZE, shading=shading)
+    image = render(scene, CAMERA, size=SIZE, light=shading)
     rays = CAMERA.rays(SIZE)
     front, _, outer = roots(rays, OUTER)
     inner = roots(rays, INNER)[2]
@@ -297,7 +297,7 @@ def test_silhouettes_are_seen_on_any_background():
     camera = isospline.OrthographicCamera((0, -20, 0), (0, 0, 0), height=14)
     shading = isospline.Phong(color=(0.9, 0.6, 0.5), opacity=0.1, silhouette_opacity=1, silhouette_exponent=1)
     images = [
-        render(isospline.Scene([ball(OUTER)]), camera, size=(141, 141), shading=shading, background=background)
+        render(isospline.Scene([ball(OUTER)]), camera, size=(141, 141), light=shading, background=background)
         for background in (0, 0.5, 1)
     ]
     radius = np.linalg.norm(camera.rays((141, 141))[..., [0, 2]], axis=-1) / OUTER
@@ -313,7 +313,7 @@ def test_light_through_a_ball_that_is_opaque_at_its_silhouette():
     shading = {0: isospline.Phong(**flat), 1: isospline.Phong(**flat, opacity=0.2, silhouette_opacity=1)}
     scene = isospline.Scene([FLOOR, ball(OUTER)])
     camera = isospline.PerspectiveCamera((20, 0, -3), (0, 0, -8), field_of_view=40)
-    image = render(scene, camera, size=SIZE, shading=shading)
+    image = render(scene, camera, size=SIZE, light=shading)
     radius = np.linalg.norm(image.position[..., :2], axis=-1)
     on_floor = (image.geometry_ids == 0) & (np.abs(radius - OUTER) > 1e-2)
     cosine = np.sqrt(np.maximum(1 - (radius / OUTER) ** 2, 0))
@@ -328,7 +328,7 @@ def test_silhouettes_of_meshes_follow_their_normals():
     mesh = isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], normals=unit(corners + (0, -1, 0)))
     camera = isospline.OrthographicCamera((0, -5, 0), (0, 0, 0), height=2.2)
     shading = isospline.Phong(opacity=0.1, silhouette_opacity=0.8, silhouette_exponent=2)
-    image = render(isospline.Scene([mesh]), camera, size=(40, 40), shading=shading)
+    image = render(isospline.Scene([mesh]), camera, size=(40, 40), light=shading)
     covered = image.color[..., 3] > 0
     assert covered.sum() > 1000
     expected = at_silhouettes(image.normal[covered][:, 1], 0.1, 0.8, 2)
@@ -339,7 +339,7 @@ def test_silhouettes_of_meshes_follow_their_normals():
 def test_a_silhouette_of_the_same_opacity_changes_nothing():
     scene, models = everything()
     pictures = [
-        render(scene, CAMERA, size=SIZE, shading=phongs(each, shadows=True), layers=("ambient_occlusion",))
+        render(scene, CAMERA, size=SIZE, light=phongs(each, shadows=True), layers=("ambient_occlusion",))
         for each in (models, {id: dict(model, silhouette_opacity=model["opacity"]) for id, model in models.items()})
     ]
     assert pictures[0] == pictures[1]

@@ -23,7 +23,7 @@ def test_closed_forms_of_derivatives_agree_with_each_other(rng, analytic):
 def test_polynomials_are_held_exactly(rng, analytic, degrees):
     """Splines reproduce polynomials up to their degree; the border's rule is forgotten exponentially."""
     shape, spacing, origin = (58, 60, 64), (0.5, 0.75, 1.0), (2.0, -3.0, -9.0)
-    data = analytic.samples(shape, spacing, origin)
+    data = analytic.values(shape, spacing, origin)
     span = np.ptp(data)
     lower = np.array(origin) + 20 * np.array(spacing)
     upper = np.array(origin) + (np.array(shape[::-1]) - 21) * np.array(spacing)
@@ -45,7 +45,7 @@ def test_the_order_of_approximation_is_degree_plus_one(rng, analytic, degree):
     points = rng.uniform(9, 15, (200, 3))
     errors = []
     for spacing, size in ((1.0, 25), (0.5, 49)):
-        volume = isospline.Volume(analytic.samples((size,) * 3, (spacing,) * 3), spacing=(spacing,) * 3, degree=degree)
+        volume = isospline.Volume(analytic.values((size,) * 3, (spacing,) * 3), spacing=(spacing,) * 3, degree=degree)
         errors.append(
             (
                 np.abs(volume.sample(points) - analytic.value(points)).max(),

@@ -56,10 +56,10 @@ def test_known_values():
 
 def test_samples_are_the_values_at_voxel_centres():
     field, shape = volumes.waves(), (3, 4, 5)
-    data = field.samples(shape, np.float64)
+    data = field.values(shape, np.float64)
     grid = field.grid(shape)
     z, y, x = np.indices(shape)
     points = np.stack([x, y, z], axis=-1) * grid["spacing"] + grid["origin"]
     np.testing.assert_allclose(data, field.value(points), atol=1e-12)
     np.testing.assert_allclose(points.min((0, 1, 2)) - np.array(grid["spacing"]) / 2, -1)
-    assert field.samples(2).shape == (2, 2, 2)
+    assert field.values(2).shape == (2, 2, 2)

@@ -21,7 +21,7 @@ SIZE = (160, 120)
 def pair(request, tmp_path_factory):
     """A volume in memory and the folder of its store."""
     degree, boundary = request.param
-    data, grid = FIELD.samples(SHAPE), FIELD.grid(SHAPE)
+    data, grid = FIELD.values(SHAPE), FIELD.grid(SHAPE)
     folder = tmp_path_factory.mktemp("store") / "heart.zarr"
     isospline.prefilter_to(data, folder, degree=degree, boundary=boundary, **grid)
     return isospline.Volume(data, degree=degree, boundary=boundary, **grid), folder
@@ -30,7 +30,7 @@ def pair(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     folder = tmp_path_factory.mktemp("store") / "heart.zarr"
-    isospline.prefilter_to(FIELD.samples(SHAPE), folder, **FIELD.grid(SHAPE))
+    isospline.prefilter_to(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
     return folder
 
 
@@ -192,7 +192,7 @@ SAID = {
 @pytest.mark.parametrize("name", SAID)
 def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     folder = tmp_path / "broken.zarr"
-    isospline.prefilter_to(FIELD.samples(SHAPE), folder, **FIELD.grid(SHAPE))
+    isospline.prefilter_to(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
     opened = isospline.open_volume(folder)
     scene = isospline.Scene([isospline.Isosurface(opened, FIELD.level)])
     damage(name, folder)

@@ -71,7 +71,7 @@ def test_a_store_without_an_image_does_not_call_itself_one(tmp_path):
 @pytest.fixture
 def files(tmp_path):
     field = isospline.volumes.torus()
-    data = field.samples(80)
+    data = field.values(80)
     np.save(tmp_path / "torus.npy", data)
     spacing = field.grid(80)["spacing"]
     options = ["--spacing", ",".join(map(str, spacing))]

@@ -22,7 +22,7 @@ FAR = NEAR.replace(eye=(200.0, -3000.0, 900.0))
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("store") / "long.zarr"
-    isospline.prefilter_to(volumes.gyroid().samples(SHAPE), folder)
+    isospline.prefilter_to(volumes.gyroid().values(SHAPE), folder)
     return folder
 
 
@@ -63,7 +63,7 @@ def test_script_makes_the_very_picture(opened, camera, tmp_path, monkeypatch):
 
 def test_a_store_tells_whether_it_is_of_a_patient(opened, tmp_path):
     assert not opened[1].to_json()["patient"]
-    scan = isospline.VolumeData(volumes.gyroid().samples(20), patient=True)
+    scan = isospline.VolumeData(volumes.gyroid().values(20), patient=True)
     isospline.prefilter_to(scan, tmp_path / "scan.zarr")
     assert Document().add(read_source(tmp_path / "scan.zarr")).to_json()["patient"]
 

@@ -102,7 +102,7 @@ def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, open
     scenes = []
     for surface in surfaces:
         scene = isospline.Scene([surface, mesh])
-        scene.add(surface, transform=transform, camera=False)
+        scene.add(surface, transform=transform, visible=False)
         scenes.append(scene)
     ours, theirs = scenes
     rays = rays_at(opened, 1500, seed=4).reshape(30, 50, 6)

@@ -19,7 +19,7 @@ def browser():
 def ball(tmp_path):
     """A small file, with the level 0 in the middle of its range."""
     path = tmp_path / "ball.npy"
-    np.save(path, (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16))
+    np.save(path, (1000 * volumes.sphere(0.7).values(20)).astype(np.int16))
     return path
 
 

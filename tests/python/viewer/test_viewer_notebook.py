@@ -23,7 +23,7 @@ NOTEBOOKS = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.ip
 @pytest.fixture
 def volume():
     field = volumes.sphere(0.6)
-    return isospline.Volume(field.samples(24), **field.grid(24))
+    return field.volume(24)
 
 
 def outputs(path):

@@ -49,7 +49,7 @@ def rendered(page, **changes):
         size=tuple(size),
         background=linear(state["background"]),
         samples=16,
-        shading=isospline.Phong(color=linear(each["color"]), shadows=state["shadows"]),
+        light=isospline.Phong(color=linear(each["color"]), shadows=state["shadows"]),
     )
     return image.to_srgb()[..., :3]
 
@@ -333,7 +333,7 @@ def test_the_table_of_a_ct_is_hidden(browser, scan_with_table):
 def test_sides_of_a_patient(browser, tmp_path):
     import nibabel
 
-    head = (1000 * volumes.sphere(0.6).samples(24)).astype(np.int16)
+    head = (1000 * volumes.sphere(0.6).values(24)).astype(np.int16)
     nibabel.save(nibabel.Nifti1Image(head, np.diag([2.0, 2.0, 2.0, 1.0])), tmp_path / "head.nii.gz")
     with isospline.view(tmp_path / "head.nii.gz", browser=False) as viewer:
         page = Page(browser, viewer.url)

@@ -228,7 +228,7 @@ def test_arguments_of_view(ball):
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_isosurfaces_of_scenes_are_shown_where_transforms_put_them(mirrored):
     field = isospline.volumes.torus()
-    volume = isospline.Volume(field.samples(24), **field.grid(24))
+    volume = field.volume(24)
     clip = isospline.HalfSpace((0.1, 0, 0), (1, 0.5, 0))
     surface = isospline.Isosurface(volume, field.level, clip=clip, capped=True)
     matrix = np.eye(4)

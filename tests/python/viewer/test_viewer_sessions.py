@@ -17,7 +17,7 @@ from isospline.viewer.session import session_of, write_session
 from isospline.viewer.state import CameraState
 
 CAMERA = CameraState(eye=(30.0, -50.0, 40.0), target=(10.0, 10.0, 10.0), up=(0.0, 0.0, 1.0))
-BALL = (1000 * volumes.sphere(0.7).samples(20)).astype(np.int16)
+BALL = (1000 * volumes.sphere(0.7).values(20)).astype(np.int16)
 MHD = "ObjectType = Image\nNDims = 3\nDimSize = 20 20 20\nElementType = MET_SHORT\nElementDataFile = {}\n"
 OFF = b"OFF\n3 1 0\n0 0 20\n20 0 20\n0 20 20\n3 0 1 2\n"
 

@@ -32,7 +32,7 @@ STATES = {
 
 @pytest.fixture
 def folder(tmp_path):
-    np.save(tmp_path / "ball.npy", (1000 * volumes.sphere(0.7).samples((20, 22, 24))).astype(np.int16))
+    np.save(tmp_path / "ball.npy", (1000 * volumes.sphere(0.7).values((20, 22, 24))).astype(np.int16))
     (tmp_path / "one.off").write_text("OFF\n3 1 0\n0 0 20\n20 0 20\n0 20 20\n3 0 1 2\n", encoding="utf-8")
     return tmp_path
 
@@ -175,7 +175,7 @@ def test_camera_states_give_the_rays_of_camera_for():
 
 
 def test_other_levels_of_a_surface_have_its_options():
-    data = volumes.sphere(0.7).samples(20)
+    data = volumes.sphere(0.7).values(20)
     mask = np.ones(data.shape, bool)
     volume = isospline.Volume(data)
     mask[:10] = False

@@ -1,0 +1,68 @@
+// The look of an object from the keyword arguments of its constructor.
+#pragma once
+
+#include "colors.h"
+#include "mistakes.h"
+
+#include "isospline/shade/material.h"
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace isospline {
+
+/// The material of an object: the given one, or one of a colour, an opacity and a name; null if none is given.
+inline std::shared_ptr<Material> look_of(std::shared_ptr<Material> material, const pybind11::object& color,
+                                         const pybind11::object& opacity, const pybind11::object& name)
+{
+    namespace py = pybind11;
+    for (const auto& [parameter, value] : {std::pair{"color", &color}, {"opacity", &opacity}, {"name", &name}})
+        if (material && !value->is_none())
+            throw py::type_error(std::string(parameter) + ": cannot be combined with material; did you mean Material(" +
+                                 parameter + "=...)?");
+    if (color.is_none() && opacity.is_none() && name.is_none())
+        return material;
+    auto look = std::make_shared<Material>();
+    if (!color.is_none())
+        look->color = as_surface_color(color, "color");
+    if (!opacity.is_none()) {
+        if (!PyNumber_Check(opacity.ptr()) || py::isinstance<py::str>(opacity))
+            throw_wrong_type("opacity", "a number", opacity);
+        look->opacity = py::float_(opacity);
+    }
+    if (!name.is_none()) {
+        if (!py::isinstance<py::str>(name))
+            throw_wrong_type("name", "a str", name);
+        look->name = name.cast<std::string>();
+    }
+    validate(*look);
+    return look;
+}
+
+/// The properties of an object's look: `material`, `color`, `opacity` and `name`.
+template <typename Class>
+void bind_look(Class& object_class)
+{
+    using Object = typename Class::type;
+    const auto material_of = [](const Object& object) { return object.material(); };
+    object_class
+        .def_property_readonly(
+            "material", [=](const Object& object) { return std::const_pointer_cast<Material>(material_of(object)); },
+            "Its look, or None.")
+        .def_property_readonly(
+            "color",
+            [=](const Object& object) { return material_of(object) ? material_of(object)->color : std::nullopt; },
+            "Its colour, linear, or a rule; None leaves it to the light.")
+        .def_property_readonly(
+            "opacity", [=](const Object& object) { return material_of(object) ? material_of(object)->opacity : 1.0; },
+            "From 0 to 1.")
+        .def_property_readonly(
+            "name",
+            [=](const Object& object) { return material_of(object) ? material_of(object)->name : std::string(); },
+            "What legends call it; may be empty.");
+}
+
+} // namespace isospline

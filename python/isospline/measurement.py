@@ -1,0 +1,148 @@
+"""Measured numbers with their errors."""
+
+from __future__ import annotations
+
+import functools
+import math
+import numbers
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .parameters import check_type
+from .signatures import explained_methods
+
+
+@explained_methods
+@functools.total_ordering
+@dataclass(frozen=True)
+class Measurement:
+    """A measured number with an estimate of its error.
+
+    ``float(measurement)`` is the number. Measurements can be added, subtracted, multiplied, divided and raised to
+    powers, with each other and with numbers. Errors are propagated to first order, and as if those of two measurements
+    had the same sign: measurements of one surface are not independent. They are ordered by their numbers.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    error : float
+        An estimate of its error, at least 0.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.sphere(0.7)
+    >>> ball = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> porosity = 1 - ball.enclosed_volume() / 8
+    >>> round(porosity.value, 4), porosity.error < 0.001
+    (0.8204, True)
+    >>> print(isospline.Measurement(1.23456, 0.012))
+    1.235 ± 0.012
+    >>> print(f"{isospline.Measurement(0.31, 0.005):.1%}")
+    31.0% ± 0.5%
+    """
+
+    value: float
+    error: float = 0.0
+
+    # NumPy's numbers leave the arithmetic to this class.
+    __array_ufunc__ = None
+
+    def __post_init__(self) -> None:
+        for name in ("value", "error"):
+            check_type(getattr(self, name), name, numbers.Real, "a number")
+            object.__setattr__(self, name, float(getattr(self, name)))
+
+    def replace(self, **changes: Any) -> Measurement:
+        """The same measurement with another value or error."""
+        return replace(self, **changes)
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __format__(self, spec: str) -> str:
+        if spec:
+            return f"{self.value:{spec}} ± {self.error:{spec}}"
+        if not (0 < self.error < math.inf and math.isfinite(self.value)):
+            return f"{self.value:.12g}" + (f" ± {self.error:g}" if self.error else "")
+        # Two digits of the error, and the digits of the value down to them.
+        places = 1 - math.floor(math.log10(self.error))
+        if max(abs(self.value), self.error) >= 1e15 or places > 15:
+            return f"{self.value:.12g} ± {self.error:.2g}"
+        shown = max(places, 0)
+        return f"{round(self.value, places):.{shown}f} ± {round(self.error, places):.{shown}f}"
+
+    def __str__(self) -> str:
+        return format(self)
+
+    def __repr__(self) -> str:
+        return f"Measurement(value={self.value:.12g}, error={self.error:.3g})"
+
+    def __lt__(self, other: Any) -> bool:
+        second = _operand(other)
+        return NotImplemented if second is None else self.value < second.value
+
+    def __neg__(self) -> Measurement:
+        return Measurement(-self.value, self.error)
+
+    def __pos__(self) -> Measurement:
+        return self
+
+    def __abs__(self) -> Measurement:
+        return Measurement(abs(self.value), self.error)
+
+    def __round__(self, digits: int | None = None) -> float:
+        return round(self.value, digits)
+
+    def __add__(self, other: Any) -> Measurement:
+        second = _operand(other)
+        if second is None:
+            return NotImplemented
+        return Measurement(self.value + second.value, self.error + second.error)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Measurement:
+        second = _operand(other)
+        return NotImplemented if second is None else self + -second
+
+    def __rsub__(self, other: Any) -> Measurement:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Measurement:
+        second = _operand(other)
+        if second is None:
+            return NotImplemented
+        error = abs(self.value) * second.error + abs(second.value) * self.error
+        return Measurement(self.value * second.value, error)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Measurement:
+        second = _operand(other)
+        return NotImplemented if second is None else self * second**-1
+
+    def __rtruediv__(self, other: Any) -> Measurement:
+        first = _operand(other)
+        return NotImplemented if first is None else first / self
+
+    def __pow__(self, exponent: Any) -> Measurement:
+        if not isinstance(exponent, numbers.Real):
+            return NotImplemented
+        power = float(exponent)
+        if power == 0:
+            return Measurement(1.0, 0.0)
+        return Measurement(self.value**power, abs(power * self.value ** (power - 1)) * self.error)
+
+
+def _operand(value: Any) -> Measurement | None:
+    """A measurement or an exact number; None for anything else."""
+    if isinstance(value, Measurement):
+        return value
+    return Measurement(float(value)) if isinstance(value, numbers.Real) else None
+
+
+def measurement_of(measured: dict[str, float]) -> Measurement:
+    """The measurement of a compiled function."""
+    return Measurement(**measured)

@@ -1,0 +1,101 @@
+"""Hints for names of other libraries: the table, the errors that it makes, and the page of the documentation."""
+
+import re
+import sys
+
+import pytest
+
+import isospline
+from isospline import foreign
+
+OWNERS = {"isospline": isospline, **{name: getattr(isospline, name) for name in foreign.NAMES if name != "isospline"}}
+ROWS = [
+    (owner, name, meaning)
+    for owner, table in foreign.NAMES.items()
+    for names, meaning in table.items()
+    for name in names.split(", ")
+]
+KEYWORD_ROWS = [
+    (call, keyword, meaning)
+    for call, table in foreign.KEYWORDS.items()
+    for keywords, meaning in table.items()
+    for keyword in keywords.split(", ")
+]
+#: What stands for values in the right calls, and names of other libraries in them.
+PLACEHOLDERS = {"surface", "mesh", "image", "numpy", "PIL", "pip", "install", "len", "array", "data", "scene"}
+
+
+@pytest.fixture(scope="module")
+def objects():
+    surface = isospline.Isosurface(isospline.volumes.torus().volume(8), 0.0)
+    return {
+        "isospline": isospline,
+        "Isosurface": surface,
+        "Volume": surface.volume,
+        "VolumeData": isospline.VolumeData(isospline.volumes.torus().values(8)),
+        "Mesh": surface.to_mesh(),
+        "Scene": isospline.Scene(surface),
+        "Image": isospline.render(surface, size=(4, 4)),
+        "PerspectiveCamera": isospline.camera_for(surface),
+    }
+
+
+@pytest.mark.parametrize(("owner", "name", "meaning"), ROWS, ids=lambda value: str(value)[:40])
+def test_an_unknown_name_is_answered(objects, owner, name, meaning):
+    with pytest.raises(AttributeError) as caught:
+        getattr(objects[owner], name)
+    assert str(caught.value).endswith(f"has no attribute {name!r}; did you mean {meaning}?")
+
+
+@pytest.mark.parametrize(("call", "keyword", "meaning"), KEYWORD_ROWS, ids=lambda value: str(value)[:40])
+def test_an_unknown_keyword_is_answered(call, keyword, meaning):
+    with pytest.raises(TypeError) as caught:
+        getattr(isospline, call)(**{keyword: 1})
+    assert str(caught.value) == f"{keyword}: unknown keyword of {call}; did you mean {meaning}?"
+
+
+@pytest.mark.parametrize("meaning", sorted({row[2] for row in (*ROWS, *KEYWORD_ROWS)}))
+def test_the_right_calls_exist(meaning):
+    """Every called name is public: of the module, or of one of its classes."""
+    members = {name for owner in OWNERS.values() for name in dir(owner)}
+    for called in re.findall(r"(?<![\w.])((?:\w+\.)*\w+)\(", meaning):
+        first, *rest = called.split(".")
+        assert first in PLACEHOLDERS or first in isospline.__all__ or first in members, called
+        if first in isospline.__all__:
+            value = getattr(isospline, first)
+            for name in rest:
+                value = getattr(value, name)
+        elif rest and first not in ("numpy", "PIL"):
+            assert rest[-1] in members, called
+
+
+def test_close_names_are_answered_too(objects):
+    for owner, name, meaning in (
+        ("isospline", "Isosurfaces", "Isosurface"),
+        ("Mesh", "vertexes", "vertices"),
+        ("Volume", "coeficients", "coefficients"),
+    ):
+        with pytest.raises(AttributeError, match=rf"; did you mean {meaning}\?$"):
+            getattr(objects[owner], name)
+    with pytest.raises(AttributeError, match=r"has no attribute 'nonsense'$"):
+        objects["Scene"].nonsense
+    assert not hasattr(objects["Isosurface"], "__nonsense__")
+
+
+def test_the_error_of_a_property_is_its_own(objects):
+    with pytest.raises(AttributeError, match=r'^depth: expected render\(\.\.\., layers=\("depth",\)\)'):
+        objects["Image"].depth
+
+
+def test_the_page_has_the_table(repository, monkeypatch):
+    monkeypatch.syspath_prepend(str(repository / "docs"))
+    import names
+
+    text = names.PAGE.read_text(encoding="utf-8")
+    assert names.with_names(text) == text, "run: python docs/names.py"
+    sys.modules.pop("names")
+
+
+def test_dir_is_what_is_public():
+    assert set(dir(isospline)) == {*isospline.__all__, "__version__"}
+    assert all(not name.startswith("_") for name in isospline.__all__)
