@@ -31,7 +31,7 @@ def parse_arguments():
 
 def counts(volume, level, prune_border):
     return [
-        isospline.Isosurface(volume, level, prune_depth=depth, prune_border=prune_border).shell.count
+        isospline.research.isosurface(volume, level, prune_depth=depth, prune_border=prune_border).shell.count
         for depth in range(len(ROWS))
     ]
 

@@ -58,7 +58,7 @@ Examples
 >>> import isospline
 >>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
 >>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
->>> hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 5.0, inside="below"))
+>>> hopper = isospline.research.VoxelHopper(isospline.Isosurface(volume, 5.0, inside="below"))
 >>> bool(abs(hopper.cast_rays([(-20, 0, 0, 1, 0, 0)])["t_hit"][0] - 15.0) < 0.01)
 True
 >>> round(hopper.statistics["mean_hop_length"], 6)

@@ -45,10 +45,6 @@ volume : Volume, VolumeData or (nz, ny, nx) array
     Its degree is 1, 2 or 3. Odd degrees need at least two samples along each axis.
 level : float
     The value :math:`f_0`.
-prune_depth : int
-    Levels of subdivision, 0 (no pruning) to 6.
-prune_border : bool
-    If False, cells on the border of the volume are not pruned, as in the paper.
 mask : bool array of the volume's shape, optional
     The parts to keep. A cell is cut away if the sample in its centre is False (degree 2), or one of the samples at
     its corners (odd degrees).
@@ -65,9 +61,6 @@ closed : bool
     Whether the solid is closed at the border of the volume's domain, `Volume.bounds`, with caps like those of cuts.
     Their primitive ids follow those of `clip`: lower and upper x, y, z of the volume's own axes. The border is exact
     for oblique directions, too.
-method : {"exact", "reference", "bracket"}
-    How rays find the surface in a cell. "exact" misses no root. "reference" is the same in float64 throughout, and
-    slow. "bracket" is the paper's method: opposite signs at the ends of the cell, then Brent's method.
 inside : {"above", "below"}
     The side of the surface that is the solid. Normals point to the other side. Points where f equals the level are
     above.
@@ -174,28 +167,35 @@ int as_largest(std::optional<int> largest)
     return largest.value_or(0);
 }
 
-std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, int prune_depth, bool prune_border,
-                                            const py::object& mask, std::optional<int> largest, const py::object& clip,
-                                            bool capped, bool closed, const std::string& method,
-                                            const std::string& inside, std::shared_ptr<Material> material,
+std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, const py::object& mask,
+                                            std::optional<int> largest, const py::object& clip, bool capped,
+                                            bool closed, const std::string& inside, std::shared_ptr<Material> material,
                                             const py::object& color, const py::object& opacity, const py::object& name,
                                             const py::object& progress)
 {
     const auto volume = as_object<Volume>(
         py::module_::import("isospline.interop.conversions").attr("as_volume")(given, "volume"), "volume");
     IsosurfaceOptions options;
-    options.shell.prune_depth = prune_depth;
-    options.shell.prune_border = prune_border;
     if (!mask.is_none())
         options.shell.mask = as_mask(mask, "mask", volume->shape(), volume->options().axes);
     options.largest = as_largest(largest);
     options.clip = as_clip(clip);
     options.capped = capped;
     options.closed = closed;
-    options.method = as_enum(method_words, method, "method");
     options.inside = as_enum(inside_words, inside, "inside");
     options.material = look_of(std::move(material), color, opacity, name);
     return build(volume, level, std::move(options), nullptr, progress);
+}
+
+/// The same surface with settings of isospline.research.
+std::shared_ptr<Isosurface> for_research(const Isosurface& surface, const std::string& method, int prune_depth,
+                                         bool prune_border)
+{
+    IsosurfaceOptions options = surface.options();
+    options.method = as_enum(method_words, method, "method");
+    options.shell.prune_depth = prune_depth;
+    options.shell.prune_border = prune_border;
+    return build(surface.shared_volume(), surface.level(), std::move(options), surface.shared_ranges(), py::none());
 }
 
 std::shared_ptr<Isosurface> with_level(const Isosurface& surface, double level, const py::object& progress)
@@ -246,8 +246,13 @@ std::string representation(const Isosurface& surface)
     const auto snapshot = surface.snapshot();
     std::ostringstream text;
     text.precision(12);
-    text << "Isosurface(level=" << snapshot->level() << ", method=\"" << to_word(method_words, surface.options().method)
-         << "\", inside=\"" << to_word(inside_words, surface.options().inside) << "\")";
+    text << "Isosurface(level=" << snapshot->level() << ", inside=\"" << to_word(inside_words, surface.options().inside)
+         << '"';
+    if (surface.options().method != Method::exact)
+        text << ", method=\"" << to_word(method_words, surface.options().method) << '"';
+    if (surface.material() && !surface.material()->name.empty())
+        text << ", name=\"" << surface.material()->name << '"';
+    text << ')';
     return "<" + text.str() + ">";
 }
 
@@ -278,14 +283,14 @@ void bind_isosurface(py::module_& module)
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface_class(module, "Isosurface", isosurface_doc);
     bind_look(surface_class);
     surface_class
-        .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(), py::arg("prune_depth") = 2,
-             py::arg("prune_border") = true, py::arg("mask") = py::none(), py::arg("largest") = py::none(),
-             py::arg("clip") = py::none(), py::arg("capped") = false, py::arg("closed") = false,
-             py::arg("method") = "exact", py::arg("inside") = "above", py::arg("material") = py::none(),
-             py::arg("color") = py::none(), py::arg("opacity") = py::none(), py::arg("name") = py::none(),
-             py::arg("progress") = py::none())
+        .def(py::init(&make_isosurface), py::arg("volume"), py::arg("level"), py::kw_only(),
+             py::arg("mask") = py::none(), py::arg("largest") = py::none(), py::arg("clip") = py::none(),
+             py::arg("capped") = false, py::arg("closed") = false, py::arg("inside") = "above",
+             py::arg("material") = py::none(), py::arg("color") = py::none(), py::arg("opacity") = py::none(),
+             py::arg("name") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "A new surface of the same volume, with the same options. Both share the data derived from the volume.")
+        .def("_for_research", &for_research, py::arg("method"), py::arg("prune_depth"), py::arg("prune_border"))
         .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
         .def_property_readonly(
             "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface->snapshot()}; },

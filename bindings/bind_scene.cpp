@@ -35,10 +35,6 @@ objects : iterable of Isosurface and Mesh
 build_quality : {"medium", "low", "high"}
     Quality of Embree's acceleration structures. "low" takes half the memory and builds a little faster, but rays take
     up to a fifth longer (measured on CT volumes). "high" splits long triangles; it has no effect on isosurfaces.
-box_edge : {16, 8, 4, 2, 1}
-    Cells along an edge of Embree's boxes around an isosurface. Inside a box, cells are found by subdivision, and made
-    when the first ray enters the box. Below 8, all cells are found whenever the level changes; 1 is a box for each
-    cell. This is for benchmarks: with the default, levels change by far the fastest. Hits do not depend on it.
 
 Notes
 -----
@@ -139,10 +135,14 @@ Returns
 const EnumWords<BuildQuality> quality_words{
     {"low", BuildQuality::low}, {"medium", BuildQuality::medium}, {"high", BuildQuality::high}};
 
-std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& build_quality, int box_edge)
+std::unique_ptr<Scene> empty_scene(const std::string& build_quality, int box_edge)
 {
-    auto scene =
-        std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality"), box_edge});
+    return std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality"), box_edge});
+}
+
+std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& build_quality)
+{
+    auto scene = empty_scene(build_quality, BuildOptions().box_edge);
     const py::list placed = py::module_::import("isospline.interop.conversions").attr("as_placed_objects")(objects);
     for (const auto& each : placed) {
         const auto pair = each.cast<py::tuple>();
@@ -222,7 +222,7 @@ void bind_scene(py::module_& module)
 
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
-             py::arg("build_quality") = "medium", py::arg("box_edge") = 16)
+             py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
              py::arg("coherent") = false, py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::none(),
@@ -252,6 +252,7 @@ void bind_scene(py::module_& module)
     module.def("set_thread_count", &set_thread_count, py::arg("count"),
                "Limits the number of threads of all long operations from now on; 0 means all cores of the machine.");
     module.def("thread_count", &thread_count, "Number of threads that a long operation may use.");
+    module.def("_empty_scene", &empty_scene, py::arg("build_quality"), py::arg("box_edge"));
 }
 
 } // namespace isospline

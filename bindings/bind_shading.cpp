@@ -63,12 +63,15 @@ intensity : float or (3,) float
 
 Parameters
 ----------
-direction : (3,) float
-    The direction in which the light travels; any length except zero.
+direction : (3,) float or str
+    The direction in which the light travels; any length except zero. Or the side that it comes from: a name, as in
+    `camera_for`, such as "left".
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
 )")
-        .def(py::init([](const py::object& direction, const py::object& intensity) {
+        .def(py::init([](py::object direction, const py::object& intensity) {
+                 if (py::isinstance<py::str>(direction))
+                     direction = py::module_::import("isospline.views").attr("light_from")(direction);
                  const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity")};
                  validate(light);
                  return light;

@@ -16,7 +16,7 @@ def main(
     rays = camera.rays(size)
 
     scene_hits = isospline.Scene([surface]).cast_rays(rays)
-    hopper_hits = isospline.VoxelHopper(surface).cast_rays(rays)
+    hopper_hits = isospline.research.VoxelHopper(surface).cast_rays(rays)
 
     hit = np.isfinite(scene_hits.t_hit)
     difference = np.abs(scene_hits.t_hit[hit] - hopper_hits.t_hit[hit]).max()

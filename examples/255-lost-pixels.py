@@ -20,7 +20,7 @@ def main(samples: int = 40, size: tuple[int, int] = (480, 400), folder: str = "o
     field = volumes.gyroid()
     walls = 0.15 - np.abs(field.values(samples))  # as thin as a cell
     volume = isospline.Volume(walls, **field.grid(samples))
-    surfaces = [isospline.Isosurface(volume, 0.0, method=method) for method in ("exact", "bracket")]
+    surfaces = [isospline.research.isosurface(volume, 0.0, method=method) for method in ("exact", "bracket")]
     camera = isospline.PerspectiveCamera(eye=(2, -4, 2.4), target=(0.3, -0.5, 0.05), field_of_view=20)
     exact, bracket = (isospline.Scene(surface).cast_rays(camera.rays(size))["t_hit"] for surface in surfaces)
 

@@ -37,7 +37,8 @@ def main(samples: int = 120, size: tuple[int, int] = (640, 360), folder: str = "
     lights = [isospline.PositionalLight(place, intensity=intensity) for place, intensity in places.items()]
     looks = {"Phong, two positional lights": isospline.Phong(lights=lights), "outline, $n_o$ = 2": isospline.Outline(2)}
     counts = [
-        isospline.Isosurface(volume, level, prune_depth=depth, prune_border=False).shell.count for depth in range(5)
+        isospline.research.isosurface(volume, level, prune_depth=depth, prune_border=False).shell.count
+        for depth in range(5)
     ]
 
     figure = Figure(figsize=(12, 4), layout="constrained")

@@ -33,8 +33,8 @@ def measure(settings):
 def compare(subject, count, generator):
     volume = isospline.Volume(subject.data, **subject.grid)
     surface = isospline.Isosurface(volume, subject.level)
-    scene, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
-    reference = isospline.Scene([isospline.Isosurface(volume, subject.level, method="reference")])
+    scene, hopper = isospline.Scene([surface]), isospline.research.VoxelHopper(surface)
+    reference = isospline.Scene([isospline.research.isosurface(volume, subject.level, method="reference")])
     differing = dict.fromkeys(PATHS, 0)
     hit, examples = 0, []
     for done in range(0, count, CHUNK):

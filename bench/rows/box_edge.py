@@ -5,7 +5,7 @@ from suite.clock import rates, spread
 from suite.tables import markdown_table, with_spread
 
 TITLE = "Edge of Embree's boxes"
-ABOUT = """The same scene with boxes of 1, 2, 4, 8 and 16 cells along each axis (`Scene(box_edge=)`), from C++. Measured
+ABOUT = """The same scene with boxes of 1, 2, 4, 8 and 16 cells along each axis (`research.scene`), from C++. Measured
 are a change of the level up to the first ray with all cores, packets of primary rays of the whole view and the single
 rays of *Incoherent rays* on one thread, and the memory of the scene without the surface after these packets. With an
 edge of 1, Embree's tree reaches down to the cells that straddle the level, and only the slab is tested inside a box:

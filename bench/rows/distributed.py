@@ -50,7 +50,7 @@ def measure(settings):
         for size in sizes:
             (subject,) = subjects.procedural(("heart",), (size,))
             store = Path(folder) / f"{size}.zarr"
-            isospline.prefilter_to(subject.data, store, **subject.grid)
+            isospline.convert(subject.data, store, **subject.grid)
             yield costs(subject, size, store, settings) | clusters_on(
                 subject, store, settings, clusters, distributed, by_parts=size == sizes[-1]
             )

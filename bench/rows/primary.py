@@ -61,11 +61,11 @@ def build(name, subject, volume):
         if name.startswith("triangle"):
             scene, _, memory = polygons.mesh_scene(subject, volume.affine)
             return scene, memory + scene.memory  # a scene builds itself when it is first used
-        surface = isospline.Isosurface(volume, subject.level, method=name.partition("_")[2])
+        surface = isospline.research.isosurface(volume, subject.level, method=name.partition("_")[2])
         if name.startswith(("embree", "packets")):
             tracer = isospline.Scene([surface])
         else:
-            tracer = isospline.VoxelHopper(surface, strides=name.startswith("stride"))
+            tracer = isospline.research.VoxelHopper(surface, strides=name.startswith("stride"))
         return tracer, surface.shell.memory + tracer.memory
 
     seconds, (tracer, memory) = timed(make)

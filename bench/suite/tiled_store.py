@@ -41,7 +41,7 @@ def write_tiled_store(tile_store, folder, count):
 
 def make_tile_store(data, folder):
     """The store of a tile."""
-    isospline.prefilter_to(tile_of(data), folder, boundary="periodic", overwrite=True)
+    isospline.convert(tile_of(data), folder, boundary="periodic", overwrite=True)
 
 
 def _repeat_array(tile, folder, count):
@@ -61,7 +61,7 @@ def _repeat_ranges(tile_store, key, folder, count):
     import zarr
 
     metadata = store.read_metadata(tile_store)
-    level = next(level for level in metadata.levels if level.ranges == key)
+    level = next(level for level in metadata.scales if level.ranges == key)
     ranges = np.tile(store.read_ranges(metadata, level), (count, count, count, 1, 1))
     array = zarr.open_array(tile_store / key, mode="r")
     chunks = tuple(min(64, size) for size in ranges.shape[:3]) + ranges.shape[3:]

@@ -35,7 +35,6 @@ from ._core import (
     Scene,
     SphereLight,
     Volume,
-    VoxelHopper,
     set_thread_count,
     thread_count,
 )
@@ -52,10 +51,10 @@ from .path_tracer import PathTracer
 from .progressive import ProgressiveRenderer, render_progressive
 from .rendering import render
 from .results import ClosestPoints, Components, Crossings, Hits, Measurement, SurfaceDistance
-from .store import level_of_detail_for, open_volume, prefilter_to
+from .store import convert, open_volume, scale_for
 from .studio import Studio
 from .video import write_video
-from . import showing
+from . import research, showing
 from .viewer import view
 
 from . import distributed  # last, because it imports from the other modules
@@ -110,20 +109,20 @@ __all__ = [
     "SurfaceDistance",
     "Volume",
     "VolumeData",
-    "VoxelHopper",
     "camera_for",
+    "convert",
     "distributed",
     "ground_for",
     "hausdorff_distance",
-    "level_of_detail_for",
     "open_volume",
-    "prefilter_to",
     "read_environment",
     "read_mesh",
     "read_volume",
     "render",
     "render_progressive",
+    "research",
     "ridges_and_valleys",
+    "scale_for",
     "set_thread_count",
     "suggest_levels",
     "surface_distance",

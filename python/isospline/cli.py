@@ -139,7 +139,7 @@ def render(arguments):
 def _render(arguments, write=True):
     """Render one volume; returns the cameras and the levels, which is all that there is to do unless `write`."""
     begin = time.perf_counter()
-    arguments.shading = arguments.shading or ("phong" if arguments.light or arguments.shadows else "studio")
+    arguments.light = arguments.light or ("phong" if arguments.lamp or arguments.shadows else "studio")
     check_output(arguments)
     if (arguments.file is None) == (arguments.session is None):
         raise ValueError(f"FILE: expected either a file or --session, got {'both' if arguments.file else 'none'}")
@@ -149,7 +149,7 @@ def _render(arguments, write=True):
     is_distributed = wants_cluster(arguments)
     if arguments.session:
         if given(arguments, LIMITS):
-            raise ValueError(f"{flag(given(arguments, LIMITS)[0])}: expected it without --session, got both")
+            raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with --session")
         with _progress("rendering", arguments) as progress:
             image = session_image(arguments, progress)
         written = write_images(arguments, [0], [image])
@@ -166,11 +166,9 @@ def _render(arguments, write=True):
     def make_scene(volume):
         with _progress("finding cells", arguments) as progress:
             options = dict(
-                prune_depth=arguments.prune_depth,
                 clip=clip,
                 capped=arguments.capped and bool(clip),
                 closed=arguments.closed,
-                method=arguments.method,
                 inside=arguments.inside,
                 progress=progress,
             )
@@ -317,7 +315,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
     )
     samples = arguments.samples
     if samples is None:
-        samples = 8 if arguments.shading == "studio" and not arguments.fast else 4
+        samples = 8 if arguments.light == "studio" and not arguments.fast else 4
     progress = Patience(arguments, progress, _say)
     if is_distributed:
         from_cluster = cluster_images(scene, cameras, {"samples": samples, **options}, arguments, progress)

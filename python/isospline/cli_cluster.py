@@ -29,13 +29,13 @@ def wants_cluster(arguments):
         return False
     name = "--workers" if arguments.scheduler is None else "--scheduler"
     if arguments.workers is not None and arguments.scheduler is not None:
-        raise ValueError("--workers: expected either it or --scheduler, got both")
+        raise ValueError("--workers cannot be combined with --scheduler")
     if arguments.session:
-        raise ValueError(f"{name}: expected it without --session, got both")
+        raise ValueError(f"{name} cannot be combined with --session")
     if given(arguments, LIMITS):
-        raise ValueError(f"{flag(given(arguments, LIMITS)[0])}: expected it without {name}, got both")
+        raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with {name}")
     if arguments.threads:
-        raise ValueError(f"--threads: expected it without {name}, got both")
+        raise ValueError(f"--threads cannot be combined with {name}")
     return True
 
 

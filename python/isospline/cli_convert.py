@@ -59,7 +59,7 @@ def run(arguments, reading, progress, say):
     direction = arguments.direction and [arguments.direction[row : row + 3] for row in (0, 3, 6)]
     try:
         with client_of(arguments.scheduler) as client:
-            path = isospline.prefilter_to(
+            path = isospline.convert(
                 arguments.file,
                 arguments.output,
                 **options,
@@ -75,6 +75,6 @@ def run(arguments, reading, progress, say):
         if error.errno in _DISK_ERRORS:
             raise RuntimeError(f"{error.filename}: {error.strerror}") from error
         raise
-    levels = isospline.store.read_metadata(path).levels
-    shapes = ", ".join(" x ".join(map(str, level.shape[::-1])) for level in levels)
-    print(f"{arguments.output}: levels of {shapes} coefficients, {time.perf_counter() - begin:.1f} s")
+    scales = isospline.store.read_metadata(path).scales
+    shapes = ", ".join(" x ".join(map(str, scale.shape[::-1])) for scale in scales)
+    print(f"{arguments.output}: scales of {shapes} coefficients, {time.perf_counter() - begin:.1f} s")

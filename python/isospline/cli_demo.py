@@ -20,7 +20,7 @@ NEXT = """
 What to try next:
   isospline info {volume}
   isospline view {volume} --level {level:g}
-  isospline render {volume} --level {level:g} --shading path-trace -o {traced}
+  isospline render {volume} --level {level:g} --light path-trace -o {traced}
   isospline measure {volume} --level {level:g}
 
 The same with a file of yours (NIfTI, NRRD, MetaImage, DICOM, TIFF, VTK, NumPy or raw):

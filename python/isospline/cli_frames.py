@@ -25,7 +25,7 @@ def render_frames(arguments, render, say):
     """
     for name in ("session", "turntable", "checkpoint"):
         if getattr(arguments, name):
-            raise ValueError(f"--{name}: expected it without --frames, got both")
+            raise ValueError(f"--{name} cannot be combined with --frames")
     if arguments.file is None:
         raise ValueError("FILE: expected a time series or a folder of volumes, got none")
     frames, is_series = _frames_of(Path(arguments.file))

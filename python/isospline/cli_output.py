@@ -39,8 +39,8 @@ def check_output(arguments):
     if arguments.layers and not path.lower().endswith(".exr"):
         raise ValueError(f"--layers: expected the name of a picture that has layers, which ends in .exr, got {path}")
     traced = {"direct", "variance"} & set(arguments.layers)
-    if traced and arguments.shading != "path-trace":
-        raise ValueError(f"--layers: expected {min(traced)} with --shading path-trace only, got {arguments.shading}")
+    if traced and arguments.light != "path-trace":
+        raise ValueError(f"--layers: expected {min(traced)} with --light path-trace only, got {arguments.light}")
     check_folder(path)
 
 

@@ -15,7 +15,7 @@ from .cli_light import add_environment, add_ground, add_materials, add_silhouett
 from .cli_limits import add_limits
 from .cli_picture import add_largest, add_picture_options, background, color
 from .cli_store import add_memory_limit, add_store_options
-from .looks import CURVATURES, SHADINGS
+from .looks import CURVATURES, LIGHTS
 from .views import DEFAULT_VIEW
 
 #: Exit codes: of an error, of bad arguments and files, and after Ctrl-C.
@@ -139,8 +139,6 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "places them by a file with 4 x 4 numbers; may be repeated",
     )
     _add_model(group, _LARGEST)
-    group.add_argument("--prune-depth", type=int, default=2, metavar="DEPTH", help="of the shell, 0 to 6 (default 2)")
-    group.add_argument("--method", choices=("exact", "reference", "bracket"), default="exact", help="root finder")
 
     _add_cuts(command, closes=True)
 
@@ -170,7 +168,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     group.add_argument("--focus", type=float, metavar="DISTANCE", help="of the plane in focus; by default the middle")
     group.add_argument("--samples", type=int, metavar="N", help="rays per pixel (default 4, studio 8, path-trace 64)")
     add_picture_options(group)
-    group.add_argument("--denoise", action="store_true", help="remove the noise of --shading path-trace")
+    group.add_argument("--denoise", action="store_true", help="remove the noise of --light path-trace")
     group.add_argument(
         "--background",
         type=background,
@@ -183,19 +181,20 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
 
     group = command.add_argument_group("light and colour")
     group.add_argument(
-        "--shading",
-        choices=SHADINGS,
-        help="by default studio: soft lights and shadows on a ground, tone mapped; phong with --light and --shadows",
+        "--light",
+        choices=LIGHTS,
+        help="by default studio: soft lights and shadows on a ground, tone mapped; phong with --lamp and --shadows",
     )
     group.add_argument(
-        "--light",
-        type=cli_types.light,
+        "--lamp",
+        type=cli_types.lamp,
         action="append",
         metavar="SIDE",
-        help="side that light comes from, as for --view, or X,Y,Z,INTENSITY; may be repeated; by default "
+        help="side that light comes from, as for --view, or the direction in which it travels, X,Y,Z or "
+        "X,Y,Z,INTENSITY, as DirectionalLight; may be repeated; by default "
         "two that move with the camera, for path-trace a uniform sky",
     )
-    group.add_argument("--shadows", action="store_true", help="cast shadows with --shading phong")
+    group.add_argument("--shadows", action="store_true", help="cast shadows with --light phong")
     group.add_argument(
         "--environment",
         metavar="SKY",

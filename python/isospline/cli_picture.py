@@ -105,7 +105,7 @@ def background_of(arguments):
     """The background of a picture: light in studio light, otherwise black."""
     if arguments.background != ():
         return arguments.background
-    return BACKGROUND if arguments.shading == "studio" else 0.0
+    return BACKGROUND if arguments.light == "studio" else 0.0
 
 
 def studio_looks(colors, others):
@@ -131,7 +131,7 @@ class Patience:
     """A progress callback. It tells the user once how long slow light takes, and passes the fraction on."""
 
     def __init__(self, arguments, progress, say):
-        self._told = arguments.quiet or arguments.fast or arguments.shading != "studio"
+        self._told = arguments.quiet or arguments.fast or arguments.light != "studio"
         self._progress, self._say = progress, say
         self._begin = time.perf_counter()
 

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from .io import VolumeData
-from .store.detail import LevelsOfDetail, is_store
+from .store.detail import Scales, is_store
 from .summary import bounds_of, summarize
 
 
@@ -36,32 +36,32 @@ class Store:
     """A store in place of a `VolumeData`: samples of its overview, and whether they are of a patient."""
 
     def __init__(self, arguments):
-        self.levels_of_detail = LevelsOfDetail(arguments.file, arguments.memory_limit)
+        self.scales = Scales(arguments.file, arguments.memory_limit)
         self._check_model(arguments)
 
     @property
     def patient(self):
-        return self.levels_of_detail.metadata.patient
+        return self.scales.metadata.patient
 
     @functools.cached_property
     def data(self):
-        return self.levels_of_detail.volume(self.levels_of_detail.overview).coefficients
+        return self.scales.volume(self.scales.overview).coefficients
 
     def _check_model(self, arguments):
         """Refuse a model other than that of the store."""
         defaults = {"degree": 2, "boundary": "mirror", "filter": "interpolate", "smoothing": 0.0}
         for name, default in defaults.items():
-            given, held = getattr(arguments, name, default), getattr(self.levels_of_detail.metadata, name)
+            given, held = getattr(arguments, name, default), getattr(self.scales.metadata, name)
             if given not in (default, held):
                 raise ValueError(f"--{name}: expected {held}, as in the store, got {given}")
 
     def to_volume(self, **model):
         """The volume of the data's own resolution; its model is that of the store."""
-        return self.levels_of_detail.volume(0)
+        return self.scales.volume(0)
 
     def summary(self, path):
         """What `summarize` finds out about a file: the histogram is that of the overview."""
-        levels, metadata = self.levels_of_detail, self.levels_of_detail.metadata
+        levels, metadata = self.scales, self.scales.metadata
 
         def placed(level, samples, **others):
             return VolumeData(
@@ -74,8 +74,8 @@ class Store:
                 **others,
             )
 
-        finest, overview = metadata.levels[0], metadata.levels[levels.overview]
-        about = f"isospline store, degree {metadata.degree}, {len(metadata.levels)} levels of detail"
+        finest, overview = metadata.scales[0], metadata.scales[levels.overview]
+        about = f"isospline store, degree {metadata.degree}, {len(metadata.scales)} scales"
         if levels.overview:
             about += f"; mean and histogram are those of level {levels.overview}"
         whole = placed(finest, np.broadcast_to(np.float32(0), finest.shape))
@@ -92,12 +92,12 @@ class Store:
         }
 
     def scene_and_cameras(self, make_scene, make_cameras, arguments):
-        """The scene of a picture at the level of detail that it needs, the cameras, and a sentence about the level.
+        """The scene of a picture at the scale that it needs, the cameras, and a sentence about the level.
 
         ``make_scene(volume)`` gives a tuple that begins with a scene, and ``make_cameras(made)`` the cameras of what
         it gave.
         """
-        levels = self.levels_of_detail
+        levels = self.scales
         detail = 0 if arguments.exact else levels.overview
         made = make_scene(levels.volume(detail))
         cameras = make_cameras(made)
@@ -111,4 +111,4 @@ class Store:
 
 def least_sample(data):
     """The least sample of a file or a store; coefficients may be less."""
-    return data.levels_of_detail.metadata.levels[0].minimum if isinstance(data, Store) else data.data.min()
+    return data.scales.metadata.scales[0].minimum if isinstance(data, Store) else data.data.min()

@@ -8,7 +8,7 @@ import re
 
 from ._core import LAYERS
 from .environments import SUFFIXES
-from .views import VIEWS
+from .views import VIEWS, light_from
 
 
 def numbers(*counts, instead=""):
@@ -68,9 +68,9 @@ def up(text):
     return VIEWS[text][0] if re.fullmatch("[-+][xyz]", text) else numbers(3, instead="an axis, +x to -z")(text)
 
 
-def light(text):
-    """A side that light comes from, or a direction and an intensity."""
-    return VIEWS[text][0] if text in VIEWS else numbers(3, 4, instead=f"one of {', '.join(VIEWS)}")(text)
+def lamp(text):
+    """The direction in which light travels, from a side or in numbers, and an intensity."""
+    return light_from(text) if text in VIEWS else numbers(3, 4, instead=f"one of {', '.join(VIEWS)}")(text)
 
 
 def environment(text):

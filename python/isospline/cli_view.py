@@ -71,8 +71,8 @@ def session_image(arguments, progress):
     if state.camera is None:
         raise ValueError(f"{arguments.session}: expected a session with a camera")
     if arguments.turntable:
-        raise ValueError("--turntable: expected it without --session, got both")
-    samples = arguments.samples or FINAL_SAMPLES[state.shading]
+        raise ValueError("--turntable cannot be combined with --session")
+    samples = arguments.samples or FINAL_SAMPLES[state.light]
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)

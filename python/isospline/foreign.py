@@ -51,6 +51,9 @@ NAMES: dict[str, dict[str, str]] = {
         "Legend, add_legend": "render(surfaces, legend=True)",
         "ScalarBar, add_scalar_bar": "render(surface, annotate=True)",
         "Dataset, VolumeReader": "read_volume(path)",
+        "prefilter_to": "convert(data, path)",
+        "level_of_detail_for": "scale_for(store, camera, size)",
+        "VoxelHopper": "research.VoxelHopper(surface)",
         "color, dicom, all": "pip install isospline[color], [io] or [all]",
     },
     "Scene": {
@@ -165,11 +168,13 @@ KEYWORDS: dict[str, dict[str, str]] = {
     "Scene": {
         "color, opacity": "Isosurface(volume, level, color=..., opacity=...)",
         "camera": "render(scene, camera)",
+        "box_edge": "research.scene(objects, box_edge=...)",
     },
     "Isosurface": {
         "smooth": 'Volume(array, filter="smoothing", smoothing=...)',
         "spacing, origin, direction, degree": "Volume(array, spacing=..., degree=...)",
         "transform": "Scene([(surface, matrix)])",
+        "method, prune_depth, prune_border": "research.isosurface(volume, level, method=..., prune_depth=...)",
         "cmap": "color=ColorByVolume(volume, cmap)",
         "label": "name",
     },
@@ -180,6 +185,7 @@ KEYWORDS: dict[str, dict[str, str]] = {
     "PathTracer": {"samples, spp": "render(scene, light=PathTracer(), samples=...)"},
     "Volume": {"level": _SURFACE},
     "read_volume": {"level": "Isosurface(data, level)"},
+    "open_volume": {"level, level_of_detail": "scale"},
 }
 
 

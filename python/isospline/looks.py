@@ -22,48 +22,48 @@ TONE = ("tone_map", "exposure")
 ENDS = ("noise", "time_limit")
 LIMITS = (*ENDS, "checkpoint", "resume")
 
-#: The values of --shading, and the options that not all of them support.
-SHADINGS: dict[str, tuple[str, ...]] = {
+#: The values of --light, and the options that not all of them support.
+LIGHTS: dict[str, tuple[str, ...]] = {
     "studio": OPACITY,
-    "phong": ("light", "shadows", *GROUND, *TONE, *OPACITY),
+    "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
     "outline": (*TONE, *OPACITY),
     "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
-    "path-trace": ("light", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *ENDS),
+    "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *ENDS),
 }
 
 
 def looks(arguments, count):
     """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them."""
-    for option in given(arguments, sorted({option for options in SHADINGS.values() for option in options})):
-        shadings = [shading for shading, options in SHADINGS.items() if option in options]
-        if arguments.shading not in shadings:
+    for option in given(arguments, sorted({option for options in LIGHTS.values() for option in options})):
+        shadings = [shading for shading, options in LIGHTS.items() if option in options]
+        if arguments.light not in shadings:
             expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]
-            raise ValueError(f"{flag(option)}: expected --shading {expected} with it, got {arguments.shading}")
+            raise ValueError(f"{flag(option)}: expected --light {expected} with it, got {arguments.light}")
 
     if arguments.ground_color and not arguments.ground:
         raise ValueError("--ground-color: expected --ground with it, got none")
     colors = _colors(arguments, count)
     opacities = _opacities(arguments, count)
-    lights = arguments.light and [_directional(light) for light in arguments.light]
-    if arguments.shading == "studio":
+    lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
+    if arguments.light == "studio":
         studio = isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))
         return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
     if arguments.fast:
-        raise ValueError(f"--fast: expected --shading studio with it, got {arguments.shading}")
-    if arguments.shading == "phong":
+        raise ValueError(f"--fast: expected --light studio with it, got {arguments.light}")
+    if arguments.light == "phong":
         options = dict(lights=lights, shadows=arguments.shadows)
         return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], dict
-    if arguments.shading == "outline":
+    if arguments.light == "outline":
         surfaces = [{f"surface_{name}": color for name, color in each.items()} for each in colors]
         return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], dict
-    if arguments.shading == "ambient-occlusion":
+    if arguments.light == "ambient-occlusion":
         return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], dict
     materials = [
         isospline.Material(*color.values(), **keywords)
         for color, keywords in zip(colors, _keywords(arguments, MATERIAL, count))
     ]
     # The irradiance at which a white surface that faces the light reflects 1, as with Phong.
-    lights = [_directional(light, math.pi) for light in arguments.light or ()]
+    lights = [_directional(lamp, math.pi) for lamp in arguments.lamp or ()]
     environment = _environment(arguments)
     if environment is not None or not lights:
         lights.append(environment or isospline.EnvironmentLight())
@@ -75,9 +75,9 @@ def looks(arguments, count):
 def ground_look(arguments, looks):
     """The shading or the material of the ground, in the light of the others."""
     color = arguments.ground_color or (0.6, 0.6, 0.6)
-    if arguments.shading == "path-trace":
+    if arguments.light == "path-trace":
         return isospline.Material(color, specular=0)
-    matt = {"specular": 0} if arguments.shading == "phong" else {}
+    matt = {"specular": 0} if arguments.light == "phong" else {}
     return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
 
 
@@ -98,7 +98,7 @@ def _colors(arguments, count):
     if not arguments.color:
         return [{} if by is None else {"color": by}] * count
     if by is not None:
-        raise ValueError(f"--color: expected it without --color-by, got --color-by {arguments.color_by}")
+        raise ValueError("--color cannot be combined with --color-by")
     return [{"color": color} for color in _each("color", arguments.color, count)]
 
 
@@ -145,12 +145,12 @@ def _color_by(arguments):
     return isospline.ColorByVolume(isospline.read_volume(what).to_volume(), **options)
 
 
-def _directional(light, unit=1.0):
-    """The light from a side: x, y, z and, if there are four numbers, its intensity."""
-    x, y, z, *intensity = light
+def _directional(lamp, unit=1.0):
+    """The light in a direction: x, y, z and, if there are four numbers, its intensity."""
+    x, y, z, *intensity = lamp
     if not any((x, y, z)):
-        raise ValueError("--light: expected a side, which is not 0,0,0, got 0,0,0")
-    return isospline.DirectionalLight((-x, -y, -z), intensity=unit * (intensity[0] if intensity else 1.0))
+        raise ValueError("--lamp: expected a direction, which is not 0,0,0, got 0,0,0")
+    return isospline.DirectionalLight((x, y, z), intensity=unit * (intensity[0] if intensity else 1.0))
 
 
 def _environment(arguments):

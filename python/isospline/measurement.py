@@ -33,7 +33,7 @@ class Measurement:
     --------
     >>> import isospline
     >>> field = isospline.volumes.sphere(0.7)
-    >>> ball = isospline.Isosurface(isospline.Volume(field.samples(32), **field.grid(32)), field.level)
+    >>> ball = isospline.Isosurface(field.volume(32), field.level)
     >>> porosity = 1 - ball.enclosed_volume() / 8
     >>> round(porosity.value, 4), porosity.error < 0.001
     (0.8204, True)

@@ -135,7 +135,7 @@ def _reduce_scene(self):
 
 
 def _make_scene(build_quality, box_edge, objects):
-    scene = _core.Scene(build_quality=build_quality, box_edge=box_edge)
+    scene = _core._empty_scene(build_quality, box_edge)
     nothing = _core.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     next_id = 0
     for id, each, transform, visibility in objects:

@@ -52,3 +52,11 @@ def direction_of(view: View) -> tuple[Vector, tuple[int, int, int]]:
     if abs(direction @ np.asarray(up)) > 1 - 1e-6:
         up = VIEWS["+z" if direction[2] > 0 else "-z"][1]
     return direction, up
+
+
+def light_from(side: str) -> tuple[float, float, float]:
+    """The direction in which light from a side travels."""
+    if side not in VIEWS:
+        raise ValueError(f"direction: expected one of {', '.join(VIEWS)}, or a vector, got {side!r}")
+    x, y, z = VIEWS[side][0]
+    return -x, -y, -z

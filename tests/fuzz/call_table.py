@@ -28,7 +28,7 @@ def objects():
     made["rays"] = np.array([[0, -3, 0.2, 0, 1, 0], [3, 0, 0, -1, 0, 0.0]])
     made["hits"] = made["scene"].cast_rays(made["rays"])
     made["material"] = iso.Material()
-    made["hopper"] = iso.VoxelHopper(made["surface"])
+    made["hopper"] = iso.research.VoxelHopper(made["surface"])
     made["intersector"] = iso.RayMeshIntersector(made["surface"])
     made["progressive"] = iso.ProgressiveRenderer(made["scene"], made["camera"], size=(4, 4))
     made["data"] = iso.VolumeData(np.arange(60.0).reshape(3, 4, 5))
@@ -58,7 +58,7 @@ def calls(o, folder):
     near = {"t_near": 0.0, "t_far": 9.0}
     ray = {"ray_origins": o["rays"][:, :3], "ray_directions": o["rays"][:, 3:]}
     np.save(folder / "a.npy", samples)
-    iso.prefilter_to(samples, folder / "store.zarr", overwrite=True)
+    iso.convert(samples, folder / "store.zarr", overwrite=True)
     samples.tofile(folder / "a.raw")
     (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + bytes([9, 6, 3, 129] * 2))
     scene, surface = o["scene"], o["surface"]
@@ -98,14 +98,11 @@ def calls(o, folder):
             {
                 "volume": o["volume"],
                 "level": 0.0,
-                "prune_depth": 1,
-                "prune_border": True,
                 "mask": np.ones((12, 12, 12), bool),
                 "largest": 1,
                 "clip": [iso.Box((-1, -1, -1), (0, 1, 1))],
                 "capped": True,
                 "closed": True,
-                "method": "exact",
                 "inside": "above",
                 "material": o["material"],
                 "progress": None,
@@ -177,16 +174,16 @@ def calls(o, folder):
         (
             "open_volume",
             iso.open_volume,
-            {"path": folder / "store.zarr", "memory_limit": "64MB", "level_of_detail": 0},
+            {"path": folder / "store.zarr", "memory_limit": "64MB", "scale": 0},
         ),
         (
-            "level_of_detail_for",
-            iso.level_of_detail_for,
+            "scale_for",
+            iso.scale_for,
             {"store": folder / "store.zarr", "camera": o["camera"], "size": (32, 24)},
         ),
         (
-            "prefilter_to",
-            iso.prefilter_to,
+            "convert",
+            iso.convert,
             {
                 "source": samples,
                 "out": folder / "a.zarr",
@@ -302,7 +299,13 @@ def calls(o, folder):
             iso.RectangleLight,
             {"corner": (0, 0, 3), "edge_u": (1, 0, 0), "edge_v": (0, 1, 0), "radiance": 1.0},
         ),
-        ("Scene", iso.Scene, {"objects": [o["mesh"]], "build_quality": "medium", "box_edge": 16}),
+        ("Scene", iso.Scene, {"objects": [o["mesh"]], "build_quality": "medium"}),
+        ("research.scene", iso.research.scene, {"objects": [o["mesh"]], "build_quality": "medium", "box_edge": 16}),
+        (
+            "research.isosurface",
+            iso.research.isosurface,
+            {"volume": o["volume"], "level": 0.0, "method": "exact", "prune_depth": 1, "prune_border": True},
+        ),
         (
             "Scene.add",
             lambda **given: iso.Scene().add(**given),
@@ -386,7 +389,7 @@ def calls(o, folder):
         ("VolumeData.position", o["data"].position, {"index": points}),
         ("VolumeData.replace", o["data"].replace, {"spacing": (1, 1, 1)}),
         ("VolumeData.to_volume", o["data"].to_volume, {"degree": 2}),
-        ("VoxelHopper", iso.VoxelHopper, {"surface": surface, "strides": True}),
+        ("research.VoxelHopper", iso.research.VoxelHopper, {"surface": surface, "strides": True}),
         (
             "VoxelHopper.cast_rays",
             o["hopper"].cast_rays,

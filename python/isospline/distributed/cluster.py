@@ -37,7 +37,7 @@ def connected(client: Any, workers: int | None, memory_limit: int | None) -> Ite
         if client.asynchronous:
             raise ValueError("client: expected a synchronous client, got an asynchronous one")
         if workers is not None:
-            raise ValueError(f"workers: expected None if there is a client, got {workers!r}")
+            raise ValueError("workers: cannot be combined with a client, which has its own")
         yield client, None
         return
     if workers is not None:

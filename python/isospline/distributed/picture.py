@@ -71,7 +71,7 @@ class PictureInTheMaking:
         if by not in ("tiles", "parts"):
             raise ValueError(f"by: expected 'tiles' or 'parts', got {by!r}")
         if parts is not None and by != "parts":
-            raise ValueError(f"parts: expected None with by='tiles', got {parts!r}")
+            raise ValueError("parts: cannot be combined with by='tiles'; did you mean by='parts'?")
         if parts is not None:
             check_count(parts, "parts", 1 << 20)
         self._scene = _GivenScene(scene, options.pop("level", None), memory_limit)

@@ -1,22 +1,22 @@
 """Stores: volumes larger than memory, as chunks of spline coefficients on disk.
 
-`prefilter_to` writes a store, `open_volume` opens its volume, and `read_metadata` reads its description.
+`convert` writes a store, `open_volume` opens its volume, and `read_metadata` reads its description.
 """
 
-from .convert import prefilter_to
-from .detail import level_of_detail_for
+from .converting import convert
+from .detail import scale_for
 from .layout import read_ranges
-from .metadata import LevelMetadata, StoreMetadata, read_metadata
+from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .series import time_steps
 from .volume import open_volume
 
 __all__ = [
-    "LevelMetadata",
+    "ScaleMetadata",
     "StoreMetadata",
-    "level_of_detail_for",
+    "convert",
     "open_volume",
-    "prefilter_to",
     "read_metadata",
     "read_ranges",
+    "scale_for",
     "time_steps",
 ]

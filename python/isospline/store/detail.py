@@ -1,4 +1,4 @@
-"""Levels of detail: the choice of a level of a store's pyramid for a picture."""
+"""The choice of a scale of a store's pyramid for a picture."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from ..signatures import explained
-from .metadata import LevelMetadata, StoreMetadata, read_metadata
+from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
 
 #: Points along each edge of a volume's box at which the size of a voxel in the picture is computed.
@@ -26,35 +26,35 @@ def is_store(path: str | os.PathLike[str] | None) -> bool:
 
 
 @explained
-def level_of_detail_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: tuple[int, int]) -> int:
-    """Choose the level of detail for a picture: the coarsest one whose voxels are nowhere larger than a pixel.
+def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: tuple[int, int]) -> int:
+    """Choose the scale for a picture: the coarsest one whose voxels are nowhere larger than a pixel.
 
     Parameters
     ----------
     store : StoreMetadata, str or path-like
         The store, or its folder.
     camera : PerspectiveCamera, OrthographicCamera, ProjectionPlaneCamera or PanoramicCamera
-        For a panoramic camera, one with distortion, or an eye inside the volume's box, the finest level is chosen.
+        For a panoramic camera, one with distortion, or an eye inside the volume's box, the finest scale is chosen.
     size : (int, int)
         Width and height of the picture in pixels.
 
     Returns
     -------
     int
-        For `open_volume`: 0 is the finest level.
+        For `open_volume`: 0 is the finest scale.
     """
     metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
     try:
         to_image = camera.world_to_ndc(size)
     except (AttributeError, ValueError):  # a panoramic camera, or one with distortion
         return 0
-    pixels = _pixels_per_voxel(metadata.levels[0], to_image, np.array(size))
+    pixels = _pixels_per_voxel(metadata.scales[0], to_image, np.array(size))
     if not pixels < 1:
         return 0
-    return min(int(-math.log2(max(pixels, 1e-12))), len(metadata.levels) - 1)
+    return min(int(-math.log2(max(pixels, 1e-12))), len(metadata.scales) - 1)
 
 
-def _pixels_per_voxel(level: LevelMetadata, to_image: Any, size: Any) -> float:
+def _pixels_per_voxel(level: ScaleMetadata, to_image: Any, size: Any) -> float:
     """The largest extent of a voxel's edges in the picture, over the volume's box; infinite behind the eye."""
     steps = np.array(level.direction) * level.spacing  # columns
     axes = [np.linspace(-0.5, count - 0.5, _POINTS) for count in level.shape[::-1]]
@@ -77,7 +77,7 @@ def _pixels_per_voxel(level: LevelMetadata, to_image: Any, size: Any) -> float:
     return largest
 
 
-class LevelsOfDetail:
+class Scales:
     """The volumes of a store's pyramid. Each is opened when it is first requested.
 
     Parameters
@@ -91,29 +91,29 @@ class LevelsOfDetail:
     ----------
     metadata : StoreMetadata
     overview : int
-        The finest level whose longest edge has at most 256 samples, or the coarsest one.
+        The finest scale whose longest edge has at most 256 samples, or the coarsest one.
     """
 
     def __init__(self, path: str | os.PathLike[str], memory_limit: int | str = "4GB") -> None:
         self.metadata, self._limit = read_metadata(path), memory_limit
         self._volumes: dict[int, _core.Volume] = {}
-        sizes = [max(level.shape) for level in self.metadata.levels]
+        sizes = [max(level.shape) for level in self.metadata.scales]
         self.overview = next((i for i, size in enumerate(sizes) if size <= _OVERVIEW), len(sizes) - 1)
 
-    def volume(self, level_of_detail: int) -> _core.Volume:
-        """The volume of a level."""
-        if level_of_detail not in self._volumes:
-            opened = open_level(self.metadata, self.metadata.levels[level_of_detail], self._limit)
-            self._volumes.setdefault(level_of_detail, opened)
-        return self._volumes[level_of_detail]
+    def volume(self, scale: int) -> _core.Volume:
+        """The volume of a scale."""
+        if scale not in self._volumes:
+            opened = open_level(self.metadata, self.metadata.scales[scale], self._limit)
+            self._volumes.setdefault(scale, opened)
+        return self._volumes[scale]
 
     def choose(self, cameras: Any, size: tuple[int, int]) -> int:
-        """The coarsest level that is fine enough for the pictures of all cameras."""
-        return min(level_of_detail_for(self.metadata, camera, size) for camera in cameras)
+        """The coarsest scale that is fine enough for the pictures of all cameras."""
+        return min(scale_for(self.metadata, camera, size) for camera in cameras)
 
-    def describe(self, level_of_detail: int) -> str:
-        """A text with the level, the number of levels, and the size of its voxels."""
-        coarse, fine = (self.metadata.levels[i].spacing[0] for i in (level_of_detail, 0))
-        finest = "" if level_of_detail == 0 else f", those of level 0 are {fine:g}"
-        last = len(self.metadata.levels) - 1
-        return f"level of detail {level_of_detail} (0 to {last}): voxels of {coarse:g}{finest}"
+    def describe(self, scale: int) -> str:
+        """A text with the scale, the number of scales, and the size of its voxels."""
+        coarse, fine = (self.metadata.scales[i].spacing[0] for i in (scale, 0))
+        finest = "" if scale == 0 else f", those of scale 0 are {fine:g}"
+        last = len(self.metadata.scales) - 1
+        return f"scale {scale} (0 to {last}): voxels of {coarse:g}{finest}"

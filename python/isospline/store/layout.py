@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters import printable
-from .metadata import OCTET_SIZE, LevelMetadata, StoreMetadata
+from .metadata import OCTET_SIZE, ScaleMetadata, StoreMetadata
 
 #: Coefficients along each edge of a chunk, and chunks along each edge of a shard. A shard is one file.
 CHUNK, SHARD_CHUNKS = 32, 8
@@ -200,7 +200,7 @@ def read_box(root: Path, key: str, box: Any) -> NDArray[np.float32]:
         raise
 
 
-def read_ranges(store: StoreMetadata, level: LevelMetadata, part: Part | None = None) -> NDArray[np.float32]:
+def read_ranges(store: StoreMetadata, level: ScaleMetadata, part: Part | None = None) -> NDArray[np.float32]:
     """The ranges of a level: (octets z, octets y, octets x, 2, 8) float32 array.
 
     With a part, all bricks outside of it get empty ranges, so that rays pass through them.

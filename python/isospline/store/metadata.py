@@ -28,8 +28,8 @@ OCTET_SIZE = 16
 
 
 @dataclass(frozen=True, eq=False)
-class LevelMetadata:
-    """One level of a store's pyramid.
+class ScaleMetadata:
+    """One scale of a store's pyramid.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class StoreMetadata:
         Of world coordinates, as in a `Volume`; empty if unknown.
     patient : bool
         Whether the world is a patient's, as in a `Volume`.
-    levels : tuple of LevelMetadata
+    scales : tuple of ScaleMetadata
         The finest first.
     """
 
@@ -85,7 +85,7 @@ class StoreMetadata:
     smoothing: float
     unit: str
     patient: bool
-    levels: tuple[LevelMetadata, ...]
+    scales: tuple[ScaleMetadata, ...]
 
 
 def read_metadata(path: str | os.PathLike[str]) -> StoreMetadata:
@@ -136,7 +136,7 @@ def group_attributes(root: Path) -> dict[str, Any]:
     attributes = group.get("attributes")
     found = attributes.get("isospline") if isinstance(attributes, dict) else None
     if not isinstance(found, dict):
-        raise ValueError("expected a store that isospline.prefilter_to has written, got another Zarr group")
+        raise ValueError("expected a store that isospline.convert has written, got another Zarr group")
     if found.get("version") != VERSION:
         raise ValueError(
             f"expected a store of version {VERSION}, got version {found.get('version')!r}: convert its source again"
@@ -178,7 +178,7 @@ def _level(root, number, level):
         raise ValueError(f"{name}: expected the metadata of a level, got {error}") from error
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
-    return LevelMetadata(path, ranges, shape, chunk, shard, minimum, maximum, offset, spacing, origin, direction)
+    return ScaleMetadata(path, ranges, shape, chunk, shard, minimum, maximum, offset, spacing, origin, direction)
 
 
 def _sharding(path, array):

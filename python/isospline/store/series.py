@@ -111,7 +111,7 @@ def time_steps(path: str | os.PathLike[str]) -> list[Path]:
     --------
     >>> import tempfile, numpy as np, isospline
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = isospline.prefilter_to(np.zeros((2, 8, 8, 8)), f"{folder}/series.zarr")
+    ...     path = isospline.convert(np.zeros((2, 8, 8, 8)), f"{folder}/series.zarr")
     ...     [step.name for step in isospline.store.time_steps(path)]
     ['0', '1']
     """

@@ -13,7 +13,7 @@ from ..parameters import check_path, printable
 from ..signatures import explained
 from .budget import parse_memory
 from .layout import Part, read_ranges
-from .metadata import LevelMetadata, StoreMetadata, read_metadata
+from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 
 #: In the order of the C++ enumeration.
 _BOUNDARIES, _FILTERS = ("mirror", "periodic"), ("interpolate", "none", "smoothing")
@@ -24,10 +24,10 @@ def open_volume(
     path: str | os.PathLike[str],
     *,
     memory_limit: int | str = "4GB",
-    level_of_detail: int = 0,
+    scale: int = 0,
     within: str | os.PathLike[str] | None = None,
 ) -> _core.Volume:
-    """Open a volume of a store, written by `prefilter_to` or ``isospline convert``, without reading its coefficients.
+    """Open a volume of a store, written by `convert` or ``isospline convert``, without reading its coefficients.
 
     `Isosurface`, `Scene`, `render`, rays and `Volume.sample` use it like a volume in memory, and hits are the same.
     Chunks of coefficients are read and checked when rays or points enter them. If memory exceeds the limit, the least
@@ -41,9 +41,9 @@ def open_volume(
         An approximate limit on the memory of chunks, bricks and their ranges: a number of bytes, or a text such as
         ``"4GB"`` or ``"512MiB"``. It does not include pictures and Embree's index, which has about 100 bytes for each
         16 x 16 x 16 cells that the surface crosses.
-    level_of_detail : int
-        Level of the store's spline pyramid. Level 0 has the resolution of the data; each further level has half the
-        resolution of the previous one. See `level_of_detail_for`.
+    scale : int
+        Scale of the store's spline pyramid: 0 has the resolution of the data, and each further scale has half the
+        resolution of the previous one. See `scale_for`.
     within : str or path-like, optional
         A folder in which the store must be after symbolic links are resolved. Links and keys that lead out of the store
         are always refused.
@@ -65,23 +65,23 @@ def open_volume(
     check_path(path)
     check_within(path, within, "a path")
     metadata = read_metadata(path)
-    last = len(metadata.levels) - 1
-    if level_of_detail not in range(last + 1):
-        raise ValueError(f"level_of_detail: expected 0 to {last}, got {level_of_detail!r}")
-    return open_level(metadata, metadata.levels[level_of_detail], memory_limit)
+    last = len(metadata.scales) - 1
+    if scale not in range(last + 1):
+        raise ValueError(f"scale: expected 0 to {last}, got {scale!r}")
+    return open_level(metadata, metadata.scales[scale], memory_limit)
 
 
 def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> _core.Volume:
     """Open the volume of an array of a store again, in another process, or a part of it for rays."""
     metadata = read_metadata(folder)
-    for level in metadata.levels:
+    for level in metadata.scales:
         if level.path == array:
             return open_level(metadata, level, memory_limit, part)
     raise ValueError(f"{printable(folder)}: expected a store with the array {array}, got one without")
 
 
 def open_level(
-    metadata: StoreMetadata, level: LevelMetadata, memory_limit: int | str, part: Part | None = None
+    metadata: StoreMetadata, level: ScaleMetadata, memory_limit: int | str, part: Part | None = None
 ) -> _core.Volume:
     """The volume of a level of a store, or a part of it."""
     state = dict(

@@ -14,7 +14,7 @@ from ..interop import read_mesh
 from ..io import VolumeData, read_volume
 from ..levels import histogram, levels_of_histogram
 from ..pictures import body_mask, default_levels
-from ..store.detail import LevelsOfDetail, is_store
+from ..store.detail import Scales, is_store
 
 #: Suffixes of files that hold meshes; others are read as volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
@@ -45,10 +45,10 @@ class Source:
         Whether world coordinates are a patient's (LPS).
     template : Isosurface or None
         A surface with the options that other levels get.
-    levels_of_detail : LevelsOfDetail or None
+    scales : Scales or None
         For a volume in a store; `item` is then its overview.
     masks : dict
-        The masks of bodies by their level and their level of detail; `making` locks it.
+        The masks of bodies by their level and their scale; `making` locks it.
     """
 
     key: str
@@ -61,7 +61,7 @@ class Source:
     counts: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     patient: bool = False
     template: object = None
-    levels_of_detail: Any = None
+    scales: Any = None
     masks: dict[Any, np.ndarray] = field(default_factory=dict)
     making: Any = field(default_factory=threading.Lock)
 
@@ -69,13 +69,13 @@ class Source:
     def is_volume(self):
         return isinstance(self.item, _core.Volume)
 
-    def level_of_detail(self, camera, size):
-        """The level of detail that a picture needs; None if there is only one level."""
-        return None if self.levels_of_detail is None else self.levels_of_detail.choose([camera], size)
+    def scale(self, camera, size):
+        """The scale that a picture needs; None if there is only one level."""
+        return None if self.scales is None else self.scales.choose([camera], size)
 
-    def volume(self, level_of_detail=None):
-        """The volume at a level of detail of its store, or the overview."""
-        return self.item if level_of_detail is None else self.levels_of_detail.volume(level_of_detail)
+    def volume(self, scale=None):
+        """The volume at a scale of its store, or the overview."""
+        return self.item if scale is None else self.scales.volume(scale)
 
     @property
     def name(self):
@@ -84,7 +84,7 @@ class Source:
     def expression(self, camera, size):
         """Python code that opens the file again, or None without a file.
 
-        A store is opened at the level of detail that a picture needs. An upload is named without its folder, which is
+        A store is opened at the scale that a picture needs. An upload is named without its folder, which is
         removed with the viewer.
         """
         if self.path is None:
@@ -92,9 +92,9 @@ class Source:
         path = self.path if self.within is None else self.name
         if not self.is_volume:
             return f"isospline.read_mesh({path!r})"
-        if self.levels_of_detail is not None:
-            detail = self.level_of_detail(camera, size)
-            return f"isospline.open_volume({path!r}, level_of_detail={detail})"
+        if self.scales is not None:
+            detail = self.scale(camera, size)
+            return f"isospline.open_volume({path!r}, scale={detail})"
         reading = ", ".join([repr(path), *(f"{name}={value!r}" for name, value in self.read_options.items())])
         modelling = ", ".join(f"{name}={value!r}" for name, value in self.model_options.items())
         return f"isospline.read_volume({reading}).to_volume({modelling})"
@@ -107,7 +107,7 @@ class Source:
     @property
     def level_range(self):
         """The lowest and the highest level of an isosurface: at others, there is no surface."""
-        whole = self.item if self.levels_of_detail is None else self.levels_of_detail.metadata.levels[0]
+        whole = self.item if self.scales is None else self.scales.metadata.scales[0]
         return whole.minimum, whole.maximum
 
     def check_level(self, level):
@@ -124,19 +124,19 @@ class Source:
         suggested = levels_of_histogram(self.values, self.counts)
         if not suggested:
             return self.range[0], None
-        is_stored = self.levels_of_detail is not None
-        minimum = self.levels_of_detail.metadata.levels[0].minimum if is_stored else self.range[0]
+        is_stored = self.scales is not None
+        minimum = self.scales.metadata.scales[0].minimum if is_stored else self.range[0]
         level, body_level = default_levels(suggested, minimum, self.patient)
         return level, None if is_stored else body_level
 
-    def mask(self, body_level, level_of_detail=None):
+    def mask(self, body_level, scale=None):
         """The mask of the largest piece at a level, computed once; None for a level of None."""
         if body_level is None:
             return None
         with self.making:
-            known = (body_level, level_of_detail)
+            known = (body_level, scale)
             if known not in self.masks:
-                self.masks[known] = body_mask(self.volume(level_of_detail), body_level)
+                self.masks[known] = body_mask(self.volume(scale), body_level)
             return self.masks[known]
 
     def window(self):
@@ -245,11 +245,11 @@ def read_source(path, *, progress=None, read_options=None, model_options=None, w
 
     def store(key):
         report(f"opening {name}", 0.0)
-        levels = LevelsOfDetail(path)
+        levels = Scales(path)
         overview = levels.volume(levels.overview)
         values, counts = histogram(overview.coefficients.astype(np.float32))
         patient = levels.metadata.patient
-        return Source(key, overview, place, within, {}, {}, values, counts, patient, levels_of_detail=levels)
+        return Source(key, overview, place, within, {}, {}, values, counts, patient, scales=levels)
 
     if is_store(path):
         if within is not None:

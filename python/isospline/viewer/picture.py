@@ -42,7 +42,7 @@ class Stage:
 
 def passes(state):
     """The passes over a state that no longer changes."""
-    counts = _PATH_TRACING_PASSES if state.shading == "path-trace" else _PASSES
+    counts = _PATH_TRACING_PASSES if state.light == "path-trace" else _PASSES
     return [Stage(count, count == counts[-1]) for count in counts]
 
 
@@ -91,7 +91,7 @@ class PictureMaker:
         self._document = document
         self._scene = _core.Scene([])
         self._objects = {}  # object id in the state: (parameters, geometry id, object)
-        # (volume key, level of detail, level of the body, closed): a surface that owns the index of bricks
+        # (volume key, scale, level of the body, closed): a surface that owns the index of bricks
         self._indices = {}
         self._tracing = None  # the path traced state and its renderer
 
@@ -100,19 +100,18 @@ class PictureMaker:
         return self._scene
 
     @property
-    def levels_of_detail(self):
-        """The levels of detail that the last picture used for volumes in stores, by the keys of the volumes."""
+    def scales(self):
+        """The scales that the last picture used for volumes in stores, by the keys of the volumes."""
         shown = {made_of[:2] for made_of, _, _ in self._objects.values()}
-        stored = {key: detail for key, detail in shown if self._document[key].levels_of_detail}
+        stored = {key: detail for key, detail in shown if self._document[key].scales}
         return {
-            key: self._document[key].levels_of_detail.overview if detail is None else detail
-            for key, detail in stored.items()
+            key: self._document[key].scales.overview if detail is None else detail for key, detail in stored.items()
         }
 
     def geometry_ids(self, state, camera=None, size=None):
         """The visible objects' geometry ids in the scene, by their ids in the state.
 
-        With a camera and the size of its picture, volumes of stores have the level of detail that the picture needs.
+        With a camera and the size of its picture, volumes of stores have the scale that the picture needs.
         Otherwise they have the overview's level.
         """
         wanted = {each.id: each for each in state.objects if each.is_seen}
@@ -121,7 +120,7 @@ class PictureMaker:
         cuts = None if state.clip.kind == "none" else state.clip
         for id, each in wanted.items():
             source = self._document[each.source]
-            detail = None if camera is None else source.level_of_detail(camera, size)
+            detail = None if camera is None else source.scale(camera, size)
             options = (each.largest, each.body_level, each.closed, cuts)
             made_of = (each.source, detail, None if each.level is None else options)
             known = self._objects.get(id)
@@ -170,16 +169,16 @@ class PictureMaker:
             cap_color=cap_color(state, each, self._document),
         )
         color = color_rule(each, self._document)
-        if state.shading == "outline":
+        if state.light == "outline":
             return _core.Outline(state.exponent, surface_color=color, color=0.02, **look)
-        if state.shading == "ambient-occlusion" and not moving:
+        if state.light == "ambient-occlusion" and not moving:
             return _core.AmbientOcclusion(color=color, **look)
         return _core.Phong(color=color, shadows=state.shadows and not moving, **look)
 
     def look(self, state):
         """The shadings or the path tracer of the last picture, as in the options of `isospline.render`."""
         ids = {id: geometry for id, (_, geometry, _) in self._objects.items()}
-        if state.shading == "path-trace":
+        if state.light == "path-trace":
             return {"light": self.path_tracer(state, ids)}
         return {"light": self.shadings(state, ids)}
 
@@ -202,7 +201,7 @@ class PictureMaker:
         camera = state.camera.camera()
         ids = self.geometry_ids(state, *((camera, size) if stage else ()))
         options.setdefault("background", linear(state.background))
-        if stage is not None and state.shading == "path-trace":
+        if stage is not None and state.light == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)
         return render(
             self._scene,

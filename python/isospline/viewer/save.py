@@ -56,7 +56,7 @@ def save(viewer, what, state, size, options):
             path = os.path.join(folder, f"picture.{what}")
             layers = ("depth", "normal", "position") if what == "exr" else ()
             with viewer.making() as maker:
-                stage = Stage(FINAL_SAMPLES[state.shading], True)
+                stage = Stage(FINAL_SAMPLES[state.light], True)
                 maker.render(state, size, stage, _progress(viewer, "rendering"), layers=layers).write(path)
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()

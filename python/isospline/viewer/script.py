@@ -10,7 +10,7 @@ from .picture import FINAL_SAMPLES, default_limits, linear
 
 def script(document, state, size, path="picture.png"):
     """A program that renders a state with a camera, exactly like the viewer's last pass."""
-    lines = ["import math", "", "import isospline", ""] if state.shading == "path-trace" else ["import isospline", ""]
+    lines = ["import math", "", "import isospline", ""] if state.light == "path-trace" else ["import isospline", ""]
     visible = [each for each in state.objects if each.is_seen]
     used = {each.source for each in visible} | {each.color_by for each in visible}
     for source in document:
@@ -23,7 +23,7 @@ def script(document, state, size, path="picture.png"):
     lines += ["", f"camera = {_camera(state.camera)}"]
     rows = [f"\n    {name}: {_look(document, state, each)}," for name, each in zip(names, visible)]
     looks = "{" + "".join(rows) + ("\n}" if rows else "}")
-    if state.shading == "path-trace":
+    if state.light == "path-trace":
         lines += [
             "right, up, forward = camera.world_to_camera[:3, :3]",
             "lights = [",
@@ -37,7 +37,7 @@ def script(document, state, size, path="picture.png"):
     lines += [
         "image = isospline.render(",
         f"    scene, camera, size={tuple(size)}, light=look, background={linear(state.background)},",
-        f"    samples={FINAL_SAMPLES[state.shading]},",
+        f"    samples={FINAL_SAMPLES[state.light]},",
         ")",
         f"image.write({path!r})",
     ]
@@ -90,16 +90,16 @@ def _look(document, state, each):
         shown, source = state.slices, document[each.source]
         window = shown.window if shown.window and shown.volume == each.source else source.window()
         options["cap_color"] = f'isospline.ColorByVolume({each.source}, "gray", limits={tuple(window)})'
-    if state.shading == "path-trace":
+    if state.light == "path-trace":
         options = {"metallic": each.metallic, "roughness": each.roughness, **options}
         return f"isospline.Material({color}{_keywords(options)})"
     if each.opacity < 1:
         options["opacity"] = each.opacity
     if each.silhouette_opacity is not None:
         options["silhouette_opacity"] = each.silhouette_opacity
-    if state.shading == "outline":
+    if state.light == "outline":
         return f"isospline.Outline({state.exponent!r}, surface_color={color}, color=0.02{_keywords(options)})"
-    if state.shading == "ambient-occlusion":
+    if state.light == "ambient-occlusion":
         return f"isospline.AmbientOcclusion(color={color}{_keywords(options)})"
     if state.shadows:
         options["shadows"] = True

@@ -12,8 +12,8 @@ from .checked import Checked, field, options, record, records, text
 from .document import read_source
 from .state import ViewState
 
-#: The value of a session's first field.
-FORMAT = "isospline session 1"
+#: The value of a session's first field. Sessions 1 had `shading` for `light`.
+FORMAT = "isospline session 2"
 #: Suffixes of sessions, and of sessions with their files.
 SESSION_SUFFIXES = (".json", ".zip")
 
@@ -40,7 +40,7 @@ class Session(Checked):
     --------
     >>> from isospline.viewer.session import Session, SessionSource
     >>> from isospline.viewer.state import ViewState
-    >>> session = Session("isospline session 1", (SessionSource("source1", "head.nii.gz"),), ViewState())
+    >>> session = Session("isospline session 2", (SessionSource("source1", "head.nii.gz"),), ViewState())
     >>> Session.from_text(session.to_text()) == session
     True
     """

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..looks import CURVATURES, SHADINGS
+from ..looks import CURVATURES, LIGHTS
 from ..pictures import BACKGROUND, COLORS
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 
 #: The shadings of the viewer; the studio of `render` is too slow for movement.
-VIEWER_SHADINGS = tuple(shading for shading in SHADINGS if shading != "studio")
+VIEWER_LIGHTS = tuple(shading for shading in LIGHTS if shading != "studio")
 #: Colour maps to choose from.
 COLOR_MAPS = ("viridis", "magma", "coolwarm", "turbo", "gray", "cividis", "plasma", "RdBu")
 
@@ -137,7 +137,7 @@ class ViewState(Checked):
     """Everything that determines a picture, except its size."""
 
     objects: tuple[ObjectState, ...] = field(records(ObjectState), ())
-    shading: str = field(choice(*VIEWER_SHADINGS), "phong")
+    light: str = field(choice(*VIEWER_LIGHTS), "phong")
     shadows: bool = field(flag, False)
     exponent: float = field(number(0.1, 100), 2.0)
     background: str = field(color, BACKGROUND)

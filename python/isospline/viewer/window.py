@@ -23,7 +23,7 @@ from .upload import Upload
 LARGEST = 4096
 
 # The fields of the state that pages may change directly.
-_CHANGEABLE = ("shading", "shadows", "exponent", "background", "clip", "slices")
+_CHANGEABLE = ("light", "shadows", "exponent", "background", "clip", "slices")
 
 
 class Window:
@@ -110,7 +110,7 @@ class Window:
             "format": "jpeg" if stage is None else "png",
             "samples": stage.samples if stage else 0,
             "final": stage is not None and stage.final,
-            "levels_of_detail": sorted(set(self._maker.levels_of_detail.values())),
+            "scales": sorted(set(self._maker.scales.values())),
             "milliseconds": [(drawn - begin) * 1e3, (end - drawn) * 1e3],
         }
         return packed(about, content)

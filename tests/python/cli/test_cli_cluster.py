@@ -58,7 +58,7 @@ def cluster(folder):
 @pytest.fixture
 def store(tmp_path):
     field = isospline.volumes.gyroid()
-    return isospline.prefilter_to(field.values(64), tmp_path / "gyroid.zarr", chunk=16, **field.grid(64))
+    return isospline.convert(field.values(64), tmp_path / "gyroid.zarr", chunk=16, **field.grid(64))
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_a_scheduler_s_workers_convert(tmp_path, kill_at):
         kill_at(0.3, workers)
         assert main([*given, str(tmp_path / "many.zarr"), "--scheduler", address]) == 0
         assert len(workers) == 1
-    for level in isospline.store.read_metadata(tmp_path / "one.zarr").levels:
+    for level in isospline.store.read_metadata(tmp_path / "one.zarr").scales:
         for key in (level.path, level.ranges):
             one, many = (zarr.open_array(tmp_path / name, path=key)[:] for name in ("one.zarr", "many.zarr"))
             assert np.array_equal(one, many)

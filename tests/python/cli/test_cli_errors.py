@@ -16,7 +16,7 @@ from interrupts import obey_interrupts
 import isospline
 
 LENS = ("--level", "0", "--aperture", "1")
-TRACED = ("--level", "0", "--shading", "path-trace")
+TRACED = ("--level", "0", "--light", "path-trace")
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,6 @@ def test_bad_commands_are_told(ball, monkeypatch, capsys, message, arguments):
         ("--dtype, with it", ["--big-endian"]),
         ("unrecognized arguments: --colour", ["--colour", "1,1,1"]),
         ("spacing: expected positive numbers", ["--spacing", "1,-1,1"]),
-        ("prune_depth: expected", ["--level", "0", "--prune-depth", "9"]),
         ("level: expected", ["--level", "nan"]),
         ("--clip: expected 6 numbers separated by commas, got '1,2,3'", ["--clip", "1,2,3"]),
         ("normal", ["--clip", "1,2,3,0,0,0"]),
@@ -93,7 +92,7 @@ TWO_LEVELS = ("-l", "0", "-l", "1")
         ),
         ("--opacity: expected 1, or 2 for all levels and meshes, got 3", [*TWO_LEVELS, *["--opacity", "0.5"] * 3]),
         ("opacity: expected", ["--opacity", "2"]),
-        ("--color: expected it without --color-by", ["--color", "1,1,1", "--color-by", "normal"]),
+        ("--color cannot be combined with --color-by", ["--color", "1,1,1", "--color-by", "normal"]),
         ("--limits: expected --color-by", ["--limits", "0,1"]),
         ("--cmap: expected --color-by", ["--color-by", "normal", "--cmap", "magma"]),
         ("--limits: expected two curvatures", ["--color-by", "mean-curvature"]),
@@ -108,20 +107,20 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
 @pytest.mark.parametrize(
     ("message", "options"),
     [
-        ("--fast: expected --shading studio with it, got phong", ["--fast", "--shadows"]),
+        ("--fast: expected --light studio with it, got phong", ["--fast", "--shadows"]),
         (
-            "--light: expected 3 or 4 numbers separated by commas or one of .*front, .* got 'above'",
-            ["--light", "above"],
+            "--lamp: expected 3 or 4 numbers separated by commas or one of .*front, .* got 'above'",
+            ["--lamp", "above"],
         ),
-        ("--light: expected a side, which is not 0,0,0", ["--light", "0,0,0"]),
-        ("intensity: expected", ["--light", "0,0,1,-1"]),
+        ("--lamp: expected a direction, which is not 0,0,0", ["--lamp", "0,0,0"]),
+        ("intensity: expected", ["--lamp", "0,0,1,-1"]),
         (
-            "--light: expected --shading phong or path-trace with it, got outline",
-            ["--light", "top", "--shading", "outline"],
+            "--lamp: expected --light phong or path-trace with it, got outline",
+            ["--lamp", "top", "--light", "outline"],
         ),
-        ("--shadows: expected --shading phong with it, got path-trace", [*TRACED, "--shadows"]),
-        ("--environment: expected --shading path-trace with it, got studio", ["--environment", "1"]),
-        ("--denoise: expected --shading path-trace with it, got studio", ["--denoise"]),
+        ("--shadows: expected --light phong with it, got path-trace", [*TRACED, "--shadows"]),
+        ("--environment: expected --light path-trace with it, got studio", ["--environment", "1"]),
+        ("--denoise: expected --light path-trace with it, got studio", ["--denoise"]),
         (
             "--environment: expected 1 or 3 numbers separated by commas or a file: .exr or .hdr, got 'blue'",
             [*TRACED, "--environment", "blue"],
@@ -130,7 +129,7 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
         ("radiance: expected", [*TRACED, "--environment", "-1"]),
         ("color: expected linear numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
         (
-            "--opacity: expected --shading studio, .* or ambient-occlusion with it, got path-trace",
+            "--opacity: expected --light studio, .* or ambient-occlusion with it, got path-trace",
             [*TRACED, "--opacity", "0.5"],
         ),
     ],
@@ -143,7 +142,7 @@ def test_bad_light_is_told(ball, monkeypatch, capsys, message, options):
     ("message", "layers"),
     [
         ("--layers: expected names among depth, .*, primitive_ids, got 'z'", ["depth,z"]),
-        ("--layers: expected direct with --shading path-trace only, got studio", ["direct"]),
+        ("--layers: expected direct with --light path-trace only, got studio", ["direct"]),
         (
             "ambient_occlusion_samples: expected rays a hit",
             ["ambient_occlusion", "--ambient-occlusion-samples", "0"],

@@ -8,8 +8,8 @@ from environment_files import write_exr, write_hdr
 import isospline
 from isospline.cli import main
 
-COMMON = ("-l", "0", "--size", "48x32", "--samples", "2", "--shading", "phong")
-TRACED = (*COMMON, "--shading", "path-trace")
+COMMON = ("-l", "0", "--size", "48x32", "--samples", "2", "--light", "phong")
+TRACED = (*COMMON, "--light", "path-trace")
 
 
 def draw(ball, picture, *options):
@@ -149,7 +149,7 @@ def test_command_line_silhouettes_equal_those_of_the_library(ball, picture, shad
         "48x32",
         "--samples",
         1,
-        "--shading",
+        "--light",
         name,
         "--opacity",
         0.2,
@@ -170,7 +170,7 @@ def test_command_line_silhouettes_equal_those_of_the_library(ball, picture, shad
 @pytest.mark.parametrize("shading", ["phong", "ambient-occlusion", "path-trace"])
 @pytest.mark.parametrize("up", [None, (0, -1, 0)])
 def test_the_ground_is_below(ball, picture, shading, up):
-    options = ["--shading", shading, "--ground", "--ground-color", "0.2,0.3,0.4"]
+    options = ["--light", shading, "--ground", "--ground-color", "0.2,0.3,0.4"]
     options += ["--up", ",".join(map(str, up)), "--view", "1,-1,1"] if up else ["--view", "1,-1,1"]
     got = draw(ball, picture, *COMMON, *options)
     surface = isospline.Isosurface(isospline.Volume(np.load(ball)), 0)
@@ -245,14 +245,14 @@ def test_a_name_may_have_an_at(ball, plate, picture):
 
 
 def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path):
-    render = ("render", ball, "-o", picture, "--shading", "phong")
+    render = ("render", ball, "-o", picture, "--light", "phong")
     sky = tmp_path / "sky.exr"
 
     def bad(message, *options):
         fails(capsys, 2, message, *render, *options)
 
     for name in ("metallic", "roughness", "specular", "environment-intensity", "seed", "max-bounces"):
-        bad(f"--{name}: expected --shading path-trace with it, got phong", "-l", 0, f"--{name}", 1)
+        bad(f"--{name}: expected --light path-trace with it, got phong", "-l", 0, f"--{name}", 1)
     bad("--environment-visible: expected --environment with it", *TRACED, "--environment-visible")
     bad(
         "--environment-rotation: expected an image in --environment, got 30",
@@ -284,7 +284,7 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     bad("--silhouette-exponent: expected --silhouette-opacity with it, got 2 alone", "--silhouette-exponent", 2)
     bad("silhouette_opacity: expected a number from 0 to 1, got 2", "-l", 0, "--silhouette-opacity", 2)
     bad(
-        "--silhouette-opacity: expected --shading ambient-occlusion, outline or phong|phong, outline or ambient",
+        "--silhouette-opacity: expected --light ambient-occlusion, outline or phong|phong, outline or ambient",
         *TRACED,
         "--silhouette-opacity",
         1,
@@ -306,15 +306,15 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     (tmp_path / "flat.txt").write_text("0 0 0 0\n" * 3 + "0 0 0 1\n", encoding="utf-8")
     bad("transform", "-l", 0, "--mesh", f"{plate}@{tmp_path}/flat.txt")
     bad(
-        "--ground: expected --shading ambient-occlusion|--ground: expected --shading phong, ambient-occlusion or path",
+        "--ground: expected --light ambient-occlusion|--ground: expected --light phong, ambient-occlusion or path",
         "-l",
         0,
-        "--shading",
+        "--light",
         "outline",
         "--ground",
     )
     for option in (("--ground",), ("--exposure", 1), ("--tone-map", "aces")):  # it has all that
-        bad(f"{option[0]}: expected --shading .* with it, got studio", "-l", 0, "--shading", "studio", *option)
+        bad(f"{option[0]}: expected --light .* with it, got studio", "-l", 0, "--light", "studio", *option)
     bad("--ground-color: expected --ground with it", "-l", 0, "--ground-color", "1,1,1")
     bad("exposure: expected stops from -64 to 64, got nan", "-l", 0, "--exposure", "nan")
     bad("--tone-map: invalid choice: 'film'", "-l", 0, "--tone-map", "film")

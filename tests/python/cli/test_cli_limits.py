@@ -15,7 +15,7 @@ import isospline
 from isospline import bands, progress
 from isospline.cli import main
 
-TRACED = ("-l", "0", "--size", "48x32", "--shading", "path-trace")
+TRACED = ("-l", "0", "--size", "48x32", "--light", "path-trace")
 
 
 @pytest.fixture
@@ -145,12 +145,12 @@ def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys,
         ("--checkpoint", checkpoint, "--resume"),
     ):
         if option[0] != "--checkpoint":
-            message = f"{option[0]}: expected --shading path-trace with it, got studio"
+            message = f"{option[0]}: expected --light path-trace with it, got studio"
             fails(capsys, 2, message, "render", ball, "-o", picture, *option)
         fails(
             capsys,
             2,
-            f"{option[0]}: expected it without --session, got both",
+            f"{option[0]} cannot be combined with --session",
             "render",
             "--session",
             "a.json",
@@ -161,7 +161,7 @@ def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys,
     assert not picture.exists()
 
 
-@pytest.mark.parametrize("shading", [[], ["--shading", "phong", "--shadows"], ["--shading", "outline"]])
+@pytest.mark.parametrize("shading", [[], ["--light", "phong", "--shadows"], ["--light", "outline"]])
 def test_pictures_of_all_kinds_go_on_bit_for_bit(ball, tmp_path, checkpoint, capsys, monkeypatch, shading):
     def render(name, *options):
         layers = ("--layers", "depth,geometry_ids")
@@ -212,7 +212,7 @@ def test_a_killed_studio_picture_continues(ball, picture, checkpoint):
     np.testing.assert_array_equal(resumed, pixels(picture))
 
 
-@pytest.mark.parametrize("shading", [["--fast"], ["--shading", "path-trace", "--samples", "2"]])
+@pytest.mark.parametrize("shading", [["--fast"], ["--light", "path-trace", "--samples", "2"]])
 def test_a_turntable_continues_with_the_missing_pictures(ball, tmp_path, capsys, shading):
     command = ["render", str(ball), "-l", "0", "--size", "32x24", *shading, "--turntable", "4"]
     command += ["-o", str(tmp_path / "turn-##.png")]

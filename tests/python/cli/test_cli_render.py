@@ -18,13 +18,13 @@ PNG, EXR = b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
     "options",
     [
         [],
-        ["--shading", "outline", "--exponent", "3", "--background", "1,1,1"],
+        ["--light", "outline", "--exponent", "3", "--background", "1,1,1"],
         ["--view", "-x", "--projection", "orthographic", "--background", "none"],
-        ["--view", "-1,2,0.5", "--up", "0,1,0", "--degree", "3", "--prune-depth", "0"],
-        ["--method", "bracket", "--filter", "smoothing", "--smoothing", "0.1", "--boundary", "periodic"],
-        ["--light", "1,-1,2", "--light", "-x", "--shadows"],
-        ["--shading", "ambient-occlusion", "--samples", "1"],
-        ["--shading", "path-trace", "--samples", "2", "--environment", "0.5", "--light", "-1,-1,2,3"],
+        ["--view", "-1,2,0.5", "--up", "0,1,0", "--degree", "3"],
+        ["--filter", "smoothing", "--smoothing", "0.1", "--boundary", "periodic"],
+        ["--lamp", "1,-1,2", "--lamp", "-x", "--shadows"],
+        ["--light", "ambient-occlusion", "--samples", "1"],
+        ["--light", "path-trace", "--samples", "2", "--environment", "0.5", "--lamp", "-1,-1,2,3"],
         ["--degree", "1", "--filter", "none", "--inside", "below", "--color", "1,0.5,0.2", "--background", "white"],
     ],
     ids=" ".join,
@@ -39,7 +39,7 @@ def test_render_writes_a_picture(ball, picture, capsys, options):
 
 def test_render_gives_the_picture_of_the_library(ball, picture):
     image = pytest.importorskip("PIL.Image")
-    render(ball, picture, "-l", "0", "--shading", "phong")
+    render(ball, picture, "-l", "0", "--light", "phong")
     volume = isospline.Volume(np.load(ball))
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     expected = isospline.render(scene, isospline.camera_for(scene, size=(48, 32)), size=(48, 32), background=0)
@@ -68,7 +68,7 @@ def test_render_colors_as_the_library_does(ball, picture, options, color):
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
     camera = isospline.camera_for(scene, size=(48, 32))
     for shading in (isospline.Phong(color=color), isospline.Outline(surface_color=color)):
-        render(ball, picture, "-l", "0", "--shading", type(shading).__name__.lower(), *options)
+        render(ball, picture, "-l", "0", "--light", type(shading).__name__.lower(), *options)
         expected = isospline.render(scene, camera, size=(48, 32), light=shading, background=0)
         np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
 
@@ -85,31 +85,34 @@ RED = isospline.Material((0.8, 0.2, 0.1))
 @pytest.mark.parametrize(
     "options, expected",
     [
-        (["--light", "+x", "--light", "-1,-1,2,0.25"], dict(light=isospline.Phong(lights=[RIGHT, LEFT]))),
-        (["--light", "left", "--shadows"], dict(light=isospline.Phong(lights=[RIGHT], shadows=True))),
+        (["--lamp", "+x", "--lamp", "1,1,-2,0.25"], dict(light=isospline.Phong(lights=[RIGHT, LEFT]))),
         (
-            ["--shading", "ambient-occlusion", "--color", "0.8,0.2,0.1"],
+            ["--lamp", "left", "--shadows"],
+            dict(light=isospline.Phong(lights=[isospline.DirectionalLight("left")], shadows=True)),
+        ),
+        (
+            ["--light", "ambient-occlusion", "--color", "0.8,0.2,0.1"],
             dict(light=isospline.AmbientOcclusion(color=(0.8, 0.2, 0.1))),
         ),
         (
-            ["--shading", "outline", "--color", "0.8,0.2,0.1"],
+            ["--light", "outline", "--color", "0.8,0.2,0.1"],
             dict(light=isospline.Outline(surface_color=(0.8, 0.2, 0.1))),
         ),
-        (["--shading", "path-trace"], dict(light=isospline.PathTracer())),
+        (["--light", "path-trace"], dict(light=isospline.PathTracer())),
         (
-            ["--shading", "path-trace", "--color", "0.8,0.2,0.1", "--light", "-1,-1,2,0.25"],
+            ["--light", "path-trace", "--color", "0.8,0.2,0.1", "--lamp", "1,1,-2,0.25"],
             dict(light=isospline.PathTracer(RED, lights=[SUN])),
         ),
         (
             [
-                "--shading",
+                "--light",
                 "path-trace",
                 "--color-by",
                 "normal",
                 "--environment",
                 "0.5,0.6,0.7",
-                "--light",
-                "-1,-1,2,0.25",
+                "--lamp",
+                "1,1,-2,0.25",
             ],
             dict(
                 light=isospline.PathTracer(
@@ -140,7 +143,7 @@ def test_render_lights_as_the_library_does(ball, picture, options, expected):
 @pytest.mark.parametrize("capped", [False, True])
 def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
     open_ends = [] if capped else ["--no-capped", "--no-closed"]
-    look = ["--view", "1,2,3", "--color-by", ball, "--shading", "phong"]
+    look = ["--view", "1,2,3", "--color-by", ball, "--light", "phong"]
     render(ball, picture, "-l", "0", *look, *options, *open_ends)
     volume = isospline.Volume(np.load(ball))
     scene = isospline.Scene([isospline.Isosurface(volume, 0, clip=clip, capped=capped)])
@@ -152,7 +155,7 @@ def test_render_cuts_as_the_library_does(ball, picture, options, clip, capped):
 
 
 def test_path_tracing_takes_more_samples(ball, picture):
-    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--shading", "path-trace", "-o", str(picture)]) == 0
+    assert main(["render", str(ball), "-l", "0", "--size", "48x32", "--light", "path-trace", "-o", str(picture)]) == 0
     expected = rendered(ball, light=isospline.PathTracer(), samples=64)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
@@ -170,7 +173,7 @@ def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
         "0",
         "--samples",
         "2",
-        "--shading",
+        "--light",
         "path-trace",
         "--environment",
         tmp_path / "sky.exr",
@@ -184,7 +187,7 @@ def test_render_in_the_light_of_a_file(ball, tmp_path, rng):
 def test_render_of_levels_and_meshes(ball, plate, picture, capsys, shading):
     colors = [(1, 0.1, 0.1), (0.1, 1, 0.1), (0.1, 0.1, 1)]
     options = [part for color in colors for part in ("--color", ",".join(map(str, color)))]
-    render(ball, picture, "-l", "400", "-l", "0", "--mesh", plate, "--shading", shading, *options)
+    render(ball, picture, "-l", "400", "-l", "0", "--mesh", plate, "--light", shading, *options)
     if shading == "phong":
         look = dict(light={number: isospline.Phong(color=color) for number, color in enumerate(colors)})
     else:
@@ -203,7 +206,7 @@ def test_render_of_translucent_levels(ball, picture, shading):
     images = []
     for given, opacities in ((["0.25", "1"], (0.25, 1)), (["0.5"], (0.5, 0.5))):
         options = [part for opacity in given for part in ("--opacity", opacity)]
-        render(ball, picture, "-l", "0", "-l", "400", "--shading", name, *options)
+        render(ball, picture, "-l", "0", "-l", "400", "--light", name, *options)
         look = {number: shading(opacity=opacity) for number, opacity in enumerate(opacities)}
         images.append(pixels(picture))
         np.testing.assert_array_equal(images[-1], rendered(ball, (0, 400), light=look).to_srgb())
@@ -211,14 +214,14 @@ def test_render_of_translucent_levels(ball, picture, shading):
 
 
 def test_one_color_is_that_of_all(ball, plate, picture):
-    render(ball, picture, "-l", "0", "--mesh", plate, "--shading", "phong", "--color", "1,0.5,0.2")
+    render(ball, picture, "-l", "0", "--mesh", plate, "--light", "phong", "--color", "1,0.5,0.2")
     shading = isospline.Phong(color=(1, 0.5, 0.2))
     expected = rendered(ball, meshes=[isospline.read_mesh(plate)], light=shading)
     np.testing.assert_array_equal(pixels(picture), expected.to_srgb())
 
 
 def test_render_denoises(ball, picture, monkeypatch, capsys):
-    options = ["-l", "0", "--shading", "path-trace", "--denoise"]
+    options = ["-l", "0", "--light", "path-trace", "--denoise"]
     monkeypatch.setitem(sys.modules, "pyoidn", None)
     fails(capsys, 1, "pip install pyoidn", "render", ball, *options, "-o", picture)
     assert not picture.exists()
@@ -237,7 +240,7 @@ def test_render_stores_layers(ball, tmp_path):
         "0",
         "--samples",
         "2",
-        "--shading",
+        "--light",
         "path-trace",
         "--layers",
         "curvature,ambient_occlusion,direct",
@@ -255,7 +258,7 @@ def test_render_stores_layers(ball, tmp_path):
 
 def test_render_through_a_lens_stores_curvature(ball, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
-    look = ["--shading", "phong", "--layers", "curvature", "--samples", "4"]
+    look = ["--light", "phong", "--layers", "curvature", "--samples", "4"]
     render(ball, tmp_path / "a.exr", "-l", "0", *look, "--aperture", "2", "--focus", "60")
     scene = isospline.Scene([isospline.Isosurface(isospline.Volume(np.load(ball)), 0)])
     camera = isospline.camera_for(scene, size=(48, 32)).with_lens(2, focus_distance=60)
@@ -289,7 +292,7 @@ def test_render_of_a_level_out_of_range_warns_and_writes(ball, picture, capsys, 
 
 @pytest.mark.parametrize("color", ["#d9c7a8", "ivory", "tab:blue", "r", "0.2,0.3,0.4", "0.5"])
 def test_colors_of_the_command_line(ball, picture, color):
-    render(ball, picture, "-l", "0", "--shading", "phong", "--color", color, "--background", color)
+    render(ball, picture, "-l", "0", "--light", "phong", "--color", color, "--background", color)
     parts = color.split(",")
     with_numbers = parts[0][0] == "0"
     linear = ([float(part) for part in parts] * 3)[:3] if with_numbers else isospline.Phong(color=color).color
@@ -307,7 +310,7 @@ def test_marks_of_the_command_line(ball, picture):
         assert main([*common, *options]) == 0
         images.append(pixels(picture))
     assert (images[0] != images[1]).any() and (images[1] == images[2]).all() and (images[2] != images[3]).any()
-    traced = ["render", str(ball), "-l", "0", "--size", "96x72", "--shading", "path-trace", "--samples", "2"]
+    traced = ["render", str(ball), "-l", "0", "--size", "96x72", "--light", "path-trace", "--samples", "2"]
     for options in ([], ["--annotate", "scale-bar"]):
         assert main([*traced, *options, "-o", str(picture)]) == 0
         images.append(pixels(picture))
@@ -317,7 +320,7 @@ def test_marks_of_the_command_line(ball, picture):
 
 @pytest.mark.parametrize(("option", "up"), [("-z", (0, 0, -1)), ("+y", (0, 1, 0)), ("1,0,1", (1, 0, 1))])
 def test_upward_direction(ball, picture, option, up):
-    render(ball, picture, "-l", "0", "--shading", "phong", "--up", option, "--color-by", "normal")
+    render(ball, picture, "-l", "0", "--light", "phong", "--up", option, "--color-by", "normal")
     volume = isospline.Volume(np.load(ball))
     camera = isospline.camera_for(isospline.Isosurface(volume, 0), up=up, size=(48, 32))
     expected = isospline.render(

@@ -28,7 +28,7 @@ def store(tmp_path_factory):
     field = isospline.volumes.gyroid()
     out = tmp_path_factory.mktemp("stores") / "gyroid.zarr"
     grid = field.grid(72)
-    return isospline.prefilter_to(field.values(72), out, chunk=16, **grid)
+    return isospline.convert(field.values(72), out, chunk=16, **grid)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +126,7 @@ def test_workers_stay_under_their_limit(client, store, camera):
     ("given", "kind", "message"),
     [
         (dict(by="rows"), ValueError, "^by: expected 'tiles' or 'parts', got 'rows'"),
-        (dict(parts=3), ValueError, "^parts: expected None with by='tiles', got 3"),
+        (dict(parts=3), ValueError, "^parts: cannot be combined with by='tiles'"),
         (dict(by="parts", parts=0), ValueError, "^parts: expected a whole number of at least 1"),
         (
             dict(by="parts", light=isospline.PathTracer()),
@@ -142,7 +142,7 @@ def test_workers_stay_under_their_limit(client, store, camera):
             "^shading: expected limits of ColorByDepth",
         ),
         (dict(level=0.1), ValueError, "^level: cannot be combined with a Scene"),
-        (dict(workers=2), ValueError, "^workers: expected None if there is a client, got 2"),
+        (dict(workers=2), ValueError, "^workers: cannot be combined with a client"),
         (dict(tile_size=(0, 4)), ValueError, "^tile_size: expected at least 1 x 1 pixels, got 0 x 4"),
         (dict(tile_size=16), TypeError, "^tile_size: expected 2 whole numbers, got"),
         (dict(size=(0, 4)), ValueError, "^size: expected at least 1 x 1 pixels"),
@@ -209,7 +209,7 @@ def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
         (["--workers", "0"], "at least 1"),
         (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "either it or --scheduler"),
         (["--workers", "2", "--threads", "2"], "--threads"),
-        (["--workers", "2", "--shading", "path-trace", "--noise", "0.1"], "--noise"),
+        (["--workers", "2", "--light", "path-trace", "--noise", "0.1"], "--noise"),
         (["--scheduler", "nonsense"], "--scheduler: expected the address of a Dask scheduler"),
     ):
         try:

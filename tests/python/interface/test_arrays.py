@@ -127,7 +127,7 @@ def test_tensors_of_another_device_are_told(scene):
 
 @pytest.mark.parametrize("caster", ["scene", "hopper"])
 def test_real_numbers_have_the_type_of_the_rays(scene, rays, caster):
-    caster = scene if caster == "scene" else isospline.VoxelHopper(sphere())
+    caster = scene if caster == "scene" else isospline.research.VoxelHopper(sphere())
     double = caster.cast_rays(rays, outputs=ALL_OUTPUTS)
     single_rays = rays.astype(np.float32)
     single = caster.cast_rays(single_rays, outputs=ALL_OUTPUTS)

@@ -31,7 +31,7 @@ def test_none_is_not_an_object(wrong, got):
         (lambda: isospline.ColorByVolume(wrong), data),
         (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), data),
         (lambda: isospline.Isosurface(wrong, 1.0), data),
-        (lambda: isospline.VoxelHopper(wrong), "surface: expected an Isosurface"),
+        (lambda: isospline.research.VoxelHopper(wrong), "surface: expected an Isosurface"),
         (
             lambda: isospline.Scene().add(wrong),
             "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio",

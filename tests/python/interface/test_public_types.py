@@ -12,7 +12,10 @@ import pytest
 import isospline
 from isospline import volumes
 
-MODULES = ("isospline", *(f"isospline.{name}" for name in ("interop", "io", "store", "viewer", "volumes")))
+MODULES = (
+    "isospline",
+    *(f"isospline.{name}" for name in ("interop", "io", "research", "results", "store", "viewer", "volumes")),
+)
 
 FIELD = volumes.torus()
 VOLUME = FIELD.volume(20)
@@ -35,7 +38,13 @@ def make_scene():
 
 def make_store(folder):
     pytest.importorskip("zarr")
-    return isospline.store.read_metadata(isospline.prefilter_to(FIELD.values(20), folder / "store.zarr"))
+    return isospline.store.read_metadata(isospline.convert(FIELD.values(20), folder / "store.zarr"))
+
+
+def make_hopper():
+    hopper = isospline.research.VoxelHopper(make_surface())
+    hopper.cast_rays(RAYS)
+    return hopper
 
 
 def make_viewer():
@@ -78,17 +87,23 @@ RESULTS = {
     "Components": lambda _: make_surface().components(),
     "Crossings": lambda _: make_scene().list_intersections(RAYS),
     "Hits": lambda _: make_scene().cast_rays(RAYS, outputs=("t_hit", "positions")),  # some miss: NaN
+    "HopStatistics": lambda _: make_hopper().statistics,
     "Image": lambda _: isospline.render(make_scene(), size=(16, 12)),
+    "LeftOut": lambda _: make_surface().to_mesh(0.1, return_report=True)[1].left_out,
+    "MeshReport": lambda _: make_surface().to_mesh(0.1, return_report=True)[1],
+    "Paging": lambda folder: isospline.open_volume(make_store(folder).path).paging,
     "SurfaceDistance": lambda _: isospline.surface_distance(
         make_surface(), isospline.Isosurface(VOLUME, -0.05), samples=50
     ),
+    "SurfaceSamples": lambda _: make_surface().sample_points(9),
+    "Visibility": lambda _: make_scene().visibility(0),
 }
 
 #: Equal to themselves only: large, or changing. They are compared by some of their parts.
 OBJECTS = {
     "Cancelled": (lambda _: isospline.Cancelled("stopped"), lambda each: each.args),
     "Isosurface": (lambda _: make_surface(), lambda each: (each.level, each.volume.coefficients.tobytes())),
-    "LevelMetadata": (lambda folder: make_store(folder).levels[0], lambda each: (each.path, each.shape, each.spacing)),
+    "ScaleMetadata": (lambda folder: make_store(folder).scales[0], lambda each: (each.path, each.shape, each.spacing)),
     "Mesh": (
         lambda _: make_mesh(),
         lambda each: (
@@ -102,14 +117,14 @@ OBJECTS = {
         lambda each: each.intersects_any(RAYS[:, :3], RAYS[:, 3:]).tobytes(),
     ),
     "Scene": (lambda _: make_scene(), lambda each: each.cast_rays(RAYS).t_hit.tobytes()),
-    "StoreMetadata": (make_store, lambda each: (each.path, each.degree, each.levels[0].path)),
+    "StoreMetadata": (make_store, lambda each: (each.path, each.degree, each.scales[0].path)),
     "Volume": (lambda _: VOLUME, lambda each: each.coefficients.tobytes()),
     "VolumeData": (
         lambda _: isospline.VolumeData(np.ones((2, 3, 4)), spacing=(1, 2, 3)),
         lambda each: (each.spacing, each.data.tobytes()),
     ),
     "VoxelHopper": (
-        lambda _: isospline.VoxelHopper(make_surface()),
+        lambda _: isospline.research.VoxelHopper(make_surface()),
         lambda each: each.cast_rays(RAYS).t_hit.tobytes(),
     ),
 }

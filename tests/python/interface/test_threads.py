@@ -47,7 +47,7 @@ def test_each_call_gets_its_turn(tmp_path):
     scene = isospline.Scene([surface])
     camera = isospline.PerspectiveCamera((60, -40, 30), (11.5, 11.5, 11.5))
     rays = camera.rays((100, 80))
-    hopper = isospline.VoxelHopper(surface)
+    hopper = isospline.research.VoxelHopper(surface)
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(32, 24))
     image = render(scene, camera, size=(64, 48))
     end = time.monotonic() + 6
@@ -325,7 +325,7 @@ import os, signal, sys, threading, time
 import numpy as np
 import isospline
 
-isospline.prefilter_to(np.random.default_rng(0).random((192, 192, 192), np.float32), "volume.zarr")
+isospline.convert(np.random.default_rng(0).random((192, 192, 192), np.float32), "volume.zarr")
 volume = isospline.open_volume("volume.zarr", memory_limit="40MB")
 scene = isospline.Scene(isospline.Isosurface(volume, 0.6))
 rays = isospline.camera_for(scene).rays((40, 40)).reshape(-1, 6)

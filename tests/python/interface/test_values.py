@@ -216,7 +216,7 @@ def assert_same_hits(one, other, rays):
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("options", SURFACES)
 def test_surfaces_arrive_as_they_were(options, way):
-    surface = isospline.Isosurface(VOLUME, FIELD.level, **SURFACES[options])
+    surface = isospline.research.isosurface(VOLUME, FIELD.level, **SURFACES[options])
     surface.level = 0.01
     arrived = WAYS[way](surface)
     for name in ("level", "prune_depth", "prune_border", "method", "inside", "capped", "closed", "material"):
@@ -232,7 +232,7 @@ def test_surfaces_arrive_as_they_were(options, way):
 @pytest.mark.parametrize("way", WAYS)
 def test_scenes_arrive_as_they_were(way):
     ball, mesh = sphere(), mesh_sphere(5.0)
-    scene = isospline.Scene([ball, mesh], build_quality="low", box_edge=8)
+    scene = isospline.research.scene([ball, mesh], build_quality="low", box_edge=8)
     scene.add(ball, moved(*(CENTER + (20, 0, 0))), casts_shadow=False)
     scene.add(mesh, moved(*(CENTER + (0, 20, 0))), visible=False)
     scene.remove(1)
@@ -297,7 +297,7 @@ def test_images_arrive_as_they_were(way, options, tmp_path):
 def test_hoppers_results_and_fields_travel():
     surface = isospline.Isosurface(VOLUME, FIELD.level)
     rays = rays_at(surface.bounds)
-    hopper = pickle.loads(pickle.dumps(isospline.VoxelHopper(surface, strides=True)))
+    hopper = pickle.loads(pickle.dumps(isospline.research.VoxelHopper(surface, strides=True)))
     assert hopper.strides
     hits = hopper.cast_rays(rays)
     arrived = pickle.loads(pickle.dumps(hits))

@@ -13,7 +13,7 @@ import pytest
 from placed_images import write_slices
 
 import isospline
-from isospline import open_volume, prefilter_to, read_mesh, read_volume
+from isospline import convert, open_volume, read_mesh, read_volume
 
 pytest.importorskip("SimpleITK")
 tifffile = pytest.importorskip("tifffile")
@@ -328,8 +328,8 @@ def test_links_of_stores(folders):
     pytest.importorskip("zarr")
     inside, outside = folders
     samples = isospline.volumes.torus().values(40)
-    prefilter_to(samples, outside / "s.zarr")
-    prefilter_to(samples, inside / "s.zarr")
+    convert(samples, outside / "s.zarr")
+    convert(samples, inside / "s.zarr")
     assert open_volume(inside / "s.zarr", within=inside).shape == (40, 40, 40)
     (inside / "link.zarr").symlink_to(outside / "s.zarr")
     for path in (outside / "s.zarr", inside / "link.zarr"):

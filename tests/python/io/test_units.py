@@ -77,7 +77,7 @@ def test_units_of_nrrd_and_dicom(tmp_path):
 def test_a_store_keeps_the_patient(tmp_path):
     pytest.importorskip("zarr")
     data = VolumeData(isospline.volumes.torus().values(40), patient=True)
-    store = isospline.prefilter_to(data, tmp_path / "a.zarr")
+    store = isospline.convert(data, tmp_path / "a.zarr")
     volume = isospline.open_volume(store)
     assert about(volume) == ("mm", True)
     assert about(pickle.loads(pickle.dumps(volume))) == ("mm", True)
@@ -87,9 +87,9 @@ def test_a_store_keeps_the_patient(tmp_path):
 def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
     zarr = pytest.importorskip("zarr")
     data = VolumeData(isospline.volumes.torus().values(40), unit=unit)
-    store = isospline.prefilter_to(data, tmp_path / "a.zarr")
+    store = isospline.convert(data, tmp_path / "a.zarr")
     assert about(isospline.open_volume(store)) == (unit, False)
-    assert about(isospline.open_volume(isospline.prefilter_to(store, tmp_path / "b.zarr", degree=3))) == (unit, False)
+    assert about(isospline.open_volume(isospline.convert(store, tmp_path / "b.zarr", degree=3))) == (unit, False)
     axes = zarr.open_group(store, mode="r").attrs["ome"]["multiscales"][0]["axes"]
     names = {"µm": "micrometer", "cm": "centimeter", "Å": "angstrom", "parsec": "parsec"}
     assert [axis.get("unit") for axis in axes] == 3 * [names.get(unit)]
@@ -108,7 +108,7 @@ def test_tables_of_info_and_measure_have_the_unit(tmp_path, capsys, unit, area, 
         nibabel.save(image, path)
     if of_store:
         pytest.importorskip("zarr")
-        path = isospline.prefilter_to(path, tmp_path / "a.zarr")
+        path = isospline.convert(path, tmp_path / "a.zarr")
     assert main(["info", str(path)]) == 0
     ends = [line.split()[-1] for line in capsys.readouterr().out.splitlines() if line.split()[:1] == ["spacing"]]
     assert ends == [unit or "1"]

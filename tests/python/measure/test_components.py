@@ -211,7 +211,7 @@ def test_all_queries_see_the_largest_alone(degree, n):
         assert np.quantile(abs(apart), 0.98) < 0.1
     assert np.array_equal(scene.test_occlusions(rays), np.isfinite(hits.t_hit))
     assert np.array_equal(scene.count_intersections(rays) > 0, np.isfinite(hits.t_hit))
-    assert np.array_equal(isospline.VoxelHopper(kept).cast_rays(rays)["t_hit"], hits.t_hit)
+    assert np.array_equal(isospline.research.VoxelHopper(kept).cast_rays(rays)["t_hit"], hits.t_hit)
     assert not np.any(kept.contains(points) & ~whole.contains(points))
     same(kept.signed_distance(points), alone.signed_distance(points), 0.1)
     same(scene.signed_distance(points), kept.signed_distance(points), 1e-5)

@@ -105,7 +105,7 @@ def test_mean_hop_over_isotropic_lines_is_cauchys(bench):
 
     volume = isospline.Volume(np.zeros((48, 48, 48), np.float32))
     with pytest.warns(UserWarning):  # the shell is empty
-        hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 1.0))
+        hopper = isospline.research.VoxelHopper(isospline.Isosurface(volume, 1.0))
     hopper.cast_rays(isotropic_lines(volume.bounds, 100_000, np.random.default_rng(0)))
     assert hopper.statistics["mean_hop_length"] == pytest.approx(2 / 3, abs=2e-3)
 

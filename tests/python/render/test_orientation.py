@@ -158,7 +158,7 @@ def test_a_patient_in_a_store_faces_the_viewer(tmp_path, axes):
     (tmp_path / "dicom").mkdir()
     write_dicom(tmp_path / "dicom", data, AXES[axes], origin)
     for source in ("a.nii.gz", "dicom"):
-        path = isospline.prefilter_to(tmp_path / source, tmp_path / f"{source}.zarr")
+        path = isospline.convert(tmp_path / source, tmp_path / f"{source}.zarr")
         assert isospline.store.read_metadata(path).patient
         check_face(isospline.open_volume(path), "anterior")
         told = zarr.open_group(path, mode="r").attrs["ome"]["multiscales"][0]["axes"]
@@ -173,7 +173,7 @@ def test_a_store_of_no_patient_names_no_sides(tmp_path):
     frames = {"none": {}, "turned": dict(direction=turned(40)), "oblique": dict(direction=turned(57), patient=True)}
     for name, frame in frames.items():
         given = isospline.VolumeData(data, origin=tuple(origin), **frame)
-        path = isospline.prefilter_to(given, tmp_path / f"{name}.zarr")
+        path = isospline.convert(given, tmp_path / f"{name}.zarr")
         assert isospline.store.read_metadata(path).patient == (name == "oblique")
         told = zarr.open_group(path, mode="r").attrs["ome"]["multiscales"][0]["axes"]
         # Axes turned by 57 degrees about the diagonal are 46 degrees from where they were.

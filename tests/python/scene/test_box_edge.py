@@ -25,7 +25,7 @@ def rays(surface):
 
 @pytest.mark.parametrize("edge", EDGES[1:])
 def test_hits_do_not_depend_on_the_edge_of_boxes(surface, rays, edge):
-    by_default, scene = isospline.Scene([surface]), isospline.Scene([surface], box_edge=edge)
+    by_default, scene = isospline.Scene([surface]), isospline.research.scene([surface], box_edge=edge)
     for coherent in (False, True):
         expected = by_default.cast_rays(rays, coherent=coherent)
         hits = scene.cast_rays(rays, coherent=coherent)
@@ -42,9 +42,9 @@ def test_hits_do_not_depend_on_the_edge_of_boxes(surface, rays, edge):
 @pytest.mark.parametrize("edge", [0, -1, 3, 32])
 def test_an_edge_of_boxes_must_be_a_power_of_two(surface, edge):
     with pytest.raises(ValueError, match=f"box_edge: expected 1, 2, 4, 8 or 16 cells, got {edge}"):
-        isospline.Scene([surface], box_edge=edge)
+        isospline.research.scene([surface], box_edge=edge)
 
 
 def test_only_small_boxes_make_cells_before_a_ray_enters_them(surface):
-    memory = {edge: isospline.Scene([surface.with_level(0.4)], box_edge=edge).memory for edge in EDGES}
+    memory = {edge: isospline.research.scene([surface.with_level(0.4)], box_edge=edge).memory for edge in EDGES}
     assert memory[16] < memory[8] < memory[4] < memory[2] < memory[1]

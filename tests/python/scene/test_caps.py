@@ -22,7 +22,7 @@ def ball(radius=RADIUS, clip=CUT, **options):
     """f = |x|^2; a quadratic model holds it exactly outside the reach of the boundary rule."""
     z, y, x = np.mgrid[-16:17, -16:17, -16:17].astype(float)
     volume = isospline.Volume(x**2 + y**2 + z**2, origin=(-16, -16, -16))
-    return isospline.Isosurface(volume, radius**2, inside="below", clip=clip, capped=True, **options)
+    return isospline.research.isosurface(volume, radius**2, inside="below", clip=clip, capped=True, **options)
 
 
 def gyroid(degree=2, clip="border", **options):
@@ -30,7 +30,7 @@ def gyroid(degree=2, clip="border", **options):
     volume = isospline.Volume(Gyroid(11.0).values((26, 25, 24)), spacing=(0.7, 0.9, 1.1), degree=degree)
     if isinstance(clip, str):
         clip = isospline.Box(*volume.bounds)
-    return isospline.Isosurface(volume, 0.1, clip=clip, capped=True, **options)
+    return isospline.research.isosurface(volume, 0.1, clip=clip, capped=True, **options)
 
 
 def rays_at(rng, targets, reach):
@@ -450,7 +450,7 @@ def test_hoppers_have_no_caps():
         ValueError,
         match="^surface: expected one without caps, as only scenes have them, got one that is capped or closed",
     ):
-        isospline.VoxelHopper(ball())
+        isospline.research.VoxelHopper(ball())
 
 
 def test_every_sign_of_the_box_is_named():

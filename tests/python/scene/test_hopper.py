@@ -62,7 +62,7 @@ def model_along(ray, volume, coefficients, degree, mode):
 def test_hits_are_the_first_crossings_of_a_dense_march(data, rng, degree, boundary, strides):
     volume = isospline.Volume(data, degree=degree, boundary=boundary, filter="none", **TURNED)
     level = 12.5
-    hopper = isospline.VoxelHopper(isospline.Isosurface(volume, level), strides=strides)
+    hopper = isospline.research.VoxelHopper(isospline.Isosurface(volume, level), strides=strides)
     rays = rays_through(volume, rng, 60)
     found = 0
     for ray, t_hit in zip(rays, hopper.cast_rays(rays)["t_hit"]):
@@ -92,7 +92,7 @@ def test_hits_are_the_first_crossings_of_a_dense_march(data, rng, degree, bounda
 def test_same_hits_as_the_scene(smooth, rng, degree, method):
     volume = isospline.Volume(smooth, degree=degree, **TURNED)
     clip = [isospline.HalfSpace(volume.bounds.mean(axis=0), (0.2, 0.3, -0.1))]
-    surface = isospline.Isosurface(volume, 0.02, method=method, clip=clip)
+    surface = isospline.research.isosurface(volume, 0.02, method=method, clip=clip)
     scene = isospline.Scene([surface])
     rays = rays_through(volume, rng, 4000)
     for limits in ({}, {"t_near": 0.7, "t_far": 1.3}):
@@ -100,7 +100,7 @@ def test_same_hits_as_the_scene(smooth, rng, degree, method):
         hit = np.isfinite(expected["t_hit"])
         assert hit.sum() > 300
         for strides in (False, True):
-            hits = isospline.VoxelHopper(surface, strides=strides).cast_rays(rays, **limits)
+            hits = isospline.research.VoxelHopper(surface, strides=strides).cast_rays(rays, **limits)
             assert set(hits) == set(expected)
             np.testing.assert_allclose(hits["t_hit"], expected["t_hit"], atol=1e-9)
             np.testing.assert_allclose(hits["primitive_normals"], expected["primitive_normals"], atol=1e-6)
@@ -112,7 +112,9 @@ def test_bracket_loses_roots_and_finds_none_that_is_not_there(data, rng):
     volume = isospline.Volume(data, filter="none")
     rays = rays_through(volume, rng, 3000)
     exact, bracket = (
-        isospline.VoxelHopper(isospline.Isosurface(volume, 12.5, method=method)).cast_rays(rays)["t_hit"]
+        isospline.research.VoxelHopper(isospline.research.isosurface(volume, 12.5, method=method)).cast_rays(rays)[
+            "t_hit"
+        ]
         for method in ("exact", "bracket")
     )
     assert (bracket >= exact - 1e-9).all()
@@ -121,7 +123,7 @@ def test_bracket_loses_roots_and_finds_none_that_is_not_there(data, rng):
 
 def test_shape_of_results_and_statistics(smooth):
     surface = isospline.Isosurface(isospline.Volume(smooth), 0.02)
-    plain, striding = (isospline.VoxelHopper(surface, strides=strides) for strides in (False, True))
+    plain, striding = (isospline.research.VoxelHopper(surface, strides=strides) for strides in (False, True))
     rays = isospline.camera_for(surface.volume, size=(40, 30)).rays((40, 30))
     hits = plain.cast_rays(rays.astype(np.float32))
     assert hits["t_hit"].shape == (30, 40)
@@ -141,7 +143,7 @@ def test_another_level_takes_effect():
     z, y, x = np.mgrid[-8:9, -8:9, -8:9]
     volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
     surface = isospline.Isosurface(volume, 5.0, inside="below")
-    hopper = isospline.VoxelHopper(surface)
+    hopper = isospline.research.VoxelHopper(surface)
     for level in (5.0, 4.0):
         surface.level = level
         hits = hopper.cast_rays([(-20, 0.1, 0.2, 1, 0, 0)])
@@ -152,7 +154,7 @@ def test_another_level_takes_effect():
 
 def test_same_hits_for_any_number_of_threads(smooth, rng):
     volume = isospline.Volume(smooth)
-    hopper = isospline.VoxelHopper(isospline.Isosurface(volume, 0.02))
+    hopper = isospline.research.VoxelHopper(isospline.Isosurface(volume, 0.02))
     rays = rays_through(volume, rng, 5000)
     expected, statistics = hopper.cast_rays(rays), hopper.statistics
     isospline.set_thread_count(1)
@@ -175,16 +177,16 @@ def test_same_hits_for_any_number_of_threads(smooth, rng):
     ],
 )
 def test_bad_rays(smooth, rays, message):
-    hopper = isospline.VoxelHopper(isospline.Isosurface(isospline.Volume(smooth), 0.02))
+    hopper = isospline.research.VoxelHopper(isospline.Isosurface(isospline.Volume(smooth), 0.02))
     with pytest.raises(ValueError, match=message):
         hopper.cast_rays(rays)
 
 
 def test_bad_arguments(smooth):
-    hopper = isospline.VoxelHopper(isospline.Isosurface(isospline.Volume(smooth), 0.02))
+    hopper = isospline.research.VoxelHopper(isospline.Isosurface(isospline.Volume(smooth), 0.02))
     with pytest.raises(ValueError, match="t_near"):
         hopper.cast_rays(np.ones((1, 6)), t_near=np.nan)
     with pytest.raises(TypeError):
         hopper.cast_rays(np.ones((1, 6)), 0.0)
     with pytest.raises(TypeError):
-        isospline.VoxelHopper(None)
+        isospline.research.VoxelHopper(None)

@@ -69,7 +69,7 @@ def test_float32_rays_are_those_of_float64(scene, rays, coherent, count):
 
 def test_the_hopper_has_the_same_outputs(rays):
     surface = sphere()
-    scene, hopper = isospline.Scene([surface]), isospline.VoxelHopper(surface)
+    scene, hopper = isospline.Scene([surface]), isospline.research.VoxelHopper(surface)
     for asked in [(name,) for name in ALL_OUTPUTS] + [ALL_OUTPUTS]:
         expected, found = (each.cast_rays(rays, outputs=asked) for each in (scene, hopper))
         for name in asked:
@@ -86,7 +86,7 @@ def test_the_hopper_has_the_same_outputs(rays):
     ],
 )
 def test_bad_outputs(scene, rays, outputs, error, message):
-    for caster in (scene, isospline.VoxelHopper(sphere())):
+    for caster in (scene, isospline.research.VoxelHopper(sphere())):
         with pytest.raises(error, match=f"^{message}"):
             caster.cast_rays(rays, outputs=outputs)
 

@@ -103,7 +103,7 @@ def test_near_tangent_rays():
 
 @pytest.mark.parametrize("method", ["exact", "reference"])
 def test_limits_and_starts(method):
-    surface = isospline.Isosurface(quadratic_sphere(), 64.0, inside="below", method=method)
+    surface = isospline.research.isosurface(quadratic_sphere(), 64.0, inside="below", method=method)
     scene = isospline.Scene([surface])
     outside, inside = (-20.0, 11.5, 11.25, 2.0, 0.0, 0.0), (11.5, 11.5, 11.25, 2.0, 0.0, 0.0)
     half = np.sqrt(64.0 - 0.0625)
@@ -137,7 +137,10 @@ def test_two_roots_in_one_cell_are_found_by_exact_and_missed_by_bracket():
     ray = [(-3, 2, 2, 1, 0, 0)]
     exact = isospline.Scene([isospline.Isosurface(volume, level)]).cast_rays(ray)["t_hit"][0]
     assert exact == pytest.approx(5 - np.sqrt(0.15), abs=1e-7)
-    assert isospline.Scene([isospline.Isosurface(volume, level, method="bracket")]).cast_rays(ray)["t_hit"][0] == INF
+    assert (
+        isospline.Scene([isospline.research.isosurface(volume, level, method="bracket")]).cast_rays(ray)["t_hit"][0]
+        == INF
+    )
 
 
 def gyroid(size, periods=2.0):

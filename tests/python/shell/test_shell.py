@@ -44,7 +44,7 @@ def test_random_volumes_have_the_shell_of_the_definition(rng, degree, boundary, 
             volume = isospline.Volume(random_data(rng, shape), degree=degree, boundary=boundary, filter=filter)
             for prune_border in BORDER_RULES:
                 options = {"prune_depth": prune_depth, "prune_border": prune_border}
-                surface = isospline.Isosurface(volume, 0.25, **options)
+                surface = isospline.research.isosurface(volume, 0.25, **options)
                 assert_is_shell(surface, shell_definition.shell(volume, 0.25, **options))
 
 
@@ -55,7 +55,7 @@ def test_analytic_volumes_have_the_shell_of_the_definition(degree, prune_depth):
     for prune_border in BORDER_RULES:
         options = {"prune_depth": prune_depth, "prune_border": prune_border}
         for level in (0.0, 0.01):
-            surface = isospline.Isosurface(volume, level, **options)
+            surface = isospline.research.isosurface(volume, level, **options)
             assert 0 < surface.shell.count < surface.shell.mask.size
             assert_is_shell(surface, shell_definition.shell(volume, level, **options))
 
@@ -64,7 +64,7 @@ def test_analytic_volumes_have_the_shell_of_the_definition(degree, prune_depth):
 def test_volumes_one_sample_thick_have_a_shell(rng, shape):
     volume = isospline.Volume(random_data(rng, shape))
     for prune_depth in range(4):
-        surface = isospline.Isosurface(volume, 0.0, prune_depth=prune_depth)
+        surface = isospline.research.isosurface(volume, 0.0, prune_depth=prune_depth)
         assert_is_shell(surface, shell_definition.shell(volume, 0.0, prune_depth=prune_depth))
 
 
@@ -76,7 +76,7 @@ def test_coefficients_equal_to_the_level_count_as_above(rng, degree, prune_depth
     data.flat[0], data.flat[-1] = 0, 4
     volume = isospline.Volume(data, degree=degree, filter="none")
     for level in (1.0, 2.0, 3.0):
-        surface = isospline.Isosurface(volume, level, prune_depth=prune_depth)
+        surface = isospline.research.isosurface(volume, level, prune_depth=prune_depth)
         assert_is_shell(surface, shell_definition.shell(volume, level, prune_depth=prune_depth))
 
 
@@ -90,7 +90,7 @@ def test_flat_parts_at_the_level_have_the_shell_of_the_definition(rng, degree):
     data[-1, -1, -1] = -1
     volume = isospline.Volume(data, degree=degree, filter="none")
     for prune_depth in (1, 2, 3):
-        surface = isospline.Isosurface(volume, 0.0, prune_depth=prune_depth)
+        surface = isospline.research.isosurface(volume, 0.0, prune_depth=prune_depth)
         assert_is_shell(surface, shell_definition.shell(volume, 0.0, prune_depth=prune_depth))
 
 
@@ -98,7 +98,7 @@ def test_flat_parts_at_the_level_have_the_shell_of_the_definition(rng, degree):
 @pytest.mark.parametrize("prune_depth", [0, 2, 4, 6])
 def test_no_surface_lies_outside_of_the_shell(rng, degree, prune_depth):
     volume = isospline.Volume(random_data(rng, (7, 8, 9)), degree=degree)
-    surface = isospline.Isosurface(volume, 0.125, prune_depth=prune_depth)
+    surface = isospline.research.isosurface(volume, 0.125, prune_depth=prune_depth)
 
     steps = 6
     shift = 0.5 if degree % 2 == 0 else 0.0
@@ -114,7 +114,7 @@ def test_no_surface_lies_outside_of_the_shell(rng, degree, prune_depth):
 
 def test_deeper_pruning_leaves_fewer_cells():
     volume = analytic_volume(2)
-    masks = [isospline.Isosurface(volume, 0.0, prune_depth=depth).shell.mask for depth in range(7)]
+    masks = [isospline.research.isosurface(volume, 0.0, prune_depth=depth).shell.mask for depth in range(7)]
     for coarse, fine in itertools.pairwise(masks):
         assert not np.any(fine & ~coarse)
     assert masks[6].sum() < 0.8 * masks[0].sum()
@@ -158,12 +158,12 @@ def test_another_level_gives_the_shell_of_a_new_surface(rng, degree):
 def test_with_level_keeps_the_options(rng):
     data = random_data(rng, (9, 9, 9))
     options = {"prune_depth": 3, "prune_border": False, "mask": data < 0.5, "clip": isospline.Box([1] * 3, [6] * 3)}
-    surface = isospline.Isosurface(isospline.Volume(data), 0.2, method="bracket", inside="below", **options)
+    surface = isospline.research.isosurface(isospline.Volume(data), 0.2, method="bracket", inside="below", **options)
     other = surface.with_level(-0.2)
     assert (other.level, surface.level) == (-0.2, 0.2)
     assert (other.method, other.inside, other.prune_depth, other.prune_border) == ("bracket", "below", 3, False)
     assert other.volume is surface.volume
-    expected = isospline.Isosurface(surface.volume, -0.2, **options).shell.cells
+    expected = isospline.research.isosurface(surface.volume, -0.2, **options).shell.cells
     np.testing.assert_array_equal(other.shell.cells, expected)
 
 
@@ -175,7 +175,7 @@ def test_level_between_two_floats(rng):
     volume = isospline.Volume(data, filter="none")
     level = (float(data[1, 1, 1]) + float(data[2, 2, 2])) / 2
     for prune_depth in range(3):
-        surface = isospline.Isosurface(volume, level, prune_depth=prune_depth)
+        surface = isospline.research.isosurface(volume, level, prune_depth=prune_depth)
         assert_is_shell(surface, shell_definition.shell(volume, level, prune_depth=prune_depth))
 
 
@@ -305,13 +305,13 @@ def test_clip_shapes_check_their_numbers(make, message):
         ({"clip": [isospline.Box((0, 0, 0), (1, 1, 1)), 3]}, TypeError, "clip: expected a HalfSpace, a Box"),
         ({"method": "guess"}, ValueError, 'method: expected "exact" or "reference" or "bracket", got "guess"'),
         ({"inside": "out"}, ValueError, 'inside: expected "above" or "below", got "out"'),
-        ({"depth": 2}, TypeError, "depth: expected a parameter of Isosurface .*; did you mean prune_depth"),
+        ({"depth": 2}, TypeError, "depth: expected a parameter of Isosurface .*"),
     ],
 )
 def test_options_are_checked(rng, options, error, message):
     volume = isospline.Volume(random_data(rng, (4, 5, 6)))
     with pytest.raises(error, match=message):
-        isospline.Isosurface(volume, 0.0, **options)
+        isospline.research.isosurface(volume, 0.0, **options)
 
 
 @pytest.mark.parametrize("degree", [0, 4, 5])
@@ -361,7 +361,7 @@ def test_properties_are_those_given(rng):
     assert (surface.level, surface.method, surface.inside) == (0.25, "exact", "above")
     assert (surface.prune_depth, surface.prune_border) == (2, True)
     assert surface.shell.memory == 6 * surface.shell.count
-    assert repr(surface).startswith('<Isosurface(level=0.25, method="exact", inside="above")')
+    assert repr(surface).startswith('<Isosurface(level=0.25, inside="above")')
     assert repr(surface.shell) == f"<Shell of {surface.shell.count} cells>"
 
 

@@ -23,14 +23,14 @@ def pair(request, tmp_path_factory):
     degree, boundary = request.param
     data, grid = FIELD.values(SHAPE), FIELD.grid(SHAPE)
     folder = tmp_path_factory.mktemp("store") / "heart.zarr"
-    isospline.prefilter_to(data, folder, degree=degree, boundary=boundary, **grid)
+    isospline.convert(data, folder, degree=degree, boundary=boundary, **grid)
     return isospline.Volume(data, degree=degree, boundary=boundary, **grid), folder
 
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     folder = tmp_path_factory.mktemp("store") / "heart.zarr"
-    isospline.prefilter_to(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
+    isospline.convert(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
     return folder
 
 
@@ -124,7 +124,7 @@ def test_threads_share_a_volume(store):
 
 
 def test_pickles_hold_the_path(store):
-    opened = isospline.open_volume(store, memory_limit="64MB", level_of_detail=1)
+    opened = isospline.open_volume(store, memory_limit="64MB", scale=1)
     state = pickle.dumps(opened)
     assert len(state) < 2000
     again = pickle.loads(state)
@@ -134,29 +134,29 @@ def test_pickles_hold_the_path(store):
     assert copy.deepcopy(opened).shape == opened.shape
 
 
-def test_levels_of_detail(store):
-    fine, coarse = (isospline.open_volume(store, level_of_detail=level) for level in (0, 1))
+def test_scales(store):
+    fine, coarse = (isospline.open_volume(store, scale=level) for level in (0, 1))
     assert coarse.shape == tuple((size + 1) // 2 for size in fine.shape)
     np.testing.assert_allclose(coarse.spacing, 2 * fine.spacing)
     points = np.random.default_rng(3).uniform(-0.7, 0.7, (200, 3))
     assert np.abs(coarse.sample(points) - fine.sample(points)).max() < 0.05 * (fine.maximum - fine.minimum)
-    levels = len(isospline.store.read_metadata(store).levels)
+    levels = len(isospline.store.read_metadata(store).scales)
     for wrong in (-1, levels, 0.5):
-        with pytest.raises(ValueError, match=f"level_of_detail: expected 0 to {levels - 1}, got {wrong}"):
-            isospline.open_volume(store, level_of_detail=wrong)
+        with pytest.raises(ValueError, match=f"scale: expected 0 to {levels - 1}, got {wrong}"):
+            isospline.open_volume(store, scale=wrong)
 
 
-def test_the_level_of_detail_follows_the_size_of_a_pixel(store):
+def test_the_scale_follows_the_size_of_a_pixel(store):
     step = isospline.open_volume(store).spacing.max()
-    last = len(isospline.store.read_metadata(store).levels) - 1
+    last = len(isospline.store.read_metadata(store).scales) - 1
     for pixels, expected in ((2.0, 0), (1.01, 0), (0.99, 0), (0.49, 1), (0.24, 2), (1e-6, last)):
         # The size of pixels of an orthographic picture, relative to the largest side of a voxel.
         camera = isospline.OrthographicCamera((0, 0, 9), (0, 0, 0), up=(0, 1, 0), height=120 * step / pixels)
-        assert isospline.level_of_detail_for(store, camera, SIZE) == min(expected, last)
+        assert isospline.scale_for(store, camera, SIZE) == min(expected, last)
     inside = isospline.PerspectiveCamera((0, 0, 0), (1, 0, 0))
-    assert isospline.level_of_detail_for(store, inside, SIZE) == 0
+    assert isospline.scale_for(store, inside, SIZE) == 0
     near = isospline.PerspectiveCamera((0, -30, 0), (0, 0, 0), field_of_view=30)
-    assert isospline.level_of_detail_for(store, near, (4000, 3000)) <= isospline.level_of_detail_for(store, near, SIZE)
+    assert isospline.scale_for(store, near, (4000, 3000)) <= isospline.scale_for(store, near, SIZE)
 
 
 def shards_of(folder):
@@ -192,7 +192,7 @@ SAID = {
 @pytest.mark.parametrize("name", SAID)
 def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     folder = tmp_path / "broken.zarr"
-    isospline.prefilter_to(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
+    isospline.convert(FIELD.values(SHAPE), folder, **FIELD.grid(SHAPE))
     opened = isospline.open_volume(folder)
     scene = isospline.Scene([isospline.Isosurface(opened, FIELD.level)])
     damage(name, folder)
@@ -218,7 +218,7 @@ def test_bad_arguments(tmp_path, store):
 def test_command_line(tmp_path, store, capsys):
     from isospline.cli import main
 
-    for options, said in (([], "level of detail"), (["--exact"], "level of detail 0 ")):
+    for options, said in (([], "scale"), (["--exact"], "scale 0 ")):
         out = tmp_path / "a.png"
         assert main(["render", str(store), "-q", "-o", str(out), "--size", "80x60", "--fast", *options]) == 0
         assert out.exists() and said in capsys.readouterr().out

@@ -85,11 +85,11 @@ def test_blocks_have_the_coefficients_of_scipy(degree, boundary):
 def test_store_reads_back(degree, boundary, tmp_path):
     data = samples((70, 100, 150))
     volume = isospline.Volume(data, degree=degree, boundary=boundary, spacing=(1, 2, 3), origin=(5, 6, 7))
-    path = isospline.prefilter_to(
+    path = isospline.convert(
         data, tmp_path / "a.zarr", degree=degree, boundary=boundary, spacing=(1, 2, 3), origin=(5, 6, 7), chunk=16
     )
     store = read_metadata(path)
-    finest = store.levels[0]
+    finest = store.scales[0]
     assert finest.shape == data.shape
     expected = coefficients_of(volume)
     got = zarr.open_array(path, path="coefficients/0")[:]
@@ -99,7 +99,7 @@ def test_store_reads_back(degree, boundary, tmp_path):
         volume.maximum,
         volume.__getstate__()["offset"],
     )
-    for level in store.levels:
+    for level in store.scales:
         ranges = read_ranges(store, level)
         coefficients = zarr.open_array(path, path=level.path)[:]
         cells = [size - degree % 2 for size in level.shape]

@@ -27,16 +27,16 @@ def samples(dtype):
 )
 def test_other_readers_get_the_samples(tmp_path, dtype, degree, boundary):
     data = samples(dtype)
-    path = isospline.prefilter_to(data, tmp_path / "a.zarr", degree=degree, boundary=boundary, chunk=16)
+    path = isospline.convert(data, tmp_path / "a.zarr", degree=degree, boundary=boundary, chunk=16)
     group = zarr.open_group(path, mode="r")
     datasets = group.attrs["ome"]["multiscales"][0]["datasets"]
     finest = group[datasets[0]["path"]]
     assert finest.dtype == ("u1" if dtype == "?" else data.dtype.newbyteorder("="))
     np.testing.assert_array_equal(finest[:], data)
     store = isospline.store.read_metadata(path)
-    assert len(datasets) == len(store.levels) == 2
+    assert len(datasets) == len(store.scales) == 2
     # The coarser level has the values of its model at its samples, by scipy.
-    level = store.levels[1]
+    level = store.scales[1]
     coefficients = group[level.path][:].astype(float) + level.offset
     mode = "mirror" if boundary == "mirror" else "grid-wrap"
     expected = ndimage.map_coordinates(coefficients, np.indices(level.shape), order=degree, mode=mode, prefilter=False)
@@ -49,8 +49,8 @@ def test_other_readers_get_the_samples(tmp_path, dtype, degree, boundary):
 def test_a_store_is_a_source_of_its_samples(tmp_path):
     data = samples("i2")
     place = dict(spacing=(1, 2, 3), origin=(4, 5, 6), direction=[(0.8, -0.6, 0), (0.6, 0.8, 0), (0, 0, 1)])
-    path = isospline.prefilter_to(data, tmp_path / "a.zarr", degree=3, **place)
-    again = isospline.open_volume(isospline.prefilter_to(path, tmp_path / "b.zarr", degree=1))
+    path = isospline.convert(data, tmp_path / "a.zarr", degree=3, **place)
+    again = isospline.open_volume(isospline.convert(path, tmp_path / "b.zarr", degree=1))
     expected = isospline.Volume(data, degree=1, **place)
     np.testing.assert_array_equal(again.coefficients, expected.coefficients)
     np.testing.assert_array_equal(again.affine, expected.affine)
@@ -58,14 +58,14 @@ def test_a_store_is_a_source_of_its_samples(tmp_path):
 
 def test_a_store_without_an_image_does_not_call_itself_one(tmp_path):
     data = samples("f4")
-    with_image = isospline.prefilter_to(data, tmp_path / "a.zarr")
-    path = isospline.prefilter_to(data, tmp_path / "b.zarr", image=False)
+    with_image = isospline.convert(data, tmp_path / "a.zarr")
+    path = isospline.convert(data, tmp_path / "b.zarr", image=False)
     assert sorted(each.name for each in path.iterdir()) == ["coefficients", "ranges", "zarr.json"]
     assert "ome" not in zarr.open_group(path, mode="r").attrs
     one, other = map(isospline.open_volume, (with_image, path))
     np.testing.assert_array_equal(one.coefficients, other.coefficients)
     with pytest.raises(TypeError, match="image: expected True or False, got"):
-        isospline.prefilter_to(data, tmp_path / "c.zarr", image="no")
+        isospline.convert(data, tmp_path / "c.zarr", image="no")
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def files(tmp_path):
     np.save(tmp_path / "torus.npy", data)
     spacing = field.grid(80)["spacing"]
     options = ["--spacing", ",".join(map(str, spacing))]
-    isospline.prefilter_to(data, tmp_path / "torus.zarr", spacing=spacing, degree=3)
+    isospline.convert(data, tmp_path / "torus.zarr", spacing=spacing, degree=3)
     return [[str(tmp_path / "torus.npy"), *options], [str(tmp_path / "torus.zarr")]]
 
 
@@ -86,7 +86,7 @@ def test_info_of_a_store(files, capsys):
         found.append(json.loads(capsys.readouterr().out))
     for name in ("size", "type", "spacing", "origin", "direction", "bounds", "minimum", "maximum", "bytes"):
         assert found[0][name] == found[1][name], name
-    assert found[1]["format"] == "isospline store, degree 3, 2 levels of detail"
+    assert found[1]["format"] == "isospline store, degree 3, 2 scales"
     assert cli.main(["info", *files[1]]) == 0
     assert "isospline store" in capsys.readouterr().out
 

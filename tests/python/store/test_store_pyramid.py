@@ -74,8 +74,8 @@ def test_halos_follow_from_the_largest_poles():
 def test_level_is_the_least_squares_fit_in_space(degree, tmp_path):
     data = np.random.default_rng(3).normal(size=(3, 4, 66)).astype(np.float32)
     place = dict(spacing=(1.0, 2.0, 3.0), origin=(4.0, 5.0, 6.0), direction=[[0, 1, 0], [-1, 0, 0], [0, 0, 1]])
-    path = isospline.prefilter_to(data, tmp_path / "a.zarr", degree=degree, chunk=8, **place)
-    fine, coarse = read_metadata(path).levels
+    path = isospline.convert(data, tmp_path / "a.zarr", degree=degree, chunk=8, **place)
+    fine, coarse = read_metadata(path).scales
     assert coarse.shape == level_shapes(data.shape, degree, "mirror")[1]
 
     # World coordinates of the coarse level; the fine level is a volume in the same world.
@@ -96,8 +96,8 @@ def test_level_is_the_least_squares_fit_in_space(degree, tmp_path):
 
 
 def test_levels_end_at_64_and_keep_constants(tmp_path):
-    path = isospline.prefilter_to(np.full((2, 130, 300), 7, np.uint8), tmp_path / "a.zarr", chunk=32)
-    levels = read_metadata(path).levels
+    path = isospline.convert(np.full((2, 130, 300), 7, np.uint8), tmp_path / "a.zarr", chunk=32)
+    levels = read_metadata(path).scales
     assert [level.shape for level in levels] == [(2, 130, 300), (1, 65, 150), (1, 33, 75), (1, 17, 38)]
     assert [level.spacing for level in levels] == [(1, 1, 1), (2, 2, 2), (4, 4, 2), (8, 8, 2)]
     for level in levels:

@@ -44,7 +44,7 @@ def small_shards():
 
 @pytest.fixture(scope="module")
 def made(data, tmp_path_factory):
-    return isospline.prefilter_to(data, tmp_path_factory.mktemp("made") / "a.zarr", **SMALL)
+    return isospline.convert(data, tmp_path_factory.mktemp("made") / "a.zarr", **SMALL)
 
 
 @pytest.fixture
@@ -74,13 +74,13 @@ def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monk
         monkeypatch.setattr(kind, "__call__", call)
     path = tmp_path / "b.zarr"
     with pytest.raises(KeyboardInterrupt):
-        isospline.prefilter_to(data, path, **SMALL)
+        isospline.convert(data, path, **SMALL)
     with pytest.raises(ValueError, match=r"b\.zarr: expected a complete store, got an incomplete one"):
         read_metadata(path)
     # A file that a killed process was writing.
     (path / "coefficients" / "0" / "c.0123456789abcdef.partial").write_bytes(b"half")
     times = {file: file.stat().st_mtime_ns for file in path.rglob("*") if "c" in file.parts and file.is_file()}
-    isospline.prefilter_to(data, path, **SMALL)
+    isospline.convert(data, path, **SMALL)
     assert contents(path) == contents(made)
     assert all(file.stat().st_mtime_ns == changed for file, changed in times.items() if file.suffix != ".partial")
     assert len(times) >= after
@@ -95,7 +95,7 @@ def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(PrefilterShard, "__call__", stop)
         with pytest.raises(KeyboardInterrupt):
-            isospline.prefilter_to(data, path, **SMALL)
+            isospline.convert(data, path, **SMALL)
     for options, name in (
         ({"degree": 3}, "degree"),
         ({"boundary": "periodic"}, "boundary"),
@@ -105,15 +105,15 @@ def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
         ({"chunk": 8}, "chunk"),
     ):
         with pytest.raises(ValueError, match=rf"a\.zarr: expected {name} as in the conversion that was begun"):
-            isospline.prefilter_to(data, path, **SMALL | options)
+            isospline.convert(data, path, **SMALL | options)
     with pytest.raises(ValueError, match="expected source as in the conversion that was begun"):
-        isospline.prefilter_to(data[:-1], path, **SMALL)
+        isospline.convert(data[:-1], path, **SMALL)
     with pytest.raises(ValueError, match="source: expected samples from 0.0 to 254.0.*got 0.0 to 255.0"):
-        isospline.prefilter_to(np.where(data == 254, 255, data).astype(np.uint8), path, **SMALL)
-    isospline.prefilter_to(data, path, **SMALL)
+        isospline.convert(np.where(data == 254, 255, data).astype(np.uint8), path, **SMALL)
+    isospline.convert(data, path, **SMALL)
     with pytest.raises(FileExistsError, match=r"a\.zarr: expected no store, or an incomplete one"):
-        isospline.prefilter_to(data, path, **SMALL)
-    isospline.prefilter_to(data, path, **SMALL, degree=3, overwrite=True)
+        isospline.convert(data, path, **SMALL)
+    isospline.convert(data, path, **SMALL, degree=3, overwrite=True)
     assert read_metadata(path).degree == 3
 
 
@@ -122,17 +122,17 @@ def test_nothing_but_a_store_is_overwritten(data, tmp_path):
     folder.mkdir()
     (folder / "thesis.tex").write_text("dear", encoding="utf-8")
     with pytest.raises(FileExistsError, match="folder: expected a new folder, or the folder of a store"):
-        isospline.prefilter_to(data, folder, overwrite=True)
+        isospline.convert(data, folder, overwrite=True)
     with pytest.raises(FileExistsError, match="got a file"):
-        isospline.prefilter_to(data, folder / "thesis.tex", overwrite=True)
+        isospline.convert(data, folder / "thesis.tex", overwrite=True)
     assert (folder / "thesis.tex").read_text(encoding="utf-8") == "dear"
     with pytest.raises(FileNotFoundError, match="expected a folder that exists"):
-        isospline.prefilter_to(data, tmp_path / "no" / "a.zarr")
+        isospline.convert(data, tmp_path / "no" / "a.zarr")
 
 
 def test_a_store_is_kept_where_a_new_one_cannot_be_made(data, store):
     with pytest.raises(ValueError, match=r"memory_limit: expected at least \d+MB for blocks of .*, got 1MB"):
-        isospline.prefilter_to(data, store, overwrite=True, memory_limit="1MB")
+        isospline.convert(data, store, overwrite=True, memory_limit="1MB")
     read_metadata(store)
 
 
@@ -140,10 +140,10 @@ def test_samples_that_are_not_finite_are_named(tmp_path):
     data = np.zeros((20, 30, 40), np.float32)
     data[7, 21, 39] = np.nan
     with pytest.raises(ValueError, match=r"source: expected finite numbers, got nan at \[7, 21, 39\]"):
-        isospline.prefilter_to(data, tmp_path / "a.zarr")
+        isospline.convert(data, tmp_path / "a.zarr")
     data[7, 21, 39] = 1e35
     with pytest.raises(ValueError, match="source: expected a range of 1e-30 to 1e34"):
-        isospline.prefilter_to(data, tmp_path / "b.zarr")
+        isospline.convert(data, tmp_path / "b.zarr")
 
 
 @pytest.mark.slow
@@ -154,7 +154,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
         try:
-            isospline.prefilter_to(np.zeros((40, 40, 40), np.uint8), {str(tmp_path / "a.zarr")!r})
+            isospline.convert(np.zeros((40, 40, 40), np.uint8), {str(tmp_path / "a.zarr")!r})
         except OSError as error:
             print(type(error).__name__, error.errno, error)
     """
@@ -164,7 +164,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
     ), done
     with pytest.raises(ValueError, match="expected a complete store"):
         read_metadata(tmp_path / "a.zarr")
-    isospline.prefilter_to(np.zeros((40, 40, 40), np.uint8), tmp_path / "a.zarr")
+    isospline.convert(np.zeros((40, 40, 40), np.uint8), tmp_path / "a.zarr")
     assert not list(tmp_path.rglob("*.partial"))
 
 
@@ -188,7 +188,7 @@ def test_damaged_chunks_are_named(store, damage, key):
         if key == "coefficients/0":
             layout.read_box(store, "coefficients/0", tuple((0, size) for size in SHAPE))
         else:
-            read_ranges(metadata, metadata.levels[0])
+            read_ranges(metadata, metadata.scales[0])
 
 
 def set_level(store, **fields):
@@ -261,7 +261,7 @@ def test_folders_that_are_no_stores_are_refused(store, tmp_path):
     with pytest.raises(ValueError, match="file: expected the folder of a store, got a file"):
         read_metadata(tmp_path / "file")
     zarr.create_group(tmp_path / "group.zarr")
-    with pytest.raises(ValueError, match=r"group\.zarr: expected a store that isospline\.prefilter_to has written"):
+    with pytest.raises(ValueError, match=r"group\.zarr: expected a store that isospline\.convert has written"):
         read_metadata(tmp_path / "group.zarr")
     description = store / "zarr.json"
     text = description.read_text(encoding="utf-8")
@@ -291,11 +291,11 @@ def test_folders_that_are_no_stores_are_refused(store, tmp_path):
 
 def test_one_process_at_a_time_writes_a_store(data, tmp_path, monkeypatch):
     def begin_again(self, index):
-        isospline.prefilter_to(data, tmp_path / "a.zarr")
+        isospline.convert(data, tmp_path / "a.zarr")
 
     monkeypatch.setattr(PrefilterShard, "__call__", begin_again)
     with pytest.raises(ValueError, match="expected a store that no other process is writing"):
-        isospline.prefilter_to(data, tmp_path / "a.zarr")
+        isospline.convert(data, tmp_path / "a.zarr")
 
 
 @pytest.mark.slow
@@ -305,7 +305,7 @@ def test_two_processes_read_one_store(store):
         for _ in range(5):
             store = read_metadata({str(store)!r})
             total = float(layout.read_box(store.path, "coefficients/0", [(0, size) for size in {SHAPE}]).sum())
-            total += float(read_ranges(store, store.levels[0])[0, 0, 0].sum())
+            total += float(read_ranges(store, store.scales[0])[0, 0, 0].sum())
         print(total)
     """
     command = [sys.executable, "-c", textwrap.dedent(script)]
@@ -325,7 +325,7 @@ def test_memory_stays_under_the_limit(tmp_path):
     script = f"""
         import isospline, pathlib
         options = dict(shape=({size},) * 3, dtype="u1", memory_limit="{limit}MB")
-        isospline.prefilter_to({str(tmp_path / "a.raw")!r}, {str(tmp_path / "a.zarr")!r}, **options)
+        isospline.convert({str(tmp_path / "a.raw")!r}, {str(tmp_path / "a.zarr")!r}, **options)
         lines = pathlib.Path("/proc/self/status").read_text(encoding="ascii").splitlines()
         print(next(1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM")))
     """
@@ -338,24 +338,24 @@ def test_memory_stays_under_the_limit(tmp_path):
 @pytest.mark.slow
 def test_progress_grows_to_one_and_cancels(data, tmp_path):
     told = []
-    isospline.prefilter_to(data, tmp_path / "a.zarr", **SMALL, progress=told.append)
+    isospline.convert(data, tmp_path / "a.zarr", **SMALL, progress=told.append)
     assert told == sorted(told) and told[0] == 0 and told[-1] == pytest.approx(1) and len(told) > 50
     with pytest.raises(isospline.Cancelled):
-        isospline.prefilter_to(data, tmp_path / "b.zarr", **SMALL, progress=lambda fraction: fraction < 0.3)
-    isospline.prefilter_to(data, tmp_path / "b.zarr", **SMALL)
+        isospline.convert(data, tmp_path / "b.zarr", **SMALL, progress=lambda fraction: fraction < 0.3)
+    isospline.convert(data, tmp_path / "b.zarr", **SMALL)
     assert contents(tmp_path / "a.zarr") == contents(tmp_path / "b.zarr")
 
 
 @pytest.mark.slow
 def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     distributed = pytest.importorskip("distributed")
-    isospline.prefilter_to(data, tmp_path / "threads.zarr", chunk=16, workers=3)
+    isospline.convert(data, tmp_path / "threads.zarr", chunk=16, workers=3)
     assert contents(tmp_path / "threads.zarr") == contents(made)
     np.save(tmp_path / "a.npy", data)
     with distributed.Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as client:
-        path = isospline.prefilter_to(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, client=client)
+        path = isospline.convert(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, client=client)
         with pytest.raises(ValueError, match="expected finite numbers"):
-            isospline.prefilter_to(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
+            isospline.convert(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
     assert contents(path) == contents(made)
 
 
@@ -373,8 +373,8 @@ def test_the_command_continues_after_ctrl_c(data, tmp_path):
     told = running.communicate()[1]
     assert running.returncode == 130 and "a.zarr is incomplete; run the same command again to continue" in told, told
     done = subprocess.run(command, capture_output=True, encoding="utf-8")
-    assert done.returncode == 0 and "levels of 210 x 160 x 96, 106 x 81 x 49" in done.stdout, done
-    assert read_metadata(store).levels[0].spacing == (1, 2, 3)
+    assert done.returncode == 0 and "scales of 210 x 160 x 96, 106 x 81 x 49" in done.stdout, done
+    assert read_metadata(store).scales[0].spacing == (1, 2, 3)
     again = subprocess.run(command, capture_output=True, encoding="utf-8")
     assert again.returncode == 2 and "expected no store, or an incomplete one" in again.stderr
     assert os.listdir(tmp_path) and not list(store.rglob("*.partial"))

@@ -29,7 +29,7 @@ def check(path, steps):
     assert [step.relative_to(path).as_posix() for step in found] == ["t/0", "t/1", "t/2"]
     for step, data in zip(found, steps):
         expected = isospline.Volume(data).coefficients
-        assert np.allclose(coefficients(step) + read_metadata(step).levels[0].offset, expected, atol=1e-5)
+        assert np.allclose(coefficients(step) + read_metadata(step).scales[0].offset, expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("kind", ["array", "list", "files", "zarr", "ome"])
@@ -51,26 +51,26 @@ def test_series_of_any_source(steps, tmp_path, kind):
         group.attrs["ome"] = {"version": "0.5", "multiscales": [{"axes": axes, "datasets": datasets}]}
         source = tmp_path / "a.zarr"
     told = []
-    check(isospline.prefilter_to(source, tmp_path / "series.zarr", progress=told.append), steps)
+    check(isospline.convert(source, tmp_path / "series.zarr", progress=told.append), steps)
     assert told == sorted(told) and told[-1] == pytest.approx(1)
 
 
 def test_a_series_continues_after_an_interruption(steps, tmp_path):
     path = tmp_path / "series.zarr"
     with pytest.raises(isospline.Cancelled):
-        isospline.prefilter_to(steps, path, progress=lambda fraction: fraction < 0.5)
+        isospline.convert(steps, path, progress=lambda fraction: fraction < 0.5)
     with pytest.raises(ValueError, match=r"series\.zarr: expected a complete store"):
         time_steps(path)
     done = (path / "t" / "0" / "zarr.json").stat().st_mtime_ns
     with pytest.raises(ValueError, match=r"expected time_steps as in the conversion that was begun, 3, got 2"):
-        isospline.prefilter_to(steps[:2], path)
+        isospline.convert(steps[:2], path)
     with pytest.raises(ValueError, match=r"expected degree as in the conversion that was begun, 2, got 3"):
-        isospline.prefilter_to(steps, path, degree=3)
-    check(isospline.prefilter_to(steps, path), steps)
+        isospline.convert(steps, path, degree=3)
+    check(isospline.convert(steps, path), steps)
     assert (path / "t" / "0" / "zarr.json").stat().st_mtime_ns == done
     with pytest.raises(FileExistsError, match="expected no store"):
-        isospline.prefilter_to(steps, path)
-    check(isospline.prefilter_to(steps, path, overwrite=True), steps)
+        isospline.convert(steps, path)
+    check(isospline.convert(steps, path, overwrite=True), steps)
     with pytest.raises(ValueError, match=r"expected one volume, got a time series of 3: open .*series\.zarr/t/0"):
         isospline.open_volume(path)
     text = (path / "zarr.json").read_text(encoding="utf-8")
@@ -100,7 +100,7 @@ def middle(path):
 
 
 def test_frames_of_a_series_have_one_camera(steps, tmp_path, capsys):
-    series = str(isospline.prefilter_to(steps, tmp_path / "series.zarr"))
+    series = str(isospline.convert(steps, tmp_path / "series.zarr"))
     pattern = str(tmp_path / "frame-##.png")
     assert main(["render", series, "--frames", "-o", pattern, "--view", "front", *OPTIONS]) == 0
     places = [middle(tmp_path / f"frame-{number:02d}.png") for number in range(3)]
@@ -156,7 +156,7 @@ def test_frames_are_made_again_where_they_would_differ(steps, tmp_path, capsys):
 
 
 def test_a_frame_that_was_interrupted_is_made_again(steps, tmp_path, monkeypatch, capsys):
-    series = str(isospline.prefilter_to(steps, tmp_path / "series.zarr"))
+    series = str(isospline.convert(steps, tmp_path / "series.zarr"))
     given = ["render", series, "--frames", "-o", str(tmp_path / "frame-#.png"), *OPTIONS]
     assert main(given) == 0
     write = isospline.image.Image.write
@@ -181,7 +181,7 @@ def test_a_folder_of_volumes_makes_a_folder_of_pictures(steps, tmp_path):
     folder.mkdir()
     np.save(folder / "ball10.npy", steps[0])
     np.save(folder / "ball9.npy", steps[1])
-    isospline.prefilter_to(steps[2], folder / "last.zarr")
+    isospline.convert(steps[2], folder / "last.zarr")
     (folder / "notes.txt").write_text("none", encoding="utf-8")
     assert main(["render", str(folder), "--frames", "-o", str(pictures), *OPTIONS]) == 0
     assert sorted(each.name for each in pictures.iterdir()) == [
@@ -196,7 +196,7 @@ def test_a_folder_of_volumes_makes_a_folder_of_pictures(steps, tmp_path):
 
 def test_frames_that_make_no_sense_are_refused(steps, tmp_path, capsys):
     np.save(tmp_path / "a.npy", steps[0])
-    store = isospline.prefilter_to(steps[0], tmp_path / "a.zarr")
+    store = isospline.convert(steps[0], tmp_path / "a.zarr")
     (tmp_path / "empty").mkdir()
     out = ["--frames", "-o", str(tmp_path / "out")]
     for arguments, expected in (
@@ -205,7 +205,7 @@ def test_frames_that_make_no_sense_are_refused(steps, tmp_path, capsys):
         ([str(tmp_path / "empty"), *out], "expected a folder of volumes, got none in it"),
         ([str(tmp_path), "--frames", "-o", str(tmp_path / "a.png")], "with #### in place of the number"),
         ([str(tmp_path), *out], "expected volumes of different names, got several of a"),
-        ([str(tmp_path), *out, "--turntable", "3"], "--turntable: expected it without --frames"),
+        ([str(tmp_path), *out, "--turntable", "3"], "--turntable cannot be combined with --frames"),
     ):
         assert main(["render", *arguments]) == 2
         assert expected in capsys.readouterr().err

@@ -193,14 +193,14 @@ def test_ome_zarr_takes_the_finest_level_with_its_place(data, tmp_path, version)
     check(source, data)
     assert source.spacing == (2.5, 5, 20) and source.origin == (50, 40, 30) and source.unit == "micrometer"
 
-    path = isospline.prefilter_to(tmp_path / "a.zarr", tmp_path / "store.zarr")
+    path = isospline.convert(tmp_path / "a.zarr", tmp_path / "store.zarr")
     attributes = zarr.open_group(path, mode="r").attrs["ome"]["multiscales"][0]
     assert [axis["unit"] for axis in attributes["axes"]] == ["micrometer"] * 3
     assert attributes["datasets"][0]["coordinateTransformations"] == [
         {"type": "scale", "scale": [20, 5, 2.5]},
         {"type": "translation", "translation": [30, 40, 50]},
     ]
-    assert read_metadata(path).levels[0].spacing == (2.5, 5, 20)
+    assert read_metadata(path).scales[0].spacing == (2.5, 5, 20)
 
 
 def test_axes_of_ome_zarr_in_any_order(data, tmp_path):
@@ -298,20 +298,20 @@ def test_a_broken_chunk_is_named(data, tmp_path, kind):
     with pytest.raises(ValueError, match=rf"a\.{kind}.*chunk \(1, 0, 1\) \(z, y, x\) cannot be read: "):
         open_source(path, "zyx", READING).read([(0, 6), (0, 7), (0, 8)])
     with pytest.raises(ValueError, match=r"chunk \(1, 0, 1\)"):
-        isospline.prefilter_to(path, tmp_path / "store.zarr")
+        isospline.convert(path, tmp_path / "store.zarr")
     with pytest.raises(ValueError, match=r"store\.zarr: expected a complete store"):
         read_metadata(tmp_path / "store.zarr")
 
 
 def test_what_is_no_volume_is_refused(data, tmp_path):
-    isospline.prefilter_to(data, tmp_path / "store.zarr", image=False)
+    isospline.convert(data, tmp_path / "store.zarr", image=False)
     with pytest.raises(ValueError, match="expected samples, got a store without them"):
         open_source(tmp_path / "store.zarr", "zyx", READING)
     zarr.create_array(tmp_path / "flat.zarr", data=data[0])
     with pytest.raises(ValueError, match=r"flat\.zarr.*expected an array of three dimensions, got shape \(7, 8\)"):
         open_source(tmp_path / "flat.zarr", "zyx", READING)
     with pytest.raises(TypeError, match="source: expected a path, a VolumeData or an array"):
-        isospline.prefilter_to(None, tmp_path / "a.zarr")
+        isospline.convert(None, tmp_path / "a.zarr")
     with pytest.raises(ValueError, match="expected real numbers"):
-        isospline.prefilter_to(data.astype(complex), tmp_path / "a.zarr")
+        isospline.convert(data.astype(complex), tmp_path / "a.zarr")
     assert not (tmp_path / "a.zarr").exists()

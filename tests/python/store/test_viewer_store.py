@@ -22,7 +22,7 @@ FAR = NEAR.replace(eye=(200.0, -3000.0, 900.0))
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("store") / "long.zarr"
-    isospline.prefilter_to(volumes.gyroid().values(SHAPE), folder)
+    isospline.convert(volumes.gyroid().values(SHAPE), folder)
     return folder
 
 
@@ -33,18 +33,18 @@ def opened(folder):
     return document, source, ViewState(camera=NEAR).with_new_object(source.key, LEVEL)
 
 
-def test_levels_of_detail_follow_the_camera(opened, folder):
+def test_scales_follow_the_camera(opened, folder):
     document, source, state = opened
     assert source.item.shape == (20, 20, 200) and source.is_volume
     maker = PictureMaker(document)
     maker.render(state, SIZE)
-    assert maker.levels_of_detail == {source.key: 1}
+    assert maker.scales == {source.key: 1}
     still = maker.render(state, SIZE, Stage(1, True))
-    assert maker.levels_of_detail == {source.key: 0}
+    assert maker.scales == {source.key: 0}
     far = maker.render(state.replace(camera=FAR), SIZE, Stage(1, True))
-    assert maker.levels_of_detail[source.key] > 1
+    assert maker.scales[source.key] > 1
     moving = maker.render(state, SIZE)
-    assert maker.levels_of_detail == {source.key: 1}
+    assert maker.scales == {source.key: 1}
 
     assert still.color.any() and moving.color.any() and far.color.any()
     assert (still.color != moving.color).any()
@@ -64,7 +64,7 @@ def test_script_makes_the_very_picture(opened, camera, tmp_path, monkeypatch):
 def test_a_store_tells_whether_it_is_of_a_patient(opened, tmp_path):
     assert not opened[1].to_json()["patient"]
     scan = isospline.VolumeData(volumes.gyroid().values(20), patient=True)
-    isospline.prefilter_to(scan, tmp_path / "scan.zarr")
+    isospline.convert(scan, tmp_path / "scan.zarr")
     assert Document().add(read_source(tmp_path / "scan.zarr")).to_json()["patient"]
 
 

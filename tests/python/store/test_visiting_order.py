@@ -28,7 +28,7 @@ def made(tmp_path_factory):
     data = smooth_noise(SHAPE, 0)
     folder = tmp_path_factory.mktemp("store") / "noise.zarr"
     placed = {"spacing": (1, 1.5, 0.75), "origin": (3, -4, 5)}
-    isospline.prefilter_to(data, folder, chunk=16, image=False, **placed)
+    isospline.convert(data, folder, chunk=16, image=False, **placed)
     return folder, isospline.Volume(data, **placed)
 
 

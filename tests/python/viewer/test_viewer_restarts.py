@@ -89,7 +89,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
         page.settle()
         page.page.set_input_files("#open", other)
         page.wait("isospline.state.objects.length === 2")
-        viewer.change(lambda state: state.with_object(0, level=5.0, color="#123456").replace(shading="outline"))
+        viewer.change(lambda state: state.with_object(0, level=5.0, color="#123456").replace(light="outline"))
         page.drag((300, 300), (380, 260))
         page.settle()
         camera, port = page.evaluate("isospline.camera"), port_of(viewer)
@@ -103,7 +103,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
         wait_for_level(page, 5.0)
         page.settle()
         (each,) = viewer.state.objects
-        assert each.color == "#123456" and viewer.state.shading == "outline"
+        assert each.color == "#123456" and viewer.state.light == "outline"
         assert page.evaluate("isospline.camera") == camera
         assert page.messages().strip() == "" and not page.problems
 

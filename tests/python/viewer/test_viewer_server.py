@@ -54,7 +54,7 @@ def test_a_port_that_is_taken_is_one_clear_error(viewer):
         {"type": "camera", "camera": [1]},
         {"type": "camera", "camera": {"eye": [0, 0, 0], "target": [0, 0, 0], "up": [0, 0, 1]}},
         {"type": "change", "changes": {"lens": 1}},
-        {"type": "change", "changes": {"shading": 3}},
+        {"type": "change", "changes": {"light": 3}},
         {"type": "change", "changes": {"clip": {"normal": [0, "x", 0]}}},
         {"type": "change"},
         {"type": "change_object", "id": 9, "changes": {}},
@@ -97,7 +97,7 @@ def test_an_invalid_message_is_an_error_and_the_viewer_continues(viewer, message
 def test_windows_come_and_go_while_pictures_are_drawn(viewer):
     for number in range(12):
         client = Client(viewer)
-        client.send(type="change", changes={"shading": "path-trace" if number % 2 else "phong"}, input=1)
+        client.send(type="change", changes={"light": "path-trace" if number % 2 else "phong"}, input=1)
         if number % 3:
             client.receive("frame")
         client.socket.close() if number % 2 else client.socket.socket.close()
@@ -113,7 +113,7 @@ def test_windows_come_and_go_while_pictures_are_drawn(viewer):
 def test_closing_twice_and_in_the_middle_of_a_picture(ball):
     viewer = isospline.view(ball, browser=False)
     client = Client(viewer)
-    client.send(type="change", changes={"shading": "path-trace"}, input=1)
+    client.send(type="change", changes={"light": "path-trace"}, input=1)
     client.receive("frame")
     begin = time.monotonic()
     viewer.close()

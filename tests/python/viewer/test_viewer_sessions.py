@@ -54,7 +54,7 @@ def session(sources, level=50.0, **more):
     """The text of a session with an isosurface of each source."""
     objects = [{"id": id, "source": each["key"], "level": level} for id, each in enumerate(sources)]
     state = {"objects": objects, "camera": CAMERA.to_json(), **more}
-    return json.dumps({"format": "isospline session 1", "sources": sources, "state": state}).encode()
+    return json.dumps({"format": "isospline session 2", "sources": sources, "state": state}).encode()
 
 
 def zipped(files):

@@ -22,9 +22,9 @@ PARALLEL = CAMERA.replace(projection="orthographic", height=30.0)
 STATES = {
     "plain": {},
     "shadows": {"shadows": True, "camera": PARALLEL},
-    "outline": {"shading": "outline", "exponent": 1.5},
-    "ambient occlusion": {"shading": "ambient-occlusion"},
-    "path traced": {"shading": "path-trace"},
+    "outline": {"light": "outline", "exponent": 1.5},
+    "ambient occlusion": {"light": "ambient-occlusion"},
+    "path traced": {"light": "path-trace"},
     "capped": {"clip": ClipState("plane", (12.0, 11.0, 10.0), (0.2, 1.0, 0.0), values=True)},
     "box": {"clip": ClipState("box", minimum=(0.0, 0.0, 0.0), maximum=(12.0, 30.0, 30.0), capped=False)},
 }
@@ -50,7 +50,7 @@ def opened(folder):
 
 
 def shot(document, state):
-    samples = 256 if state.shading == "path-trace" else 16
+    samples = 256 if state.light == "path-trace" else 16
     return PictureMaker(document).render(state, SIZE, Stage(samples, True)).to_srgb()
 
 
@@ -90,7 +90,7 @@ def test_render_takes_a_session(opened, folder):
 def test_sessions_are_rendered_with_a_colour_bar_of_the_values_on_the_cut(opened, folder, shading):
     document, state = opened
     clip = ClipState("plane", (12.0, 11.0, 10.0), (0.2, 1.0, 0.0), values=True)
-    state = state.replace(clip=clip, shading=shading, objects=(state.objects[1].replace(opacity=1.0),))
+    state = state.replace(clip=clip, light=shading, objects=(state.objects[1].replace(opacity=1.0),))
     pictures = {}
     for name, values in (("colours", True), ("plain", False)):
         write_session(
@@ -130,7 +130,7 @@ def test_sessions_need_objects_from_files():
         ({"objects": [{"id": 0, "source": "a", "level": float("nan")}]}, "level: expected a finite number, got nan"),
         ({"objects": [{"id": 0, "source": "a", "opacity": 2}]}, "opacity: expected a finite number from 0 to 1, got 2"),
         ({"objects": [{"id": 0, "source": "a", "color": "rde"}]}, "color: expected .* name of a colour, .*got 'rde'"),
-        ({"shading": "best"}, "shading: expected one of phong, outline, ambient-occlusion, path-trace, got 'best'"),
+        ({"light": "best"}, "light: expected one of phong, outline, ambient-occlusion, path-trace, got 'best'"),
         ({"clip": {"kind": "plane", "normal": [0, 1]}}, r"normal: expected 3 numbers, got \[0, 1\]"),
         ({"lens": 1}, "session.json.*: expected one of .*, got 'lens'|state: expected one of .*, got 'lens'"),
         ({"camera": {"eye": [0, 0, 0]}}, "camera: expected target, got eye"),
@@ -138,7 +138,7 @@ def test_sessions_need_objects_from_files():
 )
 def test_a_wrong_session_is_one_clear_error(tmp_path, changes, message, capsys):
     path = tmp_path / "session.json"
-    path.write_text(json.dumps({"format": "isospline session 1", "sources": [], "state": changes}), encoding="utf-8")
+    path.write_text(json.dumps({"format": "isospline session 2", "sources": [], "state": changes}), encoding="utf-8")
     with pytest.raises(ValueError, match=message):
         read_session(path)
     assert main(["render", "--session", str(path), "-o", str(tmp_path / "a.png")]) == 2

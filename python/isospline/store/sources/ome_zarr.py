@@ -52,7 +52,7 @@ def open_zarr(
     source, steps = _open_multiscale(path, name, node, image, time)
     if "isospline" in node.attrs:  # a store tells its directions, which OME-Zarr cannot
         store = read_metadata(path if name is None else path / name)
-        finest = store.levels[0]
+        finest = store.scales[0]
         source.move(origin=finest.origin, direction=finest.direction, patient=store.patient)
     return source, steps
 

@@ -5,7 +5,7 @@ import {checkbox, field, make, numberInput, segments, select, slider, tidy} from
 import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
 
-const SHADINGS = {phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
+const LIGHTS = {phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
 // Windows for computed tomography: width and level, in Hounsfield units.
@@ -30,15 +30,15 @@ export class Panel {
     const {app} = this;
     if (!app.state) return;
     this.histogram.draw();
-    const {objects, shading, shadows, exponent, background, clip, slices} = app.state, open = [...app.sources.keys()];
+    const {objects, light, shadows, exponent, background, clip, slices} = app.state, open = [...app.sources.keys()];
     // Levels change often; they only change the value of their input.
     const withoutLevels = objects.map(each => ({...each, level: each.level !== null}));
-    this.put("objects", [withoutLevels, shading, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
+    this.put("objects", [withoutLevels, light, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
     for (const each of objects) {
       document.querySelector(`.object[data-object="${each.id}"] .head input.number`)?.show(each.level);
     }
     this.put("add", [objects.map(each => each.source), open], () => this.drawAdd());
-    this.put("light", [shading, shadows, exponent, background], () => this.drawLight(), true);
+    this.put("light", [light, shadows, exponent, background], () => this.drawLight(), true);
     this.put("cut", [clip.kind, clip.capped, clip.values], () => this.drawCut(), true);
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
@@ -92,8 +92,8 @@ export class Panel {
       each.level !== null && field("Pieces", select("Pieces", pieces, each.largest === null ? "all" : `+${each.largest}`,
         value => change({largest: value === "all" ? null : Number(value)}))),
       each.level !== null && make("div", {class: "row"}, checkbox("Closed at the border", each.closed, closed => change({closed}))),
-      app.state.shading !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
-      app.state.shading !== "path-trace" && field("Opacity at edges", slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01,
+      app.state.light !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
+      app.state.light !== "path-trace" && field("Opacity at edges", slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01,
         silhouette_opacity => change({silhouette_opacity}))),
       field("Colour by", select("Colour by", rules, each.color_by, color_by => change({color_by, limits: null}))),
     ];
@@ -106,7 +106,7 @@ export class Panel {
           this.number("First value", limits[0], value => change({limits: [value, limits[1]]})),
           this.number("Last value", limits[1], value => change({limits: [limits[0], value]}))));
     }
-    if (app.state.shading === "path-trace") {
+    if (app.state.light === "path-trace") {
       parts.push(field("Metal", slider("Metal", each.metallic, 0, 1, 0.01, metallic => change({metallic}))),
         field("Roughness", slider("Roughness", each.roughness, 0, 1, 0.01, roughness => change({roughness}))));
     }
@@ -135,10 +135,10 @@ export class Panel {
     const background = make("input", {type: "color", value: state.background, "aria-label": "Background"});
     background.oninput = () => app.changeState({background: background.value});
     return [
-      segments("Shading", SHADINGS, state.shading, shading => app.changeState({shading})),
-      state.shading === "phong" && make("div", {class: "row"}, checkbox("Shadows", state.shadows, shadows => app.changeState({shadows}))),
-      state.shading === "outline" && field("Exponent", slider("Exponent", state.exponent, 0.2, 8, 0.1, exponent => app.changeState({exponent}))),
-      state.shading === "path-trace" && make("p", {class: "hint"}, "All surfaces are opaque. Select a surface to set its metal and roughness."),
+      segments("Light", LIGHTS, state.light, light => app.changeState({light})),
+      state.light === "phong" && make("div", {class: "row"}, checkbox("Shadows", state.shadows, shadows => app.changeState({shadows}))),
+      state.light === "outline" && field("Exponent", slider("Exponent", state.exponent, 0.2, 8, 0.1, exponent => app.changeState({exponent}))),
+      state.light === "path-trace" && make("p", {class: "hint"}, "All surfaces are opaque. Select a surface to set its metal and roughness."),
       field("Background", background),
     ];
   }

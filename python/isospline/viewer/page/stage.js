@@ -73,14 +73,14 @@ export class Stage {
   }
 
   tellStatus(now) {
-    const {size, samples, final, levels_of_detail: details} = this.app.frame;
+    const {size, samples, final, scales: details} = this.app.frame;
     this.fps = [...this.fps.filter(each => now - each < 1000), now];
     const latency = this.app.latencies.at(-1);
     const moving = samples === 0;
     document.getElementById("status").textContent = `${size[0]} × ${size[1]} · ` + (moving
       ? `${this.fps.length} pictures/s · ${latency ? latency.toFixed(0) : "–"} ms`
       : `${samples} sample${samples > 1 ? "s" : ""}${final ? "" : " …"}`)
-      + (details.length ? `, level of detail ${details.join(", ")}` : "");
+      + (details.length ? `, scale ${details.join(", ")}` : "");
   }
 
   // -- Pointer and keyboard ------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from .sources.opening import open_source
 
 
 @explained
-def prefilter_to(
+def convert(
     source: Any,
     out: str | os.PathLike[str],
     *,
@@ -109,7 +109,7 @@ def prefilter_to(
     >>> import tempfile, numpy as np, isospline
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     samples = isospline.volumes.torus().values(96)
-    ...     path = isospline.prefilter_to(samples, f"{folder}/torus.zarr", spacing=0.5)
+    ...     path = isospline.convert(samples, f"{folder}/torus.zarr", spacing=0.5)
     ...     sorted(entry.name for entry in path.iterdir())
     ['0', '1', 'coefficients', 'ranges', 'zarr.json']
     """

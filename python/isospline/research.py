@@ -1,0 +1,93 @@
+"""The paper's baseline, and settings of experiments that no picture needs.
+
+References
+----------
+P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Literal
+
+from ._core import Isosurface, Scene, VoxelHopper, _empty_scene
+from .interop.conversions import as_placed_objects
+from .results import HopStatistics
+from .signatures import explained
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ._core import Volume, _Placeable
+    from .io import VolumeData
+
+__all__ = ["HopStatistics", "VoxelHopper", "isosurface", "scene"]
+
+
+@explained
+def isosurface(
+    volume: Volume | VolumeData | NDArray[Any],
+    level: float,
+    *,
+    method: Literal["exact", "reference", "bracket"] = "exact",
+    prune_depth: int = 2,
+    prune_border: bool = True,
+    **options: Any,
+) -> Isosurface:
+    """Make an isosurface with another root finder, or another pruning of its shell.
+
+    Parameters
+    ----------
+    volume, level
+        As in `Isosurface`.
+    method : {"exact", "reference", "bracket"}
+        How rays find the surface in a cell. "exact" misses no root. "reference" is the same in float64 throughout, and
+        slow. "bracket" is the paper's method: opposite signs at the ends of the cell, then Brent's method.
+    prune_depth : int
+        Levels of subdivision by which the shell is pruned, 0 (no pruning) to 6.
+    prune_border : bool
+        If False, cells on the border of the volume are not pruned, as in the paper.
+    **options
+        Options of `Isosurface`.
+
+    Returns
+    -------
+    Isosurface
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> paper = isospline.research.isosurface(field.volume(24), field.level, method="bracket", prune_border=False)
+    >>> paper
+    <Isosurface(level=0, inside="above", method="bracket")>
+    """
+    return Isosurface(volume, level, **options)._for_research(method, prune_depth, prune_border)
+
+
+@explained
+def scene(
+    objects: _Placeable | Iterable[Any] = (),
+    *,
+    box_edge: Literal[16, 8, 4, 2, 1] = 16,
+    build_quality: Literal["low", "medium", "high"] = "medium",
+) -> Scene:
+    """Make a scene with other boxes in Embree around isosurfaces.
+
+    Parameters
+    ----------
+    objects, build_quality
+        As in `Scene`.
+    box_edge : {16, 8, 4, 2, 1}
+        Cells along an edge of Embree's boxes around an isosurface. Inside a box, cells are found by subdivision, and
+        made when the first ray enters the box. Below 8, all cells are found whenever the level changes; 1 is a box for
+        each cell. With the default, levels change by far the fastest. Hits do not depend on it.
+
+    Returns
+    -------
+    Scene
+    """
+    made = _empty_scene(build_quality, box_edge)
+    for each, transform in as_placed_objects(objects):
+        made.add(each, transform)
+    return made
