@@ -207,7 +207,7 @@ def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
     assert (one == two).all()
     for more, message in (
         (["--workers", "0"], "at least 1"),
-        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "either it or --scheduler"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers cannot be combined with --scheduler"),
         (["--workers", "2", "--threads", "2"], "--threads"),
         (["--workers", "2", "--light", "path-trace", "--noise", "0.1"], "--noise"),
         (["--scheduler", "nonsense"], "--scheduler: expected the address of a Dask scheduler"),
