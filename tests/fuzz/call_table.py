@@ -148,6 +148,19 @@ def calls(o, folder):
             {"vertices": np.eye(3), "faces": [(0, 1, 2)], "normals": np.eye(3), "colors": np.eye(3), "material": None},
         ),
         *((f"Mesh.{name}", getattr(o["mesh"], name), {}) for name in ("to_meshio", "to_pyvista", "to_trimesh")),
+        *(
+            (f"{name}.save", o[key].save, {"path": folder / f"{name}.png", "size": (4, 4), "samples": 1})
+            for name, key in {"Scene": "scene", "Isosurface": "surface", "Mesh": "mesh", "VolumeData": "data"}.items()
+        ),
+        ("Volume.save", o["volume"].save, {"path": folder / "v.png", "level": 0.0, "size": (4, 4)}),
+        ("Mesh.export", o["mesh"].export, {"path": folder / "a.stl"}),
+        *(
+            (f"{name}.{method}", getattr(o[key], method), {})
+            for name, key in {"Isosurface": "surface", "Volume": "volume", "VolumeData": "data", "Mesh": "mesh"}.items()
+            for method in ("to_pyvista", "GetClassName", "to_trimesh")
+            if hasattr(o[key], method) and (name, method) not in (("Mesh", "to_pyvista"), ("Mesh", "to_trimesh"))
+        ),
+        ("Measurement.replace", iso.Measurement(1.0, 0.1).replace, {"value": 2.0}),
         ("Mesh.write", o["mesh"].write, {"path": folder / "a.ply"}),
         *(
             (f"{of.__name__}.{name}", lambda value, function=getattr(of, name): function(value), {"value": None})
@@ -477,6 +490,10 @@ def calls(o, folder):
                 {"levels": [0.1]},
             )
             for name in ("scene", "volume")
+        ),
+        *(
+            (f"{name}.show", lambda item=o[key], **given: item.show(browser=False, **given).close(), {"height": 480})
+            for name, key in {"Mesh": "mesh", "VolumeData": "data"}.items()
         ),
         ("Isosurface.show", lambda **given: surface.show(browser=False, **given).close(), {"levels": [0.1]}),
         (
