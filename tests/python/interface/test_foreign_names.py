@@ -72,8 +72,8 @@ def test_the_right_calls_exist(meaning):
 def test_close_names_are_answered_too(objects):
     for owner, name, meaning in (
         ("isospline", "Isosurfaces", "Isosurface"),
-        ("Mesh", "vertexes", "vertices"),
-        ("Volume", "coeficients", "coefficients"),
+        ("Mesh", "verticez", "vertices"),
+        ("Volume", "coefficientz", "coefficients"),
     ):
         with pytest.raises(AttributeError, match=rf"; did you mean {meaning}\?$"):
             getattr(objects[owner], name)

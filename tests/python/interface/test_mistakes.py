@@ -88,8 +88,8 @@ MISTAKES = {
         "color",
     ),
     "a misspelt keyword of a Python function": (
-        lambda s: isospline.render(s.scene, s.camera, ligth=None),
-        "ligth: expected a parameter of render (",
+        lambda s: isospline.render(s.scene, s.camera, lightt=None),
+        "lightt: expected a parameter of render (",
         "light",
     ),
     "a keyword of another library": (
