@@ -58,8 +58,15 @@ void bind_map(py::class_<GivenColor>& color_class)
 {
     color_class
         .def_property_readonly(
-            "cmap", [](const GivenColor& color) { return colors_of(color.map); },
-            "(N, 3) float64 array: linear colours at equal steps from the first limit to the second.")
+            "cmap",
+            [](const GivenColor& color) {
+                return py::module_::import("isospline.colors").attr("encoded")(colors_of(color.map));
+            },
+            "(N, 3) float64 array: colours, sRGB, at equal steps from the first limit to the second.")
+        .def("_cmap",
+             [](const GivenColor& color) {
+                 return py::module_::import("isospline.colors").attr("linear")(colors_of(color.map));
+             })
         .def_property_readonly("limits", [](const GivenColor& color) -> std::optional<Limits> {
             if constexpr (std::is_same_v<GivenColor, ColorByDepth>)
                 if (color.fit_limits)
@@ -98,7 +105,8 @@ volume : Volume, VolumeData or (nz, ny, nx) array
     Any volume of any degree; it need not be the volume of the surface. Outside of its domain, it continues by its
     boundary rule.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
+    interpolated linearly in light.
 limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest sample.
 transform : (4, 4) array_like, optional
@@ -150,7 +158,8 @@ Parameters
 kind : {"mean", "gaussian", "maximum", "minimum"}
     Mean or Gaussian curvature, or a principal one.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
+    interpolated linearly in light.
 limits : (float, float)
     Curvatures of the first and of the last colour, in 1 / world unit; for Gaussian curvature, in 1 / world unit^2.
 
@@ -189,7 +198,8 @@ void bind_by_depth(py::module_& module)
 Parameters
 ----------
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or linear colours at equal steps.
+    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
+    interpolated linearly in light.
 limits : (float, float), optional
     Depths of the first and of the last colour, as in `Image.depth`; by default those of the corners of the scene's box.
 

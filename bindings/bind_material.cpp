@@ -40,7 +40,7 @@ dielectric, at the normal. With ``specular=0`` and ``metallic=0`` this is Lamber
 Parameters
 ----------
 color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
-    A name, linear numbers from 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it. By default,
+    A name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it. By default,
     the light decides: a `PathTracer` uses 0.8, and a shading its own colour.
 metallic, roughness, specular : float
     0 to 1. A roughness below 0.03 counts as 0.03. For path tracing.
@@ -81,7 +81,10 @@ Examples
 
 void bind_material(py::module_& module)
 {
-    py::class_<Material, std::shared_ptr<Material>>(module, "Material", material_doc)
+    py::class_<Material, std::shared_ptr<Material>> material_class(module, "Material", material_doc);
+    bind_color_of(material_class, "color", &Material::color);
+    bind_color_of(material_class, "cap_color", &Material::cap_color);
+    material_class
         .def(py::init([](const py::object& color, double metallic, double roughness, double specular,
                          const py::object& cap_color, double opacity, std::optional<double> silhouette_opacity,
                          double silhouette_exponent, std::string name) {
@@ -101,12 +104,10 @@ void bind_material(py::module_& module)
              py::arg("roughness") = Material().roughness, py::arg("specular") = Material().specular,
              py::arg("cap_color") = py::none(), py::arg("opacity") = 1.0, py::arg("silhouette_opacity") = py::none(),
              py::arg("silhouette_exponent") = Material().silhouette_exponent, py::arg("name") = "")
-        .def_readonly("color", &Material::color)
         .def_readonly("opacity", &Material::opacity)
         .def_readonly("silhouette_opacity", &Material::silhouette_opacity)
         .def_readonly("silhouette_exponent", &Material::silhouette_exponent)
         .def_readonly("name", &Material::name)
-        .def_readonly("cap_color", &Material::cap_color)
         .def_readonly("metallic", &Material::metallic)
         .def_readonly("roughness", &Material::roughness)
         .def_readonly("specular", &Material::specular)

@@ -36,8 +36,8 @@ normals : (V, 3) array_like of numbers, optional
     Outward normals at the vertices, of any length. They are interpolated across each face for shading. Ray queries
     return the normals of the faces.
 colors : (V, 3) array_like of numbers, str or sequence of str, optional
-    Colours at the vertices, interpolated across each face: linear from 0 to 1, or sRGB from 0 to 255 if the type is
-    uint8; or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by
+    Colours at the vertices, interpolated across each face: sRGB from 0 to 1, or from 0 to 255 if the type is uint8;
+    or names, one for all vertices or one each. They are multiplied by the colour of a `Phong`, white by
     default, or of a `Material`.
 material : Material, optional
     Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
@@ -223,8 +223,17 @@ void bind_mesh(py::module_& module)
             "normals", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().normals()); },
             "(V, 3) float64 array, as given; read-only. None without normals.")
         .def_property_readonly(
-            "colors", [](const py::object& self) { return view_or_none(self, self.cast<const Mesh&>().colors()); },
-            "(V, 3) float64 array, linear; read-only. None without colours.")
+            "colors",
+            [](const py::object& self) -> py::object {
+                const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
+                return linear.is_none() ? linear : py::module_::import("isospline.colors").attr("encoded")(linear);
+            },
+            "(V, 3) float64 array, sRGB; a new array. None without colours.")
+        .def("_colors",
+             [](const py::object& self) -> py::object {
+                 const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
+                 return linear.is_none() ? linear : py::module_::import("isospline.colors").attr("linear")(linear);
+             })
         .def_property_readonly(
             "values",
             [](const py::object& self) -> py::object {

@@ -99,7 +99,8 @@ highlights have the colour of the light.
 Parameters
 ----------
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the surface, or a rule for it. The colours of a mesh's vertices are multiplied by it.
+    Colour of the surface, a name or sRGB from 0 to 1, or a rule for it. The colours of a mesh's vertices are
+    multiplied by it.
 ambient, diffuse, specular : float
     The coefficients k_a, k_d and k_s, at least 0.
 specular_exponent : float
@@ -158,8 +159,6 @@ Examples
              py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false,
              py::arg("opacity") = defaults.opacity, py::arg("silhouette_opacity") = py::none(),
              py::arg("silhouette_exponent") = defaults.silhouette_exponent, py::arg("cap_color") = py::none())
-        .def_readonly("cap_color", &Phong::cap_color)
-        .def_readonly("color", &Phong::color)
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
         .def_readonly("specular", &Phong::specular)
@@ -199,7 +198,7 @@ Parameters
 exponent : float
     n_o, at least 0; the larger, the thinner the lines.
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the lines, or a rule for it.
+    Colour of the lines, a name or sRGB from 0 to 1, or a rule for it.
 surface_color : the same
     Colour of the surface between the lines. The colours of a mesh's vertices are multiplied by it.
 opacity : float
@@ -240,10 +239,7 @@ Examples
              py::arg("surface_color") = 0.0, py::arg("opacity") = Outline().opacity,
              py::arg("silhouette_opacity") = py::none(), py::arg("silhouette_exponent") = Outline().silhouette_exponent,
              py::arg("cap_color") = py::none())
-        .def_readonly("cap_color", &Outline::cap_color)
         .def_readonly("exponent", &Outline::exponent)
-        .def_readonly("color", &Outline::color)
-        .def_readonly("surface_color", &Outline::surface_color)
         .def_readonly("opacity", &Outline::opacity)
         .def_readonly("silhouette_opacity", &Outline::silhouette_opacity)
         .def_readonly("silhouette_exponent", &Outline::silhouette_exponent)
@@ -273,7 +269,8 @@ samples : int
 distance : float
     World units; surfaces farther away hide nothing.
 color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Linear colour of the surface, or a rule for it. The colours of a mesh's vertices are multiplied by it.
+    Colour of the surface, a name or sRGB from 0 to 1, or a rule for it. The colours of a mesh's vertices are
+    multiplied by it.
 opacity : float
     0 to 1; below 1, objects behind show through, see `render`.
 silhouette_opacity : float, optional
@@ -311,10 +308,8 @@ AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1, cap_color=None)
              py::arg("samples") = defaults.samples, py::kw_only(), py::arg("distance") = defaults.distance,
              py::arg("color") = 1.0, py::arg("opacity") = defaults.opacity, py::arg("silhouette_opacity") = py::none(),
              py::arg("silhouette_exponent") = defaults.silhouette_exponent, py::arg("cap_color") = py::none())
-        .def_readonly("cap_color", &AmbientOcclusion::cap_color)
         .def_readonly("samples", &AmbientOcclusion::samples)
         .def_readonly("distance", &AmbientOcclusion::distance)
-        .def_readonly("color", &AmbientOcclusion::color)
         .def_readonly("opacity", &AmbientOcclusion::opacity)
         .def_readonly("silhouette_opacity", &AmbientOcclusion::silhouette_opacity)
         .def_readonly("silhouette_exponent", &AmbientOcclusion::silhouette_exponent)
@@ -335,6 +330,16 @@ void bind_shading(py::module_& module)
     bind_phong(module);
     bind_outline(module);
     bind_ambient_occlusion(module);
+    py::class_<Phong> phong(module.attr("Phong"));
+    bind_color_of(phong, "color", &Phong::color);
+    bind_color_of(phong, "cap_color", &Phong::cap_color);
+    py::class_<Outline> outline(module.attr("Outline"));
+    bind_color_of(outline, "color", &Outline::color);
+    bind_color_of(outline, "surface_color", &Outline::surface_color);
+    bind_color_of(outline, "cap_color", &Outline::cap_color);
+    py::class_<AmbientOcclusion> occlusion(module.attr("AmbientOcclusion"));
+    bind_color_of(occlusion, "color", &AmbientOcclusion::color);
+    bind_color_of(occlusion, "cap_color", &AmbientOcclusion::cap_color);
 }
 
 } // namespace isospline

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -52,6 +53,12 @@ inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
     return parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
 }
 
+/// What a colour is made of, with numbers in sRGB decoded; names and linear numbers as they are.
+inline pybind11::object decoded(const pybind11::handle& value)
+{
+    return pybind11::module_::import("isospline.colors").attr("decoded")(value);
+}
+
 /// The colour of a surface: a colour, or one of the classes ColorBy... .
 inline Color as_surface_color(const pybind11::handle& value, const char* parameter)
 {
@@ -63,7 +70,7 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
         return value.cast<ColorByNormal>();
     if (pybind11::isinstance<ColorByDepth>(value))
         return value.cast<ColorByDepth>();
-    const glm::dvec3 color = as_color(value, parameter);
+    const glm::dvec3 color = as_color(decoded(value), parameter);
     check_not_above_one(color, value, parameter);
     return color;
 }
@@ -74,11 +81,34 @@ inline CapColor as_cap_color(const pybind11::object& value, const char* paramete
     return value.is_none() ? CapColor() : as_surface_color(value, parameter);
 }
 
+/// A colour in Python: sRGB, or linear numbers that are marked as such; or the rule.
+inline pybind11::object to_python(const Color& color, bool linear)
+{
+    namespace py = pybind11;
+    if (!std::holds_alternative<glm::dvec3>(color))
+        return py::cast(color);
+    return py::module_::import("isospline.colors").attr(linear ? "linear" : "encoded")(std::get<glm::dvec3>(color));
+}
+
+inline pybind11::object to_python(const std::optional<Color>& color, bool linear)
+{
+    return color ? to_python(*color, linear) : pybind11::none();
+}
+
+/// A property with a colour in sRGB, and the same linear, with an underscore, for copies that are exact.
+template <typename Class, typename Object, typename GivenColor>
+void bind_color_of(Class& object_class, const char* name, GivenColor Object::*color)
+{
+    object_class.def_property_readonly(name, [color](const Object& object) { return to_python(object.*color, false); });
+    object_class.def(("_" + std::string(name)).c_str(),
+                     [color](const Object& object) { return to_python(object.*color, true); });
+}
+
 /// The text of a colour, as in the constructor of a shading.
 inline std::string to_text(const Color& color)
 {
-    if (const auto* constant = std::get_if<glm::dvec3>(&color))
-        return to_text(*constant);
+    if (std::holds_alternative<glm::dvec3>(color))
+        return to_text(as_color(to_python(color, false), "color"));
     return pybind11::repr(pybind11::cast(color)).cast<std::string>();
 }
 
@@ -92,7 +122,7 @@ inline glm::vec4 as_background(const pybind11::handle& value, const char* parame
 {
     if (value.is_none())
         return glm::vec4(0.0f);
-    const auto parts = as_color_parts(value, parameter, {1, 3, 4},
+    const auto parts = as_color_parts(decoded(value), parameter, {1, 3, 4},
                                       "None, a name, or one, three (red, green, blue) or four (and opacity) numbers");
     const glm::dvec3 color = parts.size() == 1 ? glm::dvec3(parts[0]) : glm::dvec3(parts[0], parts[1], parts[2]);
     check_not_above_one(color, value, parameter);

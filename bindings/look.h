@@ -54,8 +54,10 @@ void bind_look(Class& object_class)
             "Its look, or None.")
         .def_property_readonly(
             "color",
-            [=](const Object& object) { return material_of(object) ? material_of(object)->color : std::nullopt; },
-            "Its colour, linear, or a rule; None leaves it to the light.")
+            [=](const Object& object) {
+                return to_python(material_of(object) ? material_of(object)->color : std::nullopt, false);
+            },
+            "Its colour, sRGB, or a rule; None leaves it to the light.")
         .def_property_readonly(
             "opacity", [=](const Object& object) { return material_of(object) ? material_of(object)->opacity : 1.0; },
             "From 0 to 1.")

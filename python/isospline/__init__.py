@@ -1,7 +1,9 @@
 """Isosurfaces of B-spline volume models, ray traced exactly in Embree."""
 
+from importlib import import_module as _import_module
 from importlib.metadata import version as _version
-from typing import NoReturn as _NoReturn
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from . import _core, signatures
 
@@ -55,14 +57,19 @@ from .store import convert, open_volume, scale_for
 from .studio import Studio
 from .video import write_video
 from . import research, showing
-from .viewer import view
 
 from . import distributed  # last, because it imports from the other modules
+
+if _TYPE_CHECKING:
+    from .viewer import view
 
 __version__ = _version("isospline")
 
 
-def __getattr__(name: str) -> _NoReturn:
+def __getattr__(name: str) -> _Any:
+    if name in ("view", "viewer"):  # most programs do without
+        viewer = _import_module("isospline.viewer")
+        return globals().setdefault("view", viewer.view) if name == "view" else viewer
     raise foreign.unknown_name("isospline", name, __all__, is_module=True)
 
 

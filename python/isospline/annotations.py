@@ -163,7 +163,7 @@ def _draw_colorbar(image, right, rule, limits, unit):
     drawn.finish()
     # The first colour is at the bottom.
     places = 1 - (np.arange(length) + 0.5) / length
-    colors = np.asarray(rule.cmap)
+    colors = np.asarray(rule._cmap())
     steps = np.linspace(0, 1, len(colors))
     column = np.stack([np.interp(places, steps, part) for part in colors.T], axis=-1)
     area = np.s_[top : top + length, max(left, 0) : left + thickness]

@@ -15,7 +15,8 @@ from .cli_light import add_environment, add_ground, add_materials, add_silhouett
 from .cli_limits import add_limits
 from .cli_picture import add_largest, add_picture_options, background, color
 from .cli_store import add_memory_limit, add_store_options
-from .looks import CURVATURES, LIGHTS
+from .colors import CURVATURES
+from .looks import LIGHTS
 from .views import DEFAULT_VIEW
 
 #: Exit codes: of an error, of bad arguments and files, and after Ctrl-C.
@@ -174,7 +175,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         type=background,
         default=(),
         metavar="COLOR",
-        help="a name, #rrggbb, linear R,G,B or R,G,B,A, or none; by default light in studio light, else black",
+        help="a name, #rrggbb, R,G,B or R,G,B,A from 0 to 1, or none; by default light in studio light, else black",
     )
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
     add_cluster_options(group)
@@ -207,7 +208,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         type=color,
         action="append",
         metavar="COLOR",
-        help="a name such as ivory, #rrggbb, or linear R,G,B from 0 to 1; repeated, for each level and "
+        help="a name such as ivory, #rrggbb, or R,G,B from 0 to 1, sRGB; repeated, for each level and "
         "then for each mesh",
     )
     group.add_argument(

@@ -84,7 +84,8 @@ def color(text):
         if len(numbers) in (1, 3):
             return numbers if len(numbers) == 3 else numbers * 3
     try:
-        return tuple(named_color(text).tolist())
+        named_color(text)
+        return text
     except ValueError:
         expected = "the name of a colour, such as white or #f0c0a0, or 1 or 3 numbers from 0 to 1, separated by commas"
         raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}") from None

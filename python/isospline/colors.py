@@ -12,6 +12,9 @@ from .color_tables import table
 from .mistakes import sentence
 from .signatures import explained
 
+#: Kinds of curvature by which surfaces are coloured, by their names in the viewer and on the command line.
+CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+
 
 def linear_to_srgb(linear: ArrayLike) -> NDArray[np.float64]:
     """The transfer curve of sRGB (IEC 61966-2-1), for values that are clipped to [0, 1]."""
@@ -23,6 +26,41 @@ def srgb_to_linear(srgb: ArrayLike) -> NDArray[np.float64]:
     """The inverse of `linear_to_srgb`, on [0, 1]."""
     srgb = np.asarray(srgb, dtype=float)
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+class Linear(np.ndarray[Any, np.dtype[np.float64]]):
+    """Linear numbers of colours; see `linear`."""
+
+
+def linear(color: ArrayLike) -> NDArray[np.float64]:
+    """Mark numbers of colours as linear, in proportion to light. All others are sRGB, as on displays.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.Phong(color=isospline.colors.linear((0.5, 0.5, 0.5))).color.round(3)
+    array([0.735, 0.735, 0.735])
+    """
+    return np.asarray(color, dtype=float).view(Linear)
+
+
+def encoded(color: ArrayLike) -> NDArray[np.float64]:
+    """The numbers in sRGB of linear ones, without the rounding of the curve and its inverse."""
+    return linear_to_srgb(np.asarray(color, dtype=float)).round(12).view(np.ndarray)
+
+
+def decoded(color: Any) -> Any:
+    """Linear numbers of one colour, from sRGB and, if there are four, an opacity; what is no colour as it is."""
+    if isinstance(color, (str, Linear)):
+        return color
+    try:
+        numbers = np.asarray(color, dtype=float)
+    except (TypeError, ValueError, RuntimeError):
+        return color
+    is_color = numbers.shape in ((), (1,), (3,), (4,)) and ((numbers >= 0) & (numbers <= 1)).all()
+    if not is_color or np.asarray(color).dtype.kind not in "iuf":
+        return color
+    return srgb_to_linear(numbers) if numbers.ndim == 0 else np.append(srgb_to_linear(numbers[:3]), numbers[3:])
 
 
 # Names of matplotlib that differ from those of CSS, which Pillow knows.
@@ -65,7 +103,7 @@ def named_color(name: str, parameter: str = "color", takes_opacity: bool = False
     """
     srgb = _srgb_of(_MATPLOTLIB.get(name.lower(), name))
     if srgb is None:
-        expected = 'linear numbers from 0 to 1 or the name of a colour, such as "white" or "#ff8000"'
+        expected = 'numbers from 0 to 1 or the name of a colour, such as "white" or "#ff8000"'
         raise ValueError(sentence(parameter, expected, name))
     color, opacity = srgb_to_linear(srgb[:3]), srgb[3:]
     if takes_opacity:
@@ -101,20 +139,30 @@ def hex_of(linear: ArrayLike) -> str:
 def vertex_colors(colors: Any, count: int) -> Any:
     """The colours of `count` vertices, from one name for all, one name each, or numbers."""
     if isinstance(colors, str):
-        return np.broadcast_to(named_color(colors, "colors"), (count, 3))
+        return linear(np.broadcast_to(named_color(colors, "colors"), (count, 3)))
     return _without_names(colors, "colors")
 
 
 def _without_names(colors: Any, parameter: str) -> Any:
-    """A sequence of colours, with numbers in place of names."""
+    """Linear colours, from names and numbers in sRGB; what are no colours stay as they are."""
     if isinstance(colors, (list, tuple)) and any(isinstance(color, str) for color in colors):
-        return [named_color(color, parameter) if isinstance(color, str) else color for color in colors]
-    return colors
+        return [named_color(color, parameter) if isinstance(color, str) else decoded(color) for color in colors]
+    if isinstance(colors, Linear):
+        return colors
+    try:
+        numbers = np.asarray(colors)
+    except (TypeError, ValueError, RuntimeError):
+        return colors
+    is_color = numbers.ndim == 2 and numbers.shape[1] == 3 and numbers.dtype.kind in "iuf"
+    if not is_color or numbers.dtype == np.uint8 or not ((numbers >= 0) & (numbers <= 1)).all():
+        return colors
+    return linear(srgb_to_linear(numbers))
 
 
 def one_color(color: Any, parameter: str) -> NDArray[np.float64]:
     """Linear red, green and blue of a number, three numbers or a name."""
-    parts = named_color(color, parameter) if isinstance(color, str) else np.asarray(color, dtype=float)
+    given = decoded(color)
+    parts = named_color(given, parameter) if isinstance(given, str) else np.asarray(given, dtype=float)
     if parts.shape not in ((), (1,), (3,)):
         raise ValueError(f"{parameter}: expected one number, three (red, green, blue) or a name, got {color!r}")
     if not (np.isfinite(parts).all() and (parts >= 0).all() and (parts <= 1).all()):
@@ -128,7 +176,7 @@ def above_one(parameter: str, color: ArrayLike) -> str:
     of_eight_bits = (parts >= 0).all() and (parts <= 255).all() and (parts % 1 == 0).all() and parts.max() > 1
     meaning = f'"#{"".join(f"{int(part):02x}" for part in parts)}"' if of_eight_bits else None
     shown = color if isinstance(color, (int, float)) else tuple(np.asarray(color, dtype=float).ravel().tolist())
-    return sentence(parameter, "linear numbers from 0 to 1 for red, green and blue", shown, meaning)
+    return sentence(parameter, "numbers from 0 to 1 for red, green and blue", shown, meaning)
 
 
 def color_map(cmap: Any) -> NDArray[np.float64]:
@@ -137,13 +185,13 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
     Parameters
     ----------
     cmap : str, matplotlib Colormap or (N, 3) array_like
-        The name of a colour map of matplotlib, such as ``"viridis"``, its object, or two or more colours, linear or
+        The name of a colour map of matplotlib, such as ``"viridis"``, its object, or two or more colours, sRGB or
         named.
 
     Returns
     -------
     (N, 3) float64 array
-        For a map of matplotlib, 256 colours that look like it after encoding in sRGB.
+        Linear. For a map of matplotlib, 256 colours that look like it after encoding in sRGB.
 
     Raises
     ------
@@ -155,9 +203,9 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
     Examples
     --------
     >>> from isospline.colors import color_map
-    >>> color_map([(0, 0, 0), (1, 0.5, 0)])
-    array([[0. , 0. , 0. ],
-           [1. , 0.5, 0. ]])
+    >>> color_map([(0, 0, 0), (1, 0.5, 0)]).round(3)
+    array([[0.   , 0.   , 0.   ],
+           [1.   , 0.214, 0.   ]])
     """
     if isinstance(cmap, str):
         shipped = table(cmap)
@@ -202,7 +250,7 @@ def ridges_and_valleys(
     curvature : float
         Mean curvature at which the full colour is reached, 1 / world unit: half the inverse of the radius of an edge.
     color, ridge, valley : float, (3,) float or str
-        Linear colours from 0 to 1, or names.
+        Colours, sRGB from 0 to 1, or names.
 
     Returns
     -------
@@ -215,4 +263,4 @@ def ridges_and_valleys(
     """
     given = {"valley": valley, "color": color, "ridge": ridge}
     colors = np.stack([one_color(each, name) for name, each in given.items()])
-    return _core.ColorByCurvature("mean", limits=(-curvature, curvature), cmap=colors)
+    return _core.ColorByCurvature("mean", limits=(-curvature, curvature), cmap=linear(colors))

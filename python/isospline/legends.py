@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from . import _core
 from .annotations import BORDER, Drawing, blend
 from .image import Image
+from .values import part
 
 #: A name, its linear colour, and its opacity.
 Row = tuple[str, NDArray[np.float64], float]
@@ -33,11 +34,11 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
         each = look.materials.get(id, look.material)
     else:
         each = look.get(id, _core.Phong()) if isinstance(look, Mapping) else look
-    color = getattr(each, "surface_color", getattr(each, "color", None))
+    color = None if each is None else part(each, "surface_color" if isinstance(each, _core.Outline) else "color")
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
     if not isinstance(color, (np.ndarray, float)):  # a rule: the middle of its map
-        map = getattr(color, "cmap", np.full((1, 3), 0.5))
+        map = color._cmap() if hasattr(color, "_cmap") else np.full((1, 3), 0.5)
         color = map[len(map) // 2]
     return np.broadcast_to(np.asarray(color, dtype=float), (3,)), getattr(each, "opacity", 1.0)
 

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import isospline
 
 from .cli_picture import studio_looks
-
-#: The values of --color-by besides a file, and the kinds of curvature.
-CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+from .colors import CURVATURES, linear
 
 OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
 ENVIRONMENT = ("environment", "environment_intensity", "environment_rotation", "environment_visible")
@@ -74,7 +71,7 @@ def looks(arguments, count):
 
 def ground_look(arguments, looks):
     """The shading or the material of the ground, in the light of the others."""
-    color = arguments.ground_color or (0.6, 0.6, 0.6)
+    color = arguments.ground_color or linear((0.6, 0.6, 0.6))
     if arguments.light == "path-trace":
         return isospline.Material(color, specular=0)
     matt = {"specular": 0} if arguments.light == "phong" else {}

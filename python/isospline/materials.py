@@ -8,14 +8,16 @@ from typing import Any
 
 from . import _core
 from .mistakes import sentence
+from .values import part
 
 
 def look_of(material: _core.Material) -> dict[str, Any]:
     """The parameters of a shading that a material determines."""
     look: dict[str, Any] = {}
     for name in ("color", "cap_color", "silhouette_opacity"):
-        if getattr(material, name) is not None:
-            look[name] = getattr(material, name)
+        value = part(material, name)
+        if value is not None:
+            look[name] = value
     if material.opacity < 1:
         look["opacity"] = material.opacity
     if "silhouette_opacity" in look:

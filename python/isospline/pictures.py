@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .colors import named_color
 
 #: Colours of surfaces and meshes in the order in which they are added.
 COLORS = ("#d9c7a8", "#c8553d", "#588b8b", "#93b7be", "#8d6a9f", "#e0a458", "#5b7553", "#7d8597")
@@ -50,10 +49,9 @@ def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:
     return int((inside >= SPECK * inside.max(initial=0)).sum()), len(inside)
 
 
-def color_of(place: int) -> tuple[float, float, float]:
-    """The linear colour of the object with this index, from 0 on."""
-    red, green, blue = named_color(COLORS[place % len(COLORS)]).tolist()
-    return red, green, blue
+def color_of(place: int) -> str:
+    """The colour of the object with this index, from 0 on."""
+    return COLORS[place % len(COLORS)]
 
 
 def closed_surface(volume: _core.Volume, level: float) -> _core.Isosurface:

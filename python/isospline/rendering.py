@@ -70,7 +70,7 @@ def render(
         image has the crop's size, and its pixels are those of the whole picture, bit for bit. In OpenEXR files, the
         crop is the data window.
     background : str, float, (3,) float, (4,) float, optional
-        Colour of the background: a name, such as "white" or "#ff8000", or linear numbers from 0 to 1, with an opacity
+        Colour of the background: a name, such as "white" or "#ff8000", or numbers from 0 to 1 in sRGB, with an opacity
         if there are four; transparent by default.
     samples : int
         Rays per pixel, from 1 to 65536; the colour is their mean. They are evenly spread over the pixel, and over the

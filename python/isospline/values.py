@@ -45,10 +45,11 @@ def parts(value):
     if dataclasses.is_dataclass(value):
         return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
     left_out = _ALTERNATIVES.get(type(value).__name__, ())
-    return {name: _part(value, name) for name in parameters_of(type(value)) if name not in left_out}
+    return {name: part(value, name) for name in parameters_of(type(value)) if name not in left_out}
 
 
-def _part(value, name):
+def part(value, name):
+    """A parameter of a value's constructor, exactly as it is kept."""
     given = getattr(value, f"_{name}", None)  # the original argument, if the attribute has a derived value
     return getattr(value, name) if given is None else given()
 
@@ -122,7 +123,7 @@ def _itself(self, memo=None):
 
 
 def _reduce_mesh(self):
-    attributes = self.normals, self.colors, self.material, self.values, self.values_name
+    attributes = self.normals, self._colors(), self.material, self.values, self.values_name
     return _core.Mesh, (self.vertices, self.faces, *attributes)
 
 

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..colors import srgb_to_linear
-
 # Options of `Volume` that the other library's object determines.
 _PLACE = ("spacing", "origin", "direction", "axes")
 
@@ -62,7 +60,7 @@ def to_mesh(mesh_type, arrays, parameter, options):
 def attributes(normals, colors, named=()):
     """Normals, colours and values of vertices as parameters of `Mesh`, without those that are missing or unusable.
 
-    Colours are linear numbers from 0 to 1 or, if they are whole numbers up to 255, sRGB. Opacity is left out. `named`
+    Colours are sRGB, numbers from 0 to 1 or whole numbers up to 255. Opacity is left out. `named`
     are pairs of a name and an array; the values are the first array with one real number at each vertex.
     """
     found: dict[str, Any] = {}
@@ -70,7 +68,7 @@ def attributes(normals, colors, named=()):
         found["normals"] = np.asarray(normals)
     if colors is not None and np.ndim(colors) == 2 and np.shape(colors)[1] >= 3:
         colors = np.asarray(colors)[:, :3]
-        colors = srgb_to_linear(colors / 255) if colors.dtype == np.uint8 else colors
+        colors = colors / 255 if colors.dtype == np.uint8 else colors
         if colors.dtype.kind == "f" and np.isfinite(colors).all() and ((colors >= 0) & (colors <= 1)).all():
             found["colors"] = colors
     for name, values in named:

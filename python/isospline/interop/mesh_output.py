@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..colors import linear_to_srgb
 from ..image import whole_file
 from ..parameters import check_path, printable
 from .checks import PLY_NAMES, library_of
@@ -87,8 +86,8 @@ def to_meshio(self):
     Returns
     -------
     meshio.Mesh
-        One block of triangles, with the point data "normals" and "colors", linear, and the values, by their name, if
-        the mesh has them.
+        One block of triangles, with the point data "normals" and "colors", sRGB from 0 to 1, and the values, by their
+        name, if the mesh has them.
 
     Raises
     ------
@@ -224,7 +223,7 @@ def _write_trimesh(file_type, **options):
         converted = mesh.to_trimesh()
         converted.vertex_attributes.clear()  # glTF has no NaN, and its names begin with an underscore
         if file_type == "glb" and mesh.colors is not None:
-            converted.visual.vertex_colors = _bytes_of(mesh.colors)  # the standard's COLOR_0 is linear
+            converted.visual.vertex_colors = _bytes_of(mesh._colors())  # the standard's COLOR_0 is linear
         content = converted.export(file_type=file_type, **options)
         with open(path, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
@@ -260,7 +259,7 @@ def _srgb_colors(mesh):
     """(V, 3) uint8 colours for files, or None."""
     if mesh.colors is None:
         return None
-    return _bytes_of(linear_to_srgb(np.asarray(mesh.colors)))
+    return _bytes_of(mesh.colors)
 
 
 def _bytes_of(colors):

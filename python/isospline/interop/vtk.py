@@ -59,7 +59,7 @@ def mesh_from_vtk(cls, mesh, **options):
 
     VTK cuts polygons and strips into triangles, in the order of the cells; triangles are not changed. Lines and single
     points are left out. Normals of points are kept, and their colours: the active scalars or an array named colors,
-    RGB or RGBA, of three or four numbers a point, sRGB in bytes or linear from 0 to 1. One array with one number a
+    RGB or RGBA, of three or four numbers a point, sRGB in bytes or from 0 to 1. One array with one number a
     point is kept as values, with its name: the active scalars or, if they are something else, the first such array.
 
     Parameters

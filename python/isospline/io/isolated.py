@@ -9,7 +9,6 @@ memory that both processes map; nothing that the process sends is executed.
 from __future__ import annotations
 
 import atexit
-import fcntl
 import json
 import mmap
 import os
@@ -181,6 +180,8 @@ def _result(answer, file, seconds):
     if "error" in result:
         raise _exception(result["error"])
     size = os.fstat(file.fileno()).st_size
+    import fcntl  # of POSIX alone
+
     if hasattr(fcntl, "F_ADD_SEALS"):
         fcntl.fcntl(file.fileno(), fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
     shared = mmap.mmap(file.fileno(), size) if size else b""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import shutil
 from pathlib import Path
@@ -242,6 +241,8 @@ def _locked(root):
     descriptor = os.open(root, os.O_RDONLY | os.O_DIRECTORY)
     try:
         try:
+            import fcntl  # of POSIX alone
+
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ValueError(f"{printable(root)}: expected a store that no other process is writing") from None

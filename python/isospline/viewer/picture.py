@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..colors import named_color
-from ..looks import CURVATURES
+from ..colors import CURVATURES
 from ..path_tracer import PathTracer
 from ..progressive import ProgressiveRenderer
 from ..rendering import render
@@ -22,11 +21,6 @@ _PASSES = (1, 4, 16)
 _PATH_TRACING_PASSES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 # Curvature at the ends of a colour map without limits, in 1 / spacing of samples.
 _CURVATURE = 0.25
-
-
-def linear(color):
-    """The linear red, green and blue of a named colour."""
-    return tuple(named_color(color).tolist())
 
 
 @dataclass(frozen=True)
@@ -47,9 +41,9 @@ def passes(state):
 
 
 def color_rule(each, document):
-    """The colour of an object: a linear colour or one of isospline's colour rules."""
+    """The colour of an object: a name or one of isospline's colour rules."""
     if each.color_by == "color":
-        return linear(each.color)
+        return each.color
     if each.color_by == "normal":
         return _core.ColorByNormal()
     if each.color_by in CURVATURES:
@@ -200,7 +194,7 @@ class PictureMaker:
         """Render a state that has a camera; without a stage, render as during movement."""
         camera = state.camera.camera()
         ids = self.geometry_ids(state, *((camera, size) if stage else ()))
-        options.setdefault("background", linear(state.background))
+        options.setdefault("background", state.background)
         if stage is not None and state.light == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)
         return render(

@@ -50,7 +50,7 @@ def placed_mesh(mesh, transform):
     if normals is not None:
         normals = normals @ np.linalg.inv(linear)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return _core.Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, normals, mesh.colors, mesh.material)
+    return _core.Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, normals, mesh._colors(), mesh.material)
 
 
 def _restored(kind, state):

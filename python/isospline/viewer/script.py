@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..looks import CURVATURES
-from .picture import FINAL_SAMPLES, default_limits, linear
+from ..colors import CURVATURES
+from .picture import FINAL_SAMPLES, default_limits
 
 
 def script(document, state, size, path="picture.png"):
@@ -36,7 +36,7 @@ def script(document, state, size, path="picture.png"):
         lines.append(f"look = {looks}")
     lines += [
         "image = isospline.render(",
-        f"    scene, camera, size={tuple(size)}, light=look, background={linear(state.background)},",
+        f"    scene, camera, size={tuple(size)}, light=look, background={state.background!r},",
         f"    samples={FINAL_SAMPLES[state.light]},",
         ")",
         f"image.write({path!r})",
@@ -74,7 +74,7 @@ def _camera(camera):
 def _color(document, each):
     limits = default_limits(each, document)
     if each.color_by == "color":
-        return repr(linear(each.color))
+        return repr(each.color)
     if each.color_by == "normal":
         return "isospline.ColorByNormal()"
     limits = tuple(each.limits or limits)

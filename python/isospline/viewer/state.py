@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..looks import CURVATURES, LIGHTS
+from ..colors import CURVATURES
 from ..pictures import BACKGROUND, COLORS
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 
-#: The shadings of the viewer; the studio of `render` is too slow for movement.
-VIEWER_LIGHTS = tuple(shading for shading in LIGHTS if shading != "studio")
+#: The lights of the viewer; the studio of `render` is too slow for movement.
+VIEWER_LIGHTS = ("phong", "outline", "ambient-occlusion", "path-trace")
 #: Colour maps to choose from.
 COLOR_MAPS = ("viridis", "magma", "coolwarm", "turbo", "gray", "cividis", "plasma", "RdBu")
 

@@ -101,8 +101,8 @@ def test_fast_leaves_shadows_out(ball, picture):
 def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
     from isospline import cli_picture
 
-    options = types.SimpleNamespace(quiet=False, fast=False, shading="studio")
-    for changes, expected in (({}, 1), ({"quiet": True}, 0), ({"fast": True}, 0), ({"shading": "phong"}, 0)):
+    options = types.SimpleNamespace(quiet=False, fast=False, light="studio")
+    for changes, expected in (({}, 1), ({"quiet": True}, 0), ({"fast": True}, 0), ({"light": "phong"}, 0)):
         said, handed_on = [], []
         patience = cli_picture.Patience(
             types.SimpleNamespace(**{**vars(options), **changes}), handed_on.append, said.append

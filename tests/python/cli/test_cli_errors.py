@@ -83,7 +83,7 @@ TWO_LEVELS = ("-l", "0", "-l", "1")
     [
         ("--color: expected the name of a colour, .* got 'muave'", ["--color", "muave"]),
         (
-            'color: expected linear numbers from 0 to 1 for red, .* got .*did you mean "#ff8000"',
+            'color: expected numbers from 0 to 1 for red, .* got .*did you mean "#ff8000"',
             ["-l", "0", "--color", "255,128,0"],
         ),
         (
@@ -127,7 +127,7 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
         ),
         (r"no\.exr: No such file", [*TRACED, "--environment", "no.exr"]),
         ("radiance: expected", [*TRACED, "--environment", "-1"]),
-        ("color: expected linear numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
+        ("color: expected numbers from 0 to 1", [*TRACED, "--color", "2,1,1"]),
         (
             "--opacity: expected --light studio, .* or ambient-occlusion with it, got path-trace",
             [*TRACED, "--opacity", "0.5"],

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import isospline
+from isospline.colors import linear
 
 meshio = pytest.importorskip("meshio")
 pyvista = pytest.importorskip("pyvista")
@@ -255,7 +256,8 @@ def test_normals_and_colors_survive_libraries(colored, name):
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb"])
 def test_normals_and_colors_survive_files(tmp_path, colored, suffix):
     colored.write(tmp_path / f"a{suffix}")
-    check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 0.005)
+    # The bytes of glTF are linear, with larger steps where it is dark.
+    check_attributes(isospline.read_mesh(tmp_path / f"a{suffix}"), colored, 0.03 if suffix == ".glb" else 0.005)
 
 
 def test_normals_and_colors_of_vtk_files_are_read(tmp_path, colored):
@@ -269,11 +271,11 @@ def test_normals_and_colors_of_vtk_files_are_read(tmp_path, colored):
 
 def test_colors_of_gltf_are_linear(tmp_path):
     triangle = TETRAHEDRON[:3], [(0, 1, 2)]
-    isospline.Mesh(*triangle, colors=[(0.2, 0.5, 1.0)] * 3).write(tmp_path / "a.glb")
+    isospline.Mesh(*triangle, colors=linear([(0.2, 0.5, 1.0)] * 3)).write(tmp_path / "a.glb")
     # The oracle is trimesh, which takes the bytes of a file as they are.
     stored = next(iter(trimesh.load_scene(tmp_path / "a.glb", process=False).geometry.values())).visual.vertex_colors
     assert stored[0].tolist() == [51, 128, 255, 255]
-    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb").colors[0], stored[0, :3] / 255, atol=1e-12)
+    np.testing.assert_allclose(isospline.read_mesh(tmp_path / "a.glb")._colors()[0], stored[0, :3] / 255, atol=1e-12)
 
 
 @pytest.mark.parametrize("kind, code", [("<f4", 5126), ("u1", 5121), ("<u2", 5123)])
@@ -304,7 +306,7 @@ def test_colors_of_gltf_of_any_type_are_right_or_left_out(tmp_path, kind, code):
     if code == 5123:
         assert mesh.colors is None
     else:
-        np.testing.assert_allclose(mesh.colors[mesh.faces[0]], colors, atol=0.005)
+        np.testing.assert_allclose(mesh._colors()[mesh.faces[0]], colors, atol=0.005)
 
 
 def test_parts_of_a_scene_keep_what_all_of_them_have(colored):

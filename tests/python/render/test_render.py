@@ -12,6 +12,7 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 RADIUS = 6.3
 
@@ -91,7 +92,7 @@ def test_a_sphere_is_the_closed_form(scene, camera):
 def test_phong_is_the_papers(scene, camera):
     size = (120, 90)
     shading = isospline.Phong(
-        color=(0.9, 0.6, 0.3),
+        color=linear((0.9, 0.6, 0.3)),
         ambient=0.15,
         diffuse=0.55,
         specular=0.35,
@@ -149,9 +150,9 @@ def test_background(scene, camera):
     assert free.color[0, 0].tolist() == [0, 0, 0, 0]
     alpha = free.color[..., 3:]
     for background, rgb, opacity in (
-        ((0.1, 0.2, 0.3), (0.1, 0.2, 0.3), 1),
+        (linear((0.1, 0.2, 0.3)), (0.1, 0.2, 0.3), 1),
         (1, (1, 1, 1), 1),
-        (np.array([0.5, 1, 0.7, 0.25]), (0.5, 1, 0.7), 0.25),
+        (linear([0.5, 1, 0.7, 0.25]), (0.5, 1, 0.7), 0.25),
     ):
         image = render(scene, camera, size=size, samples=4, background=background)
         expected = free.color + (1 - alpha) * opacity * np.array([*rgb, 1])

@@ -55,7 +55,7 @@ def triangle(scale=1.0):
         ({"normals": "up"}, TypeError, "normals: expected an array of real numbers"),
         ({"colors": np.ones(3)}, ValueError, r"colors: expected shape \(V, 3\), got 1 dimensions"),
         ({"colors": np.ones((4, 3))}, ValueError, r"colors: expected shape \(3, 3\), as for vertices, got \(4, 3\)"),
-        ({"colors": np.full((3, 3), np.inf)}, ValueError, r"colors: expected linear numbers from 0 to 1 .*, got \(inf"),
+        ({"colors": np.full((3, 3), np.inf)}, ValueError, r"colors: expected numbers from 0 to 1 .*, got \(inf"),
         ({"colors": np.full((3, 3), np.nan)}, ValueError, r"colors: expected finite numbers, got \(nan.* at vertex 0"),
         ({"colors": -np.ones((3, 3))}, ValueError, "colors: expected finite numbers of at least 0"),
     ],

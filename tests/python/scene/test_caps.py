@@ -10,6 +10,7 @@ from hit_outputs import ALL_OUTPUTS
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 RADIUS = 6.3
 #: The kept part of the ball: one side of an oblique plane.
@@ -385,9 +386,9 @@ def test_the_cap_that_was_added_last_is_seen(rng):
 
 GRAY = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)])
 MODELS = {
-    "Phong": lambda **options: isospline.Phong(color=(0.9, 0.6, 0.3), **options),
-    "Outline": lambda **options: isospline.Outline(surface_color=(0.9, 0.6, 0.3), **options),
-    "AmbientOcclusion": lambda **options: isospline.AmbientOcclusion(4, color=(0.9, 0.6, 0.3), **options),
+    "Phong": lambda **options: isospline.Phong(color=linear((0.9, 0.6, 0.3)), **options),
+    "Outline": lambda **options: isospline.Outline(surface_color=linear((0.9, 0.6, 0.3)), **options),
+    "AmbientOcclusion": lambda **options: isospline.AmbientOcclusion(4, color=linear((0.9, 0.6, 0.3)), **options),
 }
 
 

@@ -316,7 +316,7 @@ def test_removed_ids_in_hits_and_shading():
         scene.secondary_rays(DOWN, hits, [(0, 0, 1)])
     scene.add(triangle())
     camera = isospline.camera_for(scene)
-    with pytest.raises(ValueError, match="shading: expected geometry ids of objects in the scene, got 0"):
+    with pytest.raises(ValueError, match="light: expected geometry ids of objects in the scene, got 0"):
         render(scene, camera, size=(8, 8), light={0: isospline.Phong()})
 
 

@@ -8,7 +8,7 @@ from analytic_volumes import Gyroid, Torus
 from layered import render
 
 import isospline
-from isospline.colors import color_map, srgb_to_linear
+from isospline.colors import color_map, linear, srgb_to_linear
 
 SIZE = (90, 70)
 RAMP = [(0, 0, 0), (1, 1, 1)]
@@ -157,8 +157,8 @@ PLACED = np.array([(0, 0.5, -1.2, 0.3), (0.2, 1.1, 0.4, -1), (1.3, 0, 0.1, 0.2),
 def test_vertex_colors_are_linear_between_the_corners(camera, transform):
     colors = np.array([(1, 0, 0.2), (0.1, 1, 0), (0, 0.3, 0.9)])
     scene = isospline.Scene()
-    scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors), transform)
-    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=(0.5, 1, 0.7))
+    scene.add(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=linear(colors)), transform)
+    light = isospline.Phong(ambient=1, diffuse=0, specular=0, lights=[], color=linear((0.5, 1, 0.7)))
     image = render(scene, camera, size=SIZE, light=light)
     seen = np.isfinite(image.depth)
     assert seen.sum() > 300
@@ -200,13 +200,14 @@ def test_a_normal_that_tips_over_the_horizon_stays_on_it():
     assert (normal[..., 1] < 0).all()  # towards the viewer, as the face
 
 
-def test_colors_of_bytes_are_srgb():
+def test_colors_at_vertices_are_srgb():
     colors = np.array([(0, 10, 255), (55, 128, 200), (1, 2, 3)], np.uint8)
-    mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=colors)
     value = colors / 255
-    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    np.testing.assert_allclose(mesh.colors, linear, rtol=1e-12)
-    np.testing.assert_array_equal(isospline.Mesh(CORNERS, [(0, 1, 2)], colors=value).colors, value)
+    light = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    for given in (colors, value, linear(light)):
+        mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=given)
+        np.testing.assert_allclose(mesh._colors(), light, rtol=1e-12)
+        np.testing.assert_allclose(mesh.colors, value, atol=1e-12)
     assert isospline.Mesh(CORNERS, [(0, 1, 2)]).colors is None and isospline.Mesh(CORNERS, [(0, 1, 2)]).normals is None
 
 
@@ -301,27 +302,32 @@ def test_threads_do_not_change_the_colors(camera):
 
 
 def test_names_of_colors_are_taken_wherever_a_color_is(camera):
-    tan = srgb_to_linear(np.array([0xD2, 0xB4, 0x8C]) / 255)
+    srgb = np.array([0xD2, 0xB4, 0x8C]) / 255
+    tan = srgb_to_linear(srgb)
     for name in ("tan", "#d2b48c", "#D2B48C", "TAN"):
-        np.testing.assert_allclose(isospline.Phong(color=name).color, tan)
+        np.testing.assert_allclose(isospline.Phong(color=name).color, srgb)
         np.testing.assert_allclose(isospline.Phong(ambient_light=name).ambient_light, tan)
-        np.testing.assert_allclose(isospline.Phong(cap_color=name).cap_color, tan)
-        np.testing.assert_allclose(isospline.Outline(2, color=name, surface_color=name).surface_color, tan)
-        np.testing.assert_allclose(isospline.AmbientOcclusion(color=name).color, tan)
-        np.testing.assert_allclose(isospline.Material(name).color, tan)
+        np.testing.assert_allclose(isospline.Phong(cap_color=name).cap_color, srgb)
+        np.testing.assert_allclose(isospline.Outline(2, color=name, surface_color=name).surface_color, srgb)
+        np.testing.assert_allclose(isospline.AmbientOcclusion(color=name).color, srgb)
+        np.testing.assert_allclose(isospline.Material(name).color, srgb)
         np.testing.assert_allclose(isospline.DirectionalLight((0, 0, 1), intensity=name).intensity, tan)
         np.testing.assert_allclose(isospline.PositionalLight((0, 0, 1), intensity=name).intensity, tan)
         np.testing.assert_allclose(isospline.SphereLight((0, 0, 1), 1.0, radiance=name).radiance, tan)
         np.testing.assert_allclose(isospline.EnvironmentLight(name).radiance, tan)
-        np.testing.assert_allclose(isospline.ridges_and_valleys(0.5, color=name).cmap[1], tan)
+        np.testing.assert_allclose(isospline.ridges_and_valleys(0.5, color=name).cmap[1], srgb)
         image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=name)
         np.testing.assert_allclose(image.color[0, 0], [*tan, 1], atol=1e-6)
     mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tan")
-    np.testing.assert_allclose(mesh.colors, [tan] * 3)
+    np.testing.assert_allclose(mesh.colors, [srgb] * 3)
     mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors=["white", "tan", (0, 0.5, 1)])
-    np.testing.assert_allclose(mesh.colors, [(1, 1, 1), tan, (0, 0.5, 1)])
-    np.testing.assert_allclose(isospline.ColorByDepth(["black", "tan"]).cmap, [(0, 0, 0), tan])
+    np.testing.assert_allclose(mesh.colors, [(1, 1, 1), srgb, (0, 0.5, 1)])
+    np.testing.assert_allclose(isospline.ColorByDepth(["black", "tan"]).cmap, [(0, 0, 0), srgb])
     np.testing.assert_allclose(color_map([(0, 0, 0), "tan"]), [(0, 0, 0), tan])
+    np.testing.assert_allclose(color_map([(0, 0, 0), tuple(srgb)]), [(0, 0, 0), tan])
+    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=(*srgb, 0.5))
+    np.testing.assert_allclose(image.color[0, 0], [*(0.5 * tan), 0.5], atol=1e-6)
+    assert isospline.Phong(color=tuple(srgb)) == isospline.Phong(color="tan") == isospline.Phong(color=linear(tan))
 
 
 def test_names_of_matplotlib():
@@ -342,7 +348,7 @@ def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkey
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setitem(sys.modules, "matplotlib.colors", None)
     np.testing.assert_allclose(named_color("tab:blue"), srgb_to_linear(np.array([0x1F, 0x77, 0xB4]) / 255))
-    with pytest.raises(ValueError, match="^color: expected linear numbers from 0 to 1 or the name of a colour"):
+    with pytest.raises(ValueError, match="^color: expected numbers from 0 to 1 or the name of a colour"):
         named_color("xkcd:sky blue")
 
 
@@ -351,25 +357,25 @@ def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkey
     [
         (
             lambda: isospline.Phong(color=(1.5, 0, 0)),
-            r"^color: expected linear numbers from 0 to 1 .*\(1.5, 0.0, 0.0\)$",
+            r"^color: expected numbers from 0 to 1 .*\(1.5, 0.0, 0.0\)$",
         ),
         (lambda: isospline.Phong(color=(255, 128, 0)), '^color: .* did you mean "#ff8000"'),
         (lambda: isospline.Material(255), '^color: .* got 255; did you mean "#ffffff"'),
-        (lambda: isospline.Outline(2, surface_color=(0, 0, 2)), "^surface_color: expected linear numbers from 0 to 1"),
+        (lambda: isospline.Outline(2, surface_color=(0, 0, 2)), "^surface_color: expected numbers from 0 to 1"),
         (
             lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors=[(0, 0, 1.1)] * 3),
-            "^colors: expected linear numbers from 0",
+            "^colors: expected numbers from 0",
         ),
-        (lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tna"), "^colors: expected linear numbers .* or the name"),
-        (lambda: isospline.ColorByDepth([(0, 0, 0), (3, 0, 0)]), "^cmap: expected linear numbers from 0 to 1"),
-        (lambda: isospline.ColorByDepth(["black", "tna"]), "^cmap: expected linear numbers from 0 to 1 or the name"),
-        (lambda: isospline.ridges_and_valleys(1, ridge=2), "^ridge: expected linear numbers from 0 to 1"),
+        (lambda: isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tna"), "^colors: expected numbers .* or the name"),
+        (lambda: isospline.ColorByDepth([(0, 0, 0), (3, 0, 0)]), "^cmap: expected numbers from 0 to 1"),
+        (lambda: isospline.ColorByDepth(["black", "tna"]), "^cmap: expected numbers from 0 to 1 or the name"),
+        (lambda: isospline.ridges_and_valleys(1, ridge=2), "^ridge: expected numbers from 0 to 1"),
         (lambda: isospline.Phong(color="#11223344"), "^color: expected the name of a colour without an opacity"),
         (
             lambda: isospline.render(
                 isospline.Scene(), size=(2, 2), background=9, camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
             ),
-            "^background: expected linear numbers from 0 to 1",
+            "^background: expected numbers from 0 to 1",
         ),
     ],
 )

@@ -5,6 +5,7 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 SIZE = (80, 60)
 RADIUS, SCALE = 5.0, 1.5
@@ -20,9 +21,12 @@ def image():
     scene.add(isospline.Isosurface(volume, RADIUS**2, inside="below"), np.diag([SCALE, SCALE, SCALE, 1]))
     corners = [(-9, 10, -9), (9, 10, -9), (9, 10, 9), (-9, 10, 9)]
     colors = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]  # x and z of the wall as red and green
-    scene.add(isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], colors=colors))
+    scene.add(isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)], colors=linear(colors)))
     camera = isospline.PerspectiveCamera((2, -40, 3), (0, 0, 0), field_of_view=32)
-    shading = {0: isospline.Phong(color=(0.9, 0.5, 0.1)), 1: isospline.Outline(surface_color=(1, 0.5, 1))}
+    shading = {
+        0: isospline.Phong(color=linear((0.9, 0.5, 0.1))),
+        1: isospline.Outline(surface_color=linear((1, 0.5, 1))),
+    }
     return render(scene, camera, size=SIZE, light=shading, samples=2, layers=("curvature",))
 
 
@@ -208,7 +212,7 @@ def test_direct_light_in_an_integrating_sphere():
     """A lamp in the middle of a hollow ball: each bounce after the first one reflects the albedo times the last one."""
     part, radius, bounces = 0.5, 6.3, 3
     integrator = isospline.PathTracer(
-        isospline.Material(part, specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
+        isospline.Material(linear(part), specular=0), lights=[isospline.PositionalLight((0, 0, 0))], max_bounces=bounces
     )
     image = render(isospline.Scene([ball(radius)]), INSIDE, size=SIZE, light=integrator, samples=2, layers=("direct",))
     direct = part / np.pi / radius**2

@@ -5,10 +5,11 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 SIZE = (80, 60)
 RADIUS, SCALE = 5.0, 1.5
-RAMP = [(0.1, 0.9, 0.3), (0.8, 0.2, 0.4)]
+RAMP = linear([(0.1, 0.9, 0.3), (0.8, 0.2, 0.4)])
 SQUARE = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0.0)])
 FACES = [(0, 1, 2), (0, 2, 3)]
 DOWN = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=12)
@@ -34,7 +35,7 @@ RULES = {
     "volume": isospline.ColorByVolume(linear_volume(), RAMP, limits=(-10, 10)),
     "mean curvature": isospline.ColorByCurvature("mean", RAMP, limits=(-0.1, 0.4)),
     "gaussian curvature": isospline.ColorByCurvature("gaussian", RAMP, limits=(-0.02, 0.05)),
-    "ridges": isospline.ridges_and_valleys(0.5),
+    "ridges": isospline.ridges_and_valleys(0.5, color=linear(0.5)),
 }
 
 
@@ -89,7 +90,7 @@ def test_every_hit_of_a_path_has_its_base_color():
     lights = [isospline.SphereLight((3, -3, 7), 1, radiance=20), isospline.EnvironmentLight(0.2)]
     camera = isospline.PerspectiveCamera((30, -30, 25), (0, 0, 4), field_of_view=30)
     images = []
-    for color, vertex_colors in ((RULES["volume"], None), (1.0, ramp((corner[:, 0] + 10) / 20))):
+    for color, vertex_colors in ((RULES["volume"], None), (1.0, linear(ramp((corner[:, 0] + 10) / 20)))):
         scene = isospline.Scene([isospline.Mesh(corner, faces, colors=vertex_colors)])
         integrator = isospline.PathTracer(matte(color), lights=lights, max_bounces=2)
         images.append(render(scene, camera, size=SIZE, light=integrator, samples=4, layers=("direct",)))
@@ -100,7 +101,7 @@ def test_every_hit_of_a_path_has_its_base_color():
 
 
 def test_colors_at_vertices_do_not_make_light():
-    with pytest.raises(ValueError, match="^colors: expected linear numbers from 0 to 1 .* got "):
+    with pytest.raises(ValueError, match="^colors: expected numbers from 0 to 1 .* got "):
         isospline.Mesh(9 * SQUARE, FACES, colors=np.full((4, 3), 3.0))
 
 
@@ -122,7 +123,7 @@ def test_materials_of_geometries_come_before_those_of_objects_before_the_default
         move[0, 3] = x
         scene.add(mesh, move)
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=2)
-    integrator = isospline.PathTracer(red, materials={2: blue, 3: matte(0.5)})
+    integrator = isospline.PathTracer(red, materials={2: blue, 3: matte(linear(0.5))})
     image = render(scene, camera, size=(16, 4), light=integrator)
     expected = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0.5)]).repeat(4, axis=0)
     for layer in (image.albedo, image.color[..., :3]):
@@ -149,7 +150,7 @@ def test_isosurfaces_carry_materials():
     assert hit.sum() > 20 and (renderer.image.albedo[hit] == (0, 1, 0)).all()
 
 
-@pytest.mark.parametrize("cap_color", [(0.2, 0.4, 0.6), RULES["volume"], isospline.ColorByDepth(RAMP), None])
+@pytest.mark.parametrize("cap_color", [linear((0.2, 0.4, 0.6)), RULES["volume"], isospline.ColorByDepth(RAMP), None])
 def test_capped_cuts_have_a_color_of_their_own(cap_color):
     """Half a ball in even light; it is convex, like the whole ball."""
     z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(float)
@@ -169,7 +170,7 @@ def test_capped_cuts_have_a_color_of_their_own(cap_color):
     np.testing.assert_allclose(image.color[cap][:, :3], image.albedo[cap], atol=0.02)
     if cap_color is None:
         np.testing.assert_allclose(image.albedo[cap], np.broadcast_to((0.5, 0, 0.5), (cap.sum(), 3)), atol=1e-6)
-    elif isinstance(cap_color, tuple):
+    elif isinstance(cap_color, np.ndarray):
         np.testing.assert_allclose(image.color[cap][:, :3], np.broadcast_to(cap_color, (cap.sum(), 3)), rtol=1e-6)
 
 

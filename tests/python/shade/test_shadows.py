@@ -7,6 +7,7 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 RADIUS = 6.3
 CENTER = np.array([1.0, 2.0, 9.0])
@@ -86,7 +87,7 @@ def test_openness_below_a_ball_is_the_closed_form():
     """A ball above the horizon covers cos(angle to its centre) (radius / distance)^2 of an even sky."""
     scene = isospline.Scene([FLOOR, ball()])
     color = np.array((0.9, 0.6, 0.3))
-    model = isospline.AmbientOcclusion(1024, color=color)
+    model = isospline.AmbientOcclusion(1024, color=linear(color))
     image = render(scene, CAMERA, size=(60, 45), light=model)
     offset = CENTER - image.position
     distance = np.linalg.norm(offset, axis=-1)
@@ -114,7 +115,7 @@ def test_openness_outside_and_inside_of_a_ball():
         assert (image.color[hit][:, :3] == openness).all()
 
 
-RAMP = [(1, 0, 0), (0, 1, 0.5)]
+RAMP = linear([(1, 0, 0), (0, 1, 0.5)])
 ALONG_X = isospline.Volume(np.broadcast_to(np.linspace(0, 1, 60), (60, 60, 60)).copy(), origin=(-30, -30, -10))
 COLORS = [
     isospline.ColorByNormal(),
@@ -128,7 +129,7 @@ COLORS = [
 def test_what_is_hidden_does_not_depend_on_colors(color):
     """A surface's colour is a factor of its diffuse light and of the light of an even sky, with any occluders."""
     corners = np.array([(0.2, 0.4, 0.8), (1, 1, 1), (0.5, 0.1, 0.3), (0.9, 0.6, 0)])
-    floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, colors=corners)
+    floor = isospline.Mesh(FLOOR.vertices, FLOOR.faces, colors=linear(corners))
     lights = [isospline.PositionalLight((-5, 8, 40)), isospline.DirectionalLight((0.3, 0.2, -1), intensity=0.5)]
     matte = dict(ambient=0.1, diffuse=0.7, specular=0, lights=lights, shadows=True)
 

@@ -135,7 +135,7 @@ def test_an_empty_scene_and_a_panorama():
         (dict(light=FEW.replace(materials={5: isospline.Material()})), "^materials: expected geometry ids"),
         (dict(light=FEW, encoding="srgb8"), "^encoding: 'srgb8' cannot be combined with a Studio"),
         (dict(light=FEW, background=(1, 2)), "^background: expected None, a name"),
-        (dict(light=FEW, background=255), "^background: expected linear numbers from 0 to 1"),
+        (dict(light=FEW, background=255), "^background: expected numbers from 0 to 1"),
     ],
 )
 def test_what_does_not_go_with_it(options, message):

@@ -5,6 +5,7 @@ import pytest
 from layered import render
 
 import isospline
+from isospline.colors import linear
 
 OUTER, INNER = 6.3, 3.7
 SIZE = (120, 90)
@@ -13,7 +14,7 @@ LIGHTS = [isospline.PositionalLight((10, -20, 15), intensity=(1, 0.9, 0.8)), iso
 FLOOR = isospline.Mesh([[-40, -40, -8], [40, -40, -8], [40, 40, -8], [-40, 40, -8]], [[0, 1, 2], [0, 2, 3]])
 #: The colours at the corners of a triangle through both balls.
 BLADE_COLORS = np.array([(1, 0, 0), (0, 1, 0), (0.2, 0.3, 1)])
-BLADE = isospline.Mesh([[-9, -1, -7], [9, 1, -6], [1, 2, 12]], [[0, 1, 2]], colors=BLADE_COLORS)
+BLADE = isospline.Mesh([[-9, -1, -7], [9, 1, -6], [1, 2, 12]], [[0, 1, 2]], colors=linear(BLADE_COLORS))
 
 
 def ball(radius, center=(0, 0, 0)):
@@ -55,11 +56,11 @@ def test_nested_balls_are_the_closed_form():
     scene = isospline.Scene([ball(OUTER), ball(INNER)])
     shell, core = 0.3, np.array((0.9, 0.6, 0.2))
     shading = {
-        0: isospline.Outline(2, color=(0.2, 0.5, 1), surface_color=(0.1, 0, 0.05), opacity=shell),
-        1: isospline.Outline(1, color=0, surface_color=core),
+        0: isospline.Outline(2, color=linear((0.2, 0.5, 1)), surface_color=linear((0.1, 0, 0.05)), opacity=shell),
+        1: isospline.Outline(1, color=0, surface_color=linear(core)),
     }
     background = np.array((0.4, 0.3, 0.2))
-    image = render(scene, CAMERA, size=SIZE, light=shading, background=background)
+    image = render(scene, CAMERA, size=SIZE, light=shading, background=linear(background))
 
     rays = CAMERA.rays(SIZE)
     direction = unit(rays[..., 3:])
@@ -89,10 +90,10 @@ def test_nested_balls_are_the_closed_form():
 
 
 MODELS = [
-    dict(color=(0.9, 0.6, 0.3), ambient=0.15, diffuse=0.55, specular=0.35, specular_exponent=12, opacity=0.35),
-    dict(color=(0.2, 0.7, 0.4), ambient=0.05, diffuse=0.8, specular=0.1, specular_exponent=5, opacity=0.6),
-    dict(color=(1.0, 0.9, 0.8), ambient=0.1, diffuse=0.7, specular=0.0, specular_exponent=1, opacity=0.5),
-    dict(color=(0.8, 0.8, 0.8), ambient=0.2, diffuse=0.6, specular=0.2, specular_exponent=9, opacity=1.0),
+    dict(color=linear((0.9, 0.6, 0.3)), ambient=0.15, diffuse=0.55, specular=0.35, specular_exponent=12, opacity=0.35),
+    dict(color=linear((0.2, 0.7, 0.4)), ambient=0.05, diffuse=0.8, specular=0.1, specular_exponent=5, opacity=0.6),
+    dict(color=linear((1.0, 0.9, 0.8)), ambient=0.1, diffuse=0.7, specular=0.0, specular_exponent=1, opacity=0.5),
+    dict(color=linear((0.8, 0.8, 0.8)), ambient=0.2, diffuse=0.6, specular=0.2, specular_exponent=9, opacity=1.0),
 ]
 
 

@@ -35,9 +35,8 @@ def rendered(page, **changes):
     data = np.load(changes.pop("path"))
     surface = isospline.Isosurface(isospline.Volume(data), each["level"], clip=clip, capped=bool(clip))
 
-    def linear(color):
-        encoded = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-        return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    def srgb(color):
+        return np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)]) / 255
 
     if camera["projection"] == "perspective":
         camera = isospline.PerspectiveCamera(camera["eye"], camera["target"], camera["up"], camera["field_of_view"])
@@ -47,9 +46,9 @@ def rendered(page, **changes):
         isospline.Scene([surface]),
         camera,
         size=tuple(size),
-        background=linear(state["background"]),
+        background=srgb(state["background"]),
         samples=16,
-        light=isospline.Phong(color=linear(each["color"]), shadows=state["shadows"]),
+        light=isospline.Phong(color=srgb(each["color"]), shadows=state["shadows"]),
     )
     return image.to_srgb()[..., :3]
 
