@@ -163,10 +163,8 @@ std::unique_ptr<const MadeBrick> Bricks::make(const Octet& octet, int child) con
     const Brick brick = this->place(octet, child);
     CoefficientBox coefficients = volume_.box(brick.first, brick.size);
     // The mixed cells are found later, when their block is made.
-    const glm::ivec3 octet_position = brick.first / (2 * brick_size);
-    const std::uint64_t blocks =
-        ranges_.has_blocks() ? ranges_.straddling_blocks(place_in(ranges_.shape(), octet_position), child, threshold_)
-                             : straddling_blocks(coefficients, brick, degree(), threshold_);
+    const std::uint64_t blocks = ranges_.has_blocks() ? blocks_in_question(octet, child)
+                                                      : straddling_blocks(coefficients, brick, degree(), threshold_);
     std::unique_ptr<const MadeBrick> made(
         new MadeBrick(brick.first, std::move(coefficients), blocks, uncut_cells(brick)));
     if (budget_ != nullptr)

@@ -30,6 +30,7 @@ public:
     CoefficientView coefficients(const glm::ivec3& cell) const { return coefficients_.from(cell.x, cell.y, cell.z); }
     /// Bit i: block i may have cells that the surface crosses.
     std::uint64_t blocks() const { return blocks_; }
+    bool has_block(int index) const { return (blocks_ >> index & 1u) != 0; }
     /// A block of `blocks()`. If another thread is making it, it is made in `own`.
     const Block& block(int index, int degree, double threshold, Block& own) const
     {
@@ -133,15 +134,38 @@ public:
     }
     /// The mixed cells of a brick that are kept and not cut away.
     BrickCells cells(const Brick& brick) const;
+    /// The blocks of a brick that the surface may cross, as far as ranges tell: bit i for block i. All blocks if they
+    /// have no ranges. Some may be cut away.
+    std::uint64_t blocks_in_question(const Octet& octet, int child) const
+    {
+        return ranges_.has_blocks() ? ranges_.straddling_blocks(range_of(octet), child, threshold_) : ~std::uint64_t{0};
+    }
+    /// The slabs of four by four blocks that hold the blocks in question: bit i + 4 axis for slab i along an axis.
+    unsigned slabs_in_question(const Octet& octet, int child) const
+    {
+        return ranges_.has_blocks() ? ranges_.straddling_slabs(range_of(octet), child, threshold_) : 0xfffu;
+    }
     Brick place(const Octet& octet, int child) const
     {
         return brick_at(volume_.cell_shape(), glm::ivec3(octet.first[0], octet.first[1], octet.first[2]) / brick_size +
                                                   child_position(child));
     }
+    /// The cells of an octet, which are fewer than 16 along an axis where the grid ends.
+    glm::ivec3 size(const Octet& octet) const
+    {
+        const glm::ivec3 first(octet.first[0], octet.first[1], octet.first[2]);
+        return glm::min(volume_.cell_shape() - first, glm::ivec3(2 * brick_size));
+    }
     /// Bytes held at the moment: it grows as bricks are made.
     std::size_t memory() const;
 
 private:
+    /// The place of an octet's ranges.
+    std::size_t range_of(const Octet& octet) const
+    {
+        return place_in(ranges_.shape(), glm::ivec3(octet.first[0], octet.first[1], octet.first[2]) / (2 * brick_size));
+    }
+
     /// A count of readers is at least this while the brick is deleted.
     static constexpr std::uint32_t being_dropped = 1u << 31;
 

@@ -57,20 +57,34 @@ public:
     /// The blocks that may straddle a threshold, of a brick that straddles it: bit i for block i. The ranges of blocks
     /// are rounded outwards, so a few of these blocks may not straddle it.
     std::uint64_t straddling_blocks(std::size_t octet, int child, double threshold) const;
+    /// The slabs of a brick, each of 16 blocks with one x, y or z, that may straddle a threshold: bit i + 4 axis for
+    /// slab i along an axis. They contain all blocks that may, and are found faster.
+    unsigned straddling_slabs(std::size_t octet, int child, double threshold) const;
     /// Whether the ranges of blocks are known too, as they are if the ranges were computed from the coefficients.
     bool has_blocks() const { return !blocks_.empty(); }
-    std::size_t memory() const { return found_.capacity() * sizeof(Octet) + blocks_.capacity() * sizeof(BlockCodes); }
+    std::size_t memory() const
+    {
+        return found_.capacity() * sizeof(Octet) + blocks_.capacity() * sizeof(BlockCodes) +
+               slabs_.capacity() * sizeof(SlabCodes);
+    }
 
 private:
-    /// The ranges of a brick's blocks; 0 is the lower end of the brick's own range, 255 the upper end.
-    struct BlockCodes {
-        alignas(64) std::array<std::uint8_t, blocks_per_brick> lower, upper;
+    /// Ranges of parts of a brick; 0 is the lower end of the brick's own range, 255 the upper end.
+    template <std::size_t Count>
+    struct Codes {
+        alignas(Count) std::array<std::uint8_t, Count> lower, upper;
     };
+    using BlockCodes = Codes<blocks_per_brick>;
+    using SlabCodes = Codes<16>; ///< four along each axis; four more that never straddle
+
+    template <std::size_t Count>
+    std::uint64_t straddling(const Codes<Count>& codes, const Range& brick, double threshold) const;
 
     glm::ivec3 shape_{0};
     std::span<const Octet> octets_; ///< computed here, or owned by the volume's source
     std::vector<Octet> found_;
     std::vector<BlockCodes> blocks_; ///< of brick `child` of octet i: item 8 i + child
+    std::vector<SlabCodes> slabs_;   ///< of the same bricks
 };
 
 /// The blocks of a brick that straddle a threshold, by their coefficients.

@@ -338,8 +338,9 @@ inline void trace_packet(const Bricks& bricks, const ShellBox& box, const Lattic
                                   descent.enter(brick.first(), brick_size));
             break;
         default:
-            descent.descend_block(brick, box.block, box.halvings == 3 ? 0xffu : 1u << box.cell,
-                                  descent.enter(block_first, 2));
+            if (brick.has_block(box.block))
+                descent.descend_block(brick, box.block, box.halvings == 3 ? 0xffu : 1u << box.cell,
+                                      descent.enter(block_first, 2));
         }
     }
 }

@@ -234,10 +234,9 @@ inline void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRa
         return descent.descend_brick(brick, ~std::uint64_t{0});
     case 2:
         return descent.descend_brick(brick, cube_of_blocks << box.block);
-    case 3:
-        return descent.descend_block(brick, box.block, 0xffu);
     default:
-        return descent.descend_block(brick, box.block, 1u << box.cell);
+        if (brick.has_block(box.block))
+            descent.descend_block(brick, box.block, box.halvings == 3 ? 0xffu : 1u << box.cell);
     }
 }
 

@@ -9,6 +9,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace isospline {
 
 /// A cube of cells that contains a part of the shell: an octet of bricks, or a part of one after some halvings.
 struct ShellBox {
+    /// Of an octet, the cells [lower, upper) that hold all blocks in question, counted from the octet's first cell.
+    std::array<std::uint8_t, 3> lower, upper;
     std::uint32_t octet;       ///< place in Bricks::octets()
     std::uint8_t halvings = 0; ///< 0 to 4: its edge is 16 >> halvings cells
     std::uint8_t brick = 0;    ///< child of the octet, with one halving or more
@@ -30,7 +33,7 @@ inline constexpr std::uint64_t cube_of_blocks = 0x0033'0033;
 /// coefficients of all its bricks are looked at.
 std::vector<ShellBox> shell_boxes(const Bricks& bricks, int halvings);
 
-/// A cube's box in lattice space; for an octet, the box of its bricks.
+/// A cube's box in lattice space; for an octet, the box of its blocks in question.
 Box bounds_of(const Bricks& bricks, const ShellBox& box);
 
 /// Called for each cell of the shell in which a ray may cross the surface, roughly in the order in which the ray meets
