@@ -17,7 +17,7 @@ normal are not exactly the same."""
 SETTINGS = ("agreement_rays",)
 GOALS = [("hits that differ between packet, single ray, float64 path and hopper", "0")]
 CHUNK = 1 << 18
-PATHS = ("packets", "reference", "hopper")  # each compared with single rays
+PATHS = ("packets", "reference", "hopper", "occlusions")  # each compared with single rays
 COMPARED = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals")
 
 
@@ -55,7 +55,24 @@ def compare(subject, count, generator):
                 | {key: (hits[key][i].tolist(), single[key][i].tolist()) for key in COMPARED}
                 for i in np.flatnonzero(differs)[: max(0, 5 - len(examples))]
             ]
+        differing["occlusions"] += count_wrong_occlusions(scene, rays, single)
     return {"rays": count, "hit": hit / count, "differing": differing, "examples": examples}
+
+
+def count_wrong_occlusions(scene, rays, hits):
+    """Rays that are occluded but hit nothing, or the reverse; and rays from hits to a light of which packets and single
+    rays say different things."""
+    found = np.isfinite(hits["t_hit"])
+    light = np.add(*scene.bounds) / 2 + 2 * np.diff(scene.bounds, axis=0)[0]
+    rays_that_hit, of_hits = rays[found], {name: hits[name][found] for name in COMPARED}
+    positions = rays_that_hit[:, :3] + of_hits["t_hit"][:, None] * rays_that_hit[:, 3:]
+    shadow = scene.secondary_rays(rays_that_hit, of_hits, light - positions)
+    wrong = 0
+    for tested, expected in ((rays, found), (shadow, scene.test_occlusions(shadow))):
+        differs = scene.test_occlusions(tested) != expected
+        differs |= scene.test_occlusions(tested, coherent=True) != expected
+        wrong += int(differs.sum())
+    return wrong
 
 
 def mixed_rays(surface, bounds, count, generator):
@@ -125,8 +142,9 @@ def goals(results):
 
 
 def table(results):
+    paths = [path for path in PATHS if all(path in result["differing"] for result in results)]
     rows = [
-        (result["subject"], result["rays"], f"{result['hit']:.0%}", *(result["differing"][path] for path in PATHS))
+        (result["subject"], result["rays"], f"{result['hit']:.0%}", *(result["differing"][path] for path in paths))
         for result in results
     ]
-    return markdown_table(("volume", "rays", "hit", *(f"{path} differ" for path in PATHS)), rows)
+    return markdown_table(("volume", "rays", "hit", *(f"{path} differ" for path in paths)), rows)

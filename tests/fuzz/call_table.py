@@ -333,7 +333,7 @@ def calls(o, folder):
         ("Scene.count_intersections", scene.count_intersections, {"rays": o["rays"], **near}),
         ("Scene.list_intersections", scene.list_intersections, {"rays": o["rays"], **near}),
         ("Scene.settle", scene.settle, {"progress": None}),
-        ("Scene.test_occlusions", scene.test_occlusions, {"rays": o["rays"], **near}),
+        ("Scene.test_occlusions", scene.test_occlusions, {"rays": o["rays"], **near, "coherent": True}),
         ("Scene.closest_points", scene.closest_points, {"points": points, "max_distance": 9.0, "tolerance": 0.1}),
         ("Scene.signed_distance", scene.signed_distance, {"points": points, "max_distance": 9.0, "tolerance": 0.1}),
         ("Scene.occupancy", scene.occupancy, {"points": points}),

@@ -2,6 +2,7 @@
 #include "isospline/cell/bracket-inl.h"
 #include "isospline/cell/intersector.h"
 #include "isospline/cell/packet-inl.h"
+#include "isospline/cell/packet_occlusion-inl.h"
 #include "isospline/cell/single_ray-inl.h"
 
 #include <glm/geometric.hpp>
@@ -47,6 +48,13 @@ LaneMask first_roots_of(const CandidateCells& cells, double threshold, const Lat
     return found;
 }
 
+template <int Degree, FirstRootFunction first_root>
+LaneMask any_roots_of(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays)
+{
+    RootPacket roots;
+    return first_roots_of<Degree, first_root>(cells, threshold, rays, rays.t_far, roots);
+}
+
 template <int Degree>
 void bracket_all_roots(const CellCoefficients& cell, const LatticeRay& ray, std::vector<CrossingInCell>& crossings)
 {
@@ -60,13 +68,13 @@ CellIntersector intersector(Method method)
     constexpr int n = Degree;
     switch (method) {
     case Method::exact:
-        return {exact_first_root<n>, exact_any_root<n>, exact_all_roots<n>, exact_first_roots<n>};
+        return {exact_first_root<n>, exact_any_root<n>, exact_all_roots<n>, exact_first_roots<n>, exact_any_roots<n>};
     case Method::reference:
         return {reference_first_root<n>, any_root_of<reference_first_root<n>>, reference_all_roots<n>,
-                first_roots_of<n, reference_first_root<n>>};
+                first_roots_of<n, reference_first_root<n>>, any_roots_of<n, reference_first_root<n>>};
     default:
         return {bracket_first_root<n>, any_root_of<bracket_first_root<n>>, bracket_all_roots<n>,
-                first_roots_of<n, bracket_first_root<n>>};
+                first_roots_of<n, bracket_first_root<n>>, any_roots_of<n, bracket_first_root<n>>};
     }
 }
 

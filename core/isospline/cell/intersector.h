@@ -36,6 +36,8 @@ struct CellIntersector {
     /// nor therefore on the order of the cells.
     LaneMask (*first_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
                             const double* t_limit, RootPacket& roots);
+    /// The lanes of a packet whose rays have a crossing within their limits, each in its own cell.
+    LaneMask (*any_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays);
 };
 
 /// The intersector of a method for degree 1, 2 or 3; for Method::exact, the one for the widest SIMD target of the

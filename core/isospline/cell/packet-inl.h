@@ -213,29 +213,22 @@ HWY_INLINE hn::Mask<Doubles> are_within_limits(const LatticeRayPacket& rays, std
                    hn::And(hn::Ge(given, load(rays.limits.t_near)), hn::Le(given, load(rays.limits.t_far))));
 }
 
+// The roots that double precision finds from those of single precision.
+struct RefinedRoots {
+    LaneMask found = 0;     ///< that count
+    LaneMask undecided = 0; ///< where double precision does not converge
+};
+
 template <int Degree, class Cells>
-LaneMask first_roots_in(const Cells& cells, const LatticeRayPacket& rays, const double* HWY_RESTRICT t_limit,
-                        LaneMask active, RootPacket& roots)
+HWY_INLINE RefinedRoots refine_packet(const Cells& cells, const LatticeRayPacket& rays, const PacketSegments& segments,
+                                      const PacketVerdict& verdict, LaneMask lanes, const double* HWY_RESTRICT t_limit,
+                                      RootPacket& roots)
 {
-    PacketSegments segments;
-    const LaneMask inside = clip_packet(cells, rays, t_limit, active, segments);
-    if (inside == 0)
-        return 0;
-
-    PacketVerdict verdict;
-    if (std::popcount(inside) <= few_lanes) {
-        verdict.one_root = 0;
-        verdict.undecided = inside;
-    } else {
-        verdict = judge_packet<Degree>(cells, segments, inside);
-    }
-
-    // Segments with one root: double precision starts from the root of single precision.
-    LaneMask found = 0;
+    RefinedRoots refined;
     const Doubles d;
     const hn::Rebind<float, Doubles> to_float;
     for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
-        const LaneMask wanted = verdict.one_root & all_lanes(d) << first;
+        const LaneMask wanted = lanes & all_lanes(d) << first;
         if (wanted == 0)
             continue;
         const auto coefficients = cells.template coefficients<double>(first);
@@ -253,9 +246,32 @@ LaneMask first_roots_in(const Cells& cells, const LatticeRayPacket& rays, const 
         hn::Store(search.t, d, roots.t + first);
         for (int axis = 0; axis < 3; ++axis)
             hn::Store(search.gradient[axis], d, roots.gradient[axis] + first);
-        found |= to_lane_mask(d, counts, first);
-        verdict.undecided |= wanted & ~to_lane_mask(d, arrived, first);
+        refined.found |= to_lane_mask(d, counts, first);
+        refined.undecided |= wanted & ~to_lane_mask(d, arrived, first);
     }
+    return refined;
+}
+
+template <int Degree, class Cells>
+LaneMask first_roots_in(const Cells& cells, const LatticeRayPacket& rays, const double* HWY_RESTRICT t_limit,
+                        LaneMask active, RootPacket& roots)
+{
+    PacketSegments segments;
+    const LaneMask inside = clip_packet(cells, rays, t_limit, active, segments);
+    if (inside == 0)
+        return 0;
+
+    PacketVerdict verdict;
+    if (std::popcount(inside) <= few_lanes) {
+        verdict.one_root = 0;
+        verdict.undecided = inside;
+    } else {
+        verdict = judge_packet<Degree>(cells, segments, inside);
+    }
+
+    auto [found, not_converged] =
+        refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root, t_limit, roots);
+    verdict.undecided |= not_converged;
 
     // The other segments, one by one.
     for (LaneMask rest = verdict.undecided; rest != 0; rest &= rest - 1u) {

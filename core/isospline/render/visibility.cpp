@@ -6,6 +6,7 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -43,12 +44,13 @@ void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& h
 }
 
 /// The transmitted part of the light along each ray; without opacities, all or nothing.
-std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf& opacity_of)
+std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, bool coherent,
+                                   const OpacityOf& opacity_of)
 {
     std::vector<double> result(rays.size(), 1.0);
     if (!opacity_of) {
         std::vector<std::uint8_t> occluded(rays.size());
-        scene.test_occlusions(rays, occluded);
+        scene.test_occlusions(rays, occluded, coherent);
         for (std::size_t i = 0; i < rays.size(); ++i)
             result[i] = occluded[i] ? 0.0 : 1.0;
         return result;
@@ -77,39 +79,58 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
     const std::vector<Hit>& hits = batch.hits;
-    std::vector<Ray> shadow_rays;
+    std::vector<Ray> sky_rays;
+    std::size_t light_count = 0, most_lights = 0;
+    std::vector<const std::vector<Light>*> lights(hits.size());
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (!hits[i])
             continue;
         const Shading& shading = shading_of(hits[i]);
-        const std::size_t first = shadow_rays.size();
         if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows && phong->lights) {
-            for (const Light& light : *phong->lights)
-                shadow_rays.push_back(
-                    std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
-            to_lights_[i] = {first, shadow_rays.size() - first};
+            lights[i] = &*phong->lights;
+            to_lights_[i] = {light_count, lights[i]->size()};
+            light_count += lights[i]->size();
+            most_lights = std::max(most_lights, lights[i]->size());
         } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
+            const std::size_t first = sky_rays.size();
             const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
-            append_sky(shadow_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal, *occlusion,
+            append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal, *occlusion,
                        RandomSequence(batch.pixels[i], sample));
-            to_sky_[i] = {first, shadow_rays.size() - first};
+            to_sky_[i] = {first, sky_rays.size() - first};
         }
     }
-    transmittances_ = transmittances(scene, shadow_rays, opacity_of);
+    from_sky_ = transmittances(scene, sky_rays, false, opacity_of);
+
+    // Light by light, because rays of neighbouring hits to one light are coherent.
+    std::vector<Ray> light_rays;
+    std::vector<std::size_t> places;
+    for (std::size_t number = 0; number < most_lights; ++number)
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            if (number >= to_lights_[i].count)
+                continue;
+            const Light& light = (*lights[i])[number];
+            light_rays.push_back(
+                std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
+            places.push_back(to_lights_[i].first + number);
+        }
+    const std::vector<double> along_rays = transmittances(scene, light_rays, true, opacity_of);
+    from_lights_.resize(light_count);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        from_lights_[places[i]] = along_rays[i];
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const
 {
     if (to_lights_.empty())
         return {};
-    return std::span(transmittances_).subspan(to_lights_[i].first, to_lights_[i].count);
+    return std::span(from_lights_).subspan(to_lights_[i].first, to_lights_[i].count);
 }
 
 double Visibility::openness(std::size_t i) const
 {
     if (to_sky_.empty() || to_sky_[i].count == 0)
         return 1.0;
-    const auto of_hit = std::span(transmittances_).subspan(to_sky_[i].first, to_sky_[i].count);
+    const auto of_hit = std::span(from_sky_).subspan(to_sky_[i].first, to_sky_[i].count);
     return std::accumulate(of_hit.begin(), of_hit.end(), 0.0) / static_cast<double>(of_hit.size());
 }
 

@@ -38,8 +38,8 @@ private:
     struct Range {
         std::size_t first = 0, count = 0;
     };
-    std::vector<double> transmittances_;    ///< of all shadow rays
-    std::vector<Range> to_lights_, to_sky_; ///< shadow rays of each hit
+    std::vector<double> from_lights_, from_sky_; ///< the parts of light that arrive
+    std::vector<Range> to_lights_, to_sky_;      ///< the places of each hit in these
 };
 
 } // namespace isospline

@@ -5,6 +5,7 @@
 #include "isospline/trace/prepared_ray.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -60,27 +61,53 @@ inline void set_ray(const Ray& from, RTCRayHit& to)
     to.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 }
 
-/// Sets the rays of an Embree packet.
-template <int Size>
-void set_rays(const PreparedPacket& prepared, RTCRayHitNt<Size>& packet)
+/// Bit i for lane i, for loops that compilers vectorise.
+inline constexpr auto lane_bits = [] {
+    std::array<LaneMask, packet_capacity> bits{};
+    for (std::size_t lane = 0; lane < bits.size(); ++lane)
+        bits[lane] = LaneMask{1} << lane;
+    return bits;
+}();
+
+/// The lanes that Embree passes to a callback.
+inline LaneMask active_lanes(const int* valid, unsigned int count)
+{
+    LaneMask active = 0;
+    for (unsigned int lane = 0; lane < count; ++lane)
+        active |= static_cast<LaneMask>(valid[lane]) & lane_bits[lane];
+    return active;
+}
+
+/// Sets the rays of an Embree packet; `Rays` is a PreparedPacket or a LatticeRayPacket.
+template <int Size, typename Rays>
+void set_rays(const Rays& from_rays, RTCRayNt<Size>& packet)
 {
     const auto to_single = [](const double* from, float* to) {
         for (int lane = 0; lane < Size; ++lane)
             to[lane] = static_cast<float>(from[lane]);
     };
-    to_single(prepared.origin[0], packet.ray.org_x);
-    to_single(prepared.origin[1], packet.ray.org_y);
-    to_single(prepared.origin[2], packet.ray.org_z);
+    to_single(from_rays.origin[0], packet.org_x);
+    to_single(from_rays.origin[1], packet.org_y);
+    to_single(from_rays.origin[2], packet.org_z);
     for (int lane = 0; lane < Size; ++lane) {
-        packet.ray.dir_x[lane] = direction_single(prepared.direction[0][lane]);
-        packet.ray.dir_y[lane] = direction_single(prepared.direction[1][lane]);
-        packet.ray.dir_z[lane] = direction_single(prepared.direction[2][lane]);
-        packet.ray.tnear[lane] = rounded_down(prepared.t_near[lane]);
-        packet.ray.tfar[lane] = rounded_up(prepared.t_far[lane]);
-        packet.ray.time[lane] = 0.0f;
-        packet.ray.mask[lane] = 0xffffffffu;
-        packet.ray.id[lane] = static_cast<unsigned int>(lane);
-        packet.ray.flags[lane] = 0;
+        packet.dir_x[lane] = direction_single(from_rays.direction[0][lane]);
+        packet.dir_y[lane] = direction_single(from_rays.direction[1][lane]);
+        packet.dir_z[lane] = direction_single(from_rays.direction[2][lane]);
+        packet.tnear[lane] = rounded_down(from_rays.t_near[lane]);
+        packet.tfar[lane] = rounded_up(from_rays.t_far[lane]);
+        packet.time[lane] = 0.0f;
+        packet.mask[lane] = 0xffffffffu;
+        packet.id[lane] = static_cast<unsigned int>(lane);
+        packet.flags[lane] = 0;
+    }
+}
+
+/// Sets the rays of an Embree packet, which have not hit anything yet.
+template <int Size, typename Rays>
+void set_rays(const Rays& from_rays, RTCRayHitNt<Size>& packet)
+{
+    set_rays(from_rays, packet.ray);
+    for (int lane = 0; lane < Size; ++lane) {
         packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
         packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
     }

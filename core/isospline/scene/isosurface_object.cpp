@@ -2,7 +2,7 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/query/reach.h"
-#include "isospline/scene/ray_query.h"
+#include "isospline/scene/packet_occlusion.h"
 #include "isospline/scene/user_geometry.h"
 #include "isospline/trace/surface_hit.h"
 
@@ -10,7 +10,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 
@@ -24,14 +23,6 @@ constexpr double least_box_margin = 0x1p-10;
 /// A settled index takes about 50 us of a processor to build for each brick that the surface crosses, and saves about
 /// 0.1 us a ray.
 constexpr std::uint64_t rays_per_brick = 500;
-
-/// Bit i for lane i, for loops that compilers vectorise.
-constexpr auto lane_bits = [] {
-    std::array<LaneMask, LatticeRayPacket::capacity> bits{};
-    for (std::size_t lane = 0; lane < bits.size(); ++lane)
-        bits[lane] = LaneMask{1} << lane;
-    return bits;
-}();
 
 } // namespace
 
@@ -221,10 +212,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     const unsigned int slot = query.instID[0];
     query.enter(slot, *surface_);
     const unsigned int size = arguments.N;
-    LaneMask active = 0;
-    for (unsigned int lane = 0; lane < size; ++lane)
-        active |= static_cast<LaneMask>(arguments.valid[lane]) & lane_bits[lane];
-    active &= query.clip_leaves;
+    LaneMask active = active_lanes(arguments.valid, size) & query.clip_leaves;
     const bool of_caps = arguments.primID >= box_count();
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
     for (LaneMask rest = of_caps ? active : active & query.enters_cap; rest != 0; rest &= rest - 1u) {
@@ -257,12 +245,17 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         }
         return found != 0;
     };
-    const PacketVisitor visitor{record, &visit, query.nearest.t};
+    trace(arguments.primID, query.in_lattice, active, {record, &visit, query.nearest.t});
+}
+
+void IsosurfaceObject::trace(unsigned int primitive, const LatticeRayPacket& rays, LaneMask active,
+                             const PacketVisitor& visitor) const
+{
     const auto margin = static_cast<float>(box_margin_);
     if (leaves_)
-        tracer_.trace_packet_in_leaf(*leaves_, (*leaves_)[arguments.primID], query.in_lattice, margin, active, visitor);
+        tracer_.trace_packet_in_leaf(*leaves_, (*leaves_)[primitive], rays, margin, active, visitor);
     else
-        tracer_.trace_packet(surface_->bricks(), boxes_[arguments.primID], query.in_lattice, margin, active, visitor);
+        tracer_.trace_packet(surface_->bricks(), boxes_[primitive], rays, margin, active, visitor);
 }
 
 bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) const
@@ -286,6 +279,21 @@ bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) cons
     };
     trace(primitive, query.in_lattice, query.in_lattice.t_far, {test, &visit});
     return visit.is_occluded;
+}
+
+LaneMask IsosurfaceObject::occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const
+{
+    query.enter(query.instID[0], *this);
+    query.set_occluded(active & query.clip_leaves & query.enters_cap & ~query.occluded);
+    const LaneMask rest = active & query.clip_leaves & ~query.occluded;
+    if (primitive < box_count()) {
+        query.test(primitive, rest);
+    } else {
+        for (LaneMask lanes = rest; lanes != 0; lanes &= lanes - 1u)
+            if (const int lane = std::countr_zero(lanes); query.chords[lane].leaves_cap(*surface_))
+                query.set_occluded(LaneMask{1} << lane);
+    }
+    return active & query.occluded;
 }
 
 } // namespace isospline

@@ -16,6 +16,7 @@ namespace isospline {
 
 struct RayQuery;
 struct PacketQuery;
+struct PacketOcclusion;
 template <typename Shape>
 struct UserGeometry;
 
@@ -43,6 +44,7 @@ public:
 
 private:
     friend struct UserGeometry<IsosurfaceObject>;
+    friend struct PacketOcclusion;
 
     embree::GeometryHandle make_geometry(const Device& device, const BuildOptions& options, double rounding_error_local,
                                          const Progress& progress) override;
@@ -53,6 +55,7 @@ private:
     void collect_all(unsigned int primitive, RayQuery& query) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
     bool is_occluded(unsigned int primitive, RayQuery& query) const;
+    LaneMask occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const;
 
     /// The first cap along a chord, if there is one, as a root.
     struct CapHit {
@@ -63,6 +66,8 @@ private:
 
     std::size_t box_count() const { return leaves_ ? leaves_->size() : boxes_.size(); }
     void trace(unsigned int primitive, const LatticeRay& ray, double t_limit, const RayVisitor& visitor) const;
+    void trace(unsigned int primitive, const LatticeRayPacket& rays, LaneMask active,
+               const PacketVisitor& visitor) const;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
     Index index_;

@@ -1,7 +1,7 @@
 #include "isospline/scene/mesh_object.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/scene/ray_query.h"
+#include "isospline/scene/packet_occlusion.h"
 #include "isospline/scene/user_geometry.h"
 
 #include <glm/common.hpp>
@@ -133,11 +133,8 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
     const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
     query.enter_mesh(slot);
     const unsigned int size = arguments.N;
-    LaneMask active = 0;
-    for (unsigned int lane = 0; lane < size; ++lane)
-        active |= static_cast<LaneMask>(arguments.valid[lane] & 1) << lane;
     const Triangle met = triangle(primitive);
-    const LanePassages found = passages(query.in_mesh, met, active);
+    const LanePassages found = passages(query.in_mesh, met, active_lanes(arguments.valid, size));
 
     RTCRayN* const rays = RTCRayHitN_RayN(arguments.rayhit, size);
     for (LaneMask rest = found.along_normal | found.against_normal; rest != 0; rest &= rest - 1u) {
@@ -162,6 +159,21 @@ bool MeshObject::is_occluded(unsigned int primitive, RayQuery& query) const
 {
     query.enter_mesh(query.instID[0]);
     return hit_within(query.in_mesh, primitive).has_value();
+}
+
+LaneMask MeshObject::occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const
+{
+    query.enter_mesh(query.instID[0]);
+    const Triangle met = triangle(primitive);
+    const LanePassages found = passages(query.in_mesh, met, active & ~query.occluded);
+    for (LaneMask rest = found.along_normal | found.against_normal; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const TriangleRay ray = query.in_mesh.ray(lane);
+        const bool along = (found.along_normal >> lane & 1u) != 0;
+        if (ray.has(triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal).t))
+            query.set_occluded(LaneMask{1} << lane);
+    }
+    return active & query.occluded;
 }
 
 void MeshObject::complete(Hit& hit, const Ray& ray_world, const glm::dvec3&, const Placement& placement) const

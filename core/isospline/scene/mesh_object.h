@@ -16,6 +16,7 @@
 
 namespace isospline {
 
+struct PacketOcclusion;
 template <typename Shape>
 struct UserGeometry;
 
@@ -60,6 +61,7 @@ private:
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
     bool is_occluded(unsigned int primitive, RayQuery& query) const;
+    LaneMask occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const;
 
     std::shared_ptr<const Mesh> mesh_;
     glm::dvec3 centre_;

@@ -1,6 +1,6 @@
 #include "isospline/scene/ray_caster.h"
 
-#include "isospline/scene/ray_query.h"
+#include "isospline/scene/packet_occlusion.h"
 #include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/util/check.h"
 
@@ -36,6 +36,17 @@ void check_packet(const RayPacket& rays, int width, std::size_t hits)
         throw_invalid("hits", "one for each of " + std::to_string(rays.count) + " rays", hits);
 }
 
+/// Flags of lanes for Embree.
+template <int Size>
+struct ValidLanes {
+    explicit ValidLanes(LaneMask lanes)
+    {
+        for (int lane = 0; lane < Size; ++lane)
+            flags[lane] = -static_cast<int>(lanes >> lane & 1u);
+    }
+    alignas(64) int flags[Size];
+};
+
 /// Calls `body(packet, first)` for packets of up to `width` rays.
 template <typename Body>
 void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
@@ -66,9 +77,14 @@ struct RayCaster::Impl {
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
     LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    /// Finds the nearest hits of a packet, for `packet_query`; returns the rays that hit.
+    template <int Size>
+    LaneMask find_hits(const RayPacket& rays, std::size_t index, RTCScene top);
     template <int Size>
     LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
-    LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
+    LaneMask test_singles(const RayPacket& rays, std::size_t index);
+    template <int Size>
+    LaneMask test_packet(const RayPacket& rays, std::size_t index);
 
     const SceneSnapshot::Impl& scene;
     const Traversal camera, shadow;
@@ -79,6 +95,7 @@ struct RayCaster::Impl {
     PreparedPacket prepared;
     LatticeRayPacket local; ///< in the space of the only instance
     std::optional<PacketQuery> packet_query;
+    std::optional<PacketOcclusion> packet_occlusion; ///< made when it is needed
 };
 
 LaneMask RayCaster::Impl::prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal)
@@ -125,7 +142,7 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
 }
 
 template <int Size>
-LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
+LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, RTCScene top)
 {
     PacketQuery& packet = *packet_query;
     const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
@@ -134,19 +151,24 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
     packet.begin(rays, used);
     alignas(64) RTCRayHitNt<Size> ray_hits;
     set_rays(packet.prepared, ray_hits);
-    alignas(64) int valid[Size];
-    for (int lane = 0; lane < Size; ++lane)
-        valid[lane] = -static_cast<int>(used >> lane & 1u);
-    embree::intersect_coherent(scene.camera_top.get(), packet, valid, ray_hits);
+    const ValidLanes<Size> valid(used);
+    embree::intersect_coherent(top, packet, valid.flags, ray_hits);
     packet.rethrow();
-
     LaneMask hit_lanes = 0;
+    for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
+        if (const int lane = std::countr_zero(rest); packet.has_hit(lane))
+            hit_lanes |= LaneMask{1} << lane;
+    return hit_lanes;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
+{
+    const LaneMask hit_lanes = find_hits<Size>(rays, index, scene.camera_top.get());
+    const PacketQuery& packet = *packet_query;
     alignas(64) double t[PreparedPacket::capacity] = {};
-    for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
+    for (LaneMask rest = hit_lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        if (!packet.has_hit(lane))
-            continue;
-        hit_lanes |= LaneMask{1} << lane;
         Hit& hit = hits[static_cast<std::size_t>(lane)];
         set_hit(hit, packet.prepared.limits[lane].given_t(packet.nearest.t[lane]), packet.nearest_ids[lane],
                 packet.nearest_in_mesh[lane], scene.instances[packet.nearest_ids[lane].slot]->id);
@@ -165,7 +187,7 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
     return hit_lanes;
 }
 
-LaneMask RayCaster::Impl::test_occlusions(const RayPacket& rays, std::size_t index)
+LaneMask RayCaster::Impl::test_singles(const RayPacket& rays, std::size_t index)
 {
     LaneMask occluded = 0;
     RTCRayHit ray_hit;
@@ -188,6 +210,33 @@ LaneMask RayCaster::Impl::test_occlusions(const RayPacket& rays, std::size_t ind
         occluded |= static_cast<LaneMask>(is_occluded) << lane;
     }
     return occluded;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
+{
+    if (scene.reads_sources) // as test_singles()
+        return find_hits<Size>(rays, index, scene.shadow_top());
+    if (!packet_occlusion)
+        packet_occlusion.emplace(scene.instances);
+    PacketOcclusion& packet = *packet_occlusion;
+    const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
+    if (used == 0)
+        return 0;
+    packet.begin(rays, used);
+    alignas(64) RTCRayNt<Size> ready;
+    if (const Instance* const alone = shadow.alone; alone != nullptr) {
+        to_lattice(packet.prepared, alone->placement.centred_to_local, alone->object->cell_shape(), packet.in_lattice);
+        packet.slot_in_lattice = packet.instID[0] = shadow.slot;
+        set_rays(packet.in_lattice, ready);
+    } else {
+        set_rays(packet.prepared, ready);
+    }
+    const ValidLanes<Size> valid(used);
+    embree::occluded(shadow.scene, packet, valid.flags, ready);
+    packet.rethrow();
+    packet.finish();
+    return packet.occluded;
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts)
@@ -237,7 +286,16 @@ LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
     check_packet(rays, width(), RayPacket::capacity);
     impl_->ray_count += static_cast<unsigned int>(rays.count);
-    return impl_->test_occlusions(rays, index);
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->test_packet<16>(rays, index);
+    case 8:
+        return impl_->test_packet<8>(rays, index);
+    case 4:
+        return impl_->test_packet<4>(rays, index);
+    default:
+        return impl_->test_singles(rays, index);
+    }
 }
 
 void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
@@ -245,10 +303,10 @@ void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bo
     RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent).cast(rays, hits);
 }
 
-void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const
+void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent) const
 {
     check_one_per_ray("occluded", rays.size(), occluded.size());
-    RayCaster caster(*this, RayCaster::Rays::incoherent);
+    RayCaster caster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent);
     for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
         const LaneMask lanes = caster.test_occlusions(packet, first);
         for (int lane = 0; lane < packet.count; ++lane)

@@ -16,7 +16,8 @@ class SceneSnapshot;
 /// a packet stay in the cache from where they are made to where they are used.
 class RayCaster {
 public:
-    /// How the rays of a packet are traced: incoherent rays one by one, coherent rays together. The hits are the same.
+    /// How the rays of a packet are traced: incoherent rays one by one, coherent rays together. The results are the
+    /// same.
     enum class Rays { incoherent, coherent };
     /// The parts of a hit that are set: t, uv and ids, or all.
     enum class Parts { t_and_ids, all };
@@ -40,8 +41,7 @@ public:
     /// set to misses.
     void cast(std::span<const Ray> rays, std::span<Hit> hits);
 
-    /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Rays are traced one by one.
-    /// Throws like cast().
+    /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Throws like cast().
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
 
 private:

@@ -52,7 +52,8 @@ void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     if (slot == cached_slot)
         return;
     cached_slot = slot;
-    to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape(), in_lattice);
+    if (slot != slot_in_lattice)
+        to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape(), in_lattice);
     clip_leaves = used;
     enters_cap = 0;
     const SolidPlanes& planes = surface.planes();

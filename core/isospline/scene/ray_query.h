@@ -174,10 +174,10 @@ struct PacketQuery : Query {
         used = used_lanes;
         std::copy_n(prepared.t_far, PreparedPacket::capacity, nearest.t);
         std::fill_n(nearest_ids, PreparedPacket::capacity, HitIds());
-        cached_slot = RTC_INVALID_GEOMETRY_ID;
+        cached_slot = slot_in_lattice = RTC_INVALID_GEOMETRY_ID;
     }
 
-    /// Like that of RayQuery, for all lanes.
+    /// Like that of RayQuery, for all lanes; `in_lattice` may have been set for the slot.
     void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
 
     bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
@@ -209,6 +209,7 @@ struct PacketQuery : Query {
     HitIds nearest_ids[PreparedPacket::capacity];
     LaneMask used = 0; ///< lanes that hold a ray
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
+    std::uint32_t slot_in_lattice = RTC_INVALID_GEOMETRY_ID; ///< that `in_lattice` is set for already, without a clip
     LatticeRayPacket in_lattice;
     LaneMask clip_leaves = 0; ///< lanes of which the clip keeps a part
     CappedChord chords[LatticeRayPacket::capacity];

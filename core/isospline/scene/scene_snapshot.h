@@ -52,9 +52,10 @@ public:
     /// direction is zero, and if there is not one hit for each ray.
     void cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent = false) const;
 
-    /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. Throws
-    /// like cast_rays().
-    void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    /// Whether each ray crosses anything within its [t_near, t_far]: 1 or 0. Stops at the first crossing found. With
+    /// `coherent`, consecutive rays are traced in packets. This is faster for rays that are close together, as those
+    /// from neighbouring points to one light; the result is the same. Throws like cast_rays().
+    void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent = false) const;
 
     /// All crossings of each ray within its [t_near, t_far], in ascending order. Each is listed once, even on a face
     /// between cells or an edge between triangles. Appends them, and sets their number for each ray. Throws like

@@ -3,9 +3,10 @@
 
 #include "isospline/scene/device.h"
 #include "isospline/scene/object.h"
-#include "isospline/scene/ray_query.h"
+#include "isospline/scene/packet_occlusion.h"
 #include "isospline/util/check.h"
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -24,6 +25,7 @@ inline float next_below(double value)
 ///     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;
 ///     void intersect_packet(const RTCIntersectFunctionNArguments& arguments) const;
 ///     bool is_occluded(unsigned int primitive, RayQuery& query) const;
+///     LaneMask occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const;
 ///
 /// No exception crosses Embree's frames: the query stores it.
 template <typename Shape>
@@ -71,15 +73,17 @@ private:
 
     static void occlude(const RTCOccludedFunctionNArguments* arguments) noexcept
     {
-        ISOSPLINE_ASSERT(arguments->N, ==, 1u);
-        if (arguments->valid[0] != -1)
-            return;
         const auto& shape = *static_cast<const Shape*>(arguments->geometryUserPtr);
-        auto& query = static_cast<RayQuery&>(*arguments->context);
-        float& t_far = reinterpret_cast<RTCRay*>(arguments->ray)->tfar;
-        query.guard(&t_far, 1, [&] {
-            if (shape.is_occluded(arguments->primID, query))
-                t_far = -std::numeric_limits<float>::infinity();
+        float* const t_far = &RTCRayN_tfar(arguments->ray, arguments->N, 0);
+        static_cast<Query&>(*arguments->context).guard(t_far, arguments->N, [&] {
+            LaneMask active = active_lanes(arguments->valid, arguments->N);
+            if (arguments->N > 1)
+                active =
+                    shape.occluded_lanes(arguments->primID, active, static_cast<PacketOcclusion&>(*arguments->context));
+            else if (active != 0 && !shape.is_occluded(arguments->primID, static_cast<RayQuery&>(*arguments->context)))
+                active = 0;
+            for (LaneMask rest = active; rest != 0; rest &= rest - 1u)
+                t_far[std::countr_zero(rest)] = -std::numeric_limits<float>::infinity();
         });
     }
 };

@@ -9,6 +9,7 @@
 
 #include "isospline/trace/brick_packet-inl.h"
 #include "isospline/trace/brick_single-inl.h"
+#include "isospline/trace/first_cells-inl.h"
 #include "isospline/trace/leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -17,7 +18,7 @@ namespace HWY_NAMESPACE {
 
 BrickTracer tracer_of_target()
 {
-    return {trace_ray, trace_packet, trace_leaf, trace_packet_in_leaf};
+    return {trace_ray, trace_packet, trace_leaf, trace_packet_in_leaf, add_first_cells};
 }
 
 } // namespace HWY_NAMESPACE

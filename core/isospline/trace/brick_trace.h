@@ -43,12 +43,20 @@ struct RayVisitor {
     void* context;
 };
 
-/// Called for cells of one block in which lanes of a packet may cross the surface. Lowers t_limit[lane] where it finds
-/// a crossing, and returns whether it did.
+/// The cells in which the rays of a packet begin.
+struct FirstCells {
+    LaneMask lanes = 0; ///< that begin in a cell of the volume
+    alignas(64) std::int32_t lower[3][packet_capacity];
+};
+
+/// Called for cells in which lanes of a packet may cross the surface. Lowers t_limit[lane] where it finds a crossing,
+/// and returns whether it did. By default these are cells of one block.
 struct PacketVisitor {
     bool (*visit)(void* context, const CandidateCells& cells);
     void* context;
     const double* t_limit;
+    CandidateCells* waiting = nullptr;   ///< if given, cells of several blocks are collected here; some may be left
+    const FirstCells* decided = nullptr; ///< if given, cells that are left out
 };
 
 /// Tests rays against the cubes of cells inside a box, which is halved up to four times into eight cubes that are
@@ -64,6 +72,9 @@ struct BrickTracer {
                        const RayVisitor& visitor);
     void (*trace_packet_in_leaf)(const Leaves& leaves, const Leaf& leaf, const LatticeRayPacket& rays, float margin,
                                  LaneMask active, const PacketVisitor& visitor);
+    /// Finds the cells of a volume in memory in which rays begin, and adds them to `cells`, which has none yet.
+    void (*add_first_cells)(const Volume& volume, const LatticeRayPacket& rays, LaneMask lanes, FirstCells& first,
+                            CandidateCells& cells);
 };
 
 /// The tracer for the widest SIMD target of the machine.

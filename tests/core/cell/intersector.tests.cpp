@@ -162,6 +162,27 @@ int check_packet(const CellIntersector& intersector, const Volume& volume, const
         within |= static_cast<LaneMask>(lane % 2 == 0) << lane;
     }
     REQUIRE(intersector.first_roots(of_lanes, threshold, packet, t_limit, limited) == within);
+    REQUIRE(intersector.any_roots(of_lanes, threshold, packet) == found);
+
+    // Rays that begin or end at their first root, or just behind or before it, as those that leave a surface.
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+        if ((found >> lane & 1u) == 0)
+            continue;
+        LatticeRay ray = rays[static_cast<std::size_t>(lane)];
+        const double root = roots.t[lane];
+        if (lane % 4 < 2)
+            ray.t_near = ray.limits.t_near = lane % 2 != 0 ? std::nextafter(root, 1e30) : root;
+        else
+            ray.t_far = ray.limits.t_far = lane % 2 != 0 ? std::nextafter(root, -1e30) : root;
+        packet.set(lane, ray);
+    }
+    const LaneMask any = intersector.any_roots(of_lanes, threshold, packet);
+    for (int lane = 0; lane < LatticeRayPacket::capacity; ++lane) {
+        const auto i = static_cast<std::size_t>(lane);
+        const bool is_active = (active >> lane & 1u) != 0;
+        REQUIRE(((any >> lane & 1u) != 0) == (is_active && intersector.any_root(*cells[i], packet.ray(lane))));
+    }
+
     int count = 0;
     for (std::size_t lane = 0; lane < cells.size(); ++lane) {
         const bool is_active = (active >> lane & 1u) != 0, is_found = (found >> lane & 1u) != 0;

@@ -128,10 +128,10 @@ struct World {
             sum += hit ? hit.t : 0.0;
         return sum;
     }
-    double occlude()
+    double occlude(bool coherent)
     {
         std::vector<std::uint8_t> occluded(rays.size());
-        scene.snapshot()->test_occlusions(rays, occluded);
+        scene.snapshot()->test_occlusions(rays, occluded, coherent);
         double sum = 0.0;
         for (const std::uint8_t is_occluded : occluded)
             sum += is_occluded;
@@ -215,7 +215,8 @@ struct Operation {
 const Operation operations[] = {
     {"cast", [](World& world) { return world.cast(false); }},
     {"packets", [](World& world) { return world.cast(true); }},
-    {"occlusion", [](World& world) { return world.occlude(); }},
+    {"occlusion", [](World& world) { return world.occlude(false); }},
+    {"occlusion of packets", [](World& world) { return world.occlude(true); }},
     {"crossings", [](World& world) { return world.list(); }},
     {"picture", [](World& world) { return world.picture(1.0f); }},
     {"translucent picture", [](World& world) { return world.picture(0.5f); }},

@@ -128,8 +128,10 @@ TEST_CASE("rays alternately enter and leave, even at corners, edges and faces of
         snapshot->cast_rays(rays, packet, true);
         reference_scene.snapshot()->cast_rays(rays, by_reference);
         VoxelHopper(surface->snapshot()).cast_rays(rays, hopped);
-        std::vector<std::uint8_t> occluded(rays.size());
+        std::vector<std::uint8_t> occluded(rays.size()), occluded_in_packet(rays.size());
         snapshot->test_occlusions(rays, occluded);
+        snapshot->test_occlusions(rays, occluded_in_packet, true);
+        REQUIRE(occluded_in_packet == occluded);
 
         std::size_t wrong_turns = 0, wrong_signs = 0, differing_hits = 0;
         auto crossing = crossings.begin();
@@ -236,9 +238,11 @@ TEST_CASE("limits that equal a hit's t include the hit", "[scene]")
                 REQUIRE(again.t == hit.t);
                 REQUIRE(again.primitive_id == hit.primitive_id);
             }
-            std::uint8_t occluded = 0;
-            snapshot->test_occlusions({&ray, 1}, {&occluded, 1});
-            REQUIRE(occluded == 1);
+            for (const bool coherent : {false, true}) {
+                std::uint8_t occluded = 0;
+                snapshot->test_occlusions({&ray, 1}, {&occluded, 1}, coherent);
+                REQUIRE(occluded == 1);
+            }
         }
         ray.t_near = 0.0;
         ray.t_far = std::nextafter(hit.t, 0.0);

@@ -59,11 +59,13 @@ std::vector<Ray> random_rays(const Volume& volume, std::size_t count)
 /// All answers of a scene for some rays.
 struct Answers {
     Answers(const SceneSnapshot& scene, std::span<const Ray> rays)
-        : single(rays.size()), packet(rays.size()), occluded(rays.size()), counts(rays.size())
+        : single(rays.size()), packet(rays.size()), occluded(rays.size()), occluded_in_packet(rays.size()),
+          counts(rays.size())
     {
         scene.cast_rays(rays, packet, true);
         scene.cast_rays(rays, single);
         scene.test_occlusions(rays, occluded);
+        scene.test_occlusions(rays, occluded_in_packet, true);
         scene.list_intersections(rays, crossings, counts);
     }
 
@@ -81,11 +83,11 @@ struct Answers {
                           [](const Crossing& a, const Crossing& b) {
                               return are_same(a.hit, b.hit) && a.entering == b.entering;
                           }) &&
-               occluded == other.occluded && counts == other.counts;
+               occluded == other.occluded && occluded_in_packet == other.occluded && counts == other.counts;
     }
 
     std::vector<Hit> single, packet;
-    std::vector<std::uint8_t> occluded;
+    std::vector<std::uint8_t> occluded, occluded_in_packet;
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> counts;
 };
@@ -220,6 +222,7 @@ TEST_CASE("an exception of a source ends the query, and everything can be used a
             REQUIRE_THROWS_AS(snapshot->cast_rays(rays, hits), CountingSource::Refusal);
             REQUIRE_THROWS_AS(snapshot->cast_rays(rays, hits, true), CountingSource::Refusal);
             REQUIRE_THROWS_AS(snapshot->test_occlusions(rays, occluded), CountingSource::Refusal);
+            REQUIRE_THROWS_AS(snapshot->test_occlusions(rays, occluded, true), CountingSource::Refusal);
             REQUIRE_THROWS_AS(snapshot->list_intersections(rays, crossings, counts), CountingSource::Refusal);
             REQUIRE_THROWS_AS(surface->snapshot()->shell(), CountingSource::Refusal);
             REQUIRE_THROWS_AS(surface->snapshot()->bounds_lattice(), CountingSource::Refusal);

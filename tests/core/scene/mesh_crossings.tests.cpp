@@ -117,8 +117,10 @@ Faults find_faults(const SceneSnapshot& scene, const std::vector<Ray>& rays, boo
     std::vector<Hit> singles(rays.size()), packets(rays.size());
     scene.cast_rays(rays, singles);
     scene.cast_rays(rays, packets, true);
-    std::vector<std::uint8_t> occluded(rays.size());
+    std::vector<std::uint8_t> occluded(rays.size()), occluded_in_packet(rays.size());
     scene.test_occlusions(rays, occluded);
+    scene.test_occlusions(rays, occluded_in_packet, true);
+    REQUIRE(occluded_in_packet == occluded);
     crossing_count += crossings.size();
 
     std::vector<Ray> at_hits;

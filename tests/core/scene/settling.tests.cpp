@@ -66,16 +66,18 @@ void require_same(const SceneSnapshot& a, const SceneSnapshot& b, std::span<cons
             hits += of_a[i] ? 1u : 0u;
         }
     }
-    std::vector<std::uint8_t> occluded_a(rays.size()), occluded_b(rays.size());
-    a.test_occlusions(rays, occluded_a);
-    b.test_occlusions(rays, occluded_b);
+    for (const bool coherent : {false, true}) {
+        std::vector<std::uint8_t> occluded_a(rays.size()), occluded_b(rays.size());
+        a.test_occlusions(rays, occluded_a, coherent);
+        b.test_occlusions(rays, occluded_b, coherent);
+        REQUIRE(occluded_a == occluded_b);
+    }
     std::vector<Crossing> crossings_a, crossings_b;
     std::vector<std::uint32_t> counts_a(rays.size()), counts_b(rays.size());
     a.list_intersections(rays, crossings_a, counts_a);
     b.list_intersections(rays, crossings_b, counts_b);
     REQUIRE(differ == 0);
     REQUIRE(hits > rays.size() / 2);
-    REQUIRE(occluded_a == occluded_b);
     REQUIRE(counts_a == counts_b);
     REQUIRE(crossings_a.size() == crossings_b.size());
     for (std::size_t i = 0; i < crossings_a.size(); ++i)

@@ -94,7 +94,7 @@ TEST_CASE("all calls of all threads at a time", "[scene][threads]")
         std::vector<Hit> hits(rays.size());
         snapshot->cast_rays(rays, hits, i % 2 == 0);
         std::vector<std::uint8_t> occluded(rays.size());
-        snapshot->test_occlusions(rays, occluded);
+        snapshot->test_occlusions(rays, occluded, i % 2 != 0);
         std::vector<Crossing> crossings;
         std::vector<std::uint32_t> counts(rays.size());
         snapshot->list_intersections(rays, crossings, counts);

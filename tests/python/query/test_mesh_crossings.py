@@ -106,7 +106,8 @@ def test_crossings_are_those_of_rational_arithmetic(make, rng):
         np.testing.assert_allclose(crossings["t_hit"][mine], [float(t) for t, _, _ in exact], rtol=1e-10)
     assert sum(len(exact) for exact in expected) > 100
     np.testing.assert_array_equal(scene.count_intersections(rays), np.diff(splits))
-    np.testing.assert_array_equal(scene.test_occlusions(rays), np.diff(splits) > 0)
+    for coherent in (False, True):
+        np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=coherent), np.diff(splits) > 0)
     hits = scene.cast_rays(rays)
     first = splits[:-1][np.diff(splits) > 0]
     for name in ("t_hit", "primitive_ids"):
@@ -135,7 +136,9 @@ def test_packets_and_single_rays_agree_at_silhouettes(angle, mirror):
             assert 0.1 < np.isfinite(single["t_hit"]).mean() < 0.9
             for name, values in single.items():
                 np.testing.assert_array_equal(packets[name].reshape(values.shape), values, err_msg=name)
-            np.testing.assert_array_equal(scene.test_occlusions(given), np.isfinite(single["t_hit"]))
+            for coherent in (False, True):
+                occluded = scene.test_occlusions(given, coherent=coherent)
+                np.testing.assert_array_equal(occluded, np.isfinite(single["t_hit"]))
             assert (scene.count_intersections(given) % 2 == 0).all()
 
 

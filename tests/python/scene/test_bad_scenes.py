@@ -106,7 +106,8 @@ def test_degenerate_triangles_show_nowhere(rng):
         np.testing.assert_allclose(hits["t_hit"][hit], 1, rtol=1e-6)
         assert all(np.isfinite(values[hit]).all() for values in hits.values())
         np.testing.assert_array_equal(np.abs(hits["primitive_normals"][hit]), [(0, 0, 1)] * hit.sum())
-    np.testing.assert_array_equal(scene.test_occlusions(rays)[clear], inside[clear])
+    for coherent in (False, True):
+        np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=coherent)[clear], inside[clear])
     np.testing.assert_array_equal(scene.count_intersections(rays)[clear], inside[clear])
     crossings, expected = scene.list_intersections(rays[clear]), plain.list_intersections(rays[clear])
     assert (crossings["primitive_ids"] == GOOD).all()

@@ -32,7 +32,9 @@ def test_hits_do_not_depend_on_the_edge_of_boxes(surface, rays, edge):
         assert np.isfinite(expected["t_hit"]).mean() > 0.5
         for name in expected:
             np.testing.assert_array_equal(hits[name], expected[name])
-    np.testing.assert_array_equal(scene.test_occlusions(rays), by_default.test_occlusions(rays))
+    for coherent in (False, True):
+        occluded = scene.test_occlusions(rays, coherent=coherent)
+        np.testing.assert_array_equal(occluded, by_default.test_occlusions(rays))
     np.testing.assert_array_equal(scene.count_intersections(rays), by_default.count_intersections(rays))
     surface.level = 0.1
     np.testing.assert_array_equal(scene.cast_rays(rays)["t_hit"], by_default.cast_rays(rays)["t_hit"])

@@ -144,7 +144,7 @@ def test_nothing_leaks_through_the_rim(rng, method):
     assert cap.sum() > count / 10 and (~cap).sum() > count / 10
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
-    assert scene.test_occlusions(rays).all()
+    assert scene.test_occlusions(rays).all() and scene.test_occlusions(rays, coherent=True).all()
     assert (scene.count_intersections(rays) == 1).all()
     assert (scene.count_intersections(rays_at(rng, rim, 40.0)) % 2 == 0).all()
 
@@ -193,7 +193,8 @@ def test_all_queries_agree(closed, rng):
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
     hit = np.isfinite(single["t_hit"])
-    np.testing.assert_array_equal(scene.test_occlusions(rays), hit)
+    for coherent in (False, True):
+        np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=coherent), hit)
 
     crossings = scene.list_intersections(rays)
     begin, end = crossings["ray_splits"][:-1], crossings["ray_splits"][1:]

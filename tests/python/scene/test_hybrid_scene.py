@@ -193,7 +193,8 @@ def test_secondary_rays_are_occluded_as_the_closed_form_says(make, rng):
     rays = camera.rays(SIZE).reshape(-1, 6)
     hits = scene.cast_rays(rays)
     hit = np.isfinite(hits["t_hit"])
-    np.testing.assert_array_equal(scene.test_occlusions(rays), hit)
+    for coherent in (False, True):
+        np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=coherent), hit)
     rays, hits = rays[hit], {name: values[hit] for name, values in hits.items()}
     positions = rays[:, :3] + hits["t_hit"][:, None] * rays[:, 3:]
     directions = rng.uniform((-20, -20, 3), (40, 40, 20), size=positions.shape) - positions

@@ -9,6 +9,8 @@ import pytest
 
 import isospline
 
+ALL_OUTPUTS = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions")
+
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_packets_find_the_same_bit_for_bit(rng, degree):
@@ -20,6 +22,9 @@ def test_packets_find_the_same_bit_for_bit(rng, degree):
         assert np.isfinite(single["t_hit"]).any()
         for name in single:
             np.testing.assert_array_equal(packets[name], single[name])
+        occluded = scene.test_occlusions(rays, coherent=True)
+        np.testing.assert_array_equal(occluded, np.isfinite(single["t_hit"]))
+        np.testing.assert_array_equal(occluded, scene.test_occlusions(rays))
 
 
 @pytest.mark.parametrize("tiny", [-1e-300, -1e-40, -1e-30, -1e-19, -1e-18, -3e-17, -1e-12, -0.0, 1e-30])
@@ -38,6 +43,29 @@ def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
         assert np.isfinite(single["t_hit"][::5]).any()
         for name in single:
             np.testing.assert_array_equal(packets[name], single[name])
+        occluded = scene.test_occlusions(rays, coherent=True)
+        np.testing.assert_array_equal(occluded, np.isfinite(single["t_hit"]))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("settled", [False, True])
+def test_packets_of_shadow_rays_find_the_same(rng, degree, settled):
+    """Rays to one light from the hits of a picture, on the surface itself and beside it."""
+    surface = isospline.Isosurface(isospline.Volume(rng.normal(size=(30, 31, 32)), degree=degree), 1.2)
+    scene = isospline.Scene([surface, isospline.Mesh([(0, 0, 8), (18, 0, 9), (0, 18, 8)], [(0, 1, 2)])])
+    if settled:
+        scene.settle()
+    rays = isospline.camera_for(scene).rays((120, 88)).reshape(-1, 6)
+    rays = rays[np.isfinite(scene.cast_rays(rays)["t_hit"])]
+    hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
+    light = np.array((60.0, 40.0, 70.0))
+    leaving = scene.secondary_rays(rays, hits, light - hits["positions"])
+    on_surface = np.hstack([hits["positions"], light - hits["positions"]])
+    for shadow in (np.hstack([leaving[:, :3], light - leaving[:, :3]]), on_surface, leaving):
+        for limits in ({}, {"t_far": 1.0}, {"t_near": 0.01, "t_far": 0.3}):
+            single = scene.test_occlusions(shadow, **limits)
+            assert 0.05 < single.mean() < 1
+            np.testing.assert_array_equal(scene.test_occlusions(shadow, coherent=True, **limits), single)
 
 
 def test_build_quality_changes_memory_and_no_hit(rng):
@@ -61,7 +89,8 @@ rng = np.random.default_rng(7)
 scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(16, 16, 16))), 0.2)])
 rays = isospline.camera_for(scene).rays((40, 40))
 hits = [scene.cast_rays(rays, coherent=coherent) for coherent in (False, True)]
-np.savez(sys.argv[1], *[array for one in hits for array in one.values()])
+occluded = [scene.test_occlusions(rays, coherent=coherent) for coherent in (False, True)]
+np.savez(sys.argv[1], *[array for one in hits for array in one.values()], *occluded)
 """
 
 

@@ -129,7 +129,9 @@ def mistakes(rng, surface, solid):
     counted = scene.count_intersections(rays)
     found |= {"number of crossings"} if (counted != count)[clear].any() else set()
     found |= {"parity"} if (counted % 2 != (surface.contains(rays[:, :3])))[clear].any() else set()
-    found |= {"occlusion"} if (scene.test_occlusions(rays) != np.isfinite(first))[clear].any() else set()
+    for coherent in (False, True):
+        occluded = scene.test_occlusions(rays, coherent=coherent)
+        found |= {"occlusion"} if (occluded != np.isfinite(first))[clear].any() else set()
     expected = solid.signed_distances(points)
     apart = abs(expected) > exact
     found |= {"contains"} if (surface.contains(points) != (expected < 0))[apart].any() else set()

@@ -115,6 +115,9 @@ def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, open
             np.testing.assert_array_equal(hits[name], array)
         for name in ("test_occlusions", "count_intersections"):
             np.testing.assert_array_equal(getattr(ours, name)(rays, **limits), getattr(theirs, name)(rays, **limits))
+        occluded = theirs.test_occlusions(rays, **limits)
+        for scene in scenes:
+            np.testing.assert_array_equal(scene.test_occlusions(rays, coherent=True, **limits), occluded)
         crossings = ours.list_intersections(rays, **limits)
         for name, array in theirs.list_intersections(rays, **limits).items():
             np.testing.assert_array_equal(crossings[name], array)

@@ -1,0 +1,155 @@
+// Coherent rays are occluded where rays that are traced one by one are.
+#include "catch.h"
+#include "noise_volume.h"
+#include "random_rays.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/scene/scene.h"
+
+#include <glm/ext/matrix_transform.hpp>
+
+#include <algorithm>
+#include <memory>
+#include <random>
+#include <vector>
+
+using namespace isospline;
+
+namespace {
+
+std::vector<std::uint8_t> occlusions(const SceneSnapshot& scene, std::span<const Ray> rays, bool coherent)
+{
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.test_occlusions(rays, occluded, coherent);
+    return occluded;
+}
+
+/// Rays to a light from all hits of random rays, from their positions themselves or from beside the surface, and the
+/// random rays.
+std::vector<Ray> rays_to_light(const SceneSnapshot& scene, const Volume& volume, const glm::dvec3& light)
+{
+    std::mt19937 random(3);
+    std::vector<Ray> rays(4000), all;
+    for (Ray& ray : rays) {
+        ray = random_lattice_ray(random, volume.cell_shape());
+        ray.origin = transform_point(volume.lattice_to_world(), ray.origin);
+        ray.direction = transform_vector(volume.lattice_to_world(), ray.direction);
+    }
+    std::vector<Hit> hits(rays.size());
+    scene.cast_rays(rays, hits);
+    for (const Hit& hit : hits) {
+        if (!hit)
+            continue;
+        const glm::dvec3 offset = scene.offset_position(hit, light - hit.position);
+        all.push_back({offset, light - offset, 0.0, 1.0});
+        all.push_back({hit.position, light - hit.position, 0.0, 1.0});
+    }
+    all.insert(all.end(), rays.begin(), rays.end());
+    return all;
+}
+
+void require_same(const std::vector<Ray>& rays, const SceneSnapshot& scene)
+{
+    const std::vector<std::uint8_t> single = occlusions(scene, rays, false);
+    const auto occluded = static_cast<std::size_t>(std::count(single.begin(), single.end(), 1));
+    REQUIRE(occluded > rays.size() / 10);
+    REQUIRE(occluded < rays.size() - rays.size() / 50);
+    REQUIRE(occlusions(scene, rays, true) == single);
+}
+
+/// In the draft and in the settled index.
+void require_same(Scene& scene, const Volume& volume, const glm::dvec3& light)
+{
+    const auto draft = scene.snapshot();
+    const std::vector<Ray> rays = rays_to_light(*draft, volume, light);
+    require_same(rays, *draft);
+    require_same(rays, *scene.settle());
+}
+
+std::shared_ptr<const Volume> integers(const glm::ivec3& shape, int degree)
+{
+    std::mt19937 random(7);
+    std::uniform_int_distribution<int> value(0, 3);
+    std::vector<float> samples(static_cast<std::size_t>(shape.x * shape.y * shape.z));
+    for (float& sample : samples)
+        sample = static_cast<float>(value(random));
+    constexpr std::ptrdiff_t step = sizeof(float);
+    VolumeOptions options;
+    options.degree = degree;
+    return std::make_shared<const Volume>(
+        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
+        options);
+}
+
+} // namespace
+
+TEST_CASE("coherent rays to a light: a surface alone", "[scene]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const bool ties = GENERATE(false, true);
+    const glm::ivec3 shape(25, 24, 26);
+    const auto volume = ties ? integers(shape, degree) : noise_volume(shape, degree);
+    IsosurfaceOptions options;
+    options.method = GENERATE(Method::exact, Method::reference);
+    Scene scene;
+    scene.add(std::make_shared<Isosurface>(volume, ties ? 2.0 : 0.85, options));
+    require_same(scene, *volume, {40.0, 30.0, 50.0});
+}
+
+TEST_CASE("coherent rays to a light begin in cells that are cut away", "[scene]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = noise_volume({25, 24, 26}, degree);
+    IsosurfaceOptions options;
+    if (GENERATE(false, true)) {
+        options.shell.mask.resize(static_cast<std::size_t>(25 * 24 * 26));
+        for (std::size_t i = 0; i < options.shell.mask.size(); ++i)
+            options.shell.mask[i] = i % 29 != 0;
+    } else {
+        options.largest = 1;
+    }
+    Scene uncut, cut;
+    uncut.add(std::make_shared<Isosurface>(volume, 0.0));
+    cut.add(std::make_shared<Isosurface>(volume, 0.0, options));
+    const std::vector<Ray> rays = rays_to_light(*uncut.snapshot(), *volume, {40.0, 30.0, 50.0});
+    require_same(rays, *cut.snapshot());
+    require_same(rays, *cut.settle());
+}
+
+TEST_CASE("coherent rays to a light: clips and caps", "[scene]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = noise_volume({25, 24, 26}, degree);
+    IsosurfaceOptions options;
+    options.clip = {{{1.0, 0.5, 0.2}, 9.0}, {{0.0, -1.0, 0.0}, -20.0}};
+    options.capped = GENERATE(false, true);
+    options.closed = GENERATE(false, true);
+    Scene scene;
+    scene.add(std::make_shared<Isosurface>(volume, 0.6, options));
+    require_same(scene, *volume, {40.0, 30.0, 50.0});
+}
+
+TEST_CASE("coherent rays to a light: instances and meshes", "[scene]")
+{
+    const int degree = GENERATE(1, 2, 3);
+    const auto volume = noise_volume({25, 24, 26}, degree), other = noise_volume({20, 21, 19}, degree);
+    IsosurfaceOptions capped;
+    capped.clip = {{{1.0, 0.5, 0.2}, 9.0}};
+    capped.capped = true;
+    const auto mesh = std::make_shared<Mesh>(
+        std::vector<glm::dvec3>{{0.0, 0.0, 0.0}, {20.0, 0.0, 5.0}, {0.0, 20.0, 9.0}, {20.0, 20.0, 25.0}},
+        std::vector<glm::uvec3>{{0, 1, 2}, {1, 3, 2}});
+    const glm::dmat4 moved = glm::translate(glm::dmat4(1.0), {4.0, 3.0, 2.0});
+    Scene scene;
+    const auto surface = std::make_shared<Isosurface>(volume, 0.9);
+    scene.add(surface);
+    scene.add(surface, glm::rotate(moved, 0.6, {1.0, 2.0, 0.5}));
+    scene.add(std::make_shared<Isosurface>(other, 0.8, capped), moved);
+    scene.add(mesh);
+    scene.add(mesh, glm::scale(moved, {1.0, -0.7, 1.0}), {true, GENERATE(false, true)});
+    require_same(scene, *volume, {40.0, 30.0, 50.0});
+
+    Scene meshes;
+    meshes.add(mesh);
+    require_same(meshes, *volume, {40.0, 30.0, 50.0});
+}
