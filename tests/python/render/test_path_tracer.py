@@ -7,9 +7,10 @@ from layered import render
 from spheres import mesh_sphere, moved
 
 import isospline
+from isospline.colors import linear, srgb_to_linear
 
 FLOOR = isospline.Mesh([[-90, -90, 0], [90, -90, 0], [90, 90, 0], [-90, 90, 0]], [[0, 1, 2], [0, 2, 3]])
-MATTE = isospline.Material(0.6, specular=0)
+MATTE = isospline.Material(linear(0.6), specular=0)
 DOWN = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=12)
 
 
@@ -56,7 +57,7 @@ def assert_means(image, expected, tolerance=1e-5):
 
 
 MATERIALS = [
-    isospline.Material((0.9, 0.5, 0.1), metallic=metallic, roughness=roughness, specular=specular)
+    isospline.Material(linear((0.9, 0.5, 0.1)), metallic=metallic, roughness=roughness, specular=specular)
     for metallic in (0.0, 0.3, 1.0)
     for roughness in (0.15, 0.5, 1.0)
     for specular in (0.0, 0.1, 0.25, 0.5, 1.0)
@@ -86,10 +87,11 @@ def test_a_material_is_the_published_formula_and_reciprocal(material, rng):
     d = alpha**2 / (np.pi * (cosine**2 * (alpha**2 - 1) + 1) ** 2)
     g = 1 / (1 / smith(o) + 1 / smith(i) - 1)  # height-correlated
     coat = 0.08 * material.specular, min(1, 50 * 0.08 * material.specular)
-    f0 = (1 - m) * coat[0] + m * material.color
+    base = srgb_to_linear(material.color)
+    f0 = (1 - m) * coat[0] + m * base
     f90 = (1 - m) * coat[1] + m
     specular = fresnel(f0, f90, dot(o, h)) * d * g / (4 * o[:, 2:] * i[:, 2:])
-    diffuse = material.color / np.pi * (1 - m) * (1 - fresnel(*coat, o[:, 2:])) * (1 - fresnel(*coat, i[:, 2:]))
+    diffuse = base / np.pi * (1 - m) * (1 - fresnel(*coat, o[:, 2:])) * (1 - fresnel(*coat, i[:, 2:]))
     np.testing.assert_allclose(f, diffuse + specular, rtol=1e-8)
 
 
@@ -166,10 +168,10 @@ def test_colors_at_vertices_tint_the_material():
     """In even light, the reflected light is the colour (Lambert's law), which is linear in a square here."""
     tint = np.array([(0.2, 1, 0.5), (0.8, 1, 0.5), (0.8, 0.3, 0.5), (0.2, 0.3, 0.5)])
     corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0.0)])
-    scene = isospline.Scene([isospline.Mesh(corners, FLOOR.faces, colors=tint)])
+    scene = isospline.Scene([isospline.Mesh(corners, FLOOR.faces, colors=linear(tint))])
     camera = isospline.OrthographicCamera((0, 0, 30), (0, 0, 0), up=(0, 1, 0), height=8)
     base = np.array((0.9, 0.6, 0.3))
-    integrator = isospline.PathTracer(isospline.Material(base, specular=0))
+    integrator = isospline.PathTracer(isospline.Material(linear(base), specular=0))
     image = render(scene, camera, size=(40, 40), light=integrator, samples=4)
     x, y = (image.position[..., axis, None].astype(float) for axis in (0, 1))
     expected = base * np.concatenate([0.5 + 0.06 * x, 0.65 - 0.07 * y, 0.5 + 0 * x], axis=-1)
@@ -278,7 +280,7 @@ def test_irradiance_below_a_lamp_is_the_closed_form(name):
 @pytest.mark.parametrize("metallic", [0, 1])
 def test_gloss_below_a_lamp_is_the_integral(roughness, metallic):
     """For every width of the highlight, so that either of the two sampling strategies finds the light."""
-    material = isospline.Material(0.9, metallic=metallic, roughness=roughness)
+    material = isospline.Material(linear(0.9), metallic=metallic, roughness=roughness)
     center, radius, to_viewer = np.array((-4.0, 0.5, 5.0)), 2.0, at_angle(45)
     camera = isospline.OrthographicCamera(30 * to_viewer, (0, 0, 0), up=(0, 1, 0), height=1e-3)
     lamps = [isospline.SphereLight(center, radius, radiance=3), isospline.SphereLight((30, 30, 30), 1, radiance=0)]
@@ -404,7 +406,7 @@ def test_bounces_and_background():
     options = dict(size=(40, 30), samples=2, light=isospline.PathTracer(max_bounces=0))
     dark = render(scene, camera, **options)
     assert not dark.color[..., :3].any() and dark.color[..., 3].any()
-    shown = render(scene, camera, background=(1, 0.5, 0.25), **options)
+    shown = render(scene, camera, background=linear((1, 0.5, 0.25)), **options)
     np.testing.assert_allclose(shown.color[..., :3], (1 - dark.color[..., 3:]) * (1, 0.5, 0.25), atol=1e-6)
     assert (shown.color[..., 3] == 1).all()
 
