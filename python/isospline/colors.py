@@ -140,6 +140,8 @@ def vertex_colors(colors: Any, count: int) -> Any:
     """The colours of `count` vertices, from one name for all, one name each, or numbers."""
     if isinstance(colors, str):
         return linear(np.broadcast_to(named_color(colors, "colors"), (count, 3)))
+    if isinstance(colors, np.ndarray) and colors.shape != (count, 3):
+        return colors  # the caller refuses them, before memory is spent on them
     return _without_names(colors, "colors")
 
 
