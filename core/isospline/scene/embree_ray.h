@@ -106,7 +106,7 @@ void set_rays(const Rays& from_rays, RTCRayNt<Size>& packet)
 template <int Size, typename Rays>
 void set_rays(const Rays& from_rays, RTCRayHitNt<Size>& packet)
 {
-    set_rays(from_rays, packet.ray);
+    set_rays<Size>(from_rays, packet.ray);
     for (int lane = 0; lane < Size; ++lane) {
         packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
         packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;

@@ -228,12 +228,12 @@ LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
     if (const Instance* const alone = shadow.alone; alone != nullptr) {
         to_lattice(packet.prepared, alone->placement.centred_to_local, alone->object->cell_shape(), packet.in_lattice);
         packet.slot_in_lattice = packet.instID[0] = shadow.slot;
-        set_rays(packet.in_lattice, ready);
+        set_rays<Size>(packet.in_lattice, ready);
     } else {
-        set_rays(packet.prepared, ready);
+        set_rays<Size>(packet.prepared, ready);
     }
     const ValidLanes<Size> valid(used);
-    embree::occluded(shadow.scene, packet, valid.flags, ready);
+    embree::occluded<Size>(shadow.scene, packet, valid.flags, ready);
     packet.rethrow();
     packet.finish();
     return packet.occluded;
