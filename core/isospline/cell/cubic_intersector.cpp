@@ -1,7 +1,6 @@
 #include "isospline/cell/intersectors_of_degrees.h"
 
 // Vectors whose size is only known at run time cannot be array elements.
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/cell/cubic_intersector.cpp"
 #include <hwy/foreach_target.h>

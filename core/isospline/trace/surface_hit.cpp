@@ -1,6 +1,5 @@
 #include "isospline/trace/surface_hit.h"
 
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/trace/surface_hit.cpp"
 #include <hwy/foreach_target.h>
