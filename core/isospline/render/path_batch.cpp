@@ -236,7 +236,8 @@ private:
     void add_candidates(int bounce)
     {
         hidden_.resize(shadow_rays_.size());
-        scene_.test_occlusions(shadow_rays_, hidden_);
+        // Paths spread at the first bounce; the shadow rays before it are coherent.
+        scene_.test_occlusions(shadow_rays_, hidden_, /*coherent=*/bounce == 0);
         for (std::size_t i = 0; i < candidates_.size(); ++i)
             if (!hidden_[i] && !is_hidden_by_light(shadow_rays_[i], candidates_[i].light))
                 add(candidates_[i].index, candidates_[i].radiance, bounce + 1);

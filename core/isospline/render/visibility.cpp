@@ -43,14 +43,14 @@ void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& h
     }
 }
 
-/// The transmitted part of the light along each ray; without opacities, all or nothing.
-std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, bool coherent,
-                                   const OpacityOf& opacity_of)
+/// The transmitted part of the light along each ray; without opacities, all or nothing. Neighbouring rays are coherent:
+/// they begin at one hit or end at one light.
+std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf& opacity_of)
 {
     std::vector<double> result(rays.size(), 1.0);
     if (!opacity_of) {
         std::vector<std::uint8_t> occluded(rays.size());
-        scene.test_occlusions(rays, occluded, coherent);
+        scene.test_occlusions(rays, occluded, /*coherent=*/true);
         for (std::size_t i = 0; i < rays.size(); ++i)
             result[i] = occluded[i] ? 0.0 : 1.0;
         return result;
@@ -99,7 +99,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
             to_sky_[i] = {first, sky_rays.size() - first};
         }
     }
-    from_sky_ = transmittances(scene, sky_rays, false, opacity_of);
+    from_sky_ = transmittances(scene, sky_rays, opacity_of);
 
     // Light by light, because rays of neighbouring hits to one light are coherent.
     std::vector<Ray> light_rays;
@@ -113,7 +113,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
                 std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
             places.push_back(to_lights_[i].first + number);
         }
-    const std::vector<double> along_rays = transmittances(scene, light_rays, true, opacity_of);
+    const std::vector<double> along_rays = transmittances(scene, light_rays, opacity_of);
     from_lights_.resize(light_count);
     for (std::size_t i = 0; i < places.size(); ++i)
         from_lights_[places[i]] = along_rays[i];
