@@ -163,8 +163,8 @@ pieces are one component only if they pass through the same cell.
 Parameters
 ----------
 measured : bool
-    Whether volumes and areas are integrated. This takes most of the time, about as long as `area`. Otherwise the
-    components are in the order of `inside_counts`.
+    Whether volumes and areas are integrated, which takes about as long as `area`. Otherwise the components are in the
+    order of `inside_counts`.
 order, progress
     As in `enclosed_volume`.
 
@@ -192,7 +192,7 @@ Examples
 >>> z, y, x = np.mgrid[0:24, 0:24, 0:48]
 >>> balls = [r - np.sqrt((x - c) ** 2 + (y - 12) ** 2 + (z - 12) ** 2) for c, r in ((12, 9), (36, 6))]
 >>> volume = isospline.Volume(np.maximum(*balls))
->>> found = isospline.Isosurface(volume, 0).components()
+>>> found = isospline.Isosurface(volume, 0).components(measured=True)
 >>> len(found.areas), bool(abs(found.enclosed_volumes[1] / (4 / 3 * np.pi * 6**3) - 1) < 1e-2)
 (2, True)
 >>> isospline.Isosurface(volume, 0, largest=1).contains([(12, 12, 12), (36, 12, 12)])
@@ -263,7 +263,7 @@ The bones in a body, without the table on which it lies:
 >>> volume = isospline.Volume(samples)
 >>> body = isospline.Isosurface(volume, -500, largest=1)
 >>> bones = isospline.Isosurface(volume, 300, mask=body.to_mask())
->>> len(isospline.Isosurface(volume, 300).components().areas), len(bones.components().areas)
+>>> len(isospline.Isosurface(volume, 300).components().bounds), len(bones.components().bounds)
 (2, 1)
 )";
 
@@ -311,7 +311,7 @@ void bind_measure(py::module_& module)
     bind_integral("area", Quantity::area, area_doc);
     bind_integral("mean_curvature", Quantity::mean_curvature, mean_curvature_doc);
     bind_integral("gaussian_curvature", Quantity::gaussian_curvature, gaussian_curvature_doc);
-    surface.def("components", &components, py::kw_only(), py::arg("measured") = true, py::arg("order") = 4,
+    surface.def("components", &components, py::kw_only(), py::arg("measured") = false, py::arg("order") = 4,
                 py::arg("progress") = py::none(), components_doc);
     surface.def("to_mask", &to_mask, py::kw_only(), py::arg("progress") = py::none(), to_mask_doc);
 }

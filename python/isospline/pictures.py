@@ -45,7 +45,7 @@ def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:
 
     Only cells that are completely inside count: a layer of noise has many cells but hardly any inside.
     """
-    inside = surface.components(measured=False).inside_counts
+    inside = surface.components().inside_counts
     return int((inside >= SPECK * inside.max(initial=0)).sum()), len(inside)
 
 

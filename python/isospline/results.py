@@ -38,13 +38,16 @@ class _Item(property):
     is_column: bool
 
 
-def _item(name: str, doc: str, parts: tuple[str, ...] | None = None, is_column: bool = True) -> Any:
+def _item(
+    name: str, doc: str, parts: tuple[str, ...] | None = None, is_column: bool = True, option: str | None = None
+) -> Any:
     def get(self: dict[str, Any]) -> Any:
         try:
             return self[name]
         except KeyError:
             held = ", ".join(self) or "nothing"
-            raise AttributeError(f'{name}: expected outputs=("{name}",) for it, got a result with {held}') from None
+            wanted = option or f'outputs=("{name}",)'
+            raise AttributeError(f"{name}: expected {wanted} for it, got a result with {held}") from None
 
     item = _Item(get, doc=doc)
     item.parts, item.is_column = parts, is_column
@@ -197,17 +200,23 @@ class SurfaceSamples(Table):
 
 
 class Components(Table):
-    """The connected components of a solid, as `Isosurface.components` returns them: the largest volume first.
+    """The connected components of a solid, as `Isosurface.components` returns them: the largest first.
 
-    Volumes, areas and their errors exist only if they were measured.
+    Volumes, areas and their errors exist only if they were measured, by ``components(measured=True)``.
     """
 
-    enclosed_volumes: NDArray[np.float64] = _item("enclosed_volumes", "(N,) float64, world units cubed.")
-    volume_errors: NDArray[np.float64] = _item("volume_errors", "(N,) float64: estimated errors of `enclosed_volumes`.")
-    areas: NDArray[np.float64] = _item(
-        "areas", "(N,) float64, world units squared: including the surfaces of cavities."
+    enclosed_volumes: NDArray[np.float64] = _item(
+        "enclosed_volumes", "(N,) float64, world units cubed.", option="measured=True"
     )
-    area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of `areas`.")
+    volume_errors: NDArray[np.float64] = _item(
+        "volume_errors", "(N,) float64: estimated errors of `enclosed_volumes`.", option="measured=True"
+    )
+    areas: NDArray[np.float64] = _item(
+        "areas", "(N,) float64, world units squared: including the surfaces of cavities.", option="measured=True"
+    )
+    area_errors: NDArray[np.float64] = _item(
+        "area_errors", "(N,) float64: estimated errors of `areas`.", option="measured=True"
+    )
     bounds: NDArray[np.float64] = _item(
         "bounds",
         "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells.",
@@ -217,7 +226,8 @@ class Components(Table):
         "cell_counts", "(N,) int64: number of cells that contain a part of each component."
     )
     inside_counts: NDArray[np.int64] = _item(
-        "inside_counts", "(N,) int64: number of cells that are completely in each component, by their coefficients."
+        "inside_counts",
+        "(N,) int64: number of cells that are completely in each component, by their Bernstein coefficients.",
     )
 
 

@@ -1,8 +1,11 @@
 #include "isospline/measure/component_measures.h"
 
+#include "isospline/measure/volume_bounds.h"
+#include "isospline/spline/degree.h"
+#include "isospline/util/parallel.h"
+
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -15,31 +18,90 @@ double volume_of(const Integrals& integrals)
     return integrals.value[static_cast<std::size_t>(Quantity::volume)];
 }
 
-double error_of(const Integrals& integrals)
+/// Cells are halved at most this many times along each axis to bound volumes.
+constexpr int deepest_bounds = 2;
+
+/// Bounds of the volume of the solid in some cells of a brick, in cells.
+Extremes<double> bounds_in_cells(const Solid& solid, const Brick& brick, const BrickCells& cells, int depth)
 {
-    return integrals.error[static_cast<std::size_t>(Quantity::volume)];
+    if (side_of(solid, brick) == Side::inside) {
+        const auto count = static_cast<double>(count_cells(cells));
+        return {count, count};
+    }
+    Extremes<double> sum{0.0, 0.0};
+    dispatch_degree(solid.volume.degree(), [&](auto degree) {
+        for_each_cell(cells, [&](int x, int y, int z) {
+            const VolumeCell cell(solid.volume, solid.threshold, brick.first + glm::ivec3(x, y, z));
+            const auto [least, most] = volume_bounds<degree>(bernstein_of<degree>(cell), solid.sign, depth);
+            sum.least += least;
+            sum.most += most;
+        });
+    });
+    return sum;
 }
 
-/// Calls `visit(i)` for the components that are certainly among the `count` largest, and `contest(i)` for those that
-/// may be. A component's volume is at least that of its inside cells, and at most that of all its cells.
-template <typename Visit, typename Contest>
-void rank_by_cells(const std::vector<ComponentCount>& counts, std::size_t count, const Visit& visit,
-                   const Contest& contest)
+/// Bounds of the volumes of components, in cells.
+using VolumeBounds = std::vector<Extremes<double>>;
+
+/// What bounds say about the `count` largest of some items.
+struct Ranking {
+    std::vector<std::size_t> largest;   ///< those that are certainly among them
+    std::vector<std::size_t> contested; ///< those that may be
+};
+
+Ranking rank(const std::vector<std::size_t>& items, std::size_t count, const VolumeBounds& bounds)
 {
-    std::vector<std::uint64_t> least, most;
-    for (const ComponentCount& each : counts) {
-        least.push_back(each.inside);
-        most.push_back(each.cells);
+    std::vector<double> least, most;
+    for (const std::size_t item : items) {
+        least.push_back(bounds[item].least);
+        most.push_back(bounds[item].most);
     }
     std::sort(least.begin(), least.end(), std::greater<>());
     std::sort(most.begin(), most.end(), std::greater<>());
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-        // The components, including this one, that may be at least as large as its lower bound.
-        const auto others = std::upper_bound(most.begin(), most.end(), counts[i].inside, std::greater<>());
+    Ranking ranking;
+    for (const std::size_t item : items) {
+        // The items, including this one, that may be at least as large as its lower bound.
+        const auto others = std::upper_bound(most.begin(), most.end(), bounds[item].least, std::greater<>());
         if (static_cast<std::size_t>(others - most.begin()) <= count)
-            visit(i);
-        else if (counts[i].cells >= least[count - 1])
-            contest(i);
+            ranking.largest.push_back(item);
+        else if (bounds[item].most >= least[count - 1])
+            ranking.contested.push_back(item);
+    }
+    return ranking;
+}
+
+/// Bounds of the volumes of some components, in cells; those of the others stay as they are.
+void bound_volumes(const Solid& solid, const Components& components, const std::vector<std::size_t>& items, int depth,
+                   VolumeBounds& bounds, const Progress& progress)
+{
+    std::vector<std::uint8_t> is_wanted(components.counts().size(), 0);
+    for (const std::size_t item : items) {
+        is_wanted[item] = 1;
+        bounds[item] = {0.0, 0.0};
+    }
+    const glm::ivec3 shape = solid.volume.cell_shape(), bricks = brick_shape(shape);
+    VolumeBounds of_pieces(components.pieces().size(), {0.0, 0.0});
+    parallel_for(
+        static_cast<std::size_t>(place_count(bricks)), 8,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Brick brick = brick_at(shape, at_place(bricks, i));
+                for (std::size_t piece = components.first_piece(i); piece < components.first_piece(i + 1); ++piece)
+                    if (is_wanted[components.pieces()[piece].component] != 0)
+                        of_pieces[piece] = bounds_in_cells(solid, brick, components.pieces()[piece].cells, depth);
+            }
+        },
+        progress);
+    // The same sums in the same order for any number of threads.
+    for (std::size_t piece = 0; piece < of_pieces.size(); ++piece) {
+        Extremes<double>& sum = bounds[components.pieces()[piece].component];
+        sum.least += of_pieces[piece].least;
+        sum.most += of_pieces[piece].most;
+    }
+    // More than what rounding can do: components of one shape and size stay contested.
+    for (const std::size_t item : items) {
+        bounds[item].least *= 1.0 - 1e-9;
+        bounds[item].most *= 1.0 + 1e-9;
     }
 }
 
@@ -82,41 +144,38 @@ CellSet largest_components(const Solid& solid, std::size_t count, const Progress
     if (count == 0)
         return components.cells(is_wanted, solid.cells);
 
-    // For most components, the cells decide; the others have to be measured.
-    std::vector<std::uint8_t> is_contested(counts.size(), 0);
-    std::vector<std::size_t> contested;
+    // For most components, the cells decide: a component's volume is at least that of its inside cells, and at most
+    // that of all its cells. Bounds of ever smaller parts of cells decide between the others, and at last volumes.
+    std::vector<std::size_t> contested(counts.size());
+    std::iota(contested.begin(), contested.end(), std::size_t{0});
+    VolumeBounds bounds;
+    for (const ComponentCount& each : counts)
+        bounds.push_back({static_cast<double>(each.inside), static_cast<double>(each.cells)});
     std::size_t left = count;
-    rank_by_cells(
-        counts, count,
-        [&](std::size_t i) {
+    const auto decide = [&] {
+        const Ranking ranking = rank(contested, left, bounds);
+        for (const std::size_t i : ranking.largest)
             is_wanted[i] = 1;
-            --left;
-        },
-        [&](std::size_t i) {
+        left -= ranking.largest.size();
+        contested = ranking.contested;
+        return left == 0 || contested.size() <= left;
+    };
+    bool is_decided = decide();
+    for (int depth = 0; depth <= deepest_bounds && !is_decided; ++depth) {
+        const double begin = 0.5 + 0.1 * depth;
+        bound_volumes(solid, components, contested, depth, bounds, part_of(progress, begin, begin + 0.1));
+        is_decided = decide();
+    }
+    if (!is_decided) {
+        std::vector<std::uint8_t> is_contested(counts.size(), 0);
+        for (const std::size_t i : contested)
             is_contested[i] = 1;
-            contested.push_back(i);
-        });
-    if (left > 0 && left < contested.size()) {
         const CellSet cells = components.cells(is_contested, solid.cells);
         const Solid part{solid.volume, solid.ranges, solid.threshold, solid.sign, cells, {}};
-        // Rough volumes decide, unless one that is kept and one that is not are too close.
-        for (const int order : {2, 4}) {
-            const auto integrals = integrate(part, components, {.order = order, .surface = false},
-                                             order == 2 ? part_of(progress, 0.5, 0.7) : part_of(progress, 0.7, 1.0));
-            std::sort(contested.begin(), contested.end(), [&](std::size_t i, std::size_t j) {
-                return std::pair(-volume_of(integrals[i]), i) < std::pair(-volume_of(integrals[j]), j);
-            });
-            double least_kept = std::numeric_limits<double>::infinity(), most_left_out = 0.0;
-            for (std::size_t rank = 0; rank < contested.size(); ++rank) {
-                const Integrals& each = integrals[contested[rank]];
-                if (rank < left)
-                    least_kept = std::min(least_kept, volume_of(each) - error_of(each));
-                else
-                    most_left_out = std::max(most_left_out, volume_of(each) + error_of(each));
-            }
-            if (least_kept > most_left_out)
-                break;
-        }
+        const auto integrals = integrate(part, components, {.surface = false}, part_of(progress, 0.8, 1.0));
+        std::sort(contested.begin(), contested.end(), [&](std::size_t i, std::size_t j) {
+            return std::pair(-volume_of(integrals[i]), i) < std::pair(-volume_of(integrals[j]), j);
+        });
     }
     contested.resize(std::min(left, contested.size()));
     for (const std::size_t i : contested)

@@ -1,9 +1,6 @@
 #include "isospline/measure/components.h"
 
-#include "isospline/cell/coefficients.h"
-#include "isospline/math/bernstein_box.h"
-#include "isospline/spline/cell_weights-inl.h"
-#include "isospline/spline/degree.h"
+#include "isospline/measure/brick_solid.h"
 #include "isospline/util/parallel.h"
 
 #include <glm/common.hpp>
@@ -17,110 +14,6 @@
 namespace isospline {
 
 namespace {
-
-/// The solid in a brick.
-struct BrickSolid {
-    BrickCells cells{};                ///< cells that contain a part of it
-    BrickCells inside{};               ///< cells that are completely in it
-    std::array<BrickCells, 3> links{}; ///< cells that it leaves through their upper face, along x, y, z
-};
-
-constexpr std::uint64_t bit_of(const glm::ivec3& cell)
-{
-    return std::uint64_t{1} << (cell.x + brick_size * cell.y);
-}
-
-/// The largest numbers of halvings and of parts of a cell.
-constexpr int deepest_part = 30;
-constexpr int most_parts = 512;
-
-/// Whether a polynomial, f - level, is anywhere in the solid; true if that cannot be decided. Along axis `flat`, if
-/// there is one, the coefficients are constant.
-template <int Degree>
-bool is_anywhere_inside(const BernsteinBox<Degree>& b, double sign, int flat, int depth, int& part_count)
-{
-    const auto [least, most] = std::minmax_element(b.begin(), b.end());
-    if (const Side side = side_of(*least, *most, sign); side != Side::unknown)
-        return side == Side::inside;
-    for (int corner = 0; corner < 8; ++corner)
-        if (const double value =
-                b[bernstein_item<Degree>(Degree * (corner & 1), Degree * (corner >> 1 & 1), Degree * (corner >> 2))];
-            side_of(value, value, sign) == Side::inside)
-            return true;
-    if (depth == deepest_part || ++part_count > most_parts)
-        return true;
-    const int axis = depth % 3 == flat ? (depth + 1) % 3 : depth % 3;
-    for (const bool upper : {false, true})
-        if (is_anywhere_inside<Degree>(half_of<Degree>(b, axis, upper), sign, flat, depth + 1, part_count))
-            return true;
-    return false;
-}
-
-template <int Degree>
-bool is_anywhere_inside(const BernsteinBox<Degree>& b, double sign, int flat = -1)
-{
-    int part_count = 0;
-    return is_anywhere_inside<Degree>(b, sign, flat, 0, part_count);
-}
-
-/// The polynomial on the upper face of an axis, as a polynomial of three variables.
-template <int Degree>
-BernsteinBox<Degree> upper_face(BernsteinBox<Degree> b, int axis)
-{
-    map_rows<Degree>(b, axis, [](Bernstein<Degree>& row) { row.fill(row[Degree]); });
-    return b;
-}
-
-template <int Degree>
-void add_cell(BrickSolid& to, const CellCoefficients& cell, double sign, const glm::ivec3& at)
-{
-    BernsteinBox<Degree> b;
-    for (int k = 0; k <= Degree; ++k)
-        for (int j = 0; j <= Degree; ++j)
-            for (int i = 0; i <= Degree; ++i)
-                b[bernstein_item<Degree>(i, j, k)] = cell(i, j, k);
-    const auto [least, most] = std::minmax_element(b.begin(), b.end());
-    const Side side = side_of(*least, *most, sign);
-    if (side == Side::outside)
-        return;
-    const auto z = static_cast<std::size_t>(at.z);
-    if (side == Side::inside) {
-        to.cells[z] |= bit_of(at);
-        to.inside[z] |= bit_of(at);
-        for (BrickCells& links : to.links)
-            links[z] |= bit_of(at);
-        return;
-    }
-    // Both cells of a face have the same polynomial there, bit for bit.
-    for (int axis = 0; axis < 3; ++axis)
-        map_rows<Degree>(b, axis, [](Bernstein<Degree>& row) { row = scalar::bernstein_of_bspline<Degree>(row); });
-    if (!is_anywhere_inside<Degree>(b, sign))
-        return;
-    to.cells[z] |= bit_of(at);
-    for (int axis = 0; axis < 3; ++axis)
-        if (is_anywhere_inside<Degree>(upper_face<Degree>(b, axis), sign, axis))
-            to.links[static_cast<std::size_t>(axis)][z] |= bit_of(at);
-}
-
-BrickSolid solid_in(const Solid& solid, const Brick& brick)
-{
-    BrickSolid found;
-    const Side side = side_of(solid, brick);
-    if (side == Side::outside)
-        return found;
-    if (side == Side::inside) {
-        found.cells = found.inside = solid.cells.cells(brick);
-        found.links.fill(found.cells);
-        return found;
-    }
-    dispatch_degree(solid.volume.degree(), [&](auto degree) {
-        for_each_cell(solid.cells.cells(brick), [&](int x, int y, int z) {
-            const glm::ivec3 at(x, y, z);
-            add_cell<degree>(found, VolumeCell(solid.volume, solid.threshold, brick.first + at), solid.sign, at);
-        });
-    });
-    return found;
-}
 
 /// The cells of a brick that are connected to a given one within the brick.
 BrickCells connected_cells(BrickCells cells, const BrickSolid& solid)
@@ -193,12 +86,24 @@ std::size_t add_pieces(const BrickSolid& in_brick, std::vector<FoundPiece>& to)
 /// The lattice box of some cells of a brick.
 Box box_of(const BrickCells& cells, const Brick& brick)
 {
-    Box box;
-    for_each_cell(cells, [&](int x, int y, int z) {
-        const glm::dvec3 lower(brick.first + glm::ivec3(x, y, z));
-        box.extend(Box{lower, lower + 1.0});
-    });
-    return box;
+    std::uint64_t all = 0;
+    unsigned slices = 0;
+    for (std::size_t z = 0; z < cells.size(); ++z) {
+        all |= cells[z];
+        slices |= static_cast<unsigned>(cells[z] != 0) << z;
+    }
+    if (all == 0)
+        return {};
+    unsigned columns = 0, rows = 0; // bit i: some cell is at x or y = i
+    for (int y = 0; y < brick_size; ++y) {
+        const auto row = static_cast<unsigned>(all >> brick_size * y & 0xffu);
+        columns |= row;
+        rows |= static_cast<unsigned>(row != 0) << y;
+    }
+    const auto first = [](unsigned bits) { return std::countr_zero(bits); };
+    const auto end = [](unsigned bits) { return static_cast<int>(std::bit_width(bits)); };
+    return {glm::dvec3(brick.first + glm::ivec3(first(columns), first(rows), first(slices))),
+            glm::dvec3(brick.first + glm::ivec3(end(columns), end(rows), end(slices)))};
 }
 
 /// The cells of a brick that share a corner with a cell of a set, or are in it.
@@ -258,16 +163,11 @@ private:
 
 } // namespace
 
-BrickCells cells_with_solid(const Solid& solid, const Brick& brick)
-{
-    return solid_in(solid, brick).cells;
-}
-
 Mask mask_of(const Solid& solid, const Progress& progress)
 {
     const glm::ivec3 cell_shape = solid.volume.cell_shape(), shape = solid.volume.shape();
     const CellSet cells(
-        cell_shape, [&](std::size_t, const Brick& brick) { return cells_with_solid(solid, brick); },
+        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(solid, brick).cells; },
         part_of(progress, 0.0, 0.8));
     const int before = solid.volume.degree() % 2; // a sample is a corner of the cells before and after it, or a centre
     Mask mask(static_cast<std::size_t>(place_count(shape)));

@@ -13,9 +13,6 @@
 
 namespace isospline {
 
-/// The cells of a brick that contain a part of the solid. Half-spaces are ignored.
-BrickCells cells_with_solid(const Solid& solid, const Brick& brick);
-
 /// The samples of the cells that contain a part of the solid: those at their centres for even degrees, those at their
 /// corners for odd degrees. As a mask of a surface, it keeps these cells; for odd degrees, also cells between them.
 Mask mask_of(const Solid& solid, const Progress& progress = {});
@@ -29,7 +26,7 @@ struct ComponentPiece {
 /// The counts of a component.
 struct ComponentCount {
     std::uint64_t cells = 0;  ///< that contain a part of it
-    std::uint64_t inside = 0; ///< that are completely in it, by their coefficients
+    std::uint64_t inside = 0; ///< that are completely in it, by their Bernstein coefficients
     Box box_lattice;          ///< of all its cells
 };
 

@@ -81,7 +81,7 @@ def test_porosity_over_ten_levels(capsys):
     with answered("enclosed_volume()"):
         surface.porosity()
     pytest.importorskip("pandas")
-    assert len(surface.components().to_frame()) == len(surface.components().areas)
+    assert len(surface.components().to_frame()) == len(surface.components(measured=True).areas)
 
 
 def test_deviation_from_a_cad_mesh_with_a_colour_bar(surface, tmp_path):

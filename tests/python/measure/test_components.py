@@ -43,7 +43,7 @@ def solid_labels(samples):
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_balls_have_their_volume_area_and_box(degree):
-    found = ball_surface(degree).components()
+    found = ball_surface(degree).components(measured=True)
     assert isinstance(found, isospline.Components)
     radii = np.array([r for _, r in BALLS])
     assert found.enclosed_volumes.shape == (4,)
@@ -60,12 +60,12 @@ def test_balls_have_their_volume_area_and_box(degree):
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_counts_need_no_integrals(degree):
     surface = ball_surface(degree)
-    counted, measured = surface.components(measured=False), surface.components()
+    counted, measured = surface.components(), surface.components(measured=True)
     assert sorted(counted) == ["bounds", "cell_counts", "inside_counts"]
     assert np.all(np.diff(counted.inside_counts) <= 0)
     for name, array in counted.items():
         np.testing.assert_array_equal(array, measured[name])  # balls of different sizes have the same order
-    with pytest.raises(AttributeError):
+    with pytest.raises(AttributeError, match="^areas: expected measured=True for it, got a result with bounds"):
         counted.areas
 
 
@@ -74,7 +74,7 @@ def test_counts_need_no_integrals(degree):
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_components_add_up_to_the_solid(degree, inside):
     surface = isospline.Isosurface(isospline.Volume(noise(), degree=degree, spacing=(1, 2, 0.5)), 1.2, inside=inside)
-    found = surface.components()
+    found = surface.components(measured=True)
     for total, parts in ((surface.enclosed_volume(), found.enclosed_volumes), (surface.area(), found.areas)):
         assert parts.sum() == pytest.approx(total.value, rel=1e-12)
     assert found.volume_errors.sum() == pytest.approx(surface.enclosed_volume().error)
@@ -86,7 +86,7 @@ def test_at_degree_1_they_are_those_that_scipy_labels_with_26_neighbours(seed):
     samples = noise(seed=seed) - 1.5
     labels, sizes = solid_labels(samples)
     surface = isospline.Isosurface(isospline.Volume(samples, degree=1), 0.0)
-    found = surface.components()
+    found = surface.components(measured=True)
     assert len(found.areas) == len(sizes) > 50
     # Within the volume, the boxes of cells reach one sample farther than the samples of the component.
     expected = []
@@ -133,7 +133,7 @@ def test_they_are_those_of_the_continuous_model_but_for_pieces_in_one_cell(degre
             joined[max(root(a), root(b))] = min(root(a), root(b))
     expected = {root(label) for label in range(1, count + 1)}
     # The grid misses small pieces, and necks that are thinner than its steps.
-    found = surface.components()
+    found = surface.components(measured=True)
     visible = found.enclosed_volumes > 2 / steps**3
     assert visible.sum() <= len(expected) <= len(found.areas) + 1
 
@@ -153,7 +153,7 @@ def test_they_are_those_of_the_continuous_model_but_for_pieces_in_one_cell(degre
 def test_meshes_of_the_largest_are_what_trimesh_splits(degree):
     surface = ball_surface(degree)
     parts = sorted(surface.to_mesh().to_trimesh().split(), key=lambda part: -part.volume)
-    found = surface.components()
+    found = surface.components(measured=True)
     assert len(parts) == len(found.areas)
     assert np.all(abs([part.volume for part in parts] / found.enclosed_volumes - 1) < TOLERANCES)
     for n in range(1, 5):
@@ -167,7 +167,7 @@ def test_a_cavity_belongs_to_its_solid():
     z, y, x = np.mgrid[0:28, 0:28, 0:28].astype(float) - 13.6
     r = np.sqrt(x**2 + y**2 + z**2)
     volume = isospline.Volume(np.maximum(np.minimum(9 - r, r - 5), 3 - r))
-    found = isospline.Isosurface(volume, 0.0).components()
+    found = isospline.Isosurface(volume, 0.0).components(measured=True)
     assert len(found.areas) == 2
     np.testing.assert_allclose(found.enclosed_volumes, 4 / 3 * math.pi * np.array([9**3 - 5**3, 3**3]), rtol=0.03)
     np.testing.assert_allclose(found.areas, 4 * math.pi * np.array([9**2 + 5**2, 3**2]), rtol=0.03)
@@ -179,7 +179,7 @@ def test_a_cavity_belongs_to_its_solid():
     crossings = isospline.Scene(outer).list_intersections([(center, center, -10, 0, 0, 1)])
     np.testing.assert_allclose(crossings.t_hit - 10 - center, [-9, -5, 5, 9], atol=0.1)
     # Below the level are the hollow and the surroundings: the hollow is the smaller component.
-    below = isospline.Isosurface(volume, 0.0, inside="below").components()
+    below = isospline.Isosurface(volume, 0.0, inside="below").components(measured=True)
     np.testing.assert_allclose(below.enclosed_volumes[1], 4 / 3 * math.pi * (5**3 - 3**3), rtol=0.03)
 
 
@@ -216,9 +216,9 @@ def test_all_queries_see_the_largest_alone(degree, n):
     same(kept.signed_distance(points), alone.signed_distance(points), 0.1)
     same(scene.signed_distance(points), kept.signed_distance(points), 1e-5)
     same(scene.occupancy(points), kept.contains(points), 0)
-    same(kept.area().value, whole.components().areas[:n].sum(), 1e-9)
-    same(kept.enclosed_volume().value, whole.components().enclosed_volumes[:n].sum(), 1e-9)
-    same(kept.components().areas, whole.components().areas[:n], 1e-9)
+    same(kept.area().value, whole.components(measured=True).areas[:n].sum(), 1e-9)
+    same(kept.enclosed_volume().value, whole.components(measured=True).enclosed_volumes[:n].sum(), 1e-9)
+    same(kept.components(measured=True).areas, whole.components(measured=True).areas[:n], 1e-9)
     sampled = kept.sample_points(500)["points"]
     nearest = np.min([abs(np.linalg.norm(sampled - c, axis=1) - r) for c, r in BALLS[:n]], axis=0)
     assert nearest.max() < 0.2 + atol
@@ -242,7 +242,9 @@ def test_a_clip_separates_nothing_and_its_caps_are_those_of_the_largest():
     clip = isospline.HalfSpace((0, 0, 12), (0, 0, 1))
     whole = isospline.Isosurface(volume, 0.0)
     cut = isospline.Isosurface(volume, 0.0, largest=1, clip=clip, capped=True)
-    np.testing.assert_allclose(cut.components().enclosed_volumes, whole.components().enclosed_volumes[:1])
+    np.testing.assert_allclose(
+        cut.components(measured=True).enclosed_volumes, whole.components(measured=True).enclosed_volumes[:1]
+    )
     assert cut.contains([(8, 12, 16), (23, 12, 16), (16, 26, 12.5)]).tolist() == [True, True, False]
     parts = cut.to_mesh().to_trimesh().split()
     assert len(parts) == 2 and all(part.is_watertight for part in parts)
@@ -261,12 +263,12 @@ def test_a_mask_separates():
         volume = isospline.Volume(samples, degree=degree)
         mask = np.ones(samples.shape, bool)
         mask[:, :, 14:16] = False
-        assert len(isospline.Isosurface(volume, 0.0).components().areas) == 1
+        assert len(isospline.Isosurface(volume, 0.0).components(measured=True).areas) == 1
         parted = isospline.Isosurface(volume, 0.0, mask=mask)
-        assert len(parted.components().areas) == 2
+        assert len(parted.components(measured=True).areas) == 2
         kept = isospline.Isosurface(volume, 0.0, mask=mask, largest=1)
         assert kept.contains([(8, 8, 8), (25, 8, 8)]).tolist() == [False, True]
-        assert kept.enclosed_volume().value == pytest.approx(parted.components().enclosed_volumes[0])
+        assert kept.enclosed_volume().value == pytest.approx(parted.components(measured=True).enclosed_volumes[0])
 
 
 def test_another_level_has_its_own_largest():
@@ -293,12 +295,12 @@ def test_more_than_there_are_keeps_all_and_no_surface_has_none():
     assert ball_surface(largest=100).enclosed_volume().value == whole.enclosed_volume().value
     with pytest.warns(UserWarning, match="empty|out of"):
         empty = isospline.Isosurface(whole.volume, 1e6, largest=2)
-    found = empty.components()
+    found = empty.components(measured=True)
     assert found.areas.shape == (0,) and found.bounds.shape == (0, 2, 3)
     # A solid that fills the volume is a component without a surface.
     with pytest.warns(UserWarning, match="out of"):
-        full = isospline.Isosurface(whole.volume, -1e6, largest=1)
-    assert full.components().enclosed_volumes == pytest.approx(48.0**3) and full.components().areas == 0
+        found = isospline.Isosurface(whole.volume, -1e6, largest=1).components(measured=True)
+    assert found.enclosed_volumes == pytest.approx(48.0**3) and found.areas == 0
 
 
 def test_pickles_and_copies_keep_it():
@@ -318,7 +320,7 @@ def test_progress_cancels():
     with pytest.raises(isospline.Cancelled):
         ball_surface(largest=1, progress=lambda fraction: False)
     with pytest.raises(isospline.Cancelled):
-        ball_surface().components(progress=lambda fraction: False)
+        ball_surface().components(measured=True, progress=lambda fraction: False)
     seen = []
     ball_surface(largest=3, progress=seen.append)
     assert seen == sorted(seen) and seen[-1] == 1
@@ -357,7 +359,7 @@ def test_the_mask_of_a_piece_keeps_what_is_in_it(degree, axes):
     samples = ball_samples() if axes == "zyx" else ball_samples().transpose()
     volume = isospline.Volume(samples, degree=degree, axes=axes)
     whole = isospline.Isosurface(volume, 0.0)
-    pieces = whole.components(measured=False)
+    pieces = whole.components()
     largest = isospline.Isosurface(volume, 0.0, largest=1)
     mask = largest.to_mask()
     assert mask.shape == samples.shape and mask.dtype == bool
@@ -365,7 +367,7 @@ def test_the_mask_of_a_piece_keeps_what_is_in_it(degree, axes):
     kept = isospline.Isosurface(volume, 1.0, mask=mask)
     points = np.random.default_rng(2).uniform(0, 47, (20000, 3))
     np.testing.assert_array_equal(kept.contains(points), inner.contains(points) & largest.contains(points))
-    assert len(kept.components(measured=False).bounds) == 1 < len(pieces.bounds)
+    assert len(kept.components().bounds) == 1 < len(pieces.bounds)
     if degree == 1:  # SciPy's labels of the samples above the level; cells have samples at their corners
         labels, counts = solid_labels(ball_samples())
         of_cells = ndimage.binary_dilation(labels == 1 + counts.argmax(), np.ones((3, 3, 3)))
@@ -383,7 +385,7 @@ def test_the_command_line_lists_and_keeps_them(tmp_path, capsys):
     np.save(path, samples)
     assert main(["measure", str(path), "--level", "0", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["components"]
-    whole = isospline.Isosurface(isospline.Volume(samples), 0.0).components()
+    whole = isospline.Isosurface(isospline.Volume(samples), 0.0).components(measured=True)
     np.testing.assert_allclose(found["enclosed_volumes"], whole.enclosed_volumes, rtol=1e-4)
     np.testing.assert_allclose(found["bounds"], whole.bounds)
     assert main(["measure", str(path), "--level", "0", "--largest", "2"]) == 0

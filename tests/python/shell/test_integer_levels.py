@@ -140,7 +140,7 @@ def test_areas_of_known_solids_of_degree_1():
         assert surface.area().value == pytest.approx(24.0, abs=1e-9)
     assert cube.contains([(3.2, 3.3, 2.8)])[0] and not around.contains([(3.2, 3.3, 2.8)])[0]
     assert isospline.Scene(cube).count_intersections([(3.3, 3.2, -1, 0, 0, 1)])[0] == 2
-    assert len(cube.components().areas) == 1
+    assert len(cube.components(measured=True).areas) == 1
     # Without lower samples there is no surface, and everything is above.
     flat = isospline.Isosurface(isospline.Volume(data, degree=1), 0)
     assert flat.area().value == 0 and flat.enclosed_volume().value == pytest.approx(216)
@@ -168,7 +168,7 @@ def test_areas_of_faces_end_at_the_clip():
 def test_components_of_degree_1_are_those_of_scipy(largest, inside):
     for surface, data in surfaces(1, largest, inside=[inside]):
         solid = (data >= surface.level) == (inside == "above")
-        assert len(surface.components(measured=False).cell_counts) == ndimage.label(solid, np.ones((3, 3, 3)))[1]
+        assert len(surface.components().cell_counts) == ndimage.label(solid, np.ones((3, 3, 3)))[1]
 
 
 @pytest.mark.parametrize("degree, largest", CASES)

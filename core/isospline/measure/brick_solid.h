@@ -1,0 +1,83 @@
+// The part of a solid that is in a brick, by cells.
+#pragma once
+
+#include "isospline/brick/brick.h"
+#include "isospline/cell/coefficients.h"
+#include "isospline/math/bernstein_box.h"
+#include "isospline/measure/solid.h"
+#include "isospline/spline/cell_weights-inl.h"
+
+#include <glm/vec3.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace isospline {
+
+/// The bit of a cell in its slice of a brick.
+constexpr std::uint64_t bit_of(const glm::ivec3& cell)
+{
+    return std::uint64_t{1} << (cell.x + brick_size * cell.y);
+}
+
+/// The smallest and the largest of some numbers.
+template <typename Number>
+struct Extremes {
+    Number least, most;
+};
+
+/// Without branches, unlike std::minmax_element: for numbers in no order, it is several times as fast.
+template <typename Number, std::size_t Count>
+Extremes<Number> extremes_of(const std::array<Number, Count>& numbers)
+{
+    Number least = numbers[0], most = numbers[0];
+    for (const Number each : numbers) {
+        least = each < least ? each : least;
+        most = each > most ? each : most;
+    }
+    return {least, most};
+}
+
+/// The side of a cell by its B-spline coefficients.
+template <int Degree>
+Side side_of(const CellCoefficients& cell, double sign)
+{
+    const float* const first = cell.row(0, 0);
+    float least = *first, most = *first;
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j) {
+            const float* const row = cell.row(j, k);
+            for (int i = 0; i <= Degree; ++i) {
+                least = row[i] < least ? row[i] : least;
+                most = row[i] > most ? row[i] : most;
+            }
+        }
+    return side_of(static_cast<double>(least) - cell.threshold, static_cast<double>(most) - cell.threshold, sign);
+}
+
+/// The Bernstein coefficients of f - level in a cell. Two cells that share a face have the same ones there, bit for
+/// bit.
+template <int Degree>
+BernsteinBox<Degree> bernstein_of(const CellCoefficients& cell)
+{
+    BernsteinBox<Degree> b;
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i <= Degree; ++i)
+                b[bernstein_item<Degree>(i, j, k)] = cell(i, j, k);
+    for (int axis = 0; axis < 3; ++axis)
+        map_rows<Degree>(b, axis, [](Bernstein<Degree>& row) { row = scalar::bernstein_of_bspline<Degree>(row); });
+    return b;
+}
+
+/// The solid in a brick. Half-spaces are ignored.
+struct BrickSolid {
+    BrickCells cells{};                ///< cells that contain a part of it
+    BrickCells inside{};               ///< cells that are completely in it, by their Bernstein coefficients
+    std::array<BrickCells, 3> links{}; ///< cells that it leaves through their upper face, along x, y, z
+};
+
+BrickSolid solid_in(const Solid& solid, const Brick& brick);
+
+} // namespace isospline
