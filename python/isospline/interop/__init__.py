@@ -49,7 +49,7 @@ _attach(
     to_trimesh=mesh_output.surface_to_trimesh,
     write=mesh_output.write_surface,
 )
-_attach(Volume, explained, to_pyvista=pyvista.volume_to_pyvista)
-_attach(VolumeData, explained, to_pyvista=pyvista.volume_to_pyvista)
-_attach(Mesh, explained, GetClassName=pyvista.class_name)
-_attach(Isosurface, explained, GetClassName=pyvista.class_name)
+for kind in Volume, VolumeData:
+    _attach(kind, explained, to_pyvista=pyvista.volume_to_pyvista)
+for kind in Mesh, Isosurface:
+    _attach(kind, explained, GetClassName=pyvista.class_name)

@@ -3,7 +3,7 @@
 #include "catch.h"
 #include "counting_source.h"
 #include "level_bricks.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/math/grid.h"
 
@@ -37,10 +37,7 @@ std::shared_ptr<const Volume> ball_of_noise(const glm::ivec3& shape, int degree)
     VolumeOptions options;
     options.degree = degree;
     options.filter = Filter::none;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
-        options);
+    return make_volume(samples, shape, options);
 }
 
 bool is_mixed(const Volume& volume, const glm::ivec3& cell, double threshold)

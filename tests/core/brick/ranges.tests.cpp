@@ -1,6 +1,6 @@
 #include "catch.h"
 
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/brick/ranges.h"
 #include "isospline/math/grid.h"

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/brick/solid_planes.h"
 #include "isospline/math/affine.h"

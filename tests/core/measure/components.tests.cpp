@@ -1,7 +1,7 @@
 #include "isospline/measure/components.h"
 
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/value-inl.h"
@@ -71,10 +71,7 @@ std::shared_ptr<const Volume> balls(const glm::ivec3& shape, const std::vector<g
             }
     VolumeOptions options;
     options.degree = degree;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
-        options);
+    return make_volume(samples, shape, options);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/polygonize/surface_mesh.h"
 #include "isospline/query/contains.h"
@@ -118,9 +118,7 @@ TEST_CASE("a surface between the corners of cells has a mesh if a tolerance requ
     samples[4 + 9 * (4 + 9 * 4)] = 1.0f;
     VolumeOptions options;
     options.filter = Filter::none;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    const auto volume = std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, {9, 9, 9}, {step, 9 * step, 81 * step}}, options);
+    const auto volume = make_volume(samples, {9, 9, 9}, options);
     const Isosurface surface(volume, 0.3);
     REQUIRE(to_mesh(*surface.snapshot()).faces.empty());
     const SurfaceMesh mesh = to_mesh(*surface.snapshot(), 0.05);

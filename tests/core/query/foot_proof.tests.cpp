@@ -1,7 +1,7 @@
 #include "isospline/query/foot_proof.h"
 
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/shell/isosurface.h"
@@ -29,9 +29,7 @@ std::shared_ptr<const Volume> ramp(int degree)
     VolumeOptions options;
     options.degree = degree;
     options.filter = Filter::none;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, 9 * step, 81 * step}}, options);
+    return make_volume(samples, shape, options);
 }
 
 /// Whether f has the sign that it has in the middle everywhere in a ball in the world, as far as samples show.
@@ -119,9 +117,7 @@ TEST_CASE("a foot is not proven where another sheet is nearer", "[query]")
         samples.push_back(static_cast<float>(std::abs(i / 81 - 4)));
     VolumeOptions options;
     options.filter = Filter::none;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    const auto volume = std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, {9, 9, 9}, {step, 9 * step, 81 * step}}, options);
+    const auto volume = make_volume(samples, {9, 9, 9}, options);
     const auto surface = Isosurface(volume, 1.2).snapshot();
     const LatticeMetric metric(volume->lattice_to_world());
     FootProof<2> proof(*surface, metric);

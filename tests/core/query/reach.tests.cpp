@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/query/contains.h"
@@ -120,9 +120,7 @@ TEST_CASE("coefficients above the level alone make no cap", "[query][reach]")
                 const bool is_outer = x >= 4 && x < 26 && y >= 4 && y < 26;
                 samples.push_back(is_inner ? 1.0f : is_outer ? 0.5f : 0.0f);
             }
-    constexpr std::ptrdiff_t step = sizeof(float);
-    const auto volume = std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}});
+    const auto volume = make_volume(samples, shape);
     IsosurfaceOptions options;
     options.capped = true;
     options.clip = {{{0.0, 0.0, 1.0}, 14.2}};

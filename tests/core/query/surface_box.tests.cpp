@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/brent.h"

@@ -1,7 +1,7 @@
 // Checksums of hits: processors of x86-64 and of aarch64 find the same.
 #include "catch.h"
 #include "each_target.h"
-#include "noise_volume.h"
+#include "volumes.h"
 #include "random_rays.h"
 
 #include "isospline/math/affine.h"

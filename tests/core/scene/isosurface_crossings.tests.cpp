@@ -1,6 +1,7 @@
 // Rays through lattice points, along edges, diagonals and planes of the lattice, and close to these, at a level that f
 // takes there: each crossing belongs to one cell, in every kind of query. ISOSPLINE_TEST_RAYS sets the number of rays.
 #include "catch.h"
+#include "volumes.h"
 
 #include "isospline/hopper/hopper.h"
 #include "isospline/scene/scene.h"
@@ -39,10 +40,7 @@ std::shared_ptr<const Volume> random_integers(int degree, std::mt19937& random)
     VolumeOptions options;
     options.degree = degree;
     options.filter = Filter::none;
-    const std::ptrdiff_t size = sizeof(float);
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {size, size * shape.x, size * shape.x * shape.y}},
-        options);
+    return make_volume(samples, shape, options);
 }
 
 /// A ray that comes from outside of the volume and goes through all of it; every other one is degenerate.
@@ -175,12 +173,7 @@ TEST_CASE("hopper and scene agree on rays along the border of a volume", "[scene
     std::vector<float> samples(7 * 6 * 5);
     for (float& sample : samples)
         sample = value(random);
-    const std::ptrdiff_t size = sizeof(float);
-    const auto surface = std::make_shared<Isosurface>(
-        std::make_shared<const Volume>(
-            SampleView{samples.data(), SampleType::float32, shape, {size, size * shape.x, size * shape.x * shape.y}},
-            options),
-        0.1);
+    const auto surface = std::make_shared<Isosurface>(make_volume(samples, shape, options), 0.1);
     Scene scene;
     scene.add(surface);
     const auto snapshot = scene.snapshot();

@@ -1,8 +1,8 @@
 // Which coefficients of a surface the queries of a scene request, and when.
 #include "catch.h"
 #include "counting_source.h"
-#include "noise_volume.h"
 #include "random_rays.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/scene.h"
@@ -30,12 +30,9 @@ std::shared_ptr<const Volume> hollow_ball(int size, int degree)
                 const double r = glm::length(glm::dvec3(x, y, z) - 0.5 * (size - 1));
                 samples.push_back(static_cast<float>(std::cos(r) + 0.02 * std::sin(1.3 * x) * std::cos(0.7 * y)));
             }
-    constexpr std::ptrdiff_t step = sizeof(float);
     VolumeOptions options;
     options.degree = degree;
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, glm::ivec3(size), {step, step * size, step * size * size}},
-        options);
+    return make_volume(samples, glm::ivec3(size), options);
 }
 
 std::shared_ptr<Isosurface> surface_of(const std::shared_ptr<const Volume>& volume, IsosurfaceOptions options = {})

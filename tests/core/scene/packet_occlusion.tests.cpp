@@ -1,7 +1,7 @@
 // Coherent rays are occluded where rays that are traced one by one are.
 #include "catch.h"
-#include "noise_volume.h"
 #include "random_rays.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/scene.h"
@@ -66,21 +66,6 @@ void require_same(Scene& scene, const Volume& volume, const glm::dvec3& light)
     require_same(rays, *scene.settle());
 }
 
-std::shared_ptr<const Volume> integers(const glm::ivec3& shape, int degree)
-{
-    std::mt19937 random(7);
-    std::uniform_int_distribution<int> value(0, 3);
-    std::vector<float> samples(static_cast<std::size_t>(shape.x * shape.y * shape.z));
-    for (float& sample : samples)
-        sample = static_cast<float>(value(random));
-    constexpr std::ptrdiff_t step = sizeof(float);
-    VolumeOptions options;
-    options.degree = degree;
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
-        options);
-}
-
 } // namespace
 
 TEST_CASE("coherent rays to a light: a surface alone", "[scene]")
@@ -88,7 +73,7 @@ TEST_CASE("coherent rays to a light: a surface alone", "[scene]")
     const int degree = GENERATE(1, 2, 3);
     const bool ties = GENERATE(false, true);
     const glm::ivec3 shape(25, 24, 26);
-    const auto volume = ties ? integers(shape, degree) : noise_volume(shape, degree);
+    const auto volume = ties ? integer_volume(shape, degree) : noise_volume(shape, degree);
     IsosurfaceOptions options;
     options.method = GENERATE(Method::exact, Method::reference);
     Scene scene;

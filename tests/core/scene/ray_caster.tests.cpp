@@ -3,7 +3,7 @@
 #include "catch.h"
 
 #include "counting_source.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/hopper/hopper.h"
 #include "isospline/scene/embree_ray.h"

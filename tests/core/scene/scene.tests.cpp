@@ -1,6 +1,5 @@
 #include "catch.h"
-
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/scene/scene.h"
 
@@ -18,11 +17,9 @@ std::shared_ptr<Isosurface> ramp(double level)
         std::vector<float> samples;
         for (int i = 0; i < 8 * 8 * 8; ++i)
             samples.push_back(static_cast<float>(i % 8));
-        constexpr std::ptrdiff_t step = sizeof(float);
         VolumeOptions linear;
         linear.degree = 1;
-        return std::make_shared<const Volume>(
-            SampleView{samples.data(), SampleType::float32, {8, 8, 8}, {step, 8 * step, 64 * step}}, linear);
+        return make_volume(samples, {8, 8, 8}, linear);
     }();
     return std::make_shared<Isosurface>(volume, level);
 }

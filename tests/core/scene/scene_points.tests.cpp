@@ -2,6 +2,7 @@
 
 #include "catch.h"
 #include "closed_meshes.h"
+#include "volumes.h"
 
 #include "isospline/scene/scene.h"
 
@@ -34,9 +35,7 @@ std::shared_ptr<Isosurface> ball()
             }
     VolumeOptions options;
     options.filter = Filter::none;
-    constexpr std::ptrdiff_t step = sizeof(float);
-    const auto volume = std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, {21, 21, 21}, {step, 21 * step, 441 * step}}, options);
+    const auto volume = make_volume(samples, {21, 21, 21}, options);
     return std::make_shared<Isosurface>(volume, 0.0);
 }
 

@@ -1,7 +1,7 @@
 // The settled index of isosurfaces: the same hits as the draft, and when it is built.
 #include "catch.h"
-#include "noise_volume.h"
 #include "random_rays.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/scene.h"
@@ -17,22 +17,6 @@
 using namespace isospline;
 
 namespace {
-
-/// Integers from 0 to 3, so that many samples equal the level.
-std::shared_ptr<const Volume> integer_volume(const glm::ivec3& shape, int degree)
-{
-    std::mt19937 random(7);
-    std::uniform_int_distribution<int> value(0, 3);
-    std::vector<float> samples;
-    for (int i = 0; i < shape.x * shape.y * shape.z; ++i)
-        samples.push_back(static_cast<float>(value(random)));
-    constexpr std::ptrdiff_t step = sizeof(float);
-    VolumeOptions options;
-    options.degree = degree;
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
-        options);
-}
 
 std::vector<Ray> random_rays(const Volume& volume, std::size_t count)
 {

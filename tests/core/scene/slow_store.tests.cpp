@@ -2,7 +2,7 @@
 #include "catch.h"
 
 #include "counting_source.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/scene/scene.h"
 

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/shell/cell_tree.h"
 #include "isospline/shell/isosurface.h"

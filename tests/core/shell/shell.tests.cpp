@@ -2,7 +2,7 @@
 
 #include "each_target.h"
 #include "level_bricks.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/shell/shell.h"
 #include "isospline/spline/basis.h"

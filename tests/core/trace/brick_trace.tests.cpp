@@ -3,8 +3,8 @@
 
 #include "each_target.h"
 #include "level_bricks.h"
-#include "noise_volume.h"
 #include "random_rays.h"
+#include "volumes.h"
 
 #include "isospline/cell/intersector.h"
 #include "isospline/math/grid.h"
@@ -336,12 +336,9 @@ std::shared_ptr<const Volume> wavy_volume(const glm::ivec3& shape, int degree)
                 samples.push_back(static_cast<float>(std::sin(0.31 * x) * std::cos(0.23 * y) +
                                                      std::sin(0.27 * y) * std::cos(0.37 * z) +
                                                      std::sin(0.19 * z) * std::cos(0.29 * x) + noise(random)));
-    constexpr std::ptrdiff_t step = sizeof(float);
     VolumeOptions options;
     options.degree = degree;
-    return std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, shape, {step, step * shape.x, step * shape.x * shape.y}},
-        options);
+    return make_volume(samples, shape, options);
 }
 
 /// All ways to trace, with boxes of every edge. Returns how many cells a ray and its lane visit in all, with boxes of

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "noise_volume.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/query/contains.h"
@@ -88,11 +88,9 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
     std::vector<float> samples;
     for (int i = 0; i < 8 * 8 * 8; ++i)
         samples.push_back(static_cast<float>(i % 8));
-    constexpr std::ptrdiff_t step = sizeof(float);
     VolumeOptions linear;
     linear.degree = 1;
-    const auto volume = std::make_shared<const Volume>(
-        SampleView{samples.data(), SampleType::float32, {8, 8, 8}, {step, 8 * step, 64 * step}}, linear);
+    const auto volume = make_volume(samples, {8, 8, 8}, linear);
     IsosurfaceOptions options;
     options.capped = true;
     options.clip = {{{0.0, 0.0, 1.0}, 2.0}, {{0.0, 0.0, -1.0}, -5.0}};
