@@ -49,7 +49,7 @@ _attach(
     to_trimesh=mesh_output.surface_to_trimesh,
     write=mesh_output.write_surface,
 )
-for kind in Volume, VolumeData:
-    _attach(kind, explained, to_pyvista=pyvista.volume_to_pyvista)
-for kind in Mesh, Isosurface:
-    _attach(kind, explained, GetClassName=pyvista.class_name)
+for _class in Volume, VolumeData:
+    _attach(_class, explained, to_pyvista=pyvista.volume_to_pyvista)
+for _class in Mesh, Isosurface:
+    _attach(_class, explained, GetClassName=pyvista.class_name)
