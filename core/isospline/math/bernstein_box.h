@@ -51,4 +51,22 @@ inline BernsteinBox<Degree> half_of(BernsteinBox<Degree> b, int axis, bool upper
     return b;
 }
 
+/// The smallest and the largest of some numbers.
+template <typename Number>
+struct Extremes {
+    Number least, most;
+};
+
+/// Without branches, unlike std::minmax_element: for numbers in no order, it is several times as fast.
+template <typename Number, std::size_t Count>
+Extremes<Number> extremes_of(const std::array<Number, Count>& numbers)
+{
+    Number least = numbers[0], most = numbers[0];
+    for (const Number each : numbers) {
+        least = each < least ? each : least;
+        most = each > most ? each : most;
+    }
+    return {least, most};
+}
+
 } // namespace isospline

@@ -9,7 +9,6 @@
 
 #include <glm/vec3.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -19,24 +18,6 @@ namespace isospline {
 constexpr std::uint64_t bit_of(const glm::ivec3& cell)
 {
     return std::uint64_t{1} << (cell.x + brick_size * cell.y);
-}
-
-/// The smallest and the largest of some numbers.
-template <typename Number>
-struct Extremes {
-    Number least, most;
-};
-
-/// Without branches, unlike std::minmax_element: for numbers in no order, it is several times as fast.
-template <typename Number, std::size_t Count>
-Extremes<Number> extremes_of(const std::array<Number, Count>& numbers)
-{
-    Number least = numbers[0], most = numbers[0];
-    for (const Number each : numbers) {
-        least = each < least ? each : least;
-        most = each > most ? each : most;
-    }
-    return {least, most};
 }
 
 /// The side of a cell by its B-spline coefficients.

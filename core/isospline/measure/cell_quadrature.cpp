@@ -86,8 +86,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     /// Adds the integrals over a part.
     void add_part(Part part)
     {
-        const auto [least_item, most_item] = std::minmax_element(part.b.begin(), part.b.end());
-        const double least = *least_item, most = *most_item;
+        const auto [least, most] = extremes_of(part.b);
         if (!is_inside(most))
             return;
         part.has_surface = least < 0.0 && most > 0.0;

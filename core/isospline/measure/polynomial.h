@@ -47,14 +47,35 @@ struct LinePolynomial {
 template <typename Coefficients>
 inline bool has_both_signs(const Coefficients& coefficients, std::size_t count)
 {
-    const auto [least, most] =
-        std::minmax_element(coefficients.begin(), coefficients.begin() + static_cast<std::ptrdiff_t>(count));
-    return *least < 0.0 && *most >= 0.0;
+    bool has_negative = false, has_positive = false;
+    for (std::size_t i = 0; i < count; ++i) {
+        has_negative |= coefficients[i] < 0.0;
+        has_positive |= coefficients[i] >= 0.0;
+    }
+    return has_negative && has_positive;
+}
+
+/// The root of a quadratic polynomial whose values at the ends of [0, 1] have opposite signs.
+///
+/// With t = s / (1 - s), the polynomial is (1 - s)^2 (b0 + 2 b1 t + b2 t^2). Of the two roots t, one is positive. No
+/// difference of numbers of one sign occurs, so all digits are right.
+inline double quadratic_root(double b0, double b1, double b2)
+{
+    const double upwards = b2 > 0.0 ? 1.0 : -1.0;
+    const double start = -upwards * b0, middle = upwards * b1, end = upwards * b2; // start and end are positive
+    const double root = std::sqrt(middle * middle + start * end);
+    return middle > 0.0 ? start / (root + middle + start) : (root - middle) / (root - middle + end);
 }
 
 /// A root between the ends of [0, 1], where the values have opposite signs or one is zero.
 inline double bracketed_root(const LinePolynomial& p)
 {
+    if (const auto last = p.b[static_cast<std::size_t>(p.degree)]; p.b[0] == 0.0 || last == 0.0)
+        return last == 0.0 ? 1.0 : 0.0;
+    if (p.degree == 1)
+        return p.b[0] / (p.b[0] - p.b[1]);
+    if (p.degree == 2)
+        return quadratic_root(p.b[0], p.b[1], p.b[2]);
     const FunctionPoint first{0.0, p.b[0]}, last{1.0, p.b[static_cast<std::size_t>(p.degree)]};
     return brent_root([&](double s) { return p.value(s); }, first, last, 1e-16);
 }
