@@ -49,7 +49,7 @@ _attach(
     to_trimesh=mesh_output.surface_to_trimesh,
     write=mesh_output.write_surface,
 )
-for _class in Volume, VolumeData:
-    _attach(_class, explained, to_pyvista=pyvista.volume_to_pyvista)
-for _class in Mesh, Isosurface:
-    _attach(_class, explained, GetClassName=pyvista.class_name)
+_attach(Volume, explained, to_pyvista=pyvista.volume_to_pyvista)
+_attach(VolumeData, explained, to_pyvista=pyvista.volume_to_pyvista)
+_attach(Mesh, explained, GetClassName=pyvista.class_name)
+_attach(Isosurface, explained, GetClassName=pyvista.class_name)
