@@ -1,8 +1,8 @@
 // Checksums of hits: processors of x86-64 and of aarch64 find the same.
 #include "catch.h"
 #include "each_target.h"
-#include "volumes.h"
 #include "random_rays.h"
+#include "volumes.h"
 
 #include "isospline/math/affine.h"
 #include "isospline/scene/scene.h"
