@@ -92,7 +92,8 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     folder = None if within is None else os.path.abspath(within)
     try:
         with library_of(f"{printable(path)}: read_mesh"):
-            arrays = isolated.call(f"isospline.interop.mesh_files:{reader}", path, libraries, within=folder)
+            function = f"isospline.interop.mesh_files:{reader}"
+            arrays = isolated.call(function, path, libraries, readable=isolated.referenced(within), within=folder)
         return Mesh(**{**arrays, **options})
     except ImportError:
         raise

@@ -2,7 +2,8 @@
 
 A damaged or hostile file may crash a library, or make it use all memory or run without end. Then the process ends, and
 the caller gets an exception. One server process per caller imports the libraries once and forks a process for each
-call, so that calls take milliseconds and no file can affect the next one. Results come back as JSON, and arrays in
+call, so that calls take milliseconds and no file can affect the next one. Where the kernel has Landlock, these read
+little else than the file, and write nothing. Results come back as JSON, and arrays in
 memory that both processes map; nothing that the process sends is executed.
 """
 
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +44,9 @@ ERRORS = {
 }
 
 
-def call(function: str, path: Path, libraries: str = "", **arguments: Any) -> Any:
+def call(
+    function: str, path: Path, libraries: str = "", *, readable: Sequence[str] | None = None, **arguments: Any
+) -> Any:
     """Call ``function(path, **arguments)`` in a process of its own.
 
     Parameters
@@ -53,6 +57,9 @@ def call(function: str, path: Path, libraries: str = "", **arguments: Any) -> An
         A file or a folder; its size determines the limit of time.
     libraries : str
         Names of the packages to import before the call, separated by blanks.
+    readable : sequence of str, optional
+        The files and folders that the process may read, if the kernel has Landlock; by default, the folder of the file,
+        or the folder itself, with the targets of its symbolic links.
     **arguments
         What JSON can hold.
     """
@@ -60,6 +67,7 @@ def call(function: str, path: Path, libraries: str = "", **arguments: Any) -> An
     request = {
         "function": function,
         "arguments": {"path": os.path.abspath(path), **arguments},
+        "readable": _surroundings(path) if readable is None else list(readable),
         "memory": available_memory(),
         "seconds": seconds,
         "clock": CLOCK * seconds,
@@ -152,6 +160,18 @@ def _size(path):
     if not path.is_dir():
         return path.stat().st_size
     return sum(entry.stat().st_size for entry in os.scandir(path) if entry.is_file())
+
+
+def referenced(within: str | os.PathLike[str] | None) -> list[str]:
+    """What may be read of a format that refers to other files: a folder, or without one all files."""
+    return ["/" if within is None else os.path.abspath(within)]
+
+
+def _surroundings(path):
+    """The folder of a file or the folder itself, and what symbolic links lead to."""
+    folder = path if path.is_dir() else path.parent
+    links = [entry.path for entry in os.scandir(path) if entry.is_symlink()] if path.is_dir() else [path]
+    return [os.path.realpath(each) for each in (folder, *links)]
 
 
 def _shared_file():

@@ -17,6 +17,7 @@ import warnings
 import numpy as np
 import psutil
 
+from . import landlock
 from .isolated import ERRORS, MESSAGE
 
 #: Seconds without a call, after which the server ends; the next call starts another.
@@ -80,6 +81,7 @@ def _read(request, caller, shared):
     """Call the function under limits, and send its result."""
     _limit(request)
     try:
+        landlock.read_only(request["readable"])
         module, name = request["function"].split(":")
         result = getattr(importlib.import_module(module), name)(**request["arguments"])
         answer = {"value": _without_arrays(result, shared)}

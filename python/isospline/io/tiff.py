@@ -36,7 +36,9 @@ def read_file(path, *, within=None):
     Spacing comes from ImageJ's and OME's metadata. The resolution tags of a plain TIFF file are ignored: they do not
     include z, and are often a default of a scanner or a program.
     """
-    return read_isolated("isospline.io.tiff:load_file", path, LIBRARIES, within=_text(within))
+    return read_isolated(
+        "isospline.io.tiff:load_file", path, LIBRARIES, readable=isolated.referenced(within), within=_text(within)
+    )
 
 
 def read_folder(path, *, within=None):
@@ -51,12 +53,13 @@ def read_slice(path):
 
 def read_layout(path):
     """Where the samples of a file are: a dict of `shape`, `dtype`, `stored`, `place`, `begin` (or None), `pages`."""
-    return isolated.call("isospline.io.tiff:load_layout", path, LIBRARIES)
+    return isolated.call("isospline.io.tiff:load_layout", path, LIBRARIES, readable=isolated.referenced(None))
 
 
 def read_pages(path, first, last):
     """The samples of pages of a file, from `first` up to `last`, exclusive."""
-    return isolated.call("isospline.io.tiff:load_pages", path, LIBRARIES, first=first, last=last)
+    readable = isolated.referenced(None)
+    return isolated.call("isospline.io.tiff:load_pages", path, LIBRARIES, readable=readable, first=first, last=last)
 
 
 # What follows runs in the process of its own.

@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -12,7 +13,7 @@ import numpy as np
 import psutil
 import pytest
 
-from isospline.io import isolated
+from isospline.io import isolated, landlock
 
 READERS = """
 import ctypes, os, subprocess, sys, time
@@ -39,6 +40,16 @@ def objects(path): return np.array([object()])
 def pid(path): return os.getpid()
 def child(path): return subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"]).pid
 def environment(path): return dict(os.environ)
+def read(path, file): return open(file).read()
+def listed(path, file): return os.listdir(file)
+def written(path, file): open(file, "w").close()
+def removed(path, file): os.remove(file)
+def connected(path, port):
+    import socket
+    socket.create_connection(("127.0.0.1", port)).close()
+def lazily(path):
+    import sqlite3, xml.dom.minidom, zoneinfo
+    return str(zoneinfo.ZoneInfo("UTC")) + sqlite3.connect(":memory:").execute("select 'a'").fetchone()[0]
 def noise(path): print("noise"); sys.stderr.write("noise"); return 1
 """
 
@@ -62,6 +73,67 @@ def wait_for(condition, seconds=120):  # for a busy machine
 
 def descendants():
     return psutil.Process().children(recursive=True)
+
+
+@pytest.fixture
+def elsewhere(tmp_path_factory):
+    path = tmp_path_factory.mktemp("elsewhere") / "secret"
+    path.write_text("secret", encoding="utf-8")
+    return path
+
+
+needs_landlock = pytest.mark.skipif(landlock.version() == 0, reason="the kernel has no Landlock")
+
+
+@needs_landlock
+def test_readers_read_only_the_folder_of_the_file(call, tmp_path, elsewhere):
+    (tmp_path / "own").write_text("own", encoding="utf-8")
+    assert call("read", file=str(tmp_path / "own")) == "own"
+    home = os.path.expanduser("~")
+    for function, name in (
+        ("read", elsewhere),
+        ("listed", elsewhere.parent),
+        ("listed", home),
+        ("listed", "/"),
+        ("listed", "/tmp"),
+    ):
+        with pytest.raises(PermissionError):
+            call(function, file=str(name))
+
+
+@needs_landlock
+def test_readers_follow_links_of_a_folder_when_they_are_asked_for_it(call, tmp_path, elsewhere):
+    (tmp_path / "link").symlink_to(elsewhere)
+    assert call("read", file=str(tmp_path / "link")) == "secret"
+    with pytest.raises(PermissionError):
+        call("read", file=str(tmp_path / "link"), readable=[str(tmp_path)])
+
+
+@needs_landlock
+def test_readers_write_nothing(call, tmp_path, elsewhere):
+    own = tmp_path / "own"
+    own.write_text("own", encoding="utf-8")
+    for readable in ([str(tmp_path)], ["/"]):
+        for function, name in (
+            ("written", own),
+            ("removed", own),
+            ("written", tmp_path / "new"),
+            ("removed", elsewhere),
+        ):
+            with pytest.raises(PermissionError):
+                call(function, file=str(name), readable=readable)
+    assert own.read_text(encoding="utf-8") == "own"
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.skipif(landlock.version() < 4, reason="the kernel's Landlock has no rules for connections")
+def test_readers_open_no_connection(call):
+    with socket.create_server(("127.0.0.1", 0)) as server, pytest.raises(PermissionError):
+        call("connected", port=server.getsockname()[1])
+
+
+def test_readers_import_what_they_need(call):
+    assert call("lazily") == "UTCa"
 
 
 def test_arrays_and_other_values_come_back(call, tmp_path):
