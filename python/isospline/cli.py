@@ -120,9 +120,13 @@ def _measured(surface, arguments):
     found = {}
     for name in names:
         with _progress(name.replace("_", " "), arguments) as progress:
-            found[name] = getattr(surface, name)(order=arguments.order, progress=progress)
+            found[name] = getattr(surface, name)(
+                tolerance=arguments.tolerance, order=arguments.order, progress=progress
+            )
     with _progress("components", arguments) as progress:
-        components = surface.components(measured=True, order=arguments.order, progress=progress)
+        components = surface.components(
+            measured=True, tolerance=arguments.tolerance, order=arguments.order, progress=progress
+        )
     if found["area"].value == 0 and found["enclosed_volume"].value == 0:
         raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
     return found, components

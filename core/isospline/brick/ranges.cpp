@@ -45,6 +45,7 @@ BrickRanges::BrickRanges(const Volume& volume, const Progress& progress) : shape
             throw_invalid("ranges", std::to_string(count) + " octets of bricks",
                           known.size() * sizeof(float) / sizeof(Octet));
         octets_ = {reinterpret_cast<const Octet*>(known.data()), count};
+        find_whole();
         return;
     }
     found_.resize(count);
@@ -83,6 +84,17 @@ BrickRanges::BrickRanges(const Volume& volume, const Progress& progress) : shape
             }
     };
     parallel_for(octets_.size(), 8, find, progress);
+    find_whole();
+}
+
+void BrickRanges::find_whole()
+{
+    whole_ = octets_.front().brick(0);
+    for (const Octet& octet : octets_) // bricks beyond the grid have ranges that change nothing
+        for (std::size_t child = 0; child < 8; ++child) {
+            whole_.lower = std::min(whole_.lower, octet.lower[child]);
+            whole_.upper = std::max(whole_.upper, octet.upper[child]);
+        }
 }
 
 unsigned BrickRanges::straddling(std::size_t octet, double threshold) const
@@ -119,6 +131,18 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
 {
     const auto at = static_cast<std::size_t>(child);
     return straddling(blocks_[8 * octet + at], octets_[octet].brick(at), threshold);
+}
+
+BrickRanges::BlockSides BrickRanges::block_sides(std::size_t octet, int child, double least, double most) const
+{
+    const auto at = static_cast<std::size_t>(child);
+    const Range range = octets_[octet].brick(at);
+    const auto code = [&](double value) {
+        const double scaled = (value - static_cast<double>(range.lower)) * static_cast<double>(codes_per_unit(range));
+        return std::clamp(scaled, 0.0, static_cast<double>(last_code));
+    };
+    return {blocks_[8 * octet + at], static_cast<std::uint8_t>(std::floor(code(most))),
+            static_cast<std::uint8_t>(std::ceil(code(least)))};
 }
 
 unsigned BrickRanges::straddling_slabs(std::size_t octet, int child, double threshold) const

@@ -52,6 +52,8 @@ public:
         const glm::ivec3 octet = position / 2, child = position - 2 * octet;
         return octets_[place_in(shape_, octet)].brick(static_cast<std::size_t>(child.x + 2 * child.y + 4 * child.z));
     }
+    /// The range of all bricks.
+    const Range& whole() const { return whole_; }
     /// The bricks of an octet that straddle a threshold: bit i for child i.
     unsigned straddling(std::size_t octet, double threshold) const;
     /// The blocks that may straddle a threshold, of a brick that straddles it: bit i for block i. The ranges of blocks
@@ -60,6 +62,9 @@ public:
     /// The slabs of a brick, each of 16 blocks with one x, y or z, that may straddle a threshold: bit i + 4 axis for
     /// slab i along an axis. They contain all blocks that may, and are found faster.
     unsigned straddling_slabs(std::size_t octet, int child, double threshold) const;
+    /// Finds the blocks of a brick in which f - offset is above `most` everywhere, or below `least`.
+    class BlockSides;
+    BlockSides block_sides(std::size_t octet, int child, double least, double most) const;
     /// Whether the ranges of blocks are known too, as they are if the ranges were computed from the coefficients.
     bool has_blocks() const { return !blocks_.empty(); }
     std::size_t memory() const
@@ -80,11 +85,34 @@ private:
     template <std::size_t Count>
     std::uint64_t straddling(const Codes<Count>& codes, const Range& brick, double threshold) const;
 
+    void find_whole();
+
     glm::ivec3 shape_{0};
+    Range whole_;
     std::span<const Octet> octets_; ///< computed here, or owned by the volume's source
     std::vector<Octet> found_;
     std::vector<BlockCodes> blocks_; ///< of brick `child` of octet i: item 8 i + child
     std::vector<SlabCodes> slabs_;   ///< of the same bricks
+};
+
+class BrickRanges::BlockSides {
+public:
+    /// 1 if f is above in a block, -1 if it is below; 0 if that is not known.
+    int operator[](std::size_t block) const
+    {
+        return static_cast<int>(codes_.lower[block] > most_lower_) -
+               static_cast<int>(codes_.upper[block] < least_upper_);
+    }
+
+private:
+    friend class BrickRanges;
+    BlockSides(const BlockCodes& codes, std::uint8_t most_lower, std::uint8_t least_upper)
+        : codes_(codes), most_lower_(most_lower), least_upper_(least_upper)
+    {
+    }
+
+    const BlockCodes& codes_;
+    std::uint8_t most_lower_, least_upper_; ///< codes of blocks that may not be above, or below
 };
 
 /// The blocks of a brick that straddle a threshold, by their coefficients.

@@ -171,8 +171,9 @@ CellSet largest_components(const Solid& solid, std::size_t count, const Progress
         for (const std::size_t i : contested)
             is_contested[i] = 1;
         const CellSet cells = components.cells(is_contested, solid.cells);
+        const IntegralOptions volumes{.order = 4, .wanted = {true, false, false, false}};
         const Solid part{solid.volume, solid.ranges, solid.threshold, solid.sign, cells, {}};
-        const auto integrals = integrate(part, components, {.surface = false}, part_of(progress, 0.8, 1.0));
+        const auto integrals = integrate(part, components, volumes, part_of(progress, 0.8, 1.0));
         std::sort(contested.begin(), contested.end(), [&](std::size_t i, std::size_t j) {
             return std::pair(-volume_of(integrals[i]), i) < std::pair(-volume_of(integrals[j]), j);
         });

@@ -1,201 +1,271 @@
 #include "isospline/measure/integrals.h"
 
+#include "isospline/measure/piece_integrals.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
-#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace isospline {
 
 namespace {
 
-/// Integrates over the cells of bricks, one brick at a time.
-class BrickIntegrals {
-public:
-    BrickIntegrals(const Solid& solid, const IntegralOptions& options)
-        : solid_(solid), options_(options),
-          quadrature_(solid.volume.degree(),
-                      {options.order, options.surface, options.curvature, solid.volume.lattice_to_world()}),
-          cell_volume_(std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world()))))
-    {
-    }
-
-    template <typename Visit>
-    void visit_cells(const Brick& brick, Side side, const Visit& visit)
-    {
-        for (int z = 0; z < brick.size.z; ++z)
-            for (int y = 0; y < brick.size.y; ++y)
-                for (int x = 0; x < brick.size.x; ++x) {
-                    const glm::ivec3 cell = brick.first + glm::ivec3(x, y, z);
-                    if (solid_.cells.contains(cell))
-                        visit_cell(cell, side, visit);
-                }
-    }
-
-    /// Whether the clip or the set of cells can remove anything from a brick.
-    bool is_cut(const Brick& brick) const
-    {
-        return !solid_.cells.has_all_of(brick) || std::any_of(planes().begin(), planes().end(), [&](const auto& plane) {
-            return !is_inside(box_of(brick), plane);
-        });
-    }
-
-private:
-    /// Those that matter: the border of the domain only has area.
-    const std::vector<HalfSpace>& planes() const
-    {
-        return options_.surface ? solid_.planes.all() : solid_.planes.clip();
-    }
-
-    template <typename Visit>
-    void visit_cell(const glm::ivec3& at, Side side, const Visit& visit)
-    {
-        const VolumeCell cell(solid_.volume, solid_.threshold, at);
-        if (side == Side::unknown)
-            side = side_of_cell(cell);
-        if (side == Side::outside)
-            return;
-        crossing_.clear();
-        has_caps_.clear();
-        const Box box{cell.lower, cell.lower + 1.0};
-        for (std::size_t i = 0; i < planes().size(); ++i) {
-            const HalfSpace& plane = planes()[i];
-            if (is_outside(box, plane))
-                return;
-            if (is_inside(box, plane) || std::find(crossing_.begin(), crossing_.end(), plane) != crossing_.end())
-                continue;
-            crossing_.push_back(plane);
-            has_caps_.push_back(options_.surface && solid_.planes.has_caps(i));
-        }
-        if (side == Side::inside && crossing_.empty())
-            return visit(at, whole_cell());
-        Integrals found = quadrature_.integrate(cell, solid_.sign, crossing_);
-        for (std::size_t i = 0; i < crossing_.size(); ++i)
-            if (has_caps_[i])
-                found.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
-        visit(at, found);
-    }
-
-    Integrals whole_cell() const
-    {
-        Integrals whole;
-        whole.value[static_cast<std::size_t>(Quantity::volume)] = cell_volume_;
-        return whole;
-    }
-
-    Side side_of_cell(const CellCoefficients& cell) const
-    {
-        const int count = solid_.volume.degree() + 1;
-        double least = cell(0, 0, 0), most = least;
-        for (int k = 0; k < count; ++k)
-            for (int j = 0; j < count; ++j)
-                for (int i = 0; i < count; ++i) {
-                    least = std::min(least, cell(i, j, k));
-                    most = std::max(most, cell(i, j, k));
-                }
-        return side_of(least, most, solid_.sign);
-    }
-
-    const Solid& solid_;
-    IntegralOptions options_;
-    CellQuadrature quadrature_;
-    double cell_volume_;
-    std::vector<HalfSpace> crossing_; ///< planes that cross or touch a cell
-    std::vector<bool> has_caps_;      ///< of each of them
-};
+/// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is.
+/// Quadrature in every cell converges faster where the surface is smooth.
+constexpr std::array<PieceRule, 8> all_rules{
+    {{true, 7}, {true, 11}, {true, 15}, {true, 21}, {true, 31}, {false, 4}, {false, 6}, {false, 10}}};
+constexpr std::size_t first_quadrature = 5;
+/// The errors of lines fall with about this power of their number of nodes.
+constexpr double rate_of_lines = 3.0;
+/// The errors of lines are estimated by statistics of many cells. If there are fewer, they are not used.
+constexpr std::size_t fewest_cells_of_lines = 1000;
 
 void check(const Solid& solid, const IntegralOptions& options)
 {
-    if (options.order < 2 || options.order > 10)
+    if (options.order != 0 && (options.order < 2 || options.order > 10))
         throw_invalid("order", "2 to 10", options.order);
-    if (options.curvature && solid.volume.degree() < 2)
+    if (!(options.tolerance > 0.0))
+        throw_invalid("tolerance", "a positive number", options.tolerance);
+    if (options.needs_curvature() && solid.volume.degree() < 2)
         throw_invalid("degree", "2 or 3 of a volume whose surfaces have curvatures: those of degree 1 have creases",
                       solid.volume.degree());
 }
 
-/// Calls `visit(work, octet index, brick, side)` for all bricks that may hold a part of the solid, in parallel over
-/// octets; `make()` returns the working memory of a chunk of octets.
-template <typename Make, typename Visit>
-void for_each_brick(const Solid& solid, const Make& make, const Visit& visit, const Progress& progress)
+/// Calls `visit(brick, side)` for all bricks that may hold a part of the solid, octet by octet.
+template <typename Visit>
+void for_each_brick(const Solid& solid, const Visit& visit)
 {
     const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
-    parallel_for(
-        solid.ranges.octets().size(), 1,
-        [&](std::size_t begin, std::size_t end) {
-            auto work = make();
-            for (std::size_t octet = begin; octet < end; ++octet)
-                for (int child = 0; child < 8; ++child) {
-                    const glm::ivec3 place = 2 * at_place(solid.ranges.shape(), octet) + child_position(child);
-                    if (place.x >= bricks.x || place.y >= bricks.y || place.z >= bricks.z)
-                        continue;
-                    const Brick brick = brick_at(solid.volume.cell_shape(), place);
-                    if (const Side side = side_of(solid, brick);
-                        side != Side::outside && !solid.cells.has_none_of(brick))
-                        visit(work, octet, brick, side);
+    for (std::size_t octet = 0; octet < solid.ranges.octets().size(); ++octet)
+        for (int child = 0; child < 8; ++child) {
+            const glm::ivec3 place = 2 * at_place(solid.ranges.shape(), octet) + child_position(child);
+            if (place.x >= bricks.x || place.y >= bricks.y || place.z >= bricks.z)
+                continue;
+            const Brick brick = brick_at(solid.volume.cell_shape(), place);
+            if (const Side side = side_of(solid, brick); side != Side::outside && !solid.cells.has_none_of(brick))
+                visit(brick, side);
+        }
+}
+
+/// Sums over the pieces of one component, of one quantity.
+struct Sums {
+    double value = 0.0, error = 0.0, magnitude = 0.0;
+    std::array<double, 2> difference{};
+    double sum_of_squares = 0.0;
+    std::size_t line_cells = 0, line_pieces = 0;
+
+    void add(const PieceSums& piece, std::size_t quantity)
+    {
+        value += piece.integrals.value[quantity];
+        magnitude += piece.magnitude[quantity];
+        error += piece.integrals.error[quantity];
+        for (std::size_t coarse = 0; coarse < 2; ++coarse)
+            difference[coarse] += piece.difference[coarse][quantity];
+        sum_of_squares += std::pow(piece.largest_difference(quantity), 2);
+        line_cells += piece.line_cells;
+        line_pieces += piece.line_cells > 0;
+    }
+
+    /// The errors of lines in different pieces are independent, except for what all have in common, which the
+    /// difference of the sums shows: that, and three standard deviations of the rest, or more if these are not well
+    /// known, because there are few pieces.
+    double total_error() const
+    {
+        if (line_pieces == 0)
+            return error;
+        const double deviations = 3.0 * (1.0 + 8.0 / static_cast<double>(line_pieces));
+        return error + std::max(std::abs(difference[0]), std::abs(difference[1])) +
+               deviations * std::sqrt(sum_of_squares);
+    }
+};
+
+/// Integrates over pieces until the errors of all components are within a tolerance.
+class Integration {
+public:
+    Integration(const Solid& solid, const std::vector<Piece>& pieces, const std::vector<double>& whole_volumes,
+                const IntegralOptions& options)
+        : solid_(solid), pieces_(pieces), whole_volumes_(whole_volumes), options_(options), sums_(pieces.size()),
+          rule_of_(pieces.size(), 0), of_component_(whole_volumes.size()), totals_(whole_volumes.size())
+    {
+        for (std::size_t i = 0; i < pieces.size(); ++i)
+            of_component_[pieces[i].component].push_back(i);
+        for (const auto& component : of_component_) {
+            std::size_t count = 0;
+            for (const std::size_t i : component)
+                count += count_cells(pieces[i].cells);
+            if (count < fewest_cells_of_lines)
+                for (const std::size_t i : component)
+                    rule_of_[i] = first_quadrature;
+        }
+        for (Integrals& totals : totals_)
+            totals.error.fill(std::numeric_limits<double>::infinity());
+    }
+
+    std::vector<Integrals> run(const Progress& progress)
+    {
+        std::vector<std::size_t> chosen(pieces_.size());
+        std::iota(chosen.begin(), chosen.end(), std::size_t{0});
+        const bool is_once = options_.order != 0;
+        double begin = 0.0;
+        do {
+            const double end = is_once ? 1.0 : 0.5 * (begin + 1.0);
+            compute(chosen, part_of(progress, begin, end));
+            begin = end;
+            chosen = update_totals();
+        } while (!chosen.empty() && !is_once);
+        return std::move(totals_);
+    }
+
+private:
+    PieceRule rule(std::size_t piece) const
+    {
+        return options_.order != 0 ? PieceRule{false, options_.order} : all_rules[rule_of_[piece]];
+    }
+
+    void compute(const std::vector<std::size_t>& chosen, const Progress& progress)
+    {
+        parallel_for(
+            chosen.size(), 8,
+            [&](std::size_t begin, std::size_t end) {
+                std::array<std::optional<PieceIntegrals>, all_rules.size()> integrals;
+                for (std::size_t i = begin; i < end; ++i) {
+                    auto& by_rule = integrals[rule_of_[chosen[i]]];
+                    if (!by_rule)
+                        by_rule.emplace(solid_, rule(chosen[i]), options_.needs_surface(), options_.needs_curvature());
+                    sums_[chosen[i]] = (*by_rule)(pieces_[chosen[i]]);
                 }
-        },
-        progress);
+            },
+            progress);
+    }
+
+    /// Keeps the sums with the smallest errors so far, and returns the pieces that need a more precise rule, which is
+    /// then their rule.
+    std::vector<std::size_t> update_totals()
+    {
+        std::vector<std::uint8_t> next_rules = rule_of_;
+        for (std::size_t component = 0; component < of_component_.size(); ++component)
+            for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
+                const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
+                Sums all;
+                for (const std::size_t i : of_component_[component])
+                    all.add(sums_[i], quantity);
+                Integrals& totals = totals_[component];
+                const bool is_known = all.line_cells == 0 || all.line_cells >= fewest_cells_of_lines;
+                if (const double error = all.total_error(); is_known && error < totals.error[quantity]) {
+                    totals.value[quantity] = all.value + whole;
+                    totals.error[quantity] = error;
+                }
+                const double limit = options_.tolerance * (all.magnitude + whole);
+                if (options_.wanted[quantity] && totals.error[quantity] > limit)
+                    choose_rules(of_component_[component], quantity, all, limit, next_rules);
+            }
+        std::vector<std::size_t> found;
+        for (std::size_t i = 0; i < pieces_.size(); ++i)
+            if (next_rules[i] != rule_of_[i])
+                found.push_back(i);
+        rule_of_ = std::move(next_rules);
+        return found;
+    }
+
+    /// Chooses the rules for the pieces of a component, whose error is larger than a limit.
+    void choose_rules(std::vector<std::size_t> pieces, std::size_t quantity, const Sums& all, double limit,
+                      std::vector<std::uint8_t>& next_rules) const
+    {
+        const auto choose = [&](std::size_t piece, std::size_t next) {
+            next_rules[piece] = std::max(next_rules[piece], static_cast<std::uint8_t>(next));
+        };
+        // What lines say of a single piece may be chance: all or none have them.
+        if (all_rules[rule_of_[pieces.front()]].has_lines) {
+            const std::size_t rule = rule_of_[pieces.front()];
+            std::size_t next = all.line_cells < fewest_cells_of_lines ? first_quadrature : rule + 1;
+            const double order = all_rules[rule].order;
+            while (next < first_quadrature &&
+                   all.total_error() * std::pow(order / all_rules[next].order, rate_of_lines) > limit)
+                ++next;
+            for (const std::size_t piece : pieces)
+                choose(piece, next);
+            return;
+        }
+        // Those with the largest errors, so that half of the limit is left for them.
+        std::stable_sort(pieces.begin(), pieces.end(), [&](std::size_t a, std::size_t b) {
+            return sums_[a].integrals.error[quantity] < sums_[b].integrals.error[quantity];
+        });
+        double kept = 0.0;
+        for (const std::size_t piece : pieces) {
+            kept += sums_[piece].integrals.error[quantity];
+            if (kept > 0.5 * limit)
+                choose(piece, std::min(rule_of_[piece] + std::size_t{1}, all_rules.size() - 1));
+        }
+    }
+
+    const Solid& solid_;
+    const std::vector<Piece>& pieces_;
+    const std::vector<double>& whole_volumes_;
+    IntegralOptions options_;
+    std::vector<PieceSums> sums_;
+    std::vector<std::uint8_t> rule_of_;                  ///< of each piece
+    std::vector<std::vector<std::size_t>> of_component_; ///< the pieces of each component
+    std::vector<Integrals> totals_;                      ///< of each component, the best ones so far
+};
+
+/// `visit_pieces(brick, add)` calls `add(component, cells)` for all pieces of a brick.
+template <typename VisitPieces>
+std::vector<Integrals> integrate_pieces(const Solid& solid, std::size_t component_count, const IntegralOptions& options,
+                                        const Progress& progress, const VisitPieces& visit_pieces)
+{
+    check(solid, options);
+    const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
+    std::vector<Piece> pieces;
+    std::vector<double> whole_volumes(component_count, 0.0);
+    for_each_brick(solid, [&](const Brick& brick, Side side) {
+        const bool is_whole = side == Side::inside && !is_cut(solid, brick, options.needs_surface());
+        visit_pieces(brick, [&](std::size_t component, const BrickCells& cells) {
+            if (is_whole)
+                whole_volumes[component] += static_cast<double>(count_cells(cells)) * cell_volume;
+            else
+                pieces.push_back({brick, cells, component});
+        });
+    });
+    return Integration(solid, pieces, whole_volumes, options).run(progress);
 }
 
 } // namespace
 
 Integrals integrate(const Solid& solid, const IntegralOptions& options, const Progress& progress)
 {
-    check(solid, options);
-    const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
-    // Sums per octet, added in a fixed order, do not depend on the number of threads.
-    std::vector<Integrals> sums(solid.ranges.octets().size());
-    for_each_brick(
-        solid, [&] { return BrickIntegrals(solid, options); },
-        [&](BrickIntegrals& work, std::size_t octet, const Brick& brick, Side side) {
-            if (side == Side::inside && !work.is_cut(brick)) {
-                const double cells = static_cast<double>(brick.size.x) * brick.size.y * brick.size.z;
-                sums[octet].value[static_cast<std::size_t>(Quantity::volume)] += cells * cell_volume;
-                return;
-            }
-            work.visit_cells(brick, side, [&](const glm::ivec3&, const Integrals& found) { sums[octet].add(found); });
-        },
-        progress);
-    Integrals total;
-    for (const Integrals& sum : sums)
-        total.add(sum);
-    return total;
+    return integrate_pieces(solid, 1, options, progress,
+                            [&](const Brick& brick, const auto& add) { add(std::size_t{0}, solid.cells.cells(brick)); })
+        .front();
 }
 
 std::vector<Integrals> integrate(const Solid& solid, const Components& components, const IntegralOptions& options,
                                  const Progress& progress)
 {
-    check(solid, options);
-    const double cell_volume = std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world())));
     const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
-    std::vector<Integrals> sums(components.pieces().size());
-    for_each_brick(
-        solid, [&] { return BrickIntegrals(solid, options); },
-        [&](BrickIntegrals& work, std::size_t, const Brick& brick, Side side) {
+    return integrate_pieces(
+        solid, components.counts().size(), options, progress, [&](const Brick& brick, const auto& add) {
             const auto place = static_cast<std::size_t>(place_in(bricks, brick.first / brick_size));
-            const std::size_t first = components.first_piece(place), last = components.first_piece(place + 1);
-            if (side == Side::inside && !work.is_cut(brick)) {
-                for (std::size_t i = first; i < last; ++i)
-                    sums[i].value[static_cast<std::size_t>(Quantity::volume)] +=
-                        static_cast<double>(count_cells(components.pieces()[i].cells)) * cell_volume;
-                return;
+            const BrickCells of_solid = solid.cells.cells(brick);
+            for (std::size_t i = components.first_piece(place); i < components.first_piece(place + 1); ++i) {
+                BrickCells cells = components.pieces()[i].cells;
+                for (std::size_t z = 0; z < cells.size(); ++z)
+                    cells[z] &= of_solid[z];
+                if (count_cells(cells) > 0)
+                    add(components.pieces()[i].component, cells);
             }
-            work.visit_cells(brick, side, [&](const glm::ivec3& cell, const Integrals& found) {
-                for (std::size_t i = first; i < last; ++i)
-                    if (has_cell(components.pieces()[i].cells, cell - brick.first))
-                        sums[i].add(found);
-            });
-        },
-        progress);
-    std::vector<Integrals> totals(components.counts().size());
-    for (std::size_t i = 0; i < sums.size(); ++i)
-        totals[components.pieces()[i].component].add(sums[i]);
-    return totals;
+        });
 }
 
 } // namespace isospline

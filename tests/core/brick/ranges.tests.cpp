@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -159,5 +160,43 @@ TEST_CASE("threads that need the ranges of a volume at the same time share them"
             REQUIRE(of_thread == ranges[0]);
         REQUIRE_THROWS_AS(shared_ranges(noise_volume({40, 40, 40}, 2), [](double) { return false; }), Cancelled);
         REQUIRE(shared_ranges(volume) == ranges[0]);
+    }
+}
+
+TEST_CASE("f is on the side of a block that its codes tell", "[brick]")
+{
+    for (int degree = 1; degree <= 3; ++degree) {
+        // A ramp along x, with noise.
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> within(0.0, 1.0);
+        std::vector<float> samples(19 * 12 * 10);
+        for (std::size_t i = 0; i < samples.size(); ++i)
+            samples[i] = static_cast<float>(i % 19) + static_cast<float>(within(random));
+        VolumeOptions options;
+        options.degree = degree;
+        const auto volume = make_volume(samples, {19, 12, 10}, options);
+        const BrickRanges ranges(*volume);
+        int known = 0;
+        for (const double level : {10.0, 12.5, 14.0}) {
+            const double threshold = level - volume->offset();
+            const double least = threshold - 0.05, most = threshold + 0.05;
+            const Brick brick = brick_at(volume->cell_shape(), {1, 0, 0});
+            const BrickRanges::BlockSides sides = ranges.block_sides(0, 1, least, most);
+            for (int block = 0; block < blocks_per_brick; ++block) {
+                const Brick part = block_of(brick, block);
+                const int side = sides[static_cast<std::size_t>(block)];
+                if (part.size.x == 0 || side == 0)
+                    continue;
+                ++known;
+                for (int i = 0; i < 50; ++i) {
+                    const glm::dvec3 offset(within(random), within(random), within(random));
+                    const glm::dvec3 lattice = glm::dvec3(part.first) + offset * glm::dvec3(part.size);
+                    const double f = volume->value(lattice - volume->lattice_shift()) - volume->offset();
+                    const bool agrees = side > 0 ? f > most : f < least;
+                    REQUIRE(agrees);
+                }
+            }
+        }
+        REQUIRE(known > 20);
     }
 }

@@ -28,6 +28,7 @@ def test_each_level_is_measured(ball, capsys):
     assert [line.split()[1] for line in capsys.readouterr().out.splitlines() if "  level" in line] == ["0", "400"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["measure", "mesh"])
 def test_measures_and_meshes_are_of_the_surface_in_the_picture(command, tmp_path, scan_with_table, capsys):
     """By default, the bones of a patient without the table, as in `render`."""

@@ -74,10 +74,13 @@ def test_counts_need_no_integrals(degree):
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_components_add_up_to_the_solid(degree, inside):
     surface = isospline.Isosurface(isospline.Volume(noise(), degree=degree, spacing=(1, 2, 0.5)), 1.2, inside=inside)
-    found = surface.components(measured=True)
-    for total, parts in ((surface.enclosed_volume(), found.enclosed_volumes), (surface.area(), found.areas)):
+    found = surface.components(measured=True, order=4)
+    for total, parts in (
+        (surface.enclosed_volume(order=4), found.enclosed_volumes),
+        (surface.area(order=4), found.areas),
+    ):
         assert parts.sum() == pytest.approx(total.value, rel=1e-12)
-    assert found.volume_errors.sum() == pytest.approx(surface.enclosed_volume().error)
+    assert found.volume_errors.sum() == pytest.approx(surface.enclosed_volume(order=4).error)
     assert np.all(found.enclosed_volumes[:-1] >= found.enclosed_volumes[1:])
 
 
@@ -86,7 +89,7 @@ def test_at_degree_1_they_are_those_that_scipy_labels_with_26_neighbours(seed):
     samples = noise(seed=seed) - 1.5
     labels, sizes = solid_labels(samples)
     surface = isospline.Isosurface(isospline.Volume(samples, degree=1), 0.0)
-    found = surface.components(measured=True)
+    found = surface.components(measured=True, order=4)
     assert len(found.areas) == len(sizes) > 50
     # Within the volume, the boxes of cells reach one sample farther than the samples of the component.
     expected = []
@@ -102,7 +105,7 @@ def test_at_degree_1_they_are_those_that_scipy_labels_with_26_neighbours(seed):
     kept = np.unique(labels[samples > 0][largest.contains(index)])
     assert len(kept) == 1
     assert np.array_equal(largest.contains(index), labels[samples > 0] == kept[0])
-    assert largest.enclosed_volume().value == pytest.approx(found.enclosed_volumes[0])
+    assert largest.enclosed_volume(order=4).value == pytest.approx(found.enclosed_volumes[0])
 
 
 @pytest.mark.slow
@@ -133,7 +136,7 @@ def test_they_are_those_of_the_continuous_model_but_for_pieces_in_one_cell(degre
             joined[max(root(a), root(b))] = min(root(a), root(b))
     expected = {root(label) for label in range(1, count + 1)}
     # The grid misses small pieces, and necks that are thinner than its steps.
-    found = surface.components(measured=True)
+    found = surface.components(measured=True, order=4)
     visible = found.enclosed_volumes > 2 / steps**3
     assert visible.sum() <= len(expected) <= len(found.areas) + 1
 
@@ -146,7 +149,7 @@ def test_they_are_those_of_the_continuous_model_but_for_pieces_in_one_cell(degre
         border = np.any(np.isclose(points, -shift) | np.isclose(points, cells - shift), axis=1)
         for each in np.unique(roots):
             assert len(set(in_kept[(roots == each) & ~border])) <= 1
-        assert kept.enclosed_volume().value == pytest.approx(found.enclosed_volumes[:n].sum())
+        assert kept.enclosed_volume(order=4).value == pytest.approx(found.enclosed_volumes[:n].sum())
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
@@ -216,9 +219,9 @@ def test_all_queries_see_the_largest_alone(degree, n):
     same(kept.signed_distance(points), alone.signed_distance(points), 0.1)
     same(scene.signed_distance(points), kept.signed_distance(points), 1e-5)
     same(scene.occupancy(points), kept.contains(points), 0)
-    same(kept.area().value, whole.components(measured=True).areas[:n].sum(), 1e-9)
-    same(kept.enclosed_volume().value, whole.components(measured=True).enclosed_volumes[:n].sum(), 1e-9)
-    same(kept.components(measured=True).areas, whole.components(measured=True).areas[:n], 1e-9)
+    same(kept.area(order=4).value, whole.components(measured=True, order=4).areas[:n].sum(), 1e-9)
+    same(kept.enclosed_volume(order=4).value, whole.components(measured=True, order=4).enclosed_volumes[:n].sum(), 1e-9)
+    same(kept.components(measured=True, order=4).areas, whole.components(measured=True, order=4).areas[:n], 1e-9)
     sampled = kept.sample_points(500)["points"]
     nearest = np.min([abs(np.linalg.norm(sampled - c, axis=1) - r) for c, r in BALLS[:n]], axis=0)
     assert nearest.max() < 0.2 + atol
@@ -243,7 +246,8 @@ def test_a_clip_separates_nothing_and_its_caps_are_those_of_the_largest():
     whole = isospline.Isosurface(volume, 0.0)
     cut = isospline.Isosurface(volume, 0.0, largest=1, clip=clip, capped=True)
     np.testing.assert_allclose(
-        cut.components(measured=True).enclosed_volumes, whole.components(measured=True).enclosed_volumes[:1]
+        cut.components(measured=True, order=4).enclosed_volumes,
+        whole.components(measured=True, order=4).enclosed_volumes[:1],
     )
     assert cut.contains([(8, 12, 16), (23, 12, 16), (16, 26, 12.5)]).tolist() == [True, True, False]
     parts = cut.to_mesh().to_trimesh().split()
@@ -263,12 +267,14 @@ def test_a_mask_separates():
         volume = isospline.Volume(samples, degree=degree)
         mask = np.ones(samples.shape, bool)
         mask[:, :, 14:16] = False
-        assert len(isospline.Isosurface(volume, 0.0).components(measured=True).areas) == 1
+        assert len(isospline.Isosurface(volume, 0.0).components(measured=True, order=4).areas) == 1
         parted = isospline.Isosurface(volume, 0.0, mask=mask)
-        assert len(parted.components(measured=True).areas) == 2
+        assert len(parted.components(measured=True, order=4).areas) == 2
         kept = isospline.Isosurface(volume, 0.0, mask=mask, largest=1)
         assert kept.contains([(8, 8, 8), (25, 8, 8)]).tolist() == [False, True]
-        assert kept.enclosed_volume().value == pytest.approx(parted.components(measured=True).enclosed_volumes[0])
+        assert kept.enclosed_volume(order=4).value == pytest.approx(
+            parted.components(measured=True, order=4).enclosed_volumes[0]
+        )
 
 
 def test_another_level_has_its_own_largest():

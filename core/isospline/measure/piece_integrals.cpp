@@ -1,0 +1,101 @@
+#include "isospline/measure/piece_integrals.h"
+
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isospline {
+
+double PieceSums::largest_difference(std::size_t quantity) const
+{
+    return std::max(std::abs(difference[0][quantity]), std::abs(difference[1][quantity]));
+}
+
+bool is_cut(const Solid& solid, const Brick& brick, bool surface)
+{
+    const std::vector<HalfSpace>& planes = surface ? solid.planes.all() : solid.planes.clip();
+    return !solid.cells.has_all_of(brick) || std::any_of(planes.begin(), planes.end(), [&](const HalfSpace& plane) {
+        return !is_inside(box_of(brick), plane);
+    });
+}
+
+PieceIntegrals::PieceIntegrals(const Solid& solid, const PieceRule& rule, bool surface, bool curvature)
+    : solid_(solid), surface_(surface),
+      quadrature_(solid.volume.degree(),
+                  {rule.has_lines ? 4 : rule.order, surface, curvature, solid.volume.lattice_to_world()}),
+      cell_volume_(std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world()))))
+{
+    if (rule.has_lines)
+        lines_.emplace(solid.volume.degree(),
+                       QuadratureOptions{rule.order, surface, curvature, solid.volume.lattice_to_world()});
+}
+
+PieceSums PieceIntegrals::operator()(const Piece& piece)
+{
+    PieceSums sums;
+    line_sums_ = {};
+    const Side side = side_of(solid_, piece.brick);
+    for_each_cell(piece.cells,
+                  [&](int x, int y, int z) { add_cell(piece.brick.first + glm::ivec3(x, y, z), side, sums); });
+    sums.line_cells = line_sums_.cells;
+    for (std::size_t i = 0; i < quantity_count; ++i) {
+        sums.magnitude[i] = std::abs(sums.integrals.value[i]) + line_sums_.magnitude[i];
+        sums.integrals.value[i] += line_sums_.rules[0][i];
+        for (std::size_t coarse = 0; coarse < 2; ++coarse)
+            sums.difference[coarse][i] = line_sums_.rules[0][i] - line_sums_.rules[coarse + 1][i];
+    }
+    return sums;
+}
+
+void PieceIntegrals::add_cell(const glm::ivec3& at, Side side, PieceSums& to)
+{
+    const VolumeCell cell(solid_.volume, solid_.threshold, at);
+    if (side == Side::unknown)
+        side = side_of_cell(cell);
+    if (side == Side::outside)
+        return;
+    crossing_.clear();
+    has_caps_.clear();
+    const Box box{cell.lower, cell.lower + 1.0};
+    for (std::size_t i = 0; i < planes().size(); ++i) {
+        const HalfSpace& plane = planes()[i];
+        if (is_outside(box, plane))
+            return;
+        if (is_inside(box, plane) || std::find(crossing_.begin(), crossing_.end(), plane) != crossing_.end())
+            continue;
+        crossing_.push_back(plane);
+        has_caps_.push_back(surface_ && solid_.planes.has_caps(i));
+    }
+    if (crossing_.empty()) {
+        if (side == Side::inside) {
+            to.integrals.value[static_cast<std::size_t>(Quantity::volume)] += cell_volume_;
+            return;
+        }
+        if (lines_ && lines_->add(cell, solid_.sign, line_sums_))
+            return;
+    }
+    to.integrals.add(quadrature_.integrate(cell, solid_.sign, crossing_));
+    for (std::size_t i = 0; i < crossing_.size(); ++i)
+        if (has_caps_[i])
+            to.integrals.add(quadrature_.integrate_cap(cell, solid_.sign, crossing_, i));
+}
+
+Side PieceIntegrals::side_of_cell(const CellCoefficients& cell) const
+{
+    const int count = solid_.volume.degree() + 1;
+    float least = *cell.row(0, 0), most = least;
+    for (int k = 0; k < count; ++k)
+        for (int j = 0; j < count; ++j) {
+            const float* const row = cell.row(j, k);
+            for (int i = 0; i < count; ++i) {
+                least = row[i] < least ? row[i] : least;
+                most = row[i] > most ? row[i] : most;
+            }
+        }
+    return side_of(static_cast<double>(least) - cell.threshold, static_cast<double>(most) - cell.threshold,
+                   solid_.sign);
+}
+
+} // namespace isospline

@@ -1,0 +1,69 @@
+// Integrals over the cells of a solid in one brick, by rules of different precision.
+#pragma once
+
+#include "isospline/brick/brick.h"
+#include "isospline/measure/cell_lines.h"
+#include "isospline/measure/cell_quadrature.h"
+#include "isospline/measure/solid.h"
+
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <optional>
+#include <vector>
+
+namespace isospline {
+
+/// Some cells of a brick.
+struct Piece {
+    Brick brick;
+    BrickCells cells;
+    std::size_t component;
+};
+
+/// Integrals over a piece. Of its errors, some are differences of rules whose signs are kept, because those of many
+/// pieces cancel as the errors themselves do.
+struct PieceSums {
+    Integrals integrals;                                            ///< without the errors of the differences
+    std::array<std::array<double, quantity_count>, 2> difference{}; ///< between the fine rule and two coarser ones
+    std::array<double, quantity_count> magnitude{};                 ///< of the absolute value
+    std::size_t line_cells = 0;                                     ///< cells that the surface may cross, by lines
+
+    /// The larger difference.
+    double largest_difference(std::size_t quantity) const;
+};
+
+/// How to integrate over cells.
+struct PieceRule {
+    bool has_lines; ///< CellLines, and CellQuadrature of order 4 in cells that lines cannot do; else CellQuadrature
+    int order;
+};
+
+/// Integrates over pieces, one at a time.
+class PieceIntegrals {
+public:
+    /// `solid` must outlive it.
+    PieceIntegrals(const Solid& solid, const PieceRule& rule, bool surface, bool curvature);
+
+    PieceSums operator()(const Piece& piece);
+
+private:
+    void add_cell(const glm::ivec3& at, Side side, PieceSums& to);
+    Side side_of_cell(const CellCoefficients& cell) const;
+    /// Those that matter: the border of the domain only has area.
+    const std::vector<HalfSpace>& planes() const { return surface_ ? solid_.planes.all() : solid_.planes.clip(); }
+
+    const Solid& solid_;
+    bool surface_;
+    CellQuadrature quadrature_;
+    std::optional<CellLines> lines_;
+    LineSums line_sums_; ///< of the piece
+    double cell_volume_;
+    std::vector<HalfSpace> crossing_; ///< planes that cross or touch a cell
+    std::vector<bool> has_caps_;      ///< of each of them
+};
+
+/// Whether the clip or the set of cells can remove anything from a brick, or add a cap to it.
+bool is_cut(const Solid& solid, const Brick& brick, bool surface);
+
+} // namespace isospline
