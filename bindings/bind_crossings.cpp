@@ -1,6 +1,7 @@
 // Lists and numbers of the crossings of rays with a scene.
 #include "arrays.h"
 #include "bind.h"
+#include "certificates.h"
 #include "long_call.h"
 #include "rays.h"
 #include "results.h"
@@ -69,10 +70,14 @@ Parameters
 ----------
 rays, directions, t_near, t_far
     As in `list_intersections`.
+certify : bool
+    Returns what is proven of the number, as `cast_rays` does: whether it is odd.
 
 Returns
 -------
-(...) int32 array
+(...) int32 array, or uint8 array
+    With `certify`, 0 for a number that is proven to be even, 1 for one that is proven to be odd, and 2 for one that is
+    undecided, because an end of the ray, or of its part in the volume, is on a surface to within rounding.
 )";
 
 /// All crossings of the rays of one chunk.
@@ -163,10 +168,14 @@ py::object list_intersections(Scene& scene, const py::object& rays, const py::ob
     return as_result("Crossings", result);
 }
 
-py::array_t<std::int32_t> count_intersections(Scene& scene, const py::object& rays, const py::object& directions,
-                                              double t_near, double t_far)
+py::array count_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
+                              double t_far, bool certify)
 {
     GivenRays given(rays, directions, t_near, t_far, false);
+    if (certify)
+        return certified_codes(scene, given, &SeenBy::camera, [](const SceneCertifier& certifier, const Ray& ray) {
+            return certifier.crosses_oddly(ray);
+        });
     auto result = new_array<std::int32_t>(given.rows.leading_shape());
     std::int32_t* const counts = result.mutable_data();
     for_each_ray(given, crossings_of(scene, given), [&](std::size_t ray, std::span<const Crossing> crossings) {
@@ -184,7 +193,8 @@ void bind_crossings(py::module_& module)
         .def("list_intersections", &list_intersections, py::arg("rays"), py::arg("directions") = py::none(),
              py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, list_intersections_doc)
         .def("count_intersections", &count_intersections, py::arg("rays"), py::arg("directions") = py::none(),
-             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, count_intersections_doc);
+             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, py::arg("certify") = false,
+             count_intersections_doc);
 }
 
 } // namespace isospline

@@ -163,7 +163,7 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
         });
     });
     following.last = statistics;
-    return arrays.to_result();
+    return as_result("Hits", arrays.to_dict());
 }
 
 std::size_t memory(FollowingHopper& following)

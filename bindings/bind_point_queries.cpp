@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bind.h"
+#include "certificates.h"
 #include "long_call.h"
 #include "points.h"
 #include "results.h"
@@ -9,6 +10,7 @@
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
 #include "isospline/query/lattice_metric.h"
+#include "isospline/trace/certified_ray.h"
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
@@ -37,12 +39,18 @@ constexpr const char* contains_doc = R"(Whether points are in the solid that the
 Parameters
 ----------
 points : (..., 3) array_like, world units
+certify : bool
+    Returns what is proven of the model of the stored float32 coefficients, by arithmetic that accounts for all
+    rounding. For surfaces without `clip`, `mask` and `largest`, and not `closed`.
 
 Returns
 -------
-(...) bool array
+(...) bool array, or uint8 array
     By the sign of :math:`f - f_0`, evaluated in float64. Parts that `clip` or `mask` cut away are outside. So is
     everything outside of `volume.bounds`, for each boundary rule. A point of the surface itself is outside.
+
+    With `certify`, 1 for a point that is proven to be in the solid, 0 for one that is proven not to be, and 2 for one
+    that is undecided, because it is on the surface or on the border of the volume to within rounding.
 
 Raises
 ------
@@ -153,9 +161,30 @@ Examples
 array([-0.15,  0.25,  0.15])
 )";
 
-py::array_t<bool> contains_points(const Isosurface& surface, const py::object& points)
+/// What is proven of the sides of points.
+py::array certified_sides(const Isosurface& surface, const RowArray& rows)
+{
+    auto result = new_array<std::uint8_t>(rows.leading_shape());
+    std::uint8_t* const to = result.mutable_data();
+    const RayCertifier certifier(surface.snapshot(), glm::dmat4(1.0));
+    long_call("to certify " + std::to_string(rows.count()) + " points", py::none(), [&](const Progress& progress) {
+        check_points(rows);
+        parallel_for(
+            rows.count(), 4096,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t row = begin; row < end; ++row)
+                    to[row] = code_of(certifier.contains(rows.vector(row)));
+            },
+            progress);
+    });
+    return result;
+}
+
+py::array contains_points(const Isosurface& surface, const py::object& points, bool certify)
 {
     const RowArray rows(points, "points", 3);
+    if (certify)
+        return certified_sides(surface, rows);
     auto result = new_array<bool>(rows.leading_shape());
     bool* const to = result.mutable_data();
     const auto snapshot = surface.snapshot();
@@ -259,7 +288,8 @@ void bind_point_queries(py::module_& module)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
-    surface.def("contains", &contains_points, py::arg("points"), contains_doc)
+    surface
+        .def("contains", &contains_points, py::arg("points"), py::kw_only(), py::arg("certify") = false, contains_doc)
         .def("closest_points", &closest_points, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
              py::arg("tolerance") = py::none(), closest_points_doc)
         .def("signed_distance", &signed_distance, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,

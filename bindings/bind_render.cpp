@@ -179,6 +179,8 @@ void bind_image(py::module_& module)
                                [](const py::object& self) { return view<std::uint32_t>(self, &Image::geometry_ids); })
         .def_property_readonly("primitive_ids",
                                [](const py::object& self) { return view<std::uint64_t>(self, &Image::primitive_ids); })
+        .def_property_readonly("certified",
+                               [](const py::object& self) { return view<std::uint32_t>(self, &Image::certified); })
         .def_property_readonly("variance", [](const py::object& self) { return view<float>(self, &Image::variance); })
         .def_readonly("world_to_camera", &Image::world_to_camera)
         .def_readonly("world_to_ndc", &Image::world_to_ndc)

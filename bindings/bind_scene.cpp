@@ -1,19 +1,23 @@
 #include "bind.h"
 
 #include "arrays.h"
+#include "certificates.h"
 #include "hits.h"
 #include "long_call.h"
 #include "rays.h"
+#include "results.h"
 #include "scene_objects.h"
 
 #include "isospline/scene/mesh.h"
 #include "isospline/scene/ray_caster.h"
 #include "isospline/scene/scene.h"
+#include "isospline/scene/scene_certifier.h"
 #include "isospline/util/parallel.h"
 
 #include <array>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -76,6 +80,10 @@ coherent : bool
     Traces consecutive rays in SIMD packets. This is faster if they are close together, as the primary rays of a
     picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others
     are sorted, so that few chunks are read twice.
+certify : bool
+    Adds ``statuses`` and ``t_bounds``: what is proven of each ray's first crossing with the model of the stored
+    float32 coefficients, by arithmetic that is rounded outwards and independent of the other outputs. The scene's
+    visible objects must be isosurfaces without clip, mask and largest=, and none may be closed.
 outputs : sequence of str
     Names of the arrays to return. Only these are computed: ``outputs=("t_hit",)`` is the fastest.
 dtype : dtype, optional
@@ -105,11 +113,19 @@ Hits
     ``gradient_magnitudes``: (...) dtype, of an isosurface's model, also on caps, in values per world unit; 0 for
     meshes.
 
+    With `certify`:
+
+    ``statuses``: (...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if it is undecided, because the
+    ray begins, ends or touches the surface closer to it than the bound of all rounding.
+    ``t_bounds``: (..., 2) float64. There is no point of the surface between t_near and the first. The ray of a hit
+    crosses the surface at or before the second. Both are inf for a miss, the second if the ray is undecided.
+
 Raises
 ------
 ValueError
     If `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
-    output name is unknown, or `dtype` is another type.
+    output name is unknown, or `dtype` is another type. If rays are to be certified, and the scene has an object for
+    which they cannot be.
 TypeError
     If `rays` does not hold real numbers.
 )";
@@ -129,10 +145,14 @@ t_near, t_far : float
 coherent : bool
     Traces consecutive rays in SIMD packets, as in `cast_rays`. This is faster for rays that are close together, as
     those from neighbouring points to one light. The result is the same.
+certify : bool
+    Returns what is proven, as `cast_rays` does.
 
 Returns
 -------
-(...) bool array
+(...) bool array, or uint8 array
+    With `certify`, 1 for a ray that is proven to cross a surface, 0 for one that is proven to cross none, and 2 for one
+    that is undecided.
 )";
 
 const EnumWords<BuildQuality> quality_words{
@@ -155,14 +175,21 @@ std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& 
 }
 
 py::object cast_rays(Scene& scene, const py::object& rays, const py::object& directions, double t_near, double t_far,
-                     bool coherent, const py::object& outputs, const py::object& dtype, const py::object& out)
+                     bool coherent, bool certify, const py::object& outputs, const py::object& dtype,
+                     const py::object& out)
 {
     GivenRays given(rays, directions, t_near, t_far, coherent);
     HitArrays arrays(given.rows, outputs, dtype, out);
+    std::optional<CertificateArrays> certificates;
+    if (certify)
+        certificates.emplace(given.rows.leading_shape());
     const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
+        std::optional<SceneCertifier> certifier;
+        if (certify)
+            certifier.emplace(*snapshot, &SeenBy::camera);
         if (!coherent)
             given.sort_for(*snapshot, &SeenBy::camera);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
@@ -173,15 +200,21 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                                       const LaneMask hit_lanes = caster.cast(packet, first, hits);
                                       arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
                                   });
+            for (std::size_t i = begin; certify && i < end; ++i)
+                certificates->set(given.order(i), certifier->certify(given.ray(i)));
         });
     });
-    return arrays.to_result();
+    return as_result("Hits", certify ? certificates->added_to(arrays.to_dict()) : arrays.to_dict());
 }
 
-py::array_t<bool> test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
-                                  double t_far, bool coherent)
+py::array test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
+                          double t_far, bool coherent, bool certify)
 {
     GivenRays given(rays, directions, t_near, t_far, coherent);
+    if (certify)
+        return certified_codes(scene, given, &SeenBy::shadow, [](const SceneCertifier& certifier, const Ray& ray) {
+            return certifier.is_crossed(ray);
+        });
     py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
     const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
@@ -230,11 +263,11 @@ void bind_scene(py::module_& module)
              py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
-             py::arg("coherent") = false, py::arg("outputs") = default_hit_outputs(), py::arg("dtype") = py::none(),
-             py::arg("out") = py::none(), cast_rays_doc)
+             py::arg("coherent") = false, py::arg("certify") = false, py::arg("outputs") = default_hit_outputs(),
+             py::arg("dtype") = py::none(), py::arg("out") = py::none(), cast_rays_doc)
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
-             py::arg("coherent") = false, test_occlusions_doc)
+             py::arg("coherent") = false, py::arg("certify") = false, test_occlusions_doc)
         .def_property_readonly(
             "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "

@@ -163,6 +163,7 @@ void for_each_layer(GivenImage& image, const Visit& visit)
     visit("variance", image.variance);
     visit("geometry_ids", image.geometry_ids);
     visit("primitive_ids", image.primitive_ids);
+    visit("certified", image.certified);
 }
 
 py::dict image_state(const py::object& self)

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "arrays.h"
-#include "results.h"
 
 #include "isospline/trace/hit.h"
 #include "isospline/trace/ray_packet.h"
@@ -189,7 +188,7 @@ public:
             for_each([&](std::size_t at, const Hit& hit) { gradient_magnitudes_->set(at, hit.gradient_magnitude); });
     }
 
-    pybind11::object to_result() const
+    pybind11::dict to_dict() const
     {
         pybind11::dict result;
         if (t_hit_)
@@ -206,7 +205,7 @@ public:
             result["primitive_uvs"] = uvs_->array();
         if (gradient_magnitudes_)
             result["gradient_magnitudes"] = gradient_magnitudes_->array();
-        return as_result("Hits", result);
+        return result;
     }
 
     const HitOutputs outputs;

@@ -22,6 +22,7 @@ inline constexpr Named<bool Layers::*> layer_names[] = {
     {"variance", &Layers::variance},
     {"geometry_ids", &Layers::geometry_ids},
     {"primitive_ids", &Layers::primitive_ids},
+    {"certified", &Layers::certified},
 };
 
 inline const EnumWords<ColorEncoding> color_encodings{{"linear", ColorEncoding::linear},

@@ -112,9 +112,12 @@ struct GivenRays {
         std::vector<Ray> rays;
         rays.reserve(end - begin);
         for (std::size_t i = begin; i < end; ++i)
-            rays.push_back({rows.vector(order(i), 0), rows.vector(order(i), 3), t_near, t_far});
+            rays.push_back(ray(i));
         return rays;
     }
+
+    /// The i-th ray of the order.
+    Ray ray(std::size_t i) const { return {rows.vector(order(i), 0), rows.vector(order(i), 3), t_near, t_far}; }
 
     /// Calls `body(begin, end)` in parallel for chunks of the order, without the GIL.
     template <typename Body>

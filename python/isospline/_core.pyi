@@ -45,6 +45,7 @@ _Layer = Literal[
     "variance",
     "geometry_ids",
     "primitive_ids",
+    "certified",
 ]
 INVALID_PRIMITIVE_ID: int
 
@@ -197,11 +198,27 @@ class Isosurface:
     def closest_points(
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
     ) -> ClosestPoints: ...
-    def components(self, *, measured: bool = False, order: int = 4, progress: _Progress = None) -> Components: ...
-    def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
-    def enclosed_volume(self, *, order: int = 4, progress: _Progress = None) -> Measurement: ...
-    def gaussian_curvature(self, *, order: int = 4, progress: _Progress = None) -> Measurement: ...
-    def mean_curvature(self, *, order: int = 4, progress: _Progress = None) -> Measurement: ...
+    def components(
+        self,
+        *,
+        measured: bool = False,
+        tolerance: float | None = None,
+        order: int | None = None,
+        progress: _Progress = None,
+    ) -> Components: ...
+    @overload
+    def contains(self, points: ArrayLike, *, certify: Literal[False] = False) -> NDArray[np.bool_]: ...
+    @overload
+    def contains(self, points: ArrayLike, *, certify: Literal[True]) -> NDArray[np.uint8]: ...
+    def enclosed_volume(
+        self, *, tolerance: float | None = None, order: int | None = None, progress: _Progress = None
+    ) -> Measurement: ...
+    def gaussian_curvature(
+        self, *, tolerance: float | None = None, order: int | None = None, progress: _Progress = None
+    ) -> Measurement: ...
+    def mean_curvature(
+        self, *, tolerance: float | None = None, order: int | None = None, progress: _Progress = None
+    ) -> Measurement: ...
     def sample_points(self, count: int, *, seed: int = 0) -> SurfaceSamples: ...
     def save(self, path: str | PathLike[str], *arguments: Any, **options: Any) -> None: ...
     def show(self, **options: Any) -> Viewer: ...
@@ -367,6 +384,7 @@ class Scene:
         t_near: float = 0.0,
         t_far: float = ...,
         coherent: bool = False,
+        certify: bool = False,
         outputs: Iterable[_HitOutput] = ...,
         dtype: DTypeLike | None = None,
         out: dict[str, NDArray[Any]] | None = None,
@@ -383,8 +401,24 @@ class Scene:
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
     ) -> NDArray[np.float64]: ...
     def count_intersections(
-        self, rays: ArrayLike, directions: ArrayLike | None = None, *, t_near: float = 0.0, t_far: float = ...
+        self,
+        rays: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_near: float = 0.0,
+        t_far: float = ...,
+        certify: Literal[False] = False,
     ) -> NDArray[np.int32]: ...
+    @overload
+    def count_intersections(
+        self,
+        rays: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_near: float = 0.0,
+        t_far: float = ...,
+        certify: Literal[True],
+    ) -> NDArray[np.uint8]: ...
     def extent(self, directions: ArrayLike) -> NDArray[np.float64]: ...
     def list_intersections(
         self, rays: ArrayLike, directions: ArrayLike | None = None, *, t_near: float = 0.0, t_far: float = ...
@@ -410,7 +444,19 @@ class Scene:
         t_near: float = 0.0,
         t_far: float = ...,
         coherent: bool = False,
+        certify: Literal[False] = False,
     ) -> NDArray[np.bool_]: ...
+    @overload
+    def test_occlusions(
+        self,
+        rays: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_near: float = 0.0,
+        t_far: float = ...,
+        coherent: bool = False,
+        certify: Literal[True],
+    ) -> NDArray[np.uint8]: ...
     def transform(self, geometry_id: SupportsIndex) -> NDArray[np.float64]: ...
     def visibility(self, geometry_id: SupportsIndex) -> Visibility: ...
     @property
@@ -885,6 +931,8 @@ class Image:
     def color(self) -> NDArray[np.float32] | None: ...
     @property
     def covered_count(self) -> int: ...
+    @property
+    def certified(self) -> NDArray[np.uint32] | None: ...
     @property
     def curvature(self) -> NDArray[np.float32] | None: ...
     @property

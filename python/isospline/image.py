@@ -141,6 +141,13 @@ class Image:
         As in `Scene.cast_rays`; `INVALID_PRIMITIVE_ID` if the ray hit nothing.
         """,
     )
+    certified: NDArray[np.uint32] = _layer(
+        "certified",
+        """(height, width) uint32 array: what is proven of the pixels' rays.
+
+        As ``statuses`` of `Scene.cast_rays` with ``certify=True``: 0 for a miss, 1 for a hit, 2 if undecided.
+        """,
+    )
 
     @property
     def layers(self) -> tuple[str, ...]:
@@ -293,7 +300,7 @@ class Image:
             data window. Channels of layers are Z (depth),
             P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R albedo.G albedo.B, gradient_magnitude,
             curvature.mean curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G
-            variance.B, id.geometry, and id.primitive and id.primitive_high; a primitive id is
+            variance.B, certified, id.geometry, and id.primitive and id.primitive_high; a primitive id is
             ``id.primitive + 2**32 * id.primitive_high``.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.

@@ -78,8 +78,8 @@ def render(
         layers.
     layers : sequence of str
         Further arrays of the `Image`, by name: "depth", "position", "normal", "albedo", "gradient_magnitude",
-        "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids" and, with a path tracer, "direct" and
-        "variance". Only named layers are computed and stored: a picture without layers is the fastest.
+        "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "certified" and, with a path tracer,
+        "direct" and "variance". Only named layers are computed and stored: a picture without layers is the fastest.
     ambient_occlusion_samples : int
         Rays per pixel for the layer "ambient_occlusion", from 1 to 65536.
     encoding : {"linear", "srgb8"}

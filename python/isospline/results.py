@@ -136,6 +136,17 @@ class Hits(Table):
     gradient_magnitudes: NDArray[Any] = _item(
         "gradient_magnitudes", "(...) for an isosurface's model, in values per world unit; 0 for meshes."
     )
+    statuses: NDArray[np.uint8] = _item(
+        "statuses",
+        "(...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if undecided.",
+        option="certify=True",
+    )
+    t_bounds: NDArray[np.float64] = _item(
+        "t_bounds",
+        "(..., 2) proven bounds of the first crossing's t: inf, inf for a miss; inf is the second if undecided.",
+        ("lower", "upper"),
+        option="certify=True",
+    )
 
     def select(self, rays: NDArray[Any]) -> Hits:
         """The hits of some of the rays.

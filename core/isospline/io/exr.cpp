@@ -120,6 +120,7 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     channels.add({"direct.R", "direct.G", "direct.B"}, Imf::FLOAT, image.direct);
     channels.add({"variance.R", "variance.G", "variance.B"}, Imf::FLOAT, image.variance);
     channels.add({"id.geometry"}, Imf::UINT, image.geometry_ids);
+    channels.add({"certified"}, Imf::UINT, image.certified);
     // OpenEXR only has 32-bit integers.
     if (std::endian::native == std::endian::little)
         channels.add({"id.primitive", "id.primitive_high"}, Imf::UINT, image.primitive_ids);

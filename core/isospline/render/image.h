@@ -23,6 +23,7 @@ struct Layers {
     bool ambient_occlusion = false;
     bool direct = false, variance = false; ///< of path traced images only
     bool geometry_ids = false, primitive_ids = false;
+    bool certified = false;
 
     int ambient_occlusion_samples = 16; ///< rays per hit for Image::ambient_occlusion, 1 to 65536
 
@@ -30,7 +31,7 @@ struct Layers {
     bool any_of_centers() const
     {
         return depth || position || normal || albedo || gradient_magnitude || curvature || ambient_occlusion ||
-               geometry_ids || primitive_ids;
+               geometry_ids || primitive_ids || certified;
     }
 };
 
@@ -71,6 +72,7 @@ struct Image {
         make(layers.variance, variance, glm::vec3(std::numeric_limits<float>::infinity()));
         make(layers.geometry_ids, geometry_ids, invalid_id);
         make(layers.primitive_ids, primitive_ids, invalid_primitive_id);
+        make(layers.certified, certified, std::uint32_t{0});
     }
 
     std::size_t pixel_count() const { return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y); }
@@ -98,6 +100,7 @@ struct Image {
     std::vector<glm::vec3> variance;          ///< of the colour, which is an estimate; infinite if unknown
     std::vector<std::uint32_t> geometry_ids;  ///< invalid_id on a miss
     std::vector<std::uint64_t> primitive_ids; ///< invalid_primitive_id on a miss
+    std::vector<std::uint32_t> certified;     ///< RayStatus: what is proven of the rays
 
     std::size_t covered_count = 0; ///< pixels that surfaces cover, at least in part
 

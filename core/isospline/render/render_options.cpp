@@ -47,4 +47,15 @@ Image blank_image(const Projection& projection, const Window& window, const Laye
     return image;
 }
 
+void validate(const RenderOptions& options, bool is_part)
+{
+    validate_background(options.background);
+    validate(options.layers);
+    if (options.layers.direct || options.layers.variance)
+        throw_invalid("layers", "direct and variance of path traced pictures only",
+                      options.layers.direct ? "direct of another" : "variance of another");
+    if (options.layers.certified && is_part)
+        throw_invalid("layers", "certified of whole scenes only", "certified of a part");
+}
+
 } // namespace isospline

@@ -7,6 +7,7 @@
 #include "isospline/render/tiles.h"
 #include "isospline/render/visibility.h"
 #include "isospline/scene/ray_caster.h"
+#include "isospline/scene/scene_certifier.h"
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
@@ -59,12 +60,9 @@ public:
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
           tiles_(window_.size), fragments_(fragments)
     {
-        validate_background(background_);
-        validate(layers_);
-        if (layers_.direct || layers_.variance)
-            throw_invalid("layers", "direct and variance of path traced pictures only",
-                          layers_.direct ? "direct of another" : "variance of another");
-
+        validate(options, fragments != nullptr);
+        if (layers_.certified)
+            certifier_.emplace(scene, &SeenBy::camera, "layers");
         const DepthRange depths = [&] {
             if (fragments)
                 throw_invalid("shading", "limits of ColorByDepth for parts of a scene", "none");
@@ -162,6 +160,7 @@ private:
     Tiles tiles_; ///< of the window
     Image image_;
     Fragments* fragments_;
+    std::optional<SceneCertifier> certifier_; ///< for the layer
     std::atomic<std::size_t> covered_count_ = 0;
 };
 
@@ -192,6 +191,9 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         if (for_layers) {
             if (layers_.ambient_occlusion)
                 store_openness(batch, ray_count);
+            for (std::size_t i = 0; certifier_ && i < ray_count; ++i)
+                image_.certified[index(batch.pixels[i])] =
+                    static_cast<std::uint32_t>(certifier_->certify(batch.rays[i]).status);
             for (std::size_t i = 0; i < ray_count; ++i)
                 if (batch.hits[i])
                     store_layers(index(batch.pixels[i]), batch.hits[i], batch.rays[i]);

@@ -51,6 +51,10 @@ void validate_background(const glm::vec4& background);
 /// Throws std::invalid_argument for a number of rays outside of 1 to 65536.
 void validate(const Layers& layers);
 
+/// Throws std::invalid_argument for a bad background, and for layers that render() does not have, or render_part() if
+/// it is for a part of a scene.
+void validate(const RenderOptions& options, bool is_part);
+
 /// A window of an image in which all rays missed.
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},
                   ColorEncoding encoding = ColorEncoding::linear);

@@ -163,7 +163,8 @@ def test_results_are_mappings_with_attributes(scene, rays):
     assert isinstance(crossings, isospline.Crossings) and crossings.entering is crossings["entering"]
     closest = isospline.Scene(sphere()).closest_points(np.zeros((1, 3)))
     assert isinstance(closest, isospline.ClosestPoints) and closest.distances.shape == (1,)
-    for result in (scene.cast_rays(rays, outputs=ALL_OUTPUTS), crossings, closest):
+    all_hits = isospline.Scene(sphere()).cast_rays(rays, outputs=ALL_OUTPUTS, certify=True)
+    for result in (all_hits, crossings, closest):
         attributes = {name for name, value in vars(type(result)).items() if isinstance(value, property)}
         assert attributes == set(result)
 

@@ -264,7 +264,7 @@ def test_bad_layers(integrator):
 
     for rays in (-1, 0, 65537):
         fails(ValueError, "ambient_occlusion_samples: expected .* got ", ambient_occlusion_samples=rays)
-    names = ", ".join(f'"{name}"' for name in LAYERS)
+    names = ", ".join(f'"{name}"' for name in (*LAYERS, "certified"))
     fails(ValueError, f'layers: expected names among {names}, got "z"', layers=("depth", "z"))
     fails(TypeError, r'layers: expected a sequence of names, such as \("depth",\), got \'depth\'', layers="depth")
     fails(TypeError, "layers: expected a sequence of names, .* got None", layers=None)

@@ -91,6 +91,7 @@ def test_info_of_a_store(files, capsys):
     assert "isospline store" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_measures_and_mesh_of_a_store(files, tmp_path, capsys):
     found = []
     for number, given in enumerate(files):

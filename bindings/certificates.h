@@ -1,0 +1,81 @@
+// Converts certificates of rays to NumPy arrays.
+#pragma once
+
+#include "arrays.h"
+#include "long_call.h"
+#include "rays.h"
+
+#include "isospline/scene/scene.h"
+#include "isospline/scene/scene_certifier.h"
+#include "isospline/trace/certified_ray.h"
+
+#include <pybind11/numpy.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace isospline {
+
+/// The arrays that a ray query adds with `certify`.
+class CertificateArrays {
+public:
+    explicit CertificateArrays(const Shape& shape) : statuses_(shape)
+    {
+        Shape pairs = shape;
+        pairs.push_back(2);
+        t_bounds_ = pybind11::array_t<double>(pairs);
+        to_statuses_ = statuses_.mutable_data();
+        to_bounds_ = t_bounds_.mutable_data();
+    }
+
+    /// May be called without the GIL.
+    void set(std::size_t at, const RayCertificate& certificate)
+    {
+        to_statuses_[at] = static_cast<std::uint8_t>(certificate.status);
+        to_bounds_[2 * at] = certificate.t_lower;
+        to_bounds_[2 * at + 1] = certificate.t_upper;
+    }
+
+    pybind11::dict added_to(pybind11::dict result) const
+    {
+        result["statuses"] = statuses_;
+        result["t_bounds"] = t_bounds_;
+        return result;
+    }
+
+private:
+    pybind11::array_t<std::uint8_t> statuses_;
+    pybind11::array_t<double> t_bounds_;
+    std::uint8_t* to_statuses_;
+    double* to_bounds_;
+};
+
+/// The code of an answer that may not be proven: 0 for no, 1 for yes, 2 for undecided.
+inline std::uint8_t code_of(std::optional<bool> proven)
+{
+    return proven ? static_cast<std::uint8_t>(*proven) : static_cast<std::uint8_t>(RayStatus::undecided);
+}
+
+/// The codes of answers about rays, certify(certifier, ray), for the objects that they see.
+template <typename Certify>
+pybind11::array certified_codes(Scene& scene, const GivenRays& given, bool SeenBy::*sees, const Certify& certify)
+{
+    pybind11::array_t<std::uint8_t> result(given.rows.leading_shape());
+    std::uint8_t* const codes = result.mutable_data();
+    long_call("to certify " + std::to_string(given.count()) + " rays", pybind11::none(), [&](const Progress& progress) {
+        const auto snapshot = scene.snapshot(progress);
+        const SceneCertifier certifier(*snapshot, sees);
+        given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Ray ray = given.ray(i);
+                check_ray(ray, i);
+                codes[given.order(i)] = code_of(certify(certifier, ray));
+            }
+        });
+    });
+    return result;
+}
+
+} // namespace isospline
