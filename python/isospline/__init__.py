@@ -48,11 +48,22 @@ from .ground import ground_for
 from .image import Image
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
+from .labels import Labels
 from .levels import suggest_levels
 from .path_tracer import PathTracer
 from .progressive import ProgressiveRenderer, render_progressive
 from .rendering import render
-from .results import ClosestPoints, Components, Crossings, Hits, Measurement, SurfaceDistance
+from .results import (
+    ClosestPoints,
+    Components,
+    Crossings,
+    Hits,
+    LabelComparison,
+    LabelMeasures,
+    LabelTable,
+    Measurement,
+    SurfaceDistance,
+)
 from .store import convert, open_volume, scale_for
 from .studio import Studio
 from .video import write_video
@@ -96,6 +107,10 @@ __all__ = [
     "Hits",
     "Image",
     "Isosurface",
+    "LabelComparison",
+    "LabelMeasures",
+    "LabelTable",
+    "Labels",
     "Material",
     "Measurement",
     "Mesh",

@@ -20,7 +20,8 @@ from .cli_convert import run as run_convert
 from .cli_demo import make_demo
 from .cli_frames import render_frames
 from .cli_interrupts import heard_interrupts
-from .cli_levels import choose_levels, make_surfaces, tell_of_open_borders
+from .cli_labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
+from .cli_levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .cli_limits import banded_image, check_limits, frames_to_make, traced_images
 from .cli_output import check_folder, check_output
 from .cli_parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
@@ -86,7 +87,12 @@ def measure(arguments):
     from .summary import describe_measures
 
     clip = _clip(arguments)
-    data = opened(arguments, _read)
+    data, labels = _volume_or_labels(arguments)
+    if labels is not None:
+        measure_labels(labels, arguments, _progress, _has_unicode())
+        return
+    if arguments.output:
+        raise ValueError(f"--output: expected a label map for a table, got a volume: {arguments.file}")
     chosen = choose_levels(data, arguments, _say)
     surfaces = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     measured = [_measured(surface, arguments) for surface in surfaces]
@@ -159,24 +165,27 @@ def _render(arguments, write=True):
         written = write_images(arguments, [0], [image])
         print(f"{arguments.output}: {written}, {time.perf_counter() - begin:.1f} s")
         return None
-    materials, light_of = looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))
+    if not (arguments.labels or arguments.label):
+        looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))  # fails now, and not after reading
     clip = _clip(arguments)
     if arguments.denoise:
         isospline.image.denoiser()  # fails now if it is missing, and not after the work
     meshes = [read_placed(text) for text in arguments.mesh]
-    data = opened(arguments, _read)
-    chosen = choose_levels(data, arguments, _say)
+    data, labels = _volume_or_labels(arguments)
+    chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([], None, False)
+    count = len(chosen.levels) + len(meshes) if labels is None else set_colors(labels, arguments)
+    materials, light_of = looks(arguments, count)
 
     def make_scene(volume):
-        with _progress("finding cells", arguments) as progress:
+        with _progress("finding cells" if labels is None else "smoothing", arguments) as progress:
             options = dict(
-                clip=clip,
-                capped=arguments.capped and bool(clip),
-                closed=arguments.closed,
-                inside=arguments.inside,
-                progress=progress,
+                clip=clip, capped=arguments.capped and bool(clip), closed=arguments.closed, progress=progress
             )
-            surfaces = make_surfaces(volume, chosen, arguments, options, _say)
+            if labels is not None:
+                surfaces = label_surfaces(labels, arguments, **options)
+            else:
+                options["inside"] = arguments.inside
+                surfaces = make_surfaces(volume, chosen, arguments, options, _say)
         return isospline.Scene([*surfaces, *meshes]), surfaces, volume
 
     def make_cameras(made):
@@ -189,7 +198,7 @@ def _render(arguments, write=True):
     if isinstance(data, Store):
         made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
     else:
-        made = make_scene(_volume(data, arguments))
+        made = make_scene(_volume(data, arguments) if labels is None else None)
         cameras = make_cameras(made)
         extent = f"{sum(surface.shell.count for surface in made[1])} cells"
     if not write:
@@ -343,6 +352,16 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
                 image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
                 image = image.over(background_of(arguments))
             yield marks(image, camera, scene)
+
+
+def _volume_or_labels(arguments):
+    """The volume or the store of a file; or its volume and label map, if it is one and no level is given."""
+    reading = _reading(arguments)
+    labels = given_labels(arguments, reading)
+    if labels is not None:
+        return labels.source, labels
+    data = opened(arguments, _read)
+    return data, recognized_labels(data, arguments, reading, _say)
 
 
 def _read(arguments):

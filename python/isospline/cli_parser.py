@@ -11,6 +11,7 @@ from . import cli_types
 from ._core import LAYERS
 from .cli_cluster import add_cluster_options
 from .cli_convert import add_convert
+from .cli_labels import add_labels
 from .cli_light import add_environment, add_ground, add_materials, add_silhouettes, add_tone
 from .cli_limits import add_limits
 from .cli_picture import add_largest, add_picture_options, background, color
@@ -83,7 +84,9 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     _add_input(command)
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.add_argument("--json", action="store_true", help="print JSON")
-    command.add_argument("--order", type=int, default=4, metavar="N", help="nodes of quadrature, 2 to 10 (default 4)")
+    command.add_argument("-o", "--output", metavar="OUT", help="write the table of a label map: .csv")
+    command.add_argument("--tolerance", type=float, metavar="T", help="largest relative errors (default 1e-4)")
+    command.add_argument("--order", type=int, metavar="N", help="instead of --tolerance: nodes of quadrature, 2 to 10")
     command.set_defaults(run=measure)
     group = command.add_argument_group("surface")
     group.add_argument(
@@ -94,6 +97,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         help=f"value on the surface; repeated, one surface after the other; {_LEVEL}",
     )
     _add_model(group, _LARGEST)
+    add_labels(command)
     _add_cuts(command)
     add_memory_limit(command)
 
@@ -140,6 +144,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "places them by a file with 4 x 4 numbers; may be repeated",
     )
     _add_model(group, _LARGEST)
+    add_labels(command).add_argument("--legend", action="store_true", help="draw names beside their colours")
 
     _add_cuts(command, closes=True)
 

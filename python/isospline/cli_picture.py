@@ -10,6 +10,7 @@ import isospline
 
 from .annotations import ANNOTATIONS, annotated, check_annotations, color_rules
 from .colors import named_color
+from .legends import draw_legend, legend_rows
 from .pictures import BACKGROUND, color_of, count_pieces
 from .rendering import unit_of
 
@@ -125,7 +126,13 @@ def annotations_of(arguments, look):
     if names == ANNOTATIONS and not color_rules(colors):
         names = ("scale_bar",)
     names = check_annotations(names, None, colors, None)
-    return lambda image, camera, scene: annotated(image, names, camera, scene, colors, unit_of(scene))
+
+    def marked(image, camera, scene):
+        if arguments.legend:
+            draw_legend(image, legend_rows(scene, colors))
+        return annotated(image, names, camera, scene, colors, unit_of(scene))
+
+    return marked
 
 
 class Patience:

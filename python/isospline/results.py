@@ -11,12 +11,18 @@ from .measurement import Measurement, measurement_of
 from .signatures import explained_methods
 from .values import same
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 __all__ = [
     "ClosestPoints",
     "Components",
     "Crossings",
     "Hits",
     "HopStatistics",
+    "LabelComparison",
+    "LabelMeasures",
+    "LabelTable",
     "LeftOut",
     "Measurement",
     "MeshReport",
@@ -85,6 +91,11 @@ class Table(Result):
 
         def __getitem__(self, name: str) -> NDArray[Any]: ...
 
+    @classmethod
+    def _of_rows(cls, rows: list[dict[str, Any]]) -> Self:
+        """The table of rows: dicts of the items of one ray, point or component."""
+        return cls({name: np.array([row[name] for row in rows]) for name in rows[0]})
+
     def to_frame(self) -> Any:
         """Convert to a table of pandas: one row for each ray, point or component, with a column for each number.
 
@@ -102,7 +113,11 @@ class Table(Result):
             import pandas  # type: ignore[import-untyped, unused-ignore]
         except ModuleNotFoundError:
             raise ModuleNotFoundError("to_frame needs the package pandas: pip install pandas", name="pandas") from None
-        columns: dict[str, Any] = {}
+        return pandas.DataFrame(self._columns())
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        """The columns of the table, by their names."""
+        columns: dict[str, NDArray[Any]] = {}
         for name, array in self.items():
             item = getattr(type(self), name)
             if not item.is_column:
@@ -110,7 +125,7 @@ class Table(Result):
             parts = item.parts or ("",)
             rows = np.reshape(array, (-1, len(parts)))
             columns |= {f"{name}_{part}" if part else name: rows[:, place] for place, part in enumerate(parts)}
-        return pandas.DataFrame(columns)
+        return columns
 
 
 @explained_methods
@@ -240,6 +255,38 @@ class Components(Table):
         "inside_counts",
         "(N,) int64: number of cells that are completely in each component, by their Bernstein coefficients.",
     )
+
+
+class LabelTable(Table):
+    """The labels of a map, as `Labels.table` returns them."""
+
+    numbers: NDArray[np.int64] = _item("numbers", "(N,) int64: numbers of labels.")
+    names: NDArray[np.str_] = _item("names", "(N,) str: names of labels.")
+    voxel_counts: NDArray[np.int64] = _item("voxel_counts", "(N,) int64: numbers of voxels.")
+
+
+class LabelMeasures(LabelTable):
+    """The measures of labels and their smooth surfaces, as `Labels.measure` returns them."""
+
+    enclosed_volumes: NDArray[np.float64] = _item("enclosed_volumes", "(N,) float64, world units cubed: of surfaces.")
+    volume_errors: NDArray[np.float64] = _item("volume_errors", "(N,) float64: estimated errors of the integrals.")
+    areas: NDArray[np.float64] = _item("areas", "(N,) float64, world units squared.")
+    area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of the integrals.")
+    centroids: NDArray[np.float64] = _item("centroids", "(N, 3) float64, world units: centroids of the voxels.", _XYZ)
+
+
+class LabelComparison(Table):
+    """How the labels of two maps differ, as `Labels.compare` returns it. Distances are those of smooth surfaces."""
+
+    numbers: NDArray[np.int64] = _item("numbers", "(N,) int64: numbers of labels, of the first map if it has them.")
+    names: NDArray[np.str_] = _item("names", "(N,) str: their names.")
+    dice: NDArray[np.float64] = _item("dice", "(N,) float64: Dice coefficients of the voxels, from 0 to 1.")
+    hausdorff_lower: NDArray[np.float64] = _item("hausdorff_lower", "(N,) float64: bounds on Hausdorff distances.")
+    hausdorff_upper: NDArray[np.float64] = _item("hausdorff_upper", "(N,) float64: bounds on Hausdorff distances.")
+    mean_distances: NDArray[np.float64] = _item(
+        "mean_distances", "(N,) float64, world units: mean distance of both surfaces' points from the other surface."
+    )
+    mean_errors: NDArray[np.float64] = _item("mean_errors", "(N,) float64: standard errors of `mean_distances`.")
 
 
 class LeftOut(Table):

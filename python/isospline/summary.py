@@ -130,7 +130,7 @@ def describe_measures(path, level, found, components, unit="", unicode=True):
     """The measures of a file's isosurface as text: a line for each number with its error, and a line for each of the
     largest components. `unit` is that of the volume."""
     powers = {"enclosed_volume": 3, "area": 2, "mean_curvature": 1, "gaussian_curvature": 0}
-    units = {name: _unit_power(unit, power, unicode) for name, power in powers.items()}
+    units = {name: unit_power(unit, power, unicode) for name, power in powers.items()}
     lines = [str(path), f"  {'level':<20} {level:.6g}"]
     for name, each in found.items():
         lines.append(f"  {name.replace('_', ' '):<20} {each.value:<14.8g} +- {each.error:<8.2g} {units[name]}".rstrip())
@@ -138,7 +138,7 @@ def describe_measures(path, level, found, components, unit="", unicode=True):
     shown = min(len(components.areas), MOST_COMPONENTS)
     if shown:
         heads = [f"{name}, {units[key]}" for name, key in (("volume", "enclosed_volume"), ("area", "area"))]
-        box = f"box, {_unit_power(unit, 1, unicode)}"
+        box = f"box, {unit_power(unit, 1, unicode)}"
         lines.append(f"    {heads[0]:>14} {heads[1]:>14} {'cells':>9}  {box}")
     for volume, area, cells, box in zip(*(components[name][:shown] for name in _COMPONENT_COLUMNS)):
         corners = " to ".join("(" + ", ".join(f"{value:.6g}" for value in corner) + ")" for corner in box)
@@ -148,7 +148,7 @@ def describe_measures(path, level, found, components, unit="", unicode=True):
     return "\n".join(lines)
 
 
-def _unit_power(unit, power, unicode):
+def unit_power(unit, power, unicode):
     """The unit of a length, an area or a volume, as mm², or unit^2 if it is unknown."""
     if power == 0:
         return ""

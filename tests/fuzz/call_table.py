@@ -10,7 +10,10 @@ from isospline import volumes
 from isospline.values import VALUE_TYPES
 
 # Not called: they need another library's objects, or a file.
-LEFT_OUT = {"Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"}
+LEFT_OUT = {
+    *("Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"),
+    *("LabelComparison", "LabelMeasures", "LabelTable"),
+}
 
 
 def objects():
@@ -32,6 +35,9 @@ def objects():
     made["intersector"] = iso.RayMeshIntersector(made["surface"])
     made["progressive"] = iso.ProgressiveRenderer(made["scene"], made["camera"], size=(4, 4))
     made["data"] = iso.VolumeData(np.arange(60.0).reshape(3, 4, 5))
+    numbers = np.zeros((8, 8, 8), np.uint8)
+    numbers[2:6, 2:6, 2:4], numbers[2:6, 2:6, 4:6] = 1, 2
+    made["labels"] = iso.Labels(numbers, names={1: "left", 2: "right"})
     made["position"] = ((0, -5, 0), (0, 0, 0), (0, 0, 1))
     return made
 
@@ -402,6 +408,28 @@ def calls(o, folder):
         ("VolumeData.position", o["data"].position, {"index": points}),
         ("VolumeData.replace", o["data"].replace, {"spacing": (1, 1, 1)}),
         ("VolumeData.to_volume", o["data"].to_volume, {"degree": 2}),
+        (
+            "Labels",
+            iso.Labels,
+            {
+                "data": np.eye(4, dtype=np.uint8)[None],
+                "spacing": (1, 1, 2),
+                "origin": (0, 0, 0),
+                "direction": np.eye(3),
+                "names": {1: "one"},
+                "colors": {1: "red"},
+                "background": 0,
+            },
+        ),
+        ("Labels.read", iso.Labels.read, {"path": folder / "a.npy", "names": {1: "one"}, "background": 0}),
+        ("Labels.mask", o["labels"].mask, {"label": 1}),
+        ("Labels.surface", o["labels"].surface, {"label": "left", "smoothing": 1.5}),
+        ("Labels.surfaces", o["labels"].surfaces, {"labels": [1], "smoothing": 1.5}),
+        ("Labels.scene", o["labels"].scene, {"labels": [1], "smoothing": 1.5}),
+        ("Labels.measure", o["labels"].measure, {"labels": [1], "smoothing": 1.5}),
+        ("Labels.compare", o["labels"].compare, {"other": o["labels"], "labels": [1], "by": "name", "smoothing": 1.5}),
+        ("Labels.table", o["labels"].table, {}),
+        ("Labels.show", lambda **given: o["labels"].show(browser=False, **given).close(), {"height": 480}),
         ("research.VoxelHopper", iso.research.VoxelHopper, {"surface": surface, "strides": True}),
         (
             "VoxelHopper.cast_rays",

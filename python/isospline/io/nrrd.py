@@ -1,4 +1,4 @@
-"""NRRD. SimpleITK reads the header after it is checked; Python and NumPy read the samples.
+"""NRRD. SimpleITK reads the fields of the header after they are checked; Python and NumPy read the samples.
 
 ITK's reader, which is Teem's, ignores the checksums of compressed samples, and crashes at long lines and words.
 """
@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 import os
 import re
-from typing import Any
+import tempfile
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,26 +29,37 @@ _PATIENT_SPACES = (
     "las",
     "lps",
 )
-# The largest sizes in bytes of a header's line, for which Teem has a fixed buffer, and of a header.
+# The largest sizes in bytes of a field's line, for which Teem has a fixed buffer, and of a header.
 LINE_LIMIT, HEADER_LIMIT = 1000, 1 << 20
 # The largest dimension of Teem's arrays.
 DIMENSION_LIMIT = 16
 
 
-def read(path, load=read_samples, *, within=None):
+class Header(NamedTuple):
+    """Fields of a header, names of sample files (None if samples follow), the position after it, and user's values."""
+
+    fields: dict[str, Any]
+    names: list[str] | None
+    begin: int
+    values: dict[str, str]
+
+
+def read(path, load=read_samples, *, within=None, layered=False):
     """Read an NRRD file with attached or detached samples, which must be in the folder `within`, if it is given.
 
-    `load` reads binary samples, like `read_samples`.
+    `load` reads binary samples, like `read_samples`. If `layered`, the first of four axes may be a list of layers; then
+    the samples have the shape [z, y, x, layer].
     """
-    header, names, begin = _read_header(path)
+    header, names, begin, _ = read_header(path)
+    layers = _take_layers(header) if layered else ()
     folder = os.path.dirname(utf8(path))
     files = [os.path.join(folder, name) for name in names] if names is not None else [path]
     for file in files:
         check_within(file, within, "files of samples")
         check_file(file)
     with itk.quiet():
-        reader = itk.open_header(path, "NrrdImageIO")
-        itk.check_header(reader, mapped=load is not read_samples)
+        reader = _open_fields(header)
+        itk.check_header(reader, math.prod(layers), mapped=load is not read_samples)
         encoding = header["encoding"].lower()
         known = (*_COMPRESSIONS, *_TEXTS, "hex")
         if encoding not in known:
@@ -57,6 +69,7 @@ def read(path, load=read_samples, *, within=None):
     shape = reader.GetSize()[2::-1]
     if math.prod(shape) != math.prod(header["sizes"]):
         raise ValueError(f"expected one number a sample, got sizes of {' x '.join(map(str, header['sizes']))}")
+    shape = (*shape, *layers)
     dtype = itk.dtype_of(reader.GetPixelID())
     begin = 0 if names is not None else begin
     if encoding not in _COMPRESSIONS and len(files) > 1:
@@ -109,20 +122,48 @@ def _read_hex(file, begin, shape, dtype):
     return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="), copy=False)
 
 
-def _read_header(path):
-    """Fields of a header, names of sample files (None if samples follow), and the position after the header."""
-    fields, names, length = {}, None, 0
+def _open_fields(fields):
+    """ITK's reader of a header with these fields alone: Teem refuses long lines of users' values, as Slicer writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "header.nrrd")
+        with open(path, "w", encoding="latin-1") as file:
+            file.write("NRRD0005\n")
+            for name, value in fields.items():
+                text = " ".join(map(str, value)) if isinstance(value, list) else value
+                file.write("" if name in ("data file", "line skip", "byte skip") else f"{name}: {text}\n")
+            file.write("\n")
+        return itk.open_header(path, "NrrdImageIO")
+
+
+def _take_layers(fields):
+    """Remove a first axis of kind `list`, before three others, from the fields; returns its size as a tuple."""
+    if fields["dimension"] != "4" or fields.get("kinds", "").split()[:1] != ["list"]:
+        return ()
+    fields["dimension"] = "3"
+    for name in ("kinds", "space directions", "centers", "centerings", "labels", "units", "spacings", "thicknesses"):
+        if name in fields:
+            fields[name] = re.sub(r'^\s*("[^"]*"|\S+)\s*', "", fields[name])
+    layers, *fields["sizes"] = fields["sizes"]
+    return (layers,)
+
+
+def read_header(path: str | os.PathLike[str]) -> Header:
+    """Read and check the header of an NRRD file."""
+    fields, values, names, length = {}, {}, None, 0
     with open(path, "rb") as file:
         if not re.fullmatch(rb"NRRD000[1-5]\r?\n", file.readline(16)):
             raise ValueError("expected a file that begins with NRRD0001 to NRRD0005")
-        while line := file.readline(LINE_LIMIT + 1):
+        while line := file.readline(HEADER_LIMIT + 1):
             length += len(line)
-            if len(line) > LINE_LIMIT or length > HEADER_LIMIT:
-                raise ValueError(f"expected a header of at most {HEADER_LIMIT} bytes in lines of at most {LINE_LIMIT}")
             text = line.decode("latin-1").strip()
+            user = re.fullmatch(r"([^#:][^:]*):=(.*)", text)
+            match = re.fullmatch(r"([^#:][^:]*): ?(?!=)(.*)", text)
+            if length > HEADER_LIMIT or (match and len(line) > LINE_LIMIT):
+                raise ValueError(f"expected a header of at most {HEADER_LIMIT} bytes in lines of at most {LINE_LIMIT}")
             if not text:
                 break
-            match = re.fullmatch(r"([^#:][^:]*): ?(?!=)(.*)", text)
+            if user:
+                values[user[1]] = user[2].encode("latin-1").decode("utf-8", "replace")
             if not match:
                 continue  # a comment, or a user's key and value
             name, value = match[1].strip().lower(), match[2].strip()
@@ -139,7 +180,7 @@ def _read_header(path):
         names = _file_names(fields["data file"])
     if names is not None and not (names and all(names)):
         raise ValueError("expected the names of files of samples, got none")
-    return fields, names, begin
+    return Header(fields, names, begin, values)
 
 
 def _check_fields(fields):

@@ -104,7 +104,14 @@ def test_only_label_maps_are_told(rng, volumes_folder):
         nested.astype(np.float32),
     ]
     others += [isospline.read_volume(volumes_folder / name).data for name in ("bonsai.nii.gz", "fuel.nii.gz")]
-    with pytest.warns(UserWarning, match="label map, 4 values .* such as data == 11, at level 0.5"):
+    with pytest.warns(UserWarning, match="label map, 4 values .* Labels.data..surface.number."):
         isospline.Isosurface(nested, 2)
     for data in others:
         isospline.VolumeData(data).to_volume()
+
+
+@pytest.mark.parametrize("shape", [(0, 3, 6), (3, 0, 6), (3, 6, 0)])
+def test_data_without_samples_are_refused_before_they_are_compared_with_labels(shape):
+    for function in (isospline.Volume, isospline.render, lambda data: isospline.VolumeData(data).to_volume()):
+        with pytest.raises(ValueError, match=r"data: expected at least one sample along each axis, got shape"):
+            function(np.zeros(shape, np.uint8))

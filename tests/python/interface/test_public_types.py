@@ -36,6 +36,12 @@ def make_scene():
     return isospline.Scene(make_surface())
 
 
+def make_labels():
+    data = np.zeros((8, 9, 10), np.uint8)
+    data[2:6, 2:6, 2:5], data[2:6, 2:6, 5:8] = 1, 2
+    return isospline.Labels(data, names={2: "right"})
+
+
 def make_store(folder):
     pytest.importorskip("zarr")
     return isospline.store.read_metadata(isospline.convert(FIELD.values(20), folder / "store.zarr"))
@@ -89,6 +95,9 @@ RESULTS = {
     "Hits": lambda _: make_scene().cast_rays(RAYS, outputs=("t_hit", "positions")),  # some miss: NaN
     "HopStatistics": lambda _: make_hopper().statistics,
     "Image": lambda _: isospline.render(make_scene(), size=(16, 12)),
+    "LabelComparison": lambda _: make_labels().compare(isospline.Labels(make_labels().data % 2)),  # some are NaN
+    "LabelMeasures": lambda _: make_labels().measure(),
+    "LabelTable": lambda _: make_labels().table(),
     "LeftOut": lambda _: make_surface().to_mesh(0.1, return_report=True)[1].left_out,
     "MeshReport": lambda _: make_surface().to_mesh(0.1, return_report=True)[1],
     "Paging": lambda folder: isospline.open_volume(make_store(folder).path).paging,
@@ -103,6 +112,7 @@ RESULTS = {
 OBJECTS = {
     "Cancelled": (lambda _: isospline.Cancelled("stopped"), lambda each: each.args),
     "Isosurface": (lambda _: make_surface(), lambda each: (each.level, each.volume.coefficients.tobytes())),
+    "Labels": (lambda _: make_labels(), lambda each: (each.data.tobytes(), each.names, each.colors.tobytes())),
     "ScaleMetadata": (lambda folder: make_store(folder).scales[0], lambda each: (each.path, each.shape, each.spacing)),
     "Mesh": (
         lambda _: make_mesh(),

@@ -1,0 +1,99 @@
+"""Label maps on the command line."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from cli.command_line import fails, pixels
+from labels import label_maps as maps
+
+import isospline
+from isospline.cli import main
+from isospline.io.label_map import count_of_labels
+
+
+@pytest.fixture
+def cells(tmp_path):
+    """A file with a label map of three labels, and the map."""
+    data = maps.cells(3, size=30, radius=12.0)
+    np.save(tmp_path / "cells.npy", data)
+    return tmp_path / "cells.npy", data
+
+
+def test_a_label_map_is_recognized_and_rendered(cells, tmp_path, capsys):
+    path, data = cells
+    output = tmp_path / "a.png"
+    options = ["--size", "64x48", "--samples", "1", "--view", "front", "--light", "phong", "--background", "black"]
+    assert main(["render", str(path), *options, "-o", str(output), "--quiet"]) == 0
+    assert "a label map, as its 4 values are constant over large parts; --level" in capsys.readouterr().err
+    scene = isospline.Labels(data).scene()
+    expected = isospline.render(
+        scene,
+        isospline.camera_for(scene, view="front", size=(64, 48)),
+        size=(64, 48),
+        samples=1,
+        background=0.0,
+        light={id: isospline.Phong(color=item.color) for id, item, *_ in scene._placed_objects()},
+    )
+    np.testing.assert_allclose(pixels(output)[..., :3], expected.to_srgb()[..., :3], atol=1)
+    # With a legend, with some of the labels, and as a volume.
+    assert main(["render", str(path), *options, "--legend", "-o", str(tmp_path / "b.png"), "--quiet"]) == 0
+    assert (pixels(tmp_path / "b.png") != pixels(output)).any()
+    one = ["--label", "2", "--label", "label 1", "--color", "red"]
+    assert main(["render", str(path), *options, *one, "-o", str(tmp_path / "c.png"), "--quiet"]) == 0
+    assert main(["render", str(path), *options, "-l", "1.5", "-o", str(tmp_path / "d.png"), "--quiet"]) == 0
+    assert "warning: data: looks like a label map" in capsys.readouterr().err
+    assert len({pixels(tmp_path / f"{name}.png").tobytes() for name in "abcd"}) == 4
+
+
+def test_a_table_of_measures(cells, tmp_path, capsys):
+    path, data = cells
+    expected = isospline.Labels(data).measure()
+    table = tmp_path / "table.csv"
+    assert main(["measure", str(path), "-o", str(table), "--quiet"]) == 0
+    with open(table, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["names"] for row in rows] == ["label 1", "label 2", "label 3"]
+    np.testing.assert_allclose([float(row["areas"]) for row in rows], expected.areas, rtol=1e-12)
+    np.testing.assert_allclose([float(row["centroids_z"]) for row in rows], expected.centroids[:, 2], rtol=1e-12)
+    capsys.readouterr()
+    assert main(["measure", str(path), "--label", "3", "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [row["numbers"] for row in found["labels"]] == [3]
+    assert found["labels"][0]["enclosed_volumes"] == expected.enclosed_volumes[2]
+    assert main(["measure", str(path), "--quiet"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 5 and lines[2].split()[:3] == ["1", "label", "1"]
+
+
+def test_wrong_options(cells, tmp_path, capsys):
+    path, _ = cells
+    fails(capsys, 2, "--level: expected none with a label map", "measure", path, "--labels", "-l", "1")
+    fails(capsys, 2, "--degree: expected none with a label map", "measure", path, "--labels", "--degree", "3")
+    fails(capsys, 2, "label: expected the name of a label, got 'liver'", "measure", path, "--label", "liver", "--quiet")
+    fails(capsys, 2, "a table, which ends in .csv", "measure", path, "--labels", "-o", tmp_path / "a.txt")
+    np.save(tmp_path / "ball.npy", maps.sphere(5)[0])
+    fails(capsys, 2, "--output: expected a label map", "measure", tmp_path / "ball.npy", "-o", tmp_path / "a.csv")
+    np.save(tmp_path / "real.npy", np.full((3, 3, 3), 0.5))
+    fails(capsys, 2, "data: expected whole numbers", "measure", tmp_path / "real.npy", "--labels")
+    assert not list(tmp_path.glob("*.csv"))
+
+
+def test_what_looks_like_labels():
+    cells = maps.cells(3, size=30, radius=12.0)
+    assert count_of_labels(cells) == 4
+    assert count_of_labels(cells.astype(np.float32)) == 4
+    assert count_of_labels(cells + 1) is None  # no background
+    assert count_of_labels((cells > 0).astype(np.uint8)) is None  # a mask, for which 0.5 is right
+    noise = np.random.default_rng(0).poisson(3, (30, 30, 30))
+    assert count_of_labels(noise.astype(np.uint8)) is None
+    ramp = np.clip(np.add.outer(np.zeros((30, 30)), np.arange(-15, 45)), 0, 30)
+    assert count_of_labels(ramp.astype(np.int16)) is None
+    assert count_of_labels(cells + 0.25 * (cells > 1)) is None
+
+
+def test_volumes_are_no_labels(volumes_folder):
+    for path in sorted(volumes_folder.iterdir()):
+        if path.suffix != ".md":
+            assert count_of_labels(isospline.read_volume(path).data) is None, path

@@ -1,0 +1,151 @@
+"""Surfaces of labels: their volume, the side of voxel centres, smoothness, and where labels meet."""
+
+import numpy as np
+import pytest
+from labels import label_maps as maps
+from scipy import ndimage
+
+import isospline
+from isospline.labels import separable
+from isospline.labels.partial_volumes import partial_volumes
+
+BODIES = {
+    "small sphere": lambda: maps.sphere(5)[0],
+    "sphere": lambda: maps.sphere(20)[0],
+    "torus": lambda: maps.torus()[0],
+    "plate and ball": maps.plate_and_ball,
+    "oblique wall": maps.oblique_wall,
+    "blobs": lambda: maps.blobs(1, 2.5),
+    "fine blobs": lambda: maps.blobs(2, 1.2),
+    "crumbs": maps.crumbs,
+}
+
+
+def volume_error(surface, mask):
+    """Of the enclosed volume, relative to that of the voxels."""
+    return surface.enclosed_volume().value / (np.count_nonzero(mask) * np.prod(surface.volume.spacing)) - 1
+
+
+def centers(shape):
+    return np.stack(np.meshgrid(*map(np.arange, shape[::-1]), indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("smoothing", [1.0, 1.5])
+def test_volume_is_that_of_the_voxels_and_centres_keep_their_side(body, smoothing):
+    data = BODIES[body]()
+    surface = isospline.Labels(data).surface(1, smoothing=smoothing)
+    assert abs(volume_error(surface, data)) < 0.005
+    places = centers(data.shape)
+    np.testing.assert_array_equal(surface.contains(places), data[tuple(places.T[::-1])] == 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("smoothing", [0.5, 2.5, 4.0])
+def test_any_smoothing_keeps_volume(smoothing):
+    for data in (maps.sphere(12)[0], maps.plate_and_ball()):
+        assert abs(volume_error(isospline.Labels(data).surface(1, smoothing=smoothing), data)) < 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("spacing", "bound"), [((1, 1, 1), 1.7), ((0.7, 0.7, 2.5), 5.0), ((2, 1, 0.5), 4.0)])
+def test_normals_are_those_of_the_voxelised_sphere(spacing, bound):
+    data, normals = maps.sphere(20, spacing=spacing)
+    surface = isospline.Labels(data, spacing=spacing).surface(1)
+    assert abs(volume_error(surface, data)) < 0.005
+    found = surface.sample_points(5000)
+    cosines = (found.primitive_normals * normals(found.points)).sum(axis=1)
+    assert np.degrees(np.arccos(np.clip(cosines, -1, 1))).mean() < bound  # stairs: 24 degrees
+
+
+def test_normals_are_those_of_the_voxelised_torus():
+    data, normals = maps.torus()
+    found = isospline.Labels(data).surface(1).sample_points(5000)
+    cosines = (found.primitive_normals * normals(found.points)).sum(axis=1)
+    assert np.degrees(np.arccos(np.clip(cosines, -1, 1))).mean() < 2.3
+
+
+def test_two_labels_share_one_surface():
+    ball = maps.sphere(16)[0]
+    data = np.where(ball, 1, 2).astype(np.uint8)  # no voxel is background
+    labels = isospline.Labels(data)
+    inner, outer = labels.surface(1), labels.surface(2)
+    points = inner.sample_points(2000).points
+    assert outer.closest_points(points).distances.max() < 1e-4  # voxels
+    assert abs(volume_error(inner, ball)) < 0.005
+
+
+@pytest.mark.slow
+def test_neighbours_meet_without_gaps_and_overlaps():
+    data = maps.cells()
+    surfaces = {number: isospline.Labels(data).surface(number) for number in range(1, 8)}
+    for number, surface in surfaces.items():
+        assert abs(volume_error(surface, data == number)) < 0.005
+    # Gaps and overlaps are near the lines where three labels meet.
+    points = np.random.default_rng(0).uniform(0, 63, (100000, 3))
+    count = sum(surface.contains(points).astype(int) for surface in surfaces.values())
+    in_ball = np.linalg.norm(points - maps.CENTER, axis=1) < 24
+    assert (count[in_ball] == 0).mean() < 0.002
+    assert (count[in_ball] > 1).mean() < 0.002
+    # At some distance from them, surfaces are the same.
+    for first, second in ((3, 7), (4, 5), (5, 6)):
+        found = surfaces[first].sample_points(4000).points
+        voxels = tuple(np.round(found).astype(int).T[::-1])
+        third = ndimage.distance_transform_edt((data == first) | (data == second))[voxels]
+        beside = ndimage.distance_transform_edt(data != second)[voxels] < 2
+        apart = surfaces[second].closest_points(found).distances
+        assert (beside & (third > 3)).sum() > 100
+        assert apart[beside & (third > 3)].max() < 0.02
+        assert apart[beside & (third > 8)].max() < 0.002
+    # Voxels whose neighbours all have the same label are in its surface.
+    for number, surface in surfaces.items():
+        deep = np.argwhere(ndimage.binary_erosion(data == number, np.ones((3, 3, 3))))[:, ::-1]
+        moved = deep + np.random.default_rng(number).uniform(-0.5, 0.5, deep.shape)
+        assert surface.contains(moved).mean() > 0.999
+
+
+def test_a_label_at_the_border_is_closed_there():
+    data = np.zeros((30, 31, 32), np.uint8)
+    data[:12, :, 5:20] = 3
+    surface = isospline.Labels(data, spacing=(1, 1, 2)).surface(3)
+    assert surface.closed
+    assert abs(volume_error(surface, data == 3)) < 0.005
+
+
+def test_partial_volumes_are_those_of_a_ball():
+    x, y, z = maps.grid(24, 24, 24)
+    field = (6.3 - np.sqrt((x - 11.2) ** 2 + (y - 11.7) ** 2 + (z - 11.4) ** 2)).astype(np.float32)
+    coefficients = separable.apply(separable.quadratic_interpolation(field.shape), field)
+    exact = isospline.Isosurface(isospline.Volume(field), 0.0).enclosed_volume().value
+    found = partial_volumes(coefficients, 4)
+    assert found.volume == pytest.approx(exact, rel=1e-3)
+    assert partial_volumes(coefficients, 12).volume == pytest.approx(exact, rel=1e-4)
+    assert found.dense().sum(dtype=float) == pytest.approx(found.volume, rel=1e-6)
+    step = 1e-2
+    moved = partial_volumes(coefficients + np.float32(step), 4).volume
+    assert found.dense_derivatives().sum() == pytest.approx((moved - found.volume) / step, rel=0.02)
+
+
+def test_filters_are_those_of_scipy():
+    samples = np.random.default_rng(0).normal(size=(9, 70, 150)).astype(np.float32)
+    deviations = np.array([0.8, 1.5, 2.0])
+    expected = ndimage.gaussian_filter(samples, deviations, mode="mirror", radius=np.ceil(3 * deviations).astype(int))
+    found = separable.apply(separable.gaussian(samples.shape, deviations), samples)
+    np.testing.assert_allclose(found, expected, atol=2e-6)
+    expected = ndimage.spline_filter(samples.astype(float), 2, mode="mirror")
+    found = separable.apply(separable.quadratic_interpolation(samples.shape), samples)
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+
+
+def test_low_pass_keeps_polynomials():
+    x = np.linspace(-1, 1, 64)
+    samples = np.broadcast_to((x**5 - x**3 + x).astype(np.float32), (3, 3, 64))
+    found = separable.apply(separable.low_pass((3, 3, 64), np.full(3, 1.5)), samples)
+    np.testing.assert_allclose(found[..., 16:-16], samples[..., 16:-16], atol=1e-5)
+
+
+@pytest.mark.parametrize("smoothing", [0.4, 5, float("nan")])
+def test_wrong_smoothing(smoothing):
+    with pytest.raises(ValueError, match="smoothing: expected a number of voxels from 0.5 to 4"):
+        isospline.Labels(maps.crumbs()).surface(1, smoothing=smoothing)
