@@ -18,7 +18,7 @@ sources := $(compiled) $(shell find python -type f -not -name '*.pyc' -not -name
 VOLUME ?=
 LEVEL ?=
 
-# How long `make fuzz` runs.
+# How long `make fuzz` and `make soak` run.
 MINUTES ?= 10
 
 # The files that `make tidy` checks.
@@ -33,7 +33,7 @@ REV ?= c6962fb
 VOLUMES ?=
 
 .PHONY: help demo test say-test-time test-fast develop build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
-    fuzz bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages test-packages
+    fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages test-packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -115,6 +115,11 @@ fuzz: .venv/.installed ## read damaged files and make invalid calls for MINUTES=
 	@echo "== Reading damaged files and making invalid calls for $(MINUTES) minutes"
 	@mkdir -p out
 	@cd tests && ../$(python) -m fuzz.runner --minutes $(MINUTES) --log ../out/fuzz.log
+
+soak: .venv/.installed ## eight threads query, change, save, fork and interrupt shared scenes for MINUTES=10, also with little memory
+	@echo "== Working on shared scenes for $(MINUTES) minutes"
+	@mkdir -p out
+	@cd tests && ../$(python) -m soak.runner --minutes $(MINUTES) --log ../out/soak.log
 
 bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
 	@echo "== Installing the packages to compare with"

@@ -1,5 +1,7 @@
 #include "call_threads.h"
 
+#include "isospline/util/start_thread.h"
+
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -47,7 +49,7 @@ class CallThread {
 public:
     CallThread()
     {
-        std::thread([this] { work(); }).detach();
+        start_thread([this] { work(); });
     }
 
     std::future<void> start(std::function<void()> operation)

@@ -7,8 +7,6 @@
 #include "isospline/spline/degree.h"
 #include "isospline/spline/volume.h"
 
-#include <hwy/aligned_allocator.h>
-
 #include <algorithm>
 #include <bit>
 #include <type_traits>
@@ -45,7 +43,7 @@ public:
         Queue& queue = queues_[0];
         float own[64];
         const CoefficientView view = volume.cell(position, own);
-        Real* out = queue.coefficients.get() + queue.size;
+        Real* out = queue.coefficients.data() + queue.size;
         for (int z = 0; z < coarse; ++z)
             for (int y = 0; y < coarse; ++y)
                 for (int x = 0; x < coarse; ++x, out += Queue::capacity)
@@ -63,17 +61,9 @@ private:
         /// A batch begins as soon as the lanes can be filled. It adds up to eight children a lane to the next queue.
         static constexpr std::size_t capacity = (children + 1) * B::most_lanes;
         std::size_t size = 0;
-        hwy::AlignedFreeUniquePtr<Real[]> coefficients = zeros(coarse_count * capacity);
-        hwy::AlignedFreeUniquePtr<Real[]> tolerances = zeros(capacity);
+        std::vector<Real> coefficients = std::vector<Real>(coarse_count * capacity + B::most_lanes);
+        std::vector<Real> tolerances = std::vector<Real>(capacity + B::most_lanes);
         std::size_t cells[capacity];
-
-        static hwy::AlignedFreeUniquePtr<Real[]> zeros(std::size_t count)
-        {
-            auto array = hwy::AllocateAligned<Real>(count + B::most_lanes);
-            for (std::size_t i = 0; i < count + B::most_lanes; ++i)
-                array[i] = Real(0);
-            return array;
-        }
     };
 
     /// Bound of the rounding of fine coefficients and of values of f in float32, relative to a cell's largest
@@ -115,8 +105,8 @@ private:
 
         // Subtract the threshold, which needs two float32 to be exact.
         HWY_ALIGN Real block[coarse_count * B::most_lanes];
-        const Real* coefficients = queue.coefficients.get() + queue.size;
-        auto tolerance = hn::LoadU(lanes, queue.tolerances.get() + queue.size);
+        const Real* coefficients = queue.coefficients.data() + queue.size;
+        auto tolerance = hn::LoadU(lanes, queue.tolerances.data() + queue.size);
         if (level == 0) {
             auto largest = hn::Zero(lanes);
             for (std::size_t i = 0; i < coarse_count; ++i) {
@@ -220,14 +210,14 @@ private:
         const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(some), static_cast<std::uint8_t>(some >> 8)};
         const auto mask = hn::LoadMaskBits(lanes, bytes);
         const Real* corner = finer + ((child & 1) + fine * ((child >> 1 & 1) + fine * (child >> 2))) * lane_count;
-        Real* out = queue.coefficients.get() + queue.size;
+        Real* out = queue.coefficients.data() + queue.size;
         for (std::size_t z = 0; z < coarse; ++z)
             for (std::size_t y = 0; y < coarse; ++y)
                 for (std::size_t x = 0; x < coarse; ++x, out += Queue::capacity) {
                     const auto coefficients = hn::Load(lanes, corner + (x + fine * (y + fine * z)) * lane_count);
                     hn::StoreU(hn::Compress(coefficients, mask), lanes, out);
                 }
-        hn::StoreU(hn::Compress(tolerance, mask), lanes, queue.tolerances.get() + queue.size);
+        hn::StoreU(hn::Compress(tolerance, mask), lanes, queue.tolerances.data() + queue.size);
         for (unsigned rest = some; rest != 0; rest &= rest - 1u)
             queue.cells[queue.size++] = cells[std::countr_zero(rest)];
     }

@@ -3,11 +3,11 @@
 #include "isospline/spline/line_filter.h"
 #include "isospline/util/parallel.h"
 
-#include <hwy/aligned_allocator.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <memory>
+#include <new>
 
 namespace isospline {
 
@@ -61,6 +61,23 @@ void pad(float* first, std::ptrdiff_t stride, std::ptrdiff_t count, int size, in
     }
 }
 
+/// Numbers that SIMD instructions load and store in whole vectors.
+class LineBuffer {
+public:
+    explicit LineBuffer(std::size_t count)
+        : numbers_(static_cast<double*>(::operator new(count * sizeof(double), alignment)))
+    {
+    }
+    double* data() const { return numbers_.get(); }
+
+private:
+    static constexpr std::align_val_t alignment{64};
+    struct Delete {
+        void operator()(double* numbers) const { ::operator delete(numbers, alignment); }
+    };
+    std::unique_ptr<double, Delete> numbers_;
+};
+
 /// Filters of the three axes.
 class Prefilter {
 public:
@@ -105,19 +122,19 @@ private:
     void filter_slices(const SampleView& samples, double offset, int z_begin, int z_end) const
     {
         read_slices(samples, z_begin, z_end, offset, gain_, array_);
-        const auto buffer = hwy::AllocateAligned<double>(std::max(line(0).buffer_size(), line(1).buffer_size()));
+        const LineBuffer buffer(std::max(line(0).buffer_size(), line(1).buffer_size()));
         for (int z = z_begin; z < z_end; ++z) {
             float* const slice = array_.origin + z * array_.slice_stride;
             for (int y = 0; filters(0) && y < array_.shape.y; y += strip_width)
                 filter_rows(line(0), slice + y * array_.row_stride, array_.row_stride,
-                            std::min(strip_width, array_.shape.y - y), buffer.get());
+                            std::min(strip_width, array_.shape.y - y), buffer.data());
             for (int y = 0; y < array_.shape.y; ++y)
                 pad(slice + y * array_.row_stride, 1, 1, array_.shape.x, array_.padding, boundary_);
 
             const int width = array_.shape.x + 2 * array_.padding;
             for (int x = 0; filters(1) && x < width; x += strip_width)
                 filter_columns(line(1), slice - array_.padding + x, array_.row_stride, std::min(strip_width, width - x),
-                               buffer.get());
+                               buffer.data());
             pad(slice - array_.padding, array_.row_stride, width, array_.shape.y, array_.padding, boundary_);
         }
     }
@@ -125,13 +142,13 @@ private:
     /// Filters along z, in strips of the padded slices.
     void filter_strips(std::size_t begin, std::size_t end) const
     {
-        const auto buffer = hwy::AllocateAligned<double>(line(2).buffer_size());
+        const LineBuffer buffer(line(2).buffer_size());
         float* const slice = array_.origin - array_.padding * (array_.row_stride + 1);
         for (std::size_t strip = begin; strip < end; ++strip) {
             const auto first = static_cast<std::ptrdiff_t>(strip) * strip_width;
             const auto count = std::min<std::ptrdiff_t>(strip_width, padded_slice_size() - first);
             if (filters(2))
-                filter_columns(line(2), slice + first, array_.slice_stride, static_cast<int>(count), buffer.get());
+                filter_columns(line(2), slice + first, array_.slice_stride, static_cast<int>(count), buffer.data());
             pad(slice + first, array_.slice_stride, count, array_.shape.z, array_.padding, boundary_);
         }
     }

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <cfenv>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -33,10 +34,14 @@ private:
 void start_thread(std::function<void()> run)
 {
     const SignalsBlocked blocked;
-    std::thread([run = std::move(run)] {
-        std::fesetenv(FE_DFL_ENV); // not that of the thread that happened to start this one
-        run();
-    }).detach();
+    try {
+        std::thread([run = std::move(run)] {
+            std::fesetenv(FE_DFL_ENV); // not that of the thread that happened to start this one
+            run();
+        }).detach();
+    } catch (const std::system_error& error) {
+        throw std::system_error(error.code(), "cannot start a thread: out of memory, or at the limit of threads");
+    }
 }
 
 } // namespace isospline

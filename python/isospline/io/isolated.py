@@ -96,7 +96,9 @@ class _Servers:
         if self._control is not None:
             self._control.close()
             self._control = None
+        if self._process is not None:  # None also while another thread started it
             self._process.returncode = 0  # it is not a child of this process, which need not wait for it
+            self._process = None
 
     def ask(self, request, libraries, shared, timeout):
         """The bytes of the answer; none if the server ended meanwhile, which it does when it is not needed."""

@@ -98,15 +98,12 @@ struct World {
 
     World()
     {
-        std::vector<float> data;
         for (int z = 0; z < size; ++z)
             for (int y = 0; y < size; ++y)
                 for (int x = 0; x < size; ++x)
                     data.push_back(
                         std::sqrt(static_cast<float>((x - 9) * (x - 9) + (y - 9) * (y - 9) + (z - 9) * (z - 9))));
-        constexpr std::ptrdiff_t step = sizeof(float);
-        volume = std::make_shared<Volume>(
-            SampleView{data.data(), SampleType::float32, {size, size, size}, {step, step * size, step * size * size}});
+        volume = std::make_shared<Volume>(samples());
         options.capped = true;
         options.clip = {{{0, 0, 1}, 8.0}};
         surface = std::make_shared<Isosurface>(volume, 6.0, options);
@@ -117,6 +114,12 @@ struct World {
         scene.snapshot();
         for (int i = 0; i < 32 * 32; ++i)
             rays.push_back({glm::dvec3(-5, 0, 0) + size / 32.0 * glm::dvec3(0, i % 32, i / 32), {1.0, 0.01, 0.02}});
+    }
+
+    SampleView samples() const
+    {
+        constexpr std::ptrdiff_t step = sizeof(float);
+        return {data.data(), SampleType::float32, {size, size, size}, {step, step * size, step * size * size}};
     }
 
     double cast(bool coherent)
@@ -192,12 +195,21 @@ struct World {
         ClosestPointFinder find(*surface->snapshot());
         return find({1.0, 3.0, 4.0}).distance;
     }
+    double prefilter() { return Volume(samples()).value({9.3, 8.4, 7.2}); }
+    double prune()
+    {
+        const Isosurface other(volume, 5.0);
+        return other.snapshot()->is_empty() ? 0.0 : static_cast<double>(other.snapshot()->shell().count());
+    }
+    double march() { return static_cast<double>(to_mesh(*surface->snapshot()).vertices.size()); }
+    double simplify() { return static_cast<double>(to_mesh(*surface->snapshot(), 0.5).vertices.size()); }
     double write()
     {
         write_exr(Image({32, 24}, {}), "image.exr");
         return std::filesystem::remove("image.exr") ? 1.0 : 0.0;
     }
 
+    std::vector<float> data;
     std::shared_ptr<Volume> volume;
     IsosurfaceOptions options;
     std::shared_ptr<Isosurface> surface;
@@ -224,6 +236,10 @@ const Operation operations[] = {
     {"new scene", [](World& world) { return world.new_scene(); }},
     {"change", [](World& world) { return world.change(); }},
     {"closest point", [](World& world) { return world.nearest(); }},
+    {"prefilter", [](World& world) { return world.prefilter(); }},
+    {"prune", [](World& world) { return world.prune(); }},
+    {"mesh", [](World& world) { return world.march(); }},
+    {"simplified mesh", [](World& world) { return world.simplify(); }},
     {"exr", [](World& world) { return world.write(); }},
 };
 

@@ -176,6 +176,7 @@ def test_a_crash_and_a_lack_of_memory_are_exceptions(call, monkeypatch, name, ki
     assert call("pid") not in (os.getpid(), isolated._SERVERS._process.pid)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["spin", "sleep"])
 def test_a_reader_has_limited_time(call, monkeypatch, name):
     monkeypatch.setattr(isolated, "SECONDS", 1.0)
@@ -212,6 +213,7 @@ def test_output_of_readers_is_not_shown(call, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_processes_that_a_reader_starts_end_with_it(call):
     number = call("child")
     wait_for(lambda: not psutil.pid_exists(number))
@@ -232,6 +234,7 @@ def test_threads_read_at_the_same_time(call):
     assert time.monotonic() - begin < 60
 
 
+@pytest.mark.slow
 def test_nothing_is_left_behind(call):
     others = set(descendants())  # of other tests
     for _ in range(5):
@@ -280,6 +283,7 @@ def test_a_spawned_process_reads(tmp_path):
         assert pool.apply(_read_npy, (path,)) == 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["stdin", "interactive"])
 def test_a_program_from_standard_input_reads(tmp_path, how):
     path = tmp_path / "a"
@@ -296,6 +300,7 @@ print(isolated.call("isospline.io.checks:check_file", Path({str(path)!r})))
     assert run.stdout.split() == ["12"], run.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name, kill", [("spin", signal.SIGINT), ("sleep", signal.SIGINT), ("spin", signal.SIGKILL)])
 def test_ctrl_c_and_the_end_of_the_caller_stop_a_reader(tmp_path, name, kill):
     (tmp_path / "some_readers.py").write_text(READERS, encoding="utf-8")
