@@ -7,6 +7,7 @@
 PYBIND11_MODULE(_core, module)
 {
     module.doc() = "Isosurfaces of B-spline volume models, ray traced exactly in Embree.";
+    module.attr("__version__") = ISOSPLINE_VERSION;
     pybind11::register_exception<isospline::Cancelled>(module, "Cancelled", PyExc_RuntimeError).doc() =
         "Raised by an operation whose progress callable returned a false value other than None.";
     Py_AtExit(isospline::end_operations);

@@ -205,6 +205,9 @@ def make_files(folder):
 
     write("head.nii.gz", (1000 * soft + 600 * hard).astype(np.int16))
     write("hip.nii.gz", (1000 * soft + 600 * hard).astype(np.int16))
+    skin, bone, brain = union(skull, nose, neck) > 0, np.minimum(skull - 12, 26 - skull) > 0, skull > 26
+    segments = np.select([brain & (x > 0), brain, bone & (sockets < 0), skin], [3, 2, 4, 1])
+    write("seg.nii.gz", segments.astype(np.uint8))
     write("dose.nrrd", np.maximum(0, 60 - np.hypot(x, y) / 2).astype(np.float32))
     around = isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
     isospline.render(isospline.Scene(), around, size=(32, 16), background=(0.6, 0.7, 0.9)).write(folder / "sky.exr")

@@ -1,7 +1,6 @@
 """Isosurfaces of B-spline volume models, ray traced exactly in Embree."""
 
 from importlib import import_module as _import_module
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
@@ -74,7 +73,7 @@ from . import distributed  # last, because it imports from the other modules
 if _TYPE_CHECKING:
     from .viewer import view
 
-__version__ = _version("isospline")
+__version__ = _core.__version__
 
 
 def __getattr__(name: str) -> _Any:

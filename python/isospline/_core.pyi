@@ -30,6 +30,7 @@ _Point = tuple[float, float, float]
 _CameraPosition = tuple[_Point, _Point, _Point]
 _OpenCv = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
+__version__: str
 INVALID_ID: int
 LAYERS: tuple[str, ...]
 
@@ -400,6 +401,7 @@ class Scene:
     def signed_distance(
         self, points: ArrayLike, *, max_distance: float = ..., tolerance: float | None = None
     ) -> NDArray[np.float64]: ...
+    @overload
     def count_intersections(
         self,
         rays: ArrayLike,
@@ -436,6 +438,7 @@ class Scene:
     def save(self, path: str | PathLike[str], *arguments: Any, **options: Any) -> None: ...
     def show(self, **options: Any) -> Viewer: ...
     def settle(self, *, progress: _Progress = None) -> None: ...
+    @overload
     def test_occlusions(
         self,
         rays: ArrayLike,

@@ -1,4 +1,5 @@
-# Installs the library to an empty prefix, then configures, builds and runs the consumer beside this file against it.
+# Installs the library to an empty prefix, then configures, builds and runs programs against it: the consumer beside
+# this file, and the example of the documentation, docs/howto/cpp.md.
 set(work ${BUILD_DIR}/installed_package)
 file(REMOVE_RECURSE ${work})
 
@@ -15,12 +16,19 @@ if(EXISTS /proc/cpuinfo)
 endif()
 
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${work}/prefix --component development)
-run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${work}/build -G Ninja -D CMAKE_PREFIX_PATH=${work}/prefix
-  -D ISOSPLINE_VERSION=${VERSION}
-  -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O2"
-)
-run(${CMAKE_COMMAND} --build ${work}/build)
-run(${work}/build/consumer)
+foreach(source ${CMAKE_CURRENT_LIST_DIR} ${CMAKE_CURRENT_LIST_DIR}/../../examples/cpp)
+  get_filename_component(name ${source} NAME)
+  run(${CMAKE_COMMAND} -S ${source} -B ${work}/${name} -G Ninja -D CMAKE_PREFIX_PATH=${work}/prefix
+    -D ISOSPLINE_VERSION=${VERSION}
+    -D CMAKE_CXX_COMPILER=${CXX_COMPILER} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O2"
+  )
+  run(${CMAKE_COMMAND} --build ${work}/${name})
+endforeach()
+run(${work}/install/consumer)
+run(${work}/cpp/gyroid WORKING_DIRECTORY ${work})
+if(NOT EXISTS ${work}/gyroid.exr)
+  message(FATAL_ERROR "gyroid: expected the picture gyroid.exr")
+endif()
 
 # No installed header needs any of the libraries that isospline is made with.
 file(GLOB_RECURSE headers RELATIVE ${work}/prefix/include ${work}/prefix/include/*.h)

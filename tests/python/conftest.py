@@ -24,7 +24,10 @@ LONGEST = (
 
 
 def pytest_collection_modifyitems(items):
-    """Move the longest files to the front."""
+    """Move the longest files to the front; tests in a browser are slow ones."""
+    for item in items:
+        if "browser" in item.fixturenames:
+            item.add_marker(pytest.mark.slow)
     place = {name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 

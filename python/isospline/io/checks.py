@@ -8,7 +8,6 @@ import os
 import stat
 
 import numpy as np
-import psutil
 
 from ..parameters import printable
 
@@ -78,4 +77,6 @@ def size_text(shape):
 
 def available_memory():
     """Bytes that may be allocated without swapping."""
+    import psutil  # only if it is needed: it is slow to import
+
     return psutil.virtual_memory().available

@@ -7,8 +7,6 @@ import os
 import re
 from typing import Any
 
-import psutil
-
 from ..parameters import check_count
 from .layout import SHARD_CHUNKS, shard_edge
 from .pyramid import reduction_memory
@@ -52,6 +50,8 @@ class Budget:
     def __init__(self, limit: int, threads: int, source: Any, model: Any, chunk: int, is_remote: bool) -> None:
         self._limit, self._threads, self._source, self._model = limit, threads, source, model
         self._chunk, self._reach = chunk, model.reach
+        import psutil  # only if it is needed: it is slow to import
+
         self._begin = _OVERHEAD + (_PROCESS if is_remote else psutil.Process().memory_info().rss)
 
     def shard(self) -> tuple[int, ...]:

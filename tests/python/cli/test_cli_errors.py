@@ -264,6 +264,7 @@ def test_progress_is_shown_on_a_terminal_only(ball, picture):
         assert stage in shown
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_interrupting_leaves_no_file(tmp_path, ball):
     picture = tmp_path / "picture.png"

@@ -268,7 +268,7 @@ def test_signatures_name_shapes_and_types():
     assert signature.parameters["rays"].annotation == "(..., 6) array_like, float32 or float64"
     assert signature.parameters["t_far"].default == np.inf
     assert inspect.signature(isospline.Volume).parameters["spacing"].default == (1.0, 1.0, 1.0)
-    assert inspect.signature(isospline.Isosurface.contains).return_annotation == "NDArray[np.bool]"
+    assert inspect.signature(isospline.Scene.occupancy).return_annotation == "NDArray[np.bool]"
 
 
 def test_attributes_have_docstrings():

@@ -383,6 +383,7 @@ def test_truncated_msh_is_refused(tmp_path, kind):
             read_mesh(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", [b"(1", b"(0 ", b"(10 (0 1 8 0 3)\n(10 (1 1 8 1 3)(", b"(2 3"])
 def test_ansys_reader_does_not_wait_for_an_end(tmp_path, content, short_limit):
     (tmp_path / "a.msh").write_bytes(content)
@@ -511,6 +512,7 @@ def test_errors_of_the_images_are_not_taken_for_those_of_the_video(tmp_path):
         isospline.write_video(tmp_path / "a.mp4", images())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "suffix, change",
     [
@@ -594,6 +596,7 @@ def test_extents_and_blocks_that_do_not_agree_are_refused(tmp_path):
             read_volume(tmp_path / "a.vti")
 
 
+@pytest.mark.slow
 def test_cells_of_no_type_and_data_that_never_come_are_refused(tmp_path, short_limit):
     grid = "# vtk DataFile Version 4.2\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
     (tmp_path / "grid.vtk").write_text(grid + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n715820698\n", encoding="utf-8")

@@ -95,6 +95,7 @@ def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
     assert [axis.get("unit") for axis in axes] == 3 * [names.get(unit)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit, area, volume", [("mm", "mm²", "mm³"), ("", "unit^2", "unit^3")])
 @pytest.mark.parametrize("of_store", [False, True])
 def test_tables_of_info_and_measure_have_the_unit(tmp_path, capsys, unit, area, volume, of_store):

@@ -61,6 +61,7 @@ def random_case(seed):
     return isospline.Isosurface(volume, level, **options), float(rng.choice([0.3, 0.6, 1.0])), kind
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(18))
 def test_solids_are_within_the_tolerance(seed):
     surface, tolerance, kind = random_case(seed)
@@ -72,6 +73,7 @@ def test_solids_are_within_the_tolerance(seed):
         assert report["self_intersections"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_the_surface_is_in_balls_around_points_of_the_mesh(degree):
     rng = np.random.default_rng(degree)

@@ -164,6 +164,7 @@ def test_a_part_between_the_finest_nodes_is_listed():
     assert report["distance"] <= 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("tolerance", [0.25, 0.5])
 def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
@@ -180,6 +181,7 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
     assert report["self_intersections"] == count_crossings(mesh)
 
 
+@pytest.mark.slow
 def test_simplified_blobs_do_not_cross_themselves():
     data = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(36, 36, 36)), 1.2)
     surface = isospline.Isosurface(isospline.Volume(np.pad(data, 2, constant_values=-1)), 0.02)

@@ -249,6 +249,7 @@ def small_run(repository, tmp_path_factory):
         "animation",
         "picture",
         "call",
+        "importing",
         "agreement",
         "accuracy",
         "escape",

@@ -172,6 +172,7 @@ def crossings_of_edges(surface, refinement):
     return above
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("largest", [4, 50])
 def test_nothing_is_nearer_where_the_level_equals_samples(degree, largest):
@@ -335,6 +336,7 @@ def test_same_answers_for_any_number_of_threads(rng):
         np.testing.assert_array_equal(answers[0][name], answers[1][name])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 def test_a_signal_stops_it():
     class Stop(Exception):

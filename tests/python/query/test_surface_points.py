@@ -106,6 +106,7 @@ def test_distance_from_a_mesh(rng):
     assert apart.maximum[0] - 1e-4 <= 9.7 <= apart.maximum[1] + 1e-4
 
 
+@pytest.mark.slow
 def test_distance_of_a_mesh_from_a_sphere():
     """Of the points of a cube, its corners are farthest from a ball in it, and the middles of its faces nearest."""
     box = trimesh.creation.box(extents=(2, 2, 2))
@@ -124,6 +125,7 @@ def test_distance_of_a_mesh_from_a_sphere():
     assert both == isospline.hausdorff_distance(sphere(0.7), cube) == (max(lower, back[0]), max(upper, back[1]))
 
 
+@pytest.mark.slow
 def test_distances_of_meshes_are_those_of_trimesh(rng):
     ball, box = trimesh.creation.icosphere(2, 0.8), trimesh.creation.box(extents=(1, 2, 0.6))
     one, other = isospline.Mesh(ball.vertices, ball.faces), isospline.Mesh(box.vertices, box.faces)

@@ -155,6 +155,7 @@ def is_closed(mesh, solid):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("oblique", [False, True])
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_a_full_volume_is_a_parallelepiped(degree, oblique):
@@ -186,6 +187,7 @@ def test_a_full_volume_is_a_parallelepiped(degree, oblique):
     assert not wrong, f"{len(wrong)} wrong, for example {wrong[0]}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("oblique", [False, True])
 def test_a_half_full_volume_is_a_cut_parallelepiped(oblique):
     """At degree 1, the model of a linear function is the function: its solid is a box with a plane through it."""
@@ -230,6 +232,7 @@ def test_a_half_full_volume_is_a_cut_parallelepiped(oblique):
     assert not wrong, f"{len(wrong)} wrong, for example {wrong[0]}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_noise_is_closed(degree, inside, rng):

@@ -90,6 +90,7 @@ def test_the_number_of_crossings_tells_the_side(rng, degree, largest):
         assert np.array_equal(crossings[is_sure] % 2 == 1, expected[is_sure])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree, largest", CASES)
 def test_the_solids_above_and_below_fill_the_volume_and_share_the_surface(degree, largest):
     for above, _ in surfaces(degree, largest, inside=["above"]):
@@ -171,6 +172,7 @@ def test_components_of_degree_1_are_those_of_scipy(largest, inside):
         assert len(surface.components().cell_counts) == ndimage.label(solid, np.ones((3, 3, 3)))[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree, largest", CASES)
 def test_closed_meshes_are_closed(degree, largest):
     for surface, _ in surfaces(degree, largest, closed=True):

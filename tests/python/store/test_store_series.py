@@ -116,6 +116,7 @@ def test_frames_of_a_series_have_one_camera(steps, tmp_path, capsys):
     assert (tmp_path / "frame-01.png").stat().st_mtime_ns == changed
 
 
+@pytest.mark.slow
 def test_frames_are_made_again_where_they_would_differ(steps, tmp_path, capsys):
     folder, pictures = tmp_path / "volumes", tmp_path / "pictures"
     folder.mkdir()

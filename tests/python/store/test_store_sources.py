@@ -120,6 +120,7 @@ def test_pages_of_tiff(data, tmp_path, options):
     check(opened(tmp_path / "a.tif", tmp_path), data)
 
 
+@pytest.mark.slow
 def test_a_folder_of_tiff(data, tmp_path):
     folder = tmp_path / "slices"
     folder.mkdir()

@@ -63,6 +63,7 @@ def test_points_read_a_store_about_once(made, opened):
     assert bytes_of(opened, lambda: [opened.sample(part) for part in np.split(points[:4000], 80)]) > 3 * SIZE
 
 
+@pytest.mark.slow
 def test_points_of_a_scene_read_a_store_about_once(made, opened):
     transform = np.array([[0, -1, 0, 3], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     ours, theirs = isospline.Scene(), isospline.Scene()
@@ -75,6 +76,7 @@ def test_points_of_a_scene_read_a_store_about_once(made, opened):
     np.testing.assert_array_equal(ours.signed_distance(some), theirs.signed_distance(some))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("query", ["cast_rays", "test_occlusions"])
 def test_sorted_rays_read_a_fraction(opened, query):
     scene = isospline.Scene([isospline.Isosurface(opened, 0.0)])
@@ -93,6 +95,7 @@ def test_rays_in_memory_that_suffices_read_a_store_once(made):
     assert opened.paging["bytes_read"] < 1.2 * SIZE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"clip": isospline.HalfSpace((60, 90, 70), (1, 2, 3)), "capped": True}])
 def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, opened, options):
     surfaces = [isospline.Isosurface(volume, 0.1, **options) for volume in (opened, made[1])]
@@ -123,6 +126,7 @@ def test_results_are_those_of_the_volume_in_memory_in_the_given_order(made, open
             np.testing.assert_array_equal(crossings[name], array)
 
 
+@pytest.mark.slow
 def test_bad_rays_are_named_by_their_place_in_the_array(opened):
     scene = isospline.Scene([isospline.Isosurface(opened, 0.0)])
     for wrong, said in ((np.nan, "finite origins and directions, got nan in ray 77"), (0.0, "zero, got .* in ray 77")):

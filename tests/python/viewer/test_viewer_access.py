@@ -160,6 +160,7 @@ def test_tokens_of_the_user(ball, monkeypatch):
         isospline.view(ball, browser=False, token=5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["option", "variable"])
 def test_tokens_of_the_command_line(ball, how):
     options = ["--token", "of-the-user"] if how == "option" else []
@@ -205,6 +206,7 @@ print("SECRETS", token_of(viewer), cookie.partition("=")[2])
 """
 
 
+@pytest.mark.slow
 def test_secrets_are_not_in_logs(ball):
     folder = os.path.dirname(os.path.dirname(__file__))
     environment = {**os.environ, "PYTHONASYNCIODEBUG": "1"}

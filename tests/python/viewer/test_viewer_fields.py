@@ -146,6 +146,7 @@ def test_values_on_a_cut_have_the_greys_of_their_colour_bar(page, viewer):
     page.wait("document.querySelectorAll('.value-bar').length === 0")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["xyz", "zyx"])
 def test_slices_of_a_volume_in_either_order_of_axes(browser, axes):
     """60 x 40 x 20 samples: x runs to 59, y to 39 and z to 19."""

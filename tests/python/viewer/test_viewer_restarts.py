@@ -19,6 +19,7 @@ def context(browser):
     opened.close()
 
 
+@pytest.mark.slow
 def test_the_cookie_replaces_the_token_in_the_address(context, large_ball):
     with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
         page = Page(context, viewer.url)
@@ -79,6 +80,7 @@ def wait_for_level(page, level):
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path):
     """It says what is lost, and shows it again if the user wants it."""
     other = tmp_path / "other.npy"
@@ -108,6 +110,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
         assert page.messages().strip() == "" and not page.problems
 
 
+@pytest.mark.slow
 def test_a_page_of_a_viewer_with_another_token_says_so(context, large_ball):
     with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
         page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED", "Unexpected response code: 403"))

@@ -124,6 +124,7 @@ def test_closing_twice_and_in_the_middle_of_a_picture(ball):
             client.socket.recv(timeout=10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_window", [False, True])
 def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
     command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
@@ -177,6 +178,7 @@ def test_ctrl_c_ends_the_command_where_python_drops_the_exception(ball):
     assert done.stderr == "isospline: Ctrl-C ends the viewer\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

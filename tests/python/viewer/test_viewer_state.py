@@ -54,6 +54,7 @@ def shot(document, state):
     return PictureMaker(document).render(state, SIZE, Stage(samples, True)).to_srgb()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STATES)
 def test_session_round_trip(opened, folder, name):
     document, state = opened
