@@ -96,9 +96,9 @@ def test_the_solids_above_and_below_fill_the_volume_and_share_the_surface(degree
     for above, _ in surfaces(degree, largest, inside=["above"]):
         below = isospline.Isosurface(above.volume, above.level, inside="below")
         whole = np.prod(np.diff(above.volume.bounds, axis=0))
-        volumes = above.enclosed_volume(), below.enclosed_volume()
+        volumes = above.enclosed_volume(order=4), below.enclosed_volume(order=4)
         assert abs(sum(each.value for each in volumes) - whole) <= sum(each.error for each in volumes) + 1e-9 * whole
-        areas = above.area(), below.area()
+        areas = above.area(order=4), below.area(order=4)
         assert abs(areas[0].value - areas[1].value) <= sum(each.error for each in areas) + 1e-9 * areas[0].value
 
 
@@ -110,7 +110,7 @@ def test_measures_agree_with_points_and_lines(rng, degree, largest):
         lower, upper = surface.volume.bounds
         points = random_points(surface, 20000, rng)
         share = ((surface.volume.sample(points) >= surface.level - 1e-9) == (surface.inside == "above")).mean()
-        volume, whole = surface.enclosed_volume(), np.prod(upper - lower)
+        volume, whole = surface.enclosed_volume(order=4), np.prod(upper - lower)
         # A share of none or all may be wrong by some points.
         assert abs(volume.value - share * whole) <= volume.error + 5 * whole * np.sqrt(
             max(share * (1 - share), 4 / 20000) / 20000
@@ -124,7 +124,7 @@ def test_measures_agree_with_points_and_lines(rng, degree, largest):
         across *= radius * np.sqrt(rng.random((20000, 1))) / np.linalg.norm(across, axis=1, keepdims=True)
         origins = (lower + upper) / 2 + across - 2 * radius * directions
         crossings = isospline.Scene(surface).count_intersections(np.concatenate([origins, directions], axis=1))
-        area = surface.area()
+        area = surface.area(order=4)
         expected = 2 * np.pi * radius**2 * crossings.mean()
         deviation = 2 * np.pi * radius**2 * max(crossings.std(), 0.02) / np.sqrt(20000)
         assert abs(area.value - expected) <= area.error + 5 * deviation, surface
