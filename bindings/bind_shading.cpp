@@ -71,7 +71,7 @@ intensity : float or (3,) float
 )")
         .def(py::init([](py::object direction, const py::object& intensity) {
                  if (py::isinstance<py::str>(direction))
-                     direction = py::module_::import("isospline.views").attr("light_from")(direction);
+                     direction = py::module_::import("isospline.picture.views").attr("light_from")(direction);
                  const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity")};
                  validate(light);
                  return light;

@@ -1,5 +1,5 @@
 // The state of volumes, isosurfaces and images for pickle. Large arrays are views of the objects' own memory; protocol
-// 5 sends them out of band, without a copy. isospline/values.py handles all other types.
+// 5 sends them out of band, without a copy. isospline/base/values.py handles all other types.
 #include "arrays.h"
 #include "bind.h"
 #include "long_call.h"

@@ -50,7 +50,7 @@ void long_call(const std::string& what_for, const pybind11::object& progress, Op
 {
     namespace py = pybind11;
     const py::object report =
-        progress.is_none() ? progress : py::module_::import("isospline.progress").attr("as_callable")(progress);
+        progress.is_none() ? progress : py::module_::import("isospline.base.progress").attr("as_callable")(progress);
     std::atomic<bool> cancelled = false;
     std::atomic<double> finished = 0.0;
     std::exception_ptr raised;

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from isospline.foreign import table_of_names
+from isospline.base.foreign import table_of_names
 
 PAGE = Path(__file__).with_name("migration.md")
 BEGIN, END = "<!-- begin names -->\n", "\n<!-- end names -->"

@@ -4,11 +4,12 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import _core, signatures
+from . import _core
+from .base import signatures
 
 signatures.attach(_core)  # before other modules import from it
 
-from . import foreign, values, volumes
+from . import volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
@@ -39,20 +40,8 @@ from ._core import (
     set_thread_count,
     thread_count,
 )
-from .cameras import camera_for, turntable
-from .colors import ridges_and_valleys
-from .distances import hausdorff_distance, surface_distance
-from .environments import read_environment
-from .ground import ground_for
-from .image import Image
-from .interop import RayMeshIntersector, read_mesh
-from .io import VolumeData, read_volume
-from .labels import Labels
-from .levels import suggest_levels
-from .path_tracer import PathTracer
-from .progressive import ProgressiveRenderer, render_progressive
-from .rendering import render
-from .results import (
+from .base import foreign, values
+from .base.results import (
     ClosestPoints,
     Components,
     Crossings,
@@ -63,9 +52,23 @@ from .results import (
     Measurement,
     SurfaceDistance,
 )
+from .colors import ridges_and_valleys
+from .distances import hausdorff_distance, surface_distance
+from .interop import RayMeshIntersector, read_mesh
+from .io import VolumeData, read_volume
+from .labels import Labels
+from .levels import suggest_levels
+from .picture.cameras import camera_for, turntable
+from .picture.environments import read_environment
+from .picture.ground import ground_for
+from .picture.image import Image
+from .picture.path_tracer import PathTracer
+from .picture.plotter import add_to_plotter
+from .picture.progressive import ProgressiveRenderer, render_progressive
+from .picture.rendering import render
+from .picture.studio import Studio
+from .picture.video import write_video
 from .store import convert, open_volume, scale_for
-from .studio import Studio
-from .video import write_video
 from . import research, showing
 
 from . import distributed  # last, because it imports from the other modules
@@ -130,6 +133,7 @@ __all__ = [
     "SurfaceDistance",
     "Volume",
     "VolumeData",
+    "add_to_plotter",
     "camera_for",
     "convert",
     "distributed",

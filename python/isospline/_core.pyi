@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import Self, Unpack
 
 from .io.volume_data import VolumeData
-from .results import (
+from .base.results import (
     ClosestPoints,
     Components,
     Crossings,

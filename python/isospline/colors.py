@@ -8,12 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .color_tables import table
-from .mistakes import sentence
-from .signatures import explained
+from .base.color_tables import table
+from .base.mistakes import sentence
+from .base.signatures import explained
 
 #: Kinds of curvature by which surfaces are coloured, by their names in the viewer and on the command line.
 CURVATURES: dict[str, Any] = {f"{kind}-curvature": kind for kind in ("mean", "gaussian", "maximum", "minimum")}
+
+#: Colours of surfaces and meshes in the order in which they are added.
+COLORS = ("#d9c7a8", "#c8553d", "#588b8b", "#93b7be", "#8d6a9f", "#e0a458", "#5b7553", "#7d8597")
+#: The background.
+BACKGROUND = "#e8ebef"
 
 
 def linear_to_srgb(linear: ArrayLike) -> NDArray[np.float64]:
@@ -129,6 +134,11 @@ def _srgb_of(name: str) -> NDArray[np.float64] | None:
         return np.array(to_rgba(name))
     except ValueError:
         return None
+
+
+def color_of(place: int) -> str:
+    """The colour of the object with this index, from 0 on."""
+    return COLORS[place % len(COLORS)]
 
 
 def hex_of(linear: ArrayLike) -> str:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ._core import Isosurface, Mesh, Scene
-from .results import Measurement, SurfaceDistance
-from .signatures import explained
+from .base.results import Measurement, SurfaceDistance
+from .base.signatures import explained
 
 #: Largest number of boxes or triangles for one bound.
 MOST_PARTS = 1 << 18

@@ -1,13 +1,13 @@
-"""Suggested levels, and the histogram from which they are computed."""
+"""Suggested levels and levels by default, the histograms they are computed from, and specks of noise."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import _as_array
-from .parameters import check_count
-from .signatures import explained
+from . import _core
+from .base.parameters import check_count
+from .base.signatures import explained
 
 __all__ = ["histogram", "suggest_levels"]
 
@@ -15,6 +15,14 @@ __all__ = ["histogram", "suggest_levels"]
 BINS = 4096
 # Integers of at most this range are counted one by one.
 COUNTED_RANGE = 1 << 17
+# Points at which a Volume without samples is evaluated.
+LOOKED_UP = 500_000
+#: If only a file is given, pieces of a solid count as noise if they have fewer inside cells than this fraction of the
+#: largest piece's.
+SPECK = 0.01
+
+# Hounsfield units: air, with the rounding and the noise of scanners, and water.
+_AIR, _WATER = (-1100, -900), 0
 
 
 @explained
@@ -94,7 +102,7 @@ def histogram(data):
     values : (N,) float64 array
     counts : (N,) int64 array
     """
-    data = np.atleast_2d(_as_array(data, "data"))
+    data = np.atleast_2d(_core._as_array(data, "data"))
     if data.size == 0:
         raise ValueError(f"data: expected samples, got none, shape {data.shape}")
     if data.dtype == bool:
@@ -119,6 +127,54 @@ def histogram(data):
             sums += np.bincount(bins, part / width - low / width, minlength=BINS)
         values = low + width * (sums / np.maximum(counts, 1))
     return values[counts > 0], counts[counts > 0]
+
+
+def default_level(volume: _core.Volume) -> float:
+    """The level of a picture of a volume for which none was given."""
+    values, counts = histogram(some_values(volume))
+    suggested = levels_of_histogram(values, counts)
+    return default_levels(suggested, float(values[0]), volume.patient)[0] if suggested else float(values[0])
+
+
+def default_levels(suggested: list[float], minimum: float, patient: bool) -> tuple[float, float | None]:
+    """The level of a picture for which none was given, and the level of the patient's body, or None.
+
+    The first level is the first of the suggested ones. For a CT of a patient, in which air has -1000 Hounsfield units,
+    it is the first one above water, which shows bones. The lowest suggested level then separates the body from air, if
+    it is below water.
+    """
+    is_ct = patient and _AIR[0] <= minimum <= _AIR[1]
+    above_water = [level for level in suggested if level > _WATER]
+    if not (is_ct and above_water):
+        return suggested[0], None
+    return above_water[0], min(suggested) if min(suggested) < _WATER else None
+
+
+def body_mask(volume: _core.Volume, level: float) -> NDArray[np.bool_]:
+    """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
+    return _core.Isosurface(volume, level, largest=1).to_mask()
+
+
+def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:
+    """The number of components of the solid that are not specks of noise, and the number of all components.
+
+    Only cells that are completely inside count: a layer of noise has many cells but hardly any inside.
+    """
+    inside = surface.components().inside_counts
+    return int((inside >= SPECK * inside.max(initial=0)).sum()), len(inside)
+
+
+def some_values(volume):
+    """The model's values at some evenly spaced samples."""
+    steps = max(1, int(np.ceil((np.prod(volume.shape[:3], dtype=float) / LOOKED_UP) ** (1 / 3))))
+    axes = [np.arange(0, count, steps, dtype=float) for count in index_shape(volume)]
+    index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return volume.sample(index @ volume.affine[:3, :3].T + volume.affine[:3, 3])
+
+
+def index_shape(volume):
+    """The numbers of samples of a volume along x, y and z."""
+    return volume.shape[::-1] if volume.axes == "zyx" else volume.shape
 
 
 def _best_split(values, weights, begin, end):

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
 from ._core import Isosurface, Scene, VoxelHopper, _empty_scene
+from .base.results import HopStatistics
+from .base.signatures import explained
 from .interop.conversions import as_placed_objects
-from .results import HopStatistics
-from .signatures import explained
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 
 from ._core import Isosurface, Mesh, PerspectiveCamera, Scene, Volume
-from .foreign import answer
-from .image import Image
+from .base.foreign import answer
+from .base.parameters import check_path, printable
+from .base.signatures import explained
 from .interop.mesh_output import MESHES
 from .io.volume_data import VolumeData
-from .parameters import check_path, printable
-from .signatures import explained
+from .picture.image import Image
 
 #: Suffixes of pictures.
 PICTURES = (".png", ".exr", ".jpg", ".jpeg")
@@ -61,7 +61,7 @@ def save(self, path, *arguments, **options):
     check_path(path)
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     if suffix in PICTURES:
-        from .rendering import render
+        from .picture.rendering import render
 
         render(self, *arguments, **options).write(path)
         return

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._core import Volume
-from .parameters import check_count
-from .signatures import explained, explained_methods
+from .base.parameters import check_count
+from .base.signatures import explained, explained_methods
 
 __all__ = ["Field", "blobs", "gyroid", "heart", "marschner_lobb", "sphere", "torus", "waves"]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import isospline as iso
 from isospline import volumes
-from isospline.values import VALUE_TYPES
+from isospline.base.values import VALUE_TYPES
 
 # Not called: they need another library's objects, or a file.
 LEFT_OUT = {

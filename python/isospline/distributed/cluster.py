@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from ..parameters import check_count, check_type
+from ..base.parameters import check_count, check_type
 from ..store.budget import default_threads
 
 #: Fraction of a worker's memory at which Dask ends it and starts its tasks again. Dask's other limits make it wait.

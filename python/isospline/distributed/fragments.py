@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..image import Image
+from ..picture.image import Image
 from .windows import image_of
 
 

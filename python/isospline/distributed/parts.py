@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from .. import _core
+from ..base.values import _make_scene
 from ..store.layout import Part
 from ..store.volume import reopen
-from ..values import _make_scene
 
 #: Describes a scene: arguments of `_make_scene`, with the states of surfaces and the stores of volumes.
 Description = tuple[Any, ...]

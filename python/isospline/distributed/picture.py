@@ -9,14 +9,14 @@ import pickle
 from typing import Any
 
 from .. import _core
-from ..annotations import annotated, check_annotations
-from ..cameras import camera_for
-from ..image import Image
-from ..lights import resolve
-from ..parameters import check_count, check_path, check_type
-from ..rendering import render as render_here
-from ..scenes import as_scene
-from ..studio import Studio
+from ..base.parameters import check_count, check_path, check_type
+from ..picture.annotations import annotated, check_annotations
+from ..picture.cameras import camera_for
+from ..picture.image import Image
+from ..picture.lights import resolve
+from ..picture.rendering import render as render_here
+from ..picture.scenes import as_scene
+from ..picture.studio import Studio
 from . import parts as scene_parts
 from . import tasks
 from .cluster import dask_distributed, submit, worker_count

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from ..image import Image
-from ..parameters import check_type
-from ..progress import as_callable
-from ..signatures import explained
+from ..base.parameters import check_type
+from ..base.progress import as_callable
+from ..base.signatures import explained
+from ..picture.image import Image
 from ..store.budget import parse_memory
 from .cluster import connected, dask_distributed
 from .picture import PictureInTheMaking

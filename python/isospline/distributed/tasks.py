@@ -6,8 +6,8 @@ import pickle
 from typing import Any
 
 from .. import _core
-from ..image import Image
-from ..rendering import render
+from ..picture.image import Image
+from ..picture.rendering import render
 from ..store.volume import open_volume
 from . import fragments
 from .fragments import PartOfPicture

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..image import Image
-from ..mistakes import sentence
+from ..base.mistakes import sentence
+from ..picture.image import Image
 
 Window = tuple[int, int, int, int]
 

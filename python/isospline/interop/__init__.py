@@ -4,8 +4,8 @@ A library is only imported when a method that needs it is called.
 """
 
 from .._core import Isosurface, Mesh, Volume
+from ..base.signatures import explained
 from ..io.volume_data import VolumeData
-from ..signatures import explained
 from . import mesh_output, meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
 from .rays import RayMeshIntersector

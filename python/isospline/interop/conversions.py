@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import Isosurface, Mesh, Scene, Volume, _as_array
-from ..mistakes import sentence
+from ..base.mistakes import sentence
 
 # The class method that converts a library's mesh, by the package of its type.
 _MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from .._core import Mesh
+from ..base.parameters import check_path, printable
+from ..base.signatures import explained
 from ..colors import linear_to_srgb
 from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
-from ..parameters import check_path, printable
-from ..signatures import explained
 from .checks import library_of
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..image import whole_file
-from ..parameters import check_path, printable
+from ..base.parameters import check_path, printable
+from ..base.system import whole_file
 from .checks import PLY_NAMES, library_of
 
 

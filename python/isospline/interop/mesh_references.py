@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
+from ..base.parameters import printable
 from ..io.confinement import check_within
-from ..parameters import printable
 
 # Formats of meshio that are complete in one file. Others are several files, or HDF5, whose links may lead anywhere.
 _SELF_CONTAINED = (

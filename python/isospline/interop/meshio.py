@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..parameters import check_type
+from ..base.parameters import check_type
 from .checks import PLY_NAMES, errors_name, library_of
 from .vtk import check_indices, mesh_from_vtk
 

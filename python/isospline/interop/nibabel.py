@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..base.parameters import check_type
 from ..io import nifti
-from ..parameters import check_type
 from .checks import errors_name, library_of, to_volume
 
 

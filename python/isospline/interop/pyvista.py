@@ -1,4 +1,4 @@
-"""PyVista's ImageData and PolyData, which extend VTK's, and pictures in its Plotter."""
+"""PyVista's ImageData and PolyData, which extend VTK's."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..rendering import render
-from ..scenes import as_scene
 from . import vtk
 from .checks import library_of
 
@@ -141,106 +139,3 @@ def mesh_from_pyvista(cls, mesh, **options):
     (12, 3)
     """
     return vtk.mesh_from_vtk(cls, mesh, **options)
-
-
-class PlotterPicture:
-    """Ray traced isosurfaces in a PyVista Plotter: the result of `add_to_plotter`.
-
-    Each time the Plotter renders, a picture from its camera is drawn below its actors, with the depth of each pixel, so
-    that actors and surfaces occlude each other.
-
-    Attributes
-    ----------
-    scene : Scene
-        The rendered scene. After a change of it, call ``plotter.render()``.
-    """
-
-    def __init__(self, plotter, scene, options):
-        import pyvista
-
-        self.scene = scene
-        self._window, self._renderer, self._options = plotter.render_window, plotter.renderer, options
-        # The Plotter fits its camera to actors: add an invisible one of the scene's size.
-        lower, upper = scene.bounds
-        box = pyvista.Box(np.column_stack([lower, upper]).ravel())
-        self._box = plotter.add_mesh(box, opacity=0, pickable=False, render=False)
-        plotter.disable_anti_aliasing()  # its samples would have their own depths
-        for preserve in (self._renderer.SetPreserveColorBuffer, self._renderer.SetPreserveDepthBuffer):
-            preserve(True)
-        self._tag = self._renderer.AddObserver("StartEvent", self._draw)
-
-    def remove(self):
-        """Remove the picture from the Plotter."""
-        self._renderer.RemoveObserver(self._tag)
-        self._renderer.SetPreserveColorBuffer(False)
-        self._renderer.SetPreserveDepthBuffer(False)
-        self._renderer.RemoveActor(self._box)
-
-    def _camera(self):
-        camera = self._renderer.GetActiveCamera()
-        place = camera.GetPosition(), camera.GetFocalPoint(), camera.GetViewUp()
-        if camera.GetParallelProjection():
-            return _core.OrthographicCamera.from_pyvista(place, camera.GetParallelScale())
-        return _core.PerspectiveCamera.from_pyvista(place, camera.GetViewAngle())
-
-    def _draw(self, *_):
-        from vtkmodules.util.numpy_support import numpy_to_vtk
-
-        width, height = self._window.GetSize()
-        background = np.rint(255 * np.array(self._renderer.GetBackground())).astype(int)
-        image = render(
-            self.scene,
-            self._camera(),
-            size=(width, height),
-            background="#{:02x}{:02x}{:02x}".format(*background),
-            layers=("position",),
-            **self._options,
-        )
-        matrix = self._renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(width / height, 0, 1)
-        to_clip = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
-        clip = image.position @ to_clip[2:, :3].T + to_clip[2:, 3]
-        depth = np.nan_to_num(clip[..., 0] / clip[..., 1], nan=1.0).clip(0, 1).astype(np.float32)
-        colors = image.to_srgb()
-        alpha = np.full((height, width, 1), 255, np.uint8)
-        colors = np.concatenate([colors[..., :3], alpha], axis=-1)[::-1].reshape(-1, 4)  # VTK's rows run upwards
-        place = 0, 0, width - 1, height - 1
-        self._window.SetRGBACharPixelData(*place, numpy_to_vtk(colors, deep=True), 0, 0)
-        self._window.SetZbufferData(*place, numpy_to_vtk(depth[::-1].ravel(), deep=True))
-
-
-def add_to_plotter(plotter, scene, **options):
-    """Show ray traced isosurfaces in a PyVista Plotter, together with its actors.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        A Plotter with one view. Its anti-aliasing is switched off. Depth peeling must be off.
-    scene : Scene, Isosurface or Mesh
-        In the Plotter's world.
-    **options
-        Options of `render`: ``light=``, ``color=``, ``samples=``.
-
-    Returns
-    -------
-    PlotterPicture
-
-    Raises
-    ------
-    ValueError
-        For a Plotter with several views.
-
-    Examples
-    --------
-    >>> import isospline, pyvista
-    >>> from isospline.interop.pyvista import add_to_plotter
-    >>> field = isospline.volumes.torus()
-    >>> volume = field.volume(32)
-    >>> plotter = pyvista.Plotter(off_screen=True, window_size=(64, 48))
-    >>> actor = plotter.add_mesh(pyvista.Sphere(radius=0.3))
-    >>> picture = add_to_plotter(plotter, isospline.Isosurface(volume, field.level))
-    >>> plotter.screenshot(return_img=True).shape
-    (48, 64, 3)
-    """
-    if len(plotter.renderers) != 1:
-        raise ValueError(f"plotter: expected one with a single view, got {len(plotter.renderers)} views")
-    return PlotterPicture(plotter, as_scene(scene), options)

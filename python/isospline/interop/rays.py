@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import INVALID_ID, Isosurface, Mesh, Scene, _as_array
-from ..signatures import explained_methods
+from ..base.signatures import explained_methods
 from .trimesh import check_trimesh, mesh_from_trimesh
 
 # Not along an axis or a diagonal, where rays often meet edges.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.parameters import check_type
 from ..io import vtk
-from ..parameters import check_type
 from .checks import attributes, errors_name, library_of, to_mesh, to_volume
 
 

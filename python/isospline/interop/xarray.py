@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.parameters import check_type
 from ..io.checks import check_samples
 from ..io.volume_data import VolumeData
-from ..parameters import check_type
 from .checks import errors_name, library_of, to_volume
 
 # The largest deviation of a coordinate from an even series, as a fraction of a step; many are stored as decimal text.

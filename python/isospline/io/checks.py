@@ -9,7 +9,7 @@ import stat
 
 import numpy as np
 
-from ..parameters import printable
+from ..base.parameters import printable
 
 _KINDS = (
     (stat.S_ISFIFO, "a pipe"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ..parameters import printable
+from ..base.parameters import printable
 
 
 def check_within(path: str | os.PathLike[str], within: str | os.PathLike[str] | None, what: str = "files") -> None:

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from ..children import child_environment
+from ..base.system import child_environment
 from .checks import available_memory
 
 #: Seconds of processor time for any file, and for each byte of it; the time on the clock may be several times as long.

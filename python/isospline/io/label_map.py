@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cautions import warn
+from ..base.system import warn
 
 # Rows of samples that are looked at.
 ROWS = 2048

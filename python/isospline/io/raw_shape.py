@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..cautions import warn
+from ..base.system import warn
 
 # The smallest correlation of neighbours in a volume, and the largest one in scrambled samples.
 ALIKE, UNLIKE = 0.6, 0.35

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from ..parameters import check_path, printable
-from ..signatures import explained
+from ..base.parameters import check_path, printable
+from ..base.signatures import explained
 from . import arrays, dicom, metaimage, nifti, nrrd, tiff, vtk
 from .checks import check_file
 from .confinement import check_within

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ..signatures import explained_methods
+from ..base.signatures import explained_methods
 from . import isolated
 from .label_map import warn_of_labels
 
@@ -125,7 +125,7 @@ class VolumeData:
 
     def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
         """Model the samples: ``isospline.Volume(data.data, **{**data.frame, **options})``."""
-        from .. import Volume
+        from .._core import Volume
 
         warn_of_labels(self.data)
         return Volume(self.data, **{**self.frame, **options})

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.results import LabelComparison
 from ..distances import surface_distance
 from ..io.checks import size_text
-from ..results import LabelComparison
 from .segments import Segment
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base.parameters import check_path
 from ..io import VolumeData, nrrd, read_volume
 from ..io.confinement import check_within
 from ..io.read import check_frame, errors_name
-from ..parameters import check_path
 from .segments import Given, Segment, categorical_color, srgb
 
 # Bytes at the beginning of a NIfTI file that may hold a table of labels.

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import Isosurface, Scene
+from ..base.mistakes import sentence
+from ..base.progress import as_callable, part_of
+from ..base.results import LabelComparison, LabelMeasures, LabelTable
+from ..base.signatures import explained_methods
 from ..io import VolumeData
-from ..mistakes import sentence
-from ..progress import as_callable, part_of
-from ..results import LabelComparison, LabelMeasures, LabelTable
-from ..signatures import explained_methods
 from . import files
 from .comparison import compare
 from .measures import measure

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Isosurface, Volume
+from ..base.mistakes import sentence
 from ..io import VolumeData
-from ..mistakes import sentence
 from .segments import Segment
 from .signed_field import box_of, signed_field
 

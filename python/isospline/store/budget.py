@@ -7,7 +7,7 @@ import os
 import re
 from typing import Any
 
-from ..parameters import check_count
+from ..base.parameters import check_count
 from .layout import SHARD_CHUNKS, shard_edge
 from .pyramid import reduction_memory
 

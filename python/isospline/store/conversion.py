@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .._core import Cancelled
-from ..parameters import check_path, printable
+from ..base.parameters import check_path, printable
 from . import layout, ome, tasks
 from .budget import Budget, default_threads
 from .metadata import VERSION, group_attributes

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
+from ..base.mistakes import sentence
+from ..base.parameters import check_count, check_type
+from ..base.progress import as_callable, part_of
+from ..base.signatures import explained
 from ..io.read import check_frame
-from ..mistakes import sentence
-from ..parameters import check_count, check_type
-from ..progress import as_callable, part_of
-from ..signatures import explained
 from . import series
 from .budget import parse_memory
 from .conversion import Conversion, check_out, clear

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..signatures import explained
+from ..base.signatures import explained
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters import printable
+from ..base.parameters import printable
 from .metadata import OCTET_SIZE, ScaleMetadata, StoreMetadata
 
 #: Coefficients along each edge of a chunk, and chunks along each edge of a shard. A shard is one file.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters import check_path, printable
+from ..base.parameters import check_path, printable
 from .ome import UNITS
 
 #: Version of the attribute "isospline"; readers refuse others. Version 1 had coefficients where version 2 has the

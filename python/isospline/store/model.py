@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..parameters import check_type
+from ..base.parameters import check_type
 from .blocks import cut, read_box_folded, with_halo
 from .layout import box_of, chunk_path, is_whole_shard, open_array, slices_of, writing
 from .sources.source import Source

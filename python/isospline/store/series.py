@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..base.parameters import check_path, printable
 from ..io import VolumeData
-from ..parameters import check_path, printable
 from . import layout
 from .conversion import check_options
 from .metadata import VERSION, group_attributes

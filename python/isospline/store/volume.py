@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
+from ..base.parameters import check_path, printable
+from ..base.signatures import explained
 from ..io.confinement import check_within
-from ..parameters import check_path, printable
-from ..signatures import explained
 from .budget import parse_memory
 from .layout import Part, read_ranges
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata

@@ -11,7 +11,7 @@ import re
 import secrets
 import urllib.parse
 
-from ..parameters import check_type
+from ..base.parameters import check_type
 
 #: The environment variable with a token.
 TOKEN_VARIABLE = "ISOSPLINE_TOKEN"

@@ -10,11 +10,11 @@ import threading
 import numpy as np
 
 from .. import _core
-from ..cameras import camera_for
-from ..pictures import BACKGROUND, color_of
-from ..rendering import render
-from ..scenes import as_scene
-from ..studio import Studio
+from ..colors import BACKGROUND, color_of
+from ..picture.cameras import camera_for
+from ..picture.rendering import render
+from ..picture.scenes import as_scene
+from ..picture.studio import Studio
 
 #: Width and height of the picture of an object.
 SIZE = (640, 480)

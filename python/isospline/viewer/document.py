@@ -12,16 +12,14 @@ import numpy as np
 from .. import _core
 from ..interop import read_mesh
 from ..io import VolumeData, read_volume
-from ..levels import histogram, levels_of_histogram
-from ..pictures import body_mask, default_levels
+from ..levels import body_mask, default_levels, histogram, index_shape, levels_of_histogram, some_values
 from ..store.detail import Scales, is_store
 
 #: Suffixes of files that hold meshes; others are read as volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
 
-# The number of bars in the page's histogram, and the number of points at which a Volume without samples is evaluated.
+# The number of bars in the page's histogram.
 BARS = 256
-LOOKED_UP = 500_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,23 +266,10 @@ def source_of(item):
         if isinstance(item, VolumeData):
             model, samples = item.to_volume(), item.data
         elif isinstance(item, _core.Volume):
-            model, samples = item, _some_values(item)
+            model, samples = item, some_values(item)
         else:
             model, samples = _core.Volume(item), item
         values, counts = histogram(samples)
         return Source(key, model, values=values, counts=counts, patient=patient)
 
     return make
-
-
-def _some_values(volume):
-    """The model's values at some evenly spaced samples."""
-    steps = max(1, int(np.ceil((np.prod(volume.shape[:3], dtype=float) / LOOKED_UP) ** (1 / 3))))
-    axes = [np.arange(0, count, steps, dtype=float) for count in index_shape(volume)]
-    index = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return volume.sample(index @ volume.affine[:3, :3].T + volume.affine[:3, 3])
-
-
-def index_shape(volume):
-    """The numbers of samples of a volume along x, y and z."""
-    return volume.shape[::-1] if volume.axes == "zyx" else volume.shape

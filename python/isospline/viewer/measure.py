@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from .. import _core
-from ..rendering import render
+from ..picture.rendering import render
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 
 from .. import _core
 from ..colors import CURVATURES
-from ..path_tracer import PathTracer
-from ..progressive import ProgressiveRenderer
-from ..rendering import render
+from ..picture.path_tracer import PathTracer
+from ..picture.progressive import ProgressiveRenderer
+from ..picture.rendering import render
 
 #: Rays per pixel in the last pass.
 FINAL_SAMPLES = {"phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}

@@ -8,8 +8,8 @@ import os
 import numpy as np
 
 from .. import _core
-from ..cameras import turntable
-from ..video import write_video
+from ..picture.cameras import turntable
+from ..picture.video import write_video
 from .bundle import write_bundle
 from .picture import FINAL_SAMPLES, Stage
 from .script import script

@@ -13,7 +13,7 @@ import urllib.parse
 from pathlib import Path
 from typing import Any
 
-from ..parameters import check_type
+from ..base.parameters import check_type
 from .access import Access
 
 PAGE = Path(__file__).parent / "page"

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-from ..image import whole_file
+from ..base.system import whole_file
 from .checked import Checked, field, options, record, records, text
 from .document import read_source
 from .state import ViewState

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from .. import _core
-from ..parameters import check_count, check_type
-from ..signatures import explained
+from ..base.parameters import check_count, check_type
+from ..base.signatures import explained
 from .cell import display, in_notebook
 from .checked import number
 from .placed import Placement

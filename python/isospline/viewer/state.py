@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..colors import CURVATURES
-from ..pictures import BACKGROUND, COLORS
+from ..colors import BACKGROUND, COLORS, CURVATURES
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 
 #: The lights of the viewer; the studio of `render` is too slow for movement.

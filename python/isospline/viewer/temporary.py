@@ -8,7 +8,7 @@ import subprocess
 import tempfile
 import weakref
 
-from ..children import child_environment
+from ..base.system import child_environment
 
 # Waits for the end of the process, whose end closes the pipe, and removes the folder. Signals for the whole group of
 # processes must not stop it.

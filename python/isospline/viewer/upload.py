@@ -6,7 +6,7 @@ import os
 import shutil
 import threading
 
-from ..parameters import check_count
+from ..base.parameters import check_count
 from ..store.budget import parse_memory
 from .document import MESH_SUFFIXES
 from .session import SESSION_SUFFIXES

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
-from ..cameras import camera_for
-from ..views import DEFAULT_VIEW
+from ..picture.cameras import camera_for
+from ..picture.views import DEFAULT_VIEW
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
 from .picture import PictureMaker

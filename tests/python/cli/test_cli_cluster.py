@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import isospline
-import isospline.cli
-from isospline.cli import main
-from isospline.progress import Lines
+import isospline.cli.main
+from isospline.base.progress import Lines
+from isospline.cli.main import main
 
 distributed = pytest.importorskip("distributed")
 zarr = pytest.importorskip("zarr")
@@ -72,7 +72,7 @@ def kill_at(monkeypatch):
                 if done > fraction and len(workers) == 2:
                     os.kill(workers.popitem()[0], signal.SIGKILL)
 
-        monkeypatch.setattr(isospline.cli, "Lines", KillingLines)
+        monkeypatch.setattr(isospline.cli.main, "Lines", KillingLines)
 
     return arrange
 

@@ -8,7 +8,7 @@ import pytest
 from command_line import pixels
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 from isospline.levels import histogram
 
 REAL = {
@@ -197,7 +197,7 @@ def test_a_solid_is_closed_where_the_volume_ends(tmp_path, picture):
 
 
 def test_a_solid_in_an_oblique_volume_is_closed():
-    from isospline.pictures import closed_surface
+    from isospline.picture.scenes import closed_surface
 
     turn = np.array([(0.6, -0.8, 0), (0.8, 0.6, 0), (0, 0, 1)])
     for degree in (1, 2, 3):

@@ -13,8 +13,8 @@ from command_line import fails, run
 
 import isospline
 from isospline import volumes
-from isospline.cli import main
-from isospline.cli_parser import make_parser
+from isospline.cli.main import main
+from isospline.cli.parser import make_parser
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from cli.command_line import fails, pixels
 from labels import label_maps as maps
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 from isospline.io.label_map import count_of_labels
 
 

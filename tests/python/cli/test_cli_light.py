@@ -6,7 +6,7 @@ from command_line import fails, pixels, rendered
 from environment_files import write_exr, write_hdr
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 COMMON = ("-l", "0", "--size", "48x32", "--samples", "2", "--light", "phong")
 TRACED = (*COMMON, "--light", "path-trace")
@@ -94,7 +94,7 @@ def test_environments_of_files(ball, picture, sky):
 @pytest.mark.parametrize("up", [(0, 0, -1), (0, 1, 0), (1, 2, 3)])
 def test_the_sky_is_upwards(ball, picture, sky, up):
     """The zenith of the file is in the direction of --up, and the rotation is about it."""
-    from isospline.looks import _upright
+    from isospline.cli.light_options import _upright
 
     rotation = _upright(up, 40)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)

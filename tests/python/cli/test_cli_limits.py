@@ -13,7 +13,7 @@ from interrupts import obey_interrupts
 
 import isospline
 from isospline import bands, progress
-from isospline.cli import main
+from isospline.cli.main import main
 
 TRACED = ("-l", "0", "--size", "48x32", "--light", "path-trace")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 
 def measured(capsys, *arguments):

@@ -8,7 +8,7 @@ import pytest
 from command_line import leftovers
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".obj", ".glb"])

@@ -9,7 +9,7 @@ import pytest
 from command_line import fails, leftovers, pixels, render, rendered
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 PNG, EXR = b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01"
 

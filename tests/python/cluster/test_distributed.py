@@ -199,7 +199,7 @@ def test_progress_cancels(client, scene, camera):
 
 @pytest.mark.slow
 def test_the_command_line_renders_on_workers(store, tmp_path, capsys):
-    from isospline.cli import main
+    from isospline.cli.main import main
 
     given = ["render", str(store), "--level", "0.1", "--size", "64x48", "--quiet", "--fast"]
     assert main([*given, "-o", str(tmp_path / "one.exr")]) == 0

@@ -8,7 +8,7 @@ import pytest
 
 import isospline
 from isospline import volumes
-from isospline.mistakes import described
+from isospline.base.mistakes import described
 
 
 @pytest.fixture(scope="module")

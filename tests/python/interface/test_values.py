@@ -12,7 +12,7 @@ from spheres import CENTER, mesh_sphere, moved, sphere
 
 import isospline
 from isospline import volumes
-from isospline.values import VALUE_TYPES, parts
+from isospline.base.values import VALUE_TYPES, parts
 
 FIELD = volumes.torus()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline.interop.pyvista import add_to_plotter
+from isospline import add_to_plotter
 
 pyvista = pytest.importorskip("pyvista")
 SIZE = (160, 120)

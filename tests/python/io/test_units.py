@@ -10,7 +10,7 @@ from placed_images import write_slices
 
 import isospline
 from isospline import Volume, VolumeData, read_volume
-from isospline.cli import main
+from isospline.cli.main import main
 
 DATA = np.random.default_rng(3).integers(0, 90, (6, 7, 8)).astype(np.int16)
 

@@ -13,7 +13,7 @@ import trimesh
 from scipy import ndimage
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 # Centres (x, y, z) and radii of separate balls.
 BALLS = [((12, 13, 12), 9.0), ((38, 12, 13), 6.5), ((36, 36, 30), 5.0), ((12, 38, 34), 2.2)]

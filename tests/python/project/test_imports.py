@@ -1,4 +1,4 @@
-"""Imports between the modules of the package: without circles, and no more than is needed."""
+"""Imports between the modules of the package: without circles, downwards, and no more than is needed."""
 
 import ast
 import subprocess
@@ -6,6 +6,18 @@ import sys
 
 import pytest
 
+#: The modules and folders of the package from below; that of "" is the package itself. They are drawn in
+#: docs/architecture.md.
+LAYERS = (
+    {"base"},
+    {"colors", "distances", "io", "levels", "volumes"},
+    {"interop", "labels", "store"},
+    {"picture", "research"},
+    {"distributed", "viewer"},
+    {"showing"},
+    {""},
+    {"cli"},
+)
 POSIX_ONLY = {"fcntl", "grp", "pwd", "resource", "termios"}
 
 
@@ -20,21 +32,22 @@ def modules(repository):
     return found
 
 
-def statements(body):
-    """The imports that run when a module is loaded: not those in functions, nor those for type checkers."""
-    for each in body:
+def statements(tree, in_functions):
+    """The imports that run when a module is loaded, and those in functions if asked for; not those for type checkers."""
+    for each in ast.iter_child_nodes(tree):
         if isinstance(each, (ast.Import, ast.ImportFrom)):
             yield each
-        elif isinstance(each, ast.If) and "TYPE_CHECKING" not in ast.unparse(each.test):
-            yield from statements([*each.body, *each.orelse])
-        elif isinstance(each, ast.Try):
-            yield from statements(each.body)
+        elif isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            if in_functions:
+                yield from statements(each, in_functions)
+        elif not (isinstance(each, ast.If) and "TYPE_CHECKING" in ast.unparse(each.test)):
+            yield from statements(each, in_functions)
 
 
-def imported(name, path):
-    """The full names that a module imports when it is loaded."""
+def imported(name, path, in_functions=False):
+    """The full names that a module imports."""
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    for each in statements(ast.parse(path.read_text(encoding="utf-8")).body):
+    for each in statements(ast.parse(path.read_text(encoding="utf-8")), in_functions):
         if isinstance(each, ast.Import):
             yield from (alias.name for alias in each.names)
             continue
@@ -44,19 +57,30 @@ def imported(name, path):
         yield from (".".join([*base, alias.name]) for alias in each.names)
 
 
-def edges(modules):
-    """The modules that each module loads; a name that is no module counts for the module that it is taken from."""
+def edges(modules, in_functions=False):
+    """The modules that each module imports; a name that is no module counts for the module that it is taken from."""
     graph = {}
     for name, path in modules.items():
         targets = set()
-        for each in imported(name, path):
+        for each in imported(name, path, in_functions):
             parent = each.rpartition(".")[0]
             if each in modules:
                 targets.add(each)
-            elif parent in modules and not each.endswith("._core"):
+            elif parent in modules and each != "isospline._core":
                 targets.add(parent)
         graph[name] = targets - {name}
     return graph
+
+
+def part_of(name):
+    """The folder or file of the package that a module is in; `python -m isospline` is the command line."""
+    part = name.split(".")[1] if "." in name else ""
+    return "cli" if part == "__main__" else part
+
+
+def layer(part):
+    """The number of a part's layer, from 1 for the lowest one."""
+    return next(number for number, names in enumerate(LAYERS, 1) if part in names)
 
 
 def test_modules_import_without_circles(modules):
@@ -73,14 +97,12 @@ def test_modules_import_without_circles(modules):
         visit(name, [])
 
 
-def test_only_the_command_line_imports_the_command_line(modules):
-    """Modules that parse options are loaded by the command line alone."""
-    graph = edges(modules)
-    of_options = {name for name, path in modules.items() if "argparse" in set(imported(name, path))}
-    of_options |= {name for name in modules if name.startswith("isospline.cli")} | {"isospline.looks"}
-    for name, targets in graph.items():
-        if name not in of_options and name != "isospline.__main__":
-            assert not targets & of_options, name
+def test_imports_point_downwards(modules):
+    """Also those in functions: what a layer needs of a higher one is handed to it."""
+    for name, targets in edges(modules, in_functions=True).items():
+        for target in targets:
+            from_part, to_part = part_of(name), part_of(target)
+            assert from_part == to_part or layer(to_part) < layer(from_part), f"{name} imports {target}"
 
 
 def test_nothing_of_posix_alone_is_imported_at_the_top(modules):
@@ -92,7 +114,7 @@ def test_nothing_of_posix_alone_is_imported_at_the_top(modules):
 def test_import_loads_neither_the_command_line_nor_the_viewer():
     code = (
         "import sys, isospline; "
-        "ours = ('isospline.cli', 'isospline.viewer', 'isospline.looks'); "
+        "ours = ('isospline.cli', 'isospline.viewer'); "
         "others = ('argparse', 'asyncio', 'websockets', 'zarr', 'dask', 'vtkmodules', 'pyvista', 'trimesh'); "
         "print([name for name in sys.modules if name.startswith(ours) or name in others]); "
         "print(isospline.view.__module__)"

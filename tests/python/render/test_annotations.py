@@ -6,8 +6,8 @@ from PIL import ImageDraw
 from spheres import mesh_sphere, sphere
 
 import isospline
-from isospline.annotations import _font, scale_bar, ticks
 from isospline.colors import linear_to_srgb
+from isospline.picture.annotations import _font, scale_bar, ticks
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))

@@ -15,7 +15,7 @@ from projections import corners_of, project
 
 import isospline
 from isospline import volumes
-from isospline.cli import main
+from isospline.cli.main import main
 
 ffmpeg = pytest.importorskip("imageio_ffmpeg")
 

@@ -6,7 +6,7 @@ from spheres import mesh_sphere, sphere
 
 import isospline
 from isospline.colors import named_color
-from isospline.tone import tone_mapped
+from isospline.picture.tone import tone_mapped
 
 SIZE = (96, 72)
 FEW = isospline.Studio(light_samples=2)

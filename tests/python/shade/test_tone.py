@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline.tone import CURVES, tone_mapped
+from isospline.picture.tone import CURVES, tone_mapped
 
 
 def pbr_neutral(color):

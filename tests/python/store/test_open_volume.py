@@ -216,7 +216,7 @@ def test_bad_arguments(tmp_path, store):
 
 
 def test_command_line(tmp_path, store, capsys):
-    from isospline.cli import main
+    from isospline.cli.main import main
 
     for options, said in (([], "scale"), (["--exact"], "scale 0 ")):
         out = tmp_path / "a.png"

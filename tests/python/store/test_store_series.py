@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 import isospline
-from isospline.cli import main
+from isospline.cli.main import main
 
 zarr = pytest.importorskip("zarr")
 
@@ -160,7 +160,7 @@ def test_a_frame_that_was_interrupted_is_made_again(steps, tmp_path, monkeypatch
     series = str(isospline.convert(steps, tmp_path / "series.zarr"))
     given = ["render", series, "--frames", "-o", str(tmp_path / "frame-#.png"), *OPTIONS]
     assert main(given) == 0
-    write = isospline.image.Image.write
+    write = isospline.picture.image.Image.write
 
     def interrupted(image, path, **options):
         write(image, path, **options)
@@ -168,7 +168,7 @@ def test_a_frame_that_was_interrupted_is_made_again(steps, tmp_path, monkeypatch
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr(isospline.image.Image, "write", interrupted)
+        patched.setattr(isospline.picture.image.Image, "write", interrupted)
         assert main([*given, "--size", "50x40"]) == 130
     capsys.readouterr()
     assert main(given) == 0

@@ -153,7 +153,7 @@ def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
 
 DROPPED = """
 import signal, sys, weakref
-import isospline.cli
+import isospline.cli.main
 import isospline.viewer.viewer
 
 class Thing:
@@ -165,7 +165,7 @@ def interrupt_a_callback(viewer, path, **options):
     del thing
 
 isospline.viewer.viewer.Viewer.open = interrupt_a_callback
-sys.exit(isospline.cli.main(["view", sys.argv[1], "--no-browser"]))
+sys.exit(isospline.cli.main.main(["view", sys.argv[1], "--no-browser"]))
 """
 
 

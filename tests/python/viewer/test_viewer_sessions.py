@@ -11,7 +11,7 @@ from viewer_client import Client
 
 import isospline
 from isospline import volumes
-from isospline.cli import main
+from isospline.cli.main import main
 from isospline.viewer import bundle
 from isospline.viewer.session import session_of, write_session
 from isospline.viewer.state import CameraState

@@ -8,7 +8,7 @@ import pytest
 
 import isospline
 from isospline import volumes
-from isospline.cli import main
+from isospline.cli.main import main
 from isospline.viewer.document import Document, read_source, source_of
 from isospline.viewer.picture import PictureMaker, Stage
 from isospline.viewer.script import script

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...parameters import printable
+from ...base.parameters import printable
 from ..layout import zarr
 from .source import Identity, Source, as_samples
 

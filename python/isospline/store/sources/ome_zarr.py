@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...parameters import printable
+from ...base.parameters import printable
 from .. import ome
 from ..layout import zarr
 from ..metadata import read_metadata

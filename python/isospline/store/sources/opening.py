@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from ...base.mistakes import sentence
+from ...base.parameters import check_path, printable
 from ...io import VolumeData, metaimage, nifti, nrrd, read_volume, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
-from ...mistakes import sentence
-from ...parameters import check_path, printable
 from ..ome import name_of_unit
 from . import ome_zarr, stacks
 from .chunked import ORDERS, Hdf5Source, open_hdf5

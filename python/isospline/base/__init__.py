@@ -1,0 +1,1 @@
+"""What all modules share: errors, names of other libraries, values, results, progress, and calls of the system."""

@@ -1,0 +1,183 @@
+"""Values: cameras, shadings, lights, materials, and cuts, which are equal if their parameters are.
+
+They never change. `replace` makes a new one with changed parameters, and pickle stores the parameters.
+Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from .. import _core
+from .signatures import parameters_of
+
+# Parameters of constructors that replace others.
+_ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
+
+VALUE_TYPES = (
+    _core.AmbientOcclusion,
+    _core.Box,
+    _core.ColorByCurvature,
+    _core.ColorByDepth,
+    _core.ColorByNormal,
+    _core.ColorByVolume,
+    _core.DirectionalLight,
+    _core.EnvironmentLight,
+    _core.HalfSpace,
+    _core.Material,
+    _core.OrthographicCamera,
+    _core.Outline,
+    _core.PanoramicCamera,
+    _core.PathTracer,
+    _core.PerspectiveCamera,
+    _core.Phong,
+    _core.PositionalLight,
+    _core.ProjectionPlaneCamera,
+    _core.RectangleLight,
+    _core.SphereLight,
+)
+
+
+def parts(value):
+    """The parameters of a value's constructor, with their values."""
+    if dataclasses.is_dataclass(value):
+        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+    left_out = _ALTERNATIVES.get(type(value).__name__, ())
+    return {name: part(value, name) for name in parameters_of(type(value)) if name not in left_out}
+
+
+def part(value, name):
+    """A parameter of a value's constructor, exactly as it is kept."""
+    given = getattr(value, f"_{name}", None)  # the original argument, if the attribute has a derived value
+    return getattr(value, name) if given is None else given()
+
+
+def _replace(self, **changes):
+    """The same value with changed parameters: ``camera.replace(eye=(0, -20, 0))``.
+
+    Parameters
+    ----------
+    **changes
+        Parameters of the constructor.
+    """
+    changed = parts(self)
+    changed.update(changes)
+    if "center" in changes:
+        changed.pop("corner", None)
+    return type(self)(**changed)
+
+
+def _equal(self, other):
+    if type(other) is not type(self):
+        return NotImplemented
+    return same(parts(self), parts(other))
+
+
+def same(one, other):
+    """Whether two parts of values, results or states of objects are equal; NaN in arrays equals NaN."""
+    if isinstance(one, dict):
+        return isinstance(other, dict) and one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, (list, tuple)):
+        return isinstance(other, (list, tuple)) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        has_nan = one.dtype.kind in "fc"
+        return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=has_nan)
+    if isinstance(one, _core.Volume):
+        return one is other or (isinstance(other, _core.Volume) and same(one.__getstate__(), other.__getstate__()))
+    return type(one) is type(other) and bool(one == other)
+
+
+def _hash(self):
+    return hash((type(self), *(_hashable(part) for part in parts(self).values())))
+
+
+def _hashable(part):
+    """Something small and hashable that is equal for equal parts."""
+    if isinstance(part, np.ndarray):
+        return part.shape if part.size > 16 else tuple(part.ravel().tolist())
+    if isinstance(part, dict):
+        return tuple(sorted(part))
+    if isinstance(part, list):
+        return tuple(_hashable(item) for item in part)
+    if isinstance(part, _core.Volume):
+        return part.shape, part.minimum, part.maximum
+    return part
+
+
+def _make(kind, given):
+    return kind(**given)
+
+
+def _reduce(self):
+    return _make, (type(self), parts(self))
+
+
+def _itself(self, memo=None):
+    """The copy of a value that never changes."""
+    return self
+
+
+# Scenes, meshes and hoppers are pickled as arguments of their constructors.
+
+
+def _reduce_mesh(self):
+    attributes = self.normals, self._colors(), self.material, self.values, self.values_name
+    return _core.Mesh, (self.vertices, self.faces, *attributes)
+
+
+def _reduce_hopper(self):
+    return _make, (_core.VoxelHopper, {"surface": self.surface, "strides": self.strides})
+
+
+def _reduce_scene(self):
+    return _make_scene, (self.build_quality, self.box_edge, self._placed_objects())
+
+
+def _make_scene(build_quality, box_edge, objects):
+    scene = _core._empty_scene(build_quality, box_edge)
+    nothing = _core.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
+    next_id = 0
+    for id, each, transform, visibility in objects:
+        for unused in range(next_id, id):  # ids of objects that have been removed
+            scene.add(nothing)
+            scene.remove(unused)
+        scene.add(each, transform, **visibility)
+        next_id = id + 1
+    return scene
+
+
+def _copy_scene(self):
+    return _make_scene(*self.__reduce__()[1])
+
+
+def _copy_surface(self):
+    return self.with_level(self.level)
+
+
+def _deep_copy(self, memo):
+    memo[id(self)] = copied = self.__copy__()
+    return copied
+
+
+def _deep_copy_scene(self, memo):
+    from copy import deepcopy
+
+    memo[id(self)] = copied = _make_scene(*deepcopy(self.__reduce__()[1], memo))
+    return copied
+
+
+def _add_methods(kind, **methods):
+    for name, method in methods.items():
+        setattr(kind, name, method)
+
+
+for _kind in VALUE_TYPES:
+    _add_methods(_kind, replace=_replace, __eq__=_equal, __hash__=_hash, __reduce__=_reduce)
+    _add_methods(_kind, __copy__=_itself, __deepcopy__=_itself)
+_add_methods(_core.Volume, __copy__=_itself, __deepcopy__=_itself)
+_add_methods(_core.Mesh, __copy__=_itself, __deepcopy__=_itself, __reduce__=_reduce_mesh)
+_add_methods(_core.VoxelHopper, __reduce__=_reduce_hopper)
+_add_methods(_core.Isosurface, __copy__=_copy_surface, __deepcopy__=_deep_copy)
+_add_methods(_core.Scene, __copy__=_copy_scene, __deepcopy__=_deep_copy_scene, __reduce__=_reduce_scene)

@@ -1,0 +1,150 @@
+"""Label maps in ``isospline render`` and ``measure``."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import isospline
+
+from ..base.system import whole_file
+from ..colors import color_of
+from ..io.label_map import count_of_labels
+from ..labels.segments import find
+from .output import check_folder
+from .summary import unit_power
+from .write import error_text
+
+# Options of models, with the values that mean nothing was given.
+_OF_VOLUMES = {
+    "level": None,
+    "degree": 2,
+    "boundary": "mirror",
+    "filter": "interpolate",
+    "smoothing": 0.0,
+    "inside": "above",
+    "frames": False,
+    "tolerance": None,
+    "order": None,
+}
+# Digits of numbers in a table.
+_DIGITS = 6
+
+
+def add_labels(command):
+    """The options of label maps; returns their group."""
+    group = command.add_argument_group("label maps")
+    group.add_argument(
+        "--labels",
+        action="store_true",
+        help="FILE is a label map: each label has a smooth surface; by default if it looks like one and no --level is "
+        "given",
+    )
+    group.add_argument(
+        "--label", action="append", metavar="NAME", help="this label alone, by its name or number; may be repeated"
+    )
+    group.add_argument(
+        "--label-smoothing", type=float, default=1.5, metavar="VOXELS", help="standard deviation (default 1.5)"
+    )
+    return group
+
+
+def given_labels(arguments, reading):
+    """The label map that the options name, or a segmentation of Slicer; None for other files."""
+    is_named = arguments.labels or arguments.label
+    is_segmentation = str(arguments.file).lower().endswith((".seg.nrrd", ".seg.nhdr")) and arguments.level is None
+    if not (is_named or is_segmentation):
+        return None
+    _check_options(arguments)
+    return isospline.Labels.read(arguments.file, **reading)
+
+
+def recognized_labels(data, arguments, reading, say):
+    """The label map that was read as a volume, if it looks like one and no level was given; otherwise None."""
+    if arguments.level is not None or not isinstance(data, isospline.VolumeData):
+        return None
+    count = count_of_labels(data.data)
+    if count is None:
+        return None
+    say(f"a label map, as its {count} values are constant over large parts; --level makes an isosurface of the numbers")
+    _check_options(arguments)
+    return isospline.Labels.read(arguments.file, **reading)
+
+
+def _check_options(arguments):
+    """Refuse options of volumes' models."""
+    for name, default in _OF_VOLUMES.items():
+        if getattr(arguments, name, default) != default:
+            raise ValueError(f"--{name}: expected none with a label map, got {getattr(arguments, name)}")
+
+
+def wanted_labels(labels, arguments):
+    """The numbers of the labels that the options choose."""
+    if not arguments.label:
+        return list(labels.numbers)
+    words = [int(word) if word.isascii() and word.isdecimal() else word for word in arguments.label]
+    return [find(labels.segments, word).number for word in words]
+
+
+def set_colors(labels, arguments):
+    """Give each label its colour and each mesh one of the others, unless the options say otherwise."""
+    numbers = wanted_labels(labels, arguments)
+    if not (arguments.color or arguments.color_by):
+        of_labels = [tuple(labels.colors[labels.numbers.index(number)].tolist()) for number in numbers]
+        arguments.color = [*of_labels, *(color_of(place) for place in range(len(arguments.mesh)))]
+    return len(numbers) + len(arguments.mesh)
+
+
+def label_surfaces(labels, arguments, **options):
+    """The surfaces of the labels that the options choose."""
+    chosen = wanted_labels(labels, arguments)
+    return labels.surfaces(chosen, smoothing=arguments.label_smoothing, **options)
+
+
+def measure_labels(labels, arguments, progress, unicode):
+    """Print the measures of labels, or write them to a table."""
+    if arguments.output:
+        if not arguments.output.lower().endswith(".csv"):
+            raise ValueError(f"{arguments.output}: expected the name of a table, which ends in .csv")
+        check_folder(arguments.output)
+    with progress("measuring", arguments) as report:
+        chosen = wanted_labels(labels, arguments)
+        found = labels.measure(chosen, smoothing=arguments.label_smoothing, progress=report)
+    columns = found._columns()
+    unit = labels.frame["unit"]
+    if arguments.output:
+        _write(arguments.output, columns)
+        print(f"{arguments.output}: {len(found.numbers)} labels")
+    elif arguments.json:
+        rows = [dict(zip(columns, row)) for row in _rows(columns)]
+        print(json.dumps({"path": str(arguments.file), "unit": unit, "labels": rows}, indent=2))
+    else:
+        print(_text(arguments.file, found, unit, unicode))
+
+
+def _rows(columns):
+    return list(zip(*(column.tolist() for column in columns.values())))
+
+
+def _write(path, columns):
+    try:
+        with whole_file(path) as new, open(new, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            writer.writerows(_rows(columns))
+    except OSError as error:
+        raise RuntimeError(error_text(error)) from error
+
+
+def _text(path, found, unit, unicode):
+    """The table as text."""
+    width = max([len(name) for name in found.names] + [5])
+    volume, area = (f"{name}, {unit_power(unit, power, unicode)}" for name, power in (("volume", 3), ("area", 2)))
+    lines = [str(path), f"  {'number':>6}  {'name':<{width}}  {'voxels':>9}  {volume:>14}  {area:>14}  centroid"]
+    for row in range(len(found.numbers)):
+        center = ", ".join(f"{each:.{_DIGITS}g}" for each in found.centroids[row])
+        lines.append(
+            f"  {found.numbers[row]:>6}  {found.names[row]:<{width}}  {found.voxel_counts[row]:>9}  "
+            f"{found.enclosed_volumes[row]:>14.{_DIGITS}g}  {found.areas[row]:>14.{_DIGITS}g}  ({center})"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,256 @@
+"""The light of pictures and the look of objects: their options on the command line, and what is made of them."""
+
+from __future__ import annotations
+
+import math
+
+import isospline
+
+from ..colors import CURVATURES, linear
+from ..picture.tone import CURVES
+from .picture import studio_looks
+
+OPACITY = ("opacity", "silhouette_opacity", "silhouette_exponent")
+ENVIRONMENT = ("environment", "environment_intensity", "environment_rotation", "environment_visible")
+MATERIAL = ("metallic", "roughness", "specular")
+PATH_TRACER = ("max_bounces", "seed")
+GROUND = ("ground", "ground_color")
+TONE = ("tone_map", "exposure")
+#: The options that end a path traced picture; with those of checkpoints, all limits.
+ENDS = ("noise", "time_limit")
+LIMITS = (*ENDS, "checkpoint", "resume")
+
+#: The values of --light, and the options that not all of them support.
+LIGHTS: dict[str, tuple[str, ...]] = {
+    "studio": OPACITY,
+    "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
+    "outline": (*TONE, *OPACITY),
+    "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
+    "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *ENDS),
+}
+
+
+def looks(arguments, count):
+    """The shading or the material of each of `count` objects, and a function that makes the light of a dict of them."""
+    for option in given(arguments, sorted({option for options in LIGHTS.values() for option in options})):
+        shadings = [shading for shading, options in LIGHTS.items() if option in options]
+        if arguments.light not in shadings:
+            expected = ", ".join(shadings[:-1]) + " or " * (len(shadings) > 1) + shadings[-1]
+            raise ValueError(f"{flag(option)}: expected --light {expected} with it, got {arguments.light}")
+
+    if arguments.ground_color and not arguments.ground:
+        raise ValueError("--ground-color: expected --ground with it, got none")
+    colors = _colors(arguments, count)
+    opacities = _opacities(arguments, count)
+    lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
+    if arguments.light == "studio":
+        studio = isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))
+        return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
+    if arguments.fast:
+        raise ValueError(f"--fast: expected --light studio with it, got {arguments.light}")
+    if arguments.light == "phong":
+        options = dict(lights=lights, shadows=arguments.shadows)
+        return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], dict
+    if arguments.light == "outline":
+        surfaces = [{f"surface_{name}": color for name, color in each.items()} for each in colors]
+        return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], dict
+    if arguments.light == "ambient-occlusion":
+        return [isospline.AmbientOcclusion(**look) for look in _together(colors, opacities)], dict
+    materials = [
+        isospline.Material(*color.values(), **keywords)
+        for color, keywords in zip(colors, _keywords(arguments, MATERIAL, count))
+    ]
+    # The irradiance at which a white surface that faces the light reflects 1, as with Phong.
+    lights = [_directional(lamp, math.pi) for lamp in arguments.lamp or ()]
+    environment = _environment(arguments)
+    if environment is not None or not lights:
+        lights.append(environment or isospline.EnvironmentLight())
+    options = {name: getattr(arguments, name) for name in PATH_TRACER if getattr(arguments, name) is not None}
+    path_tracer = isospline.PathTracer(lights=lights, **options)
+    return materials, lambda each: path_tracer.replace(materials=each)
+
+
+def ground_look(arguments, looks):
+    """The shading or the material of the ground, in the light of the others."""
+    color = arguments.ground_color or linear((0.6, 0.6, 0.6))
+    if arguments.light == "path-trace":
+        return isospline.Material(color, specular=0)
+    matt = {"specular": 0} if arguments.light == "phong" else {}
+    return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
+
+
+def given(arguments, options):
+    """The options that were given, by their names in the parsed arguments."""
+    values = {option: getattr(arguments, option) for option in options}
+    return [option for option, value in values.items() if value is not None and value is not False and value != []]
+
+
+def flag(option):
+    """An option as it is typed."""
+    return f"--{option.replace('_', '-')}"
+
+
+def _colors(arguments, count):
+    """The keyword color for each object; empty if the option was not given."""
+    by = _color_by(arguments)
+    if not arguments.color:
+        return [{} if by is None else {"color": by}] * count
+    if by is not None:
+        raise ValueError("--color cannot be combined with --color-by")
+    return [{"color": color} for color in _each("color", arguments.color, count)]
+
+
+def _opacities(arguments, count):
+    """The keywords for each object's opacity."""
+    exponent = arguments.silhouette_exponent
+    if exponent is not None and not arguments.silhouette_opacity:
+        raise ValueError(f"--silhouette-exponent: expected --silhouette-opacity with it, got {exponent:g} alone")
+    looks = _keywords(arguments, ("opacity", "silhouette_opacity"), count)
+    return [look if exponent is None else {**look, "silhouette_exponent": exponent} for look in looks]
+
+
+def _keywords(arguments, options, count):
+    """The keywords that repeated options give for each object."""
+    each = {option: _each(option, getattr(arguments, option), count) for option in given(arguments, options)}
+    return [{option: values[number] for option, values in each.items()} for number in range(count)]
+
+
+def _each(option, values, count):
+    """The value of an option for each object: one for all, or one each."""
+    if len(values) not in (1, count):
+        raise ValueError(f"{flag(option)}: expected 1, or {count} for all levels and meshes, got {len(values)}")
+    return values if len(values) == count else values * count
+
+
+def _together(colors, others):
+    return [{**color, **other} for color, other in zip(colors, others)]
+
+
+def _color_by(arguments):
+    """The rule for a surface's colour, or None."""
+    what = arguments.color_by
+    options = {name: getattr(arguments, name) for name in ("cmap", "limits") if getattr(arguments, name) is not None}
+    if what in (None, "normal"):
+        if options:
+            raise ValueError(f"--{min(options)}: expected --color-by with something that has a value, got {what}")
+        return what and isospline.ColorByNormal()
+    if what == "depth":
+        return isospline.ColorByDepth(**options)
+    if what in CURVATURES:
+        if arguments.limits is None:
+            raise ValueError("--limits: expected two curvatures for --color-by, such as -0.5,0.5, got none")
+        return isospline.ColorByCurvature(CURVATURES[what], **options)
+    return isospline.ColorByVolume(isospline.read_volume(what).to_volume(), **options)
+
+
+def _directional(lamp, unit=1.0):
+    """The light in a direction: x, y, z and, if there are four numbers, its intensity."""
+    x, y, z, *intensity = lamp
+    if not any((x, y, z)):
+        raise ValueError("--lamp: expected a direction, which is not 0,0,0, got 0,0,0")
+    return isospline.DirectionalLight((x, y, z), intensity=unit * (intensity[0] if intensity else 1.0))
+
+
+def _environment(arguments):
+    """The environment that the options ask for, or None."""
+    sky, rotation = arguments.environment, arguments.environment_rotation
+    others = given(arguments, ENVIRONMENT[1:])
+    if sky is None and others:
+        raise ValueError(f"{flag(others[0])}: expected --environment with it, got none")
+    if sky is None:
+        return None
+    intensity = 1.0 if arguments.environment_intensity is None else arguments.environment_intensity
+    if not 0 <= intensity < math.inf:
+        raise ValueError(f"--environment-intensity: expected a finite number of at least 0, got {intensity:g}")
+    visible = arguments.environment_visible
+    if not isinstance(sky, str):
+        if rotation is not None:
+            raise ValueError(f"--environment-rotation: expected an image in --environment, got {rotation:g} without")
+        return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
+    upright = _upright(arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation)
+    return isospline.EnvironmentLight(
+        intensity, image=isospline.read_environment(sky), rotation=upright, visible=visible
+    )
+
+
+def _upright(up, degrees):
+    """The shortest rotation from z to a direction, after a turn about z."""
+    import numpy as np
+
+    if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):
+        raise ValueError(f"--environment-rotation: expected finite degrees and a direction --up, got {degrees}, {up}")
+    z = np.asarray(up, float) / np.linalg.norm(up)
+    if z[2] <= -1 + 1e-12:
+        tilt = np.diag([1.0, -1.0, -1.0])
+    else:
+        x, y = z[:2]
+        cross = np.array([[0, 0, x], [0, 0, y], [-x, -y, 0]])  # of the axis (-y, x, 0)
+        tilt = np.eye(3) + cross + cross @ cross / (1 + z[2])
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return tilt @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+
+
+def add_silhouettes(group):
+    """The keyword arguments for silhouettes of `Phong` and the other shadings."""
+    group.add_argument(
+        "--silhouette-opacity",
+        type=float,
+        action="append",
+        metavar="A",
+        help="opacity where a surface turns away from the eye, 0 to 1, such as 1 for a visible edge; "
+        "repeated, of each level and then of each mesh; by default that of --opacity",
+    )
+    group.add_argument(
+        "--silhouette-exponent", type=float, metavar="N", help="the larger, the thinner the silhouette (default 3)"
+    )
+
+
+def add_materials(group):
+    """The keyword arguments of `Material` and `PathTracer`."""
+    for name, text in (
+        ("metallic", "0 to 1: metal (default 0)"),
+        ("roughness", "0 to 1: matt (default 0.5)"),
+        ("specular", "0 to 1: reflection of non-metals (default 0.5)"),
+    ):
+        group.add_argument(
+            f"--{name}",
+            type=float,
+            action="append",
+            metavar="X",
+            help=f"{text}; repeated, of each level and then of each mesh; for path-trace",
+        )
+    group.add_argument("--max-bounces", type=int, metavar="N", help="of a path of path-trace (default 16)")
+    group.add_argument("--seed", type=int, metavar="N", help="seed of the noise of path-trace")
+
+
+def add_ground(group, color):
+    """The options of a ground; its colour is of the type `color`."""
+    group.add_argument(
+        "--ground",
+        action="store_true",
+        help="a ground on which the scene stands; for phong, ambient-occlusion and path-trace (studio has its own)",
+    )
+    group.add_argument("--ground-color", type=color, metavar="COLOR", help="of the ground, as in --color (default 0.6)")
+
+
+def add_tone(group):
+    """The keyword arguments of `Image.tone_map`."""
+    group.add_argument("--exposure", type=float, metavar="STOPS", help="twice the light for each stop (default 0)")
+    group.add_argument(
+        "--tone-map",
+        choices=CURVES,
+        help="how light that is too bright for displays is compressed: neutral keeps colours, "
+        "aces is like film, linear (default) clips; the background keeps its colour",
+    )
+
+
+def add_environment(group):
+    """The keyword arguments of `EnvironmentLight`, except its light."""
+    group.add_argument("--environment-intensity", type=float, metavar="X", help="factor of its light (default 1)")
+    group.add_argument(
+        "--environment-rotation",
+        type=float,
+        metavar="DEGREES",
+        help="rotation about the upward direction, anticlockwise from above",
+    )
+    group.add_argument("--environment-visible", action="store_true", help="show it behind the surfaces")

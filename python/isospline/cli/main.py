@@ -1,0 +1,398 @@
+"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``mesh``, ``convert``, ``render FILE``."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import os
+import shutil
+import sys
+import time
+import warnings
+from typing import Any
+
+import isospline
+
+from ..base.progress import Bar, Lines
+from ..interop.mesh_output import MESHES
+from ..picture.image import denoiser
+from ..picture.views import DEFAULT_VIEW
+from .cluster import cluster_images, wants_cluster
+from .convert import run as run_convert
+from .demo import make_demo
+from .frames import render_frames
+from .interrupts import heard_interrupts
+from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
+from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
+from .light_options import LIMITS, TONE, flag, given, ground_look, looks
+from .limits import banded_image, check_limits, frames_to_make, traced_images
+from .output import check_folder, check_output
+from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
+from .picture import Patience, annotations_of, background_of
+from .placement import read_placed
+from .store import Store, opened
+from .view import serve, session_image
+from .write import error_text, write_images
+
+
+def main(argv=None):
+    """Run the command line; returns the exit code. Errors are one line on the standard error stream."""
+    with warnings.catch_warnings(), heard_interrupts():
+        warnings.simplefilter("always", UserWarning)
+        warnings.simplefilter("ignore", DeprecationWarning)  # of other packages; some are UserWarnings as well
+        warnings.showwarning = lambda message, *_, **__: _say(f"warning: {message}")
+        if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+            sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
+        try:
+            typed = join_negative(sys.argv[1:] if argv is None else argv)
+            arguments = make_parser(demo, info, measure, render, mesh, view, convert).parse_args(typed)
+            arguments.run(arguments)
+            sys.stdout.flush()
+            return 0
+        except KeyboardInterrupt:
+            _say("interrupted")
+            return INTERRUPTED
+        except BrokenPipeError:
+            # The reader of the output has closed it; without this, Python would report an error at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+        except (ValueError, TypeError, OSError) as error:
+            _say(f"error: {error_text(error)}")
+            return BAD_INPUT
+        except (MemoryError, ImportError, RuntimeError) as error:
+            _say(f"error: {error_text(error) or type(error).__name__}")
+            return FAILED
+
+
+def demo(arguments):
+    """Make a volume and a picture of it, and print what to try next."""
+    print(make_demo(arguments.output, lambda title: _progress(title, arguments)))
+
+
+def info(arguments):
+    """Print a summary of a file."""
+    from .summary import describe, summarize
+
+    data = opened(arguments, _read)
+    summary = data.summary(arguments.file) if isinstance(data, Store) else summarize(data, arguments.file)
+    if arguments.json:
+        print(json.dumps(summary, indent=2))
+        return
+    print(describe(summary, shutil.get_terminal_size().columns, _has_unicode()))
+
+
+def measure(arguments):
+    """Print the volume, area and curvature of isosurfaces."""
+    from .summary import describe_measures
+
+    clip = _clip(arguments)
+    data, labels = _volume_or_labels(arguments)
+    if labels is not None:
+        measure_labels(labels, arguments, _progress, _has_unicode())
+        return
+    if arguments.output:
+        raise ValueError(f"--output: expected a label map for a table, got a volume: {arguments.file}")
+    chosen = choose_levels(data, arguments, _say)
+    surfaces = _surfaces(_volume(data, arguments), chosen, clip, arguments)
+    measured = [_measured(surface, arguments) for surface in surfaces]
+    if arguments.json:
+        parts = [
+            {
+                "path": str(arguments.file),
+                "level": surface.level,
+                "unit": surface.volume.unit,
+                **{name: {"value": each.value, "error": each.error} for name, each in found.items()},
+                "components": {name: array.tolist() for name, array in components.items()},
+            }
+            for surface, (found, components) in zip(surfaces, measured)
+        ]
+        print(json.dumps(parts if len(parts) > 1 else parts[0], indent=2))
+        return
+    for surface, (found, components) in zip(surfaces, measured):
+        unit = surface.volume.unit
+        print(describe_measures(arguments.file, surface.level, found, components, unit, _has_unicode()))
+
+
+def _has_unicode():
+    """Whether the output shows all of Unicode."""
+    return (sys.stdout.encoding or "ascii").lower().startswith("utf")
+
+
+def _measured(surface, arguments):
+    """The measures of a surface, by their names, and its components."""
+    names = ["enclosed_volume", "area"]
+    names += ["mean_curvature", "gaussian_curvature"] if surface.volume.degree > 1 else []
+    found = {}
+    for name in names:
+        with _progress(name.replace("_", " "), arguments) as progress:
+            found[name] = getattr(surface, name)(
+                tolerance=arguments.tolerance, order=arguments.order, progress=progress
+            )
+    with _progress("components", arguments) as progress:
+        components = surface.components(
+            measured=True, tolerance=arguments.tolerance, order=arguments.order, progress=progress
+        )
+    if found["area"].value == 0 and found["enclosed_volume"].value == 0:
+        raise ValueError(f"level: expected one with a surface, got {surface.level:g}, where nothing is to be measured")
+    return found, components
+
+
+def render(arguments):
+    """Read a volume, and write a picture or a turntable of its isosurfaces and of meshes; or many, of many volumes."""
+    if arguments.frames:
+        render_frames(arguments, _render, _say)
+    else:
+        _render(arguments)
+
+
+def _render(arguments, write=True):
+    """Render one volume; returns the cameras and the levels, which is all that there is to do unless `write`."""
+    begin = time.perf_counter()
+    arguments.light = arguments.light or ("phong" if arguments.lamp or arguments.shadows else "studio")
+    check_output(arguments)
+    if (arguments.file is None) == (arguments.session is None):
+        raise ValueError(f"FILE: expected either a file or --session, got {'both' if arguments.file else 'none'}")
+    if arguments.threads:
+        isospline.set_thread_count(arguments.threads)
+    check_limits(arguments)
+    is_distributed = wants_cluster(arguments)
+    if arguments.session:
+        if given(arguments, LIMITS):
+            raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with --session")
+        with _progress("rendering", arguments) as progress:
+            image = session_image(arguments, progress)
+        written = write_images(arguments, [0], [image])
+        print(f"{arguments.output}: {written}, {time.perf_counter() - begin:.1f} s")
+        return None
+    if not (arguments.labels or arguments.label):
+        looks(arguments, len(arguments.level or [None]) + len(arguments.mesh))  # fails now, and not after reading
+    clip = _clip(arguments)
+    if arguments.denoise:
+        denoiser()  # fails now if it is missing, and not after the work
+    meshes = [read_placed(text) for text in arguments.mesh]
+    data, labels = _volume_or_labels(arguments)
+    chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([], None, False)
+    count = len(chosen.levels) + len(meshes) if labels is None else set_colors(labels, arguments)
+    materials, light_of = looks(arguments, count)
+
+    def make_scene(volume):
+        with _progress("finding cells" if labels is None else "smoothing", arguments) as progress:
+            options = dict(
+                clip=clip, capped=arguments.capped and bool(clip), closed=arguments.closed, progress=progress
+            )
+            if labels is not None:
+                surfaces = label_surfaces(labels, arguments, **options)
+            else:
+                options["inside"] = arguments.inside
+                surfaces = make_surfaces(volume, chosen, arguments, options, _say)
+        return isospline.Scene([*surfaces, *meshes]), surfaces, volume
+
+    def make_cameras(made):
+        if arguments.cameras:
+            return arguments.cameras
+        scene, surfaces, volume = made
+        is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
+        return _cameras(arguments, volume if is_empty else scene)
+
+    if isinstance(data, Store):
+        made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
+    else:
+        made = make_scene(_volume(data, arguments) if labels is None else None)
+        cameras = make_cameras(made)
+        extent = f"{sum(surface.shell.count for surface in made[1])} cells"
+    if not write:
+        return cameras, chosen.levels
+    scene = made[0]
+    if arguments.ground:
+        materials = [*materials, ground_look(arguments, materials)]
+        scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
+    look = {"light": light_of(dict(zip(scene.ids, materials)))}
+    marks = annotations_of(arguments, look)
+    frames, missing = frames_to_make(cameras, arguments, _say)
+    with _progress("rendering", arguments) as progress:
+        written = write_images(
+            arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress)
+        )
+    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
+        _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")
+    print(f"{arguments.output}: {written}, {extent}, {time.perf_counter() - begin:.1f} s")
+    return cameras, chosen.levels
+
+
+def mesh(arguments):
+    """Read a volume, and write a mesh of an isosurface of it."""
+    begin = time.perf_counter()
+    if not arguments.output.lower().endswith(MESHES):
+        raise ValueError(f"{arguments.output}: expected a name that ends in {', '.join(MESHES)}")
+    check_folder(arguments.output)
+    if len(arguments.level or ()) > 1:
+        raise ValueError(f"--level: expected one level for a mesh, got {len(arguments.level)}: write a mesh for each")
+    if arguments.threads:
+        isospline.set_thread_count(arguments.threads)
+    clip = _clip(arguments)
+    data = opened(arguments, _read)
+    chosen = choose_levels(data, arguments, _say)
+    (surface,) = _surfaces(_volume(data, arguments), chosen, clip, arguments)
+    with _progress("meshing", arguments) as progress:
+        if arguments.tolerance is None:
+            made, distance = surface.to_mesh(progress=progress), ""
+        else:
+            made, distance = surface.to_mesh(arguments.tolerance, return_distance=True, progress=progress)
+            distance = f" at most {distance:.3g} from the surface,"
+    try:
+        made.write(arguments.output)
+    except OSError as error:
+        raise RuntimeError(error_text(error)) from error
+    print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
+
+
+def _surfaces(volume, chosen, clip, arguments):
+    """The isosurfaces that the options specify."""
+    with _progress("finding cells", arguments) as progress:
+        options = dict(
+            clip=clip,
+            capped=arguments.capped,
+            closed=arguments.closed,
+            inside=arguments.inside,
+            progress=progress,
+        )
+        surfaces = make_surfaces(volume, chosen, arguments, options, _say)
+    tell_of_open_borders(surfaces, _say)
+    return surfaces
+
+
+def _volume(data, arguments):
+    """The model that the options specify."""
+    with _progress("filtering", arguments) as progress:
+        return data.to_volume(
+            degree=arguments.degree,
+            boundary=arguments.boundary,
+            filter=arguments.filter,
+            smoothing=arguments.smoothing,
+            progress=progress,
+        )
+
+
+def view(arguments):
+    """Show files in the browser until Ctrl-C."""
+    serve(arguments, _reading(arguments), _say)
+
+
+def convert(arguments):
+    """Write a store of a volume of any size."""
+    with _progress("converting", arguments) as progress:
+        run_convert(arguments, _reading(arguments), progress, _say)
+
+
+def _clip(arguments):
+    """The half-spaces and boxes that cut the surfaces."""
+    clip: list[isospline.HalfSpace | isospline.Box]
+    clip = [isospline.HalfSpace(numbers[:3], numbers[3:]) for numbers in arguments.clip]
+    clip += [isospline.Box(numbers[:3], numbers[3:]) for numbers in arguments.clip_box]
+    if arguments.capped and not (clip or arguments.closed) and arguments.run is not render:
+        raise ValueError("--capped: expected --clip or --clip-box, or --closed for the volume's border, got none")
+    return clip
+
+
+def _cameras(arguments, seen):
+    """The camera of the picture, or those of all pictures."""
+    framing = dict(
+        view=arguments.view,
+        up=arguments.up,
+        projection=arguments.projection,
+        field_of_view=arguments.field_of_view,
+        size=arguments.size,
+    )
+    cameras: Any  # with an aperture, all are perspective ones
+    if arguments.turntable:
+        cameras = isospline.turntable(seen, arguments.turntable, **framing)
+    else:
+        cameras = [isospline.camera_for(seen, **framing)]
+    if arguments.aperture:
+        if arguments.projection != "perspective":
+            raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
+        cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
+    return cameras
+
+
+def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
+    """Render from one camera after the other."""
+    is_mapped = given(arguments, TONE)
+    options = dict(
+        size=arguments.size,
+        background=None if is_mapped else background_of(arguments),
+        layers=arguments.layers,
+        ambient_occlusion_samples=arguments.ambient_occlusion_samples,
+        **look,
+    )
+    samples = arguments.samples
+    if samples is None:
+        samples = 8 if arguments.light == "studio" and not arguments.fast else 4
+    progress = Patience(arguments, progress, _say)
+    if is_distributed:
+        from_cluster = cluster_images(scene, cameras, {"samples": samples, **options}, arguments, progress)
+    for number, camera in enumerate(cameras):
+
+        def report(fraction, done=number):
+            return progress((done + fraction) / len(cameras))
+
+        if is_distributed:
+            images = [next(from_cluster)]
+        elif isinstance(look["light"], isospline.PathTracer):
+            renderer = isospline.ProgressiveRenderer(scene, camera, **options)
+            images = traced_images(renderer, arguments, report, _say)
+        elif arguments.checkpoint:
+            images = [banded_image(scene, camera, {"samples": samples, **options}, arguments, report, _say)]
+        else:
+            images = [isospline.render(scene, camera, samples=samples, progress=report, **options)]
+        for image in images:
+            image = image.denoise() if arguments.denoise else image
+            if is_mapped:
+                image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
+                image = image.over(background_of(arguments))
+            yield marks(image, camera, scene)
+
+
+def _volume_or_labels(arguments):
+    """The volume or the store of a file; or its volume and label map, if it is one and no level is given."""
+    reading = _reading(arguments)
+    labels = given_labels(arguments, reading)
+    if labels is not None:
+        return labels.source, labels
+    data = opened(arguments, _read)
+    return data, recognized_labels(data, arguments, reading, _say)
+
+
+def _read(arguments):
+    """The volume that the options specify."""
+    return isospline.read_volume(arguments.file, **_reading(arguments))
+
+
+def _reading(arguments):
+    """Options of `read_volume`. On the command line, everything is in the order x, y, z."""
+    shape = arguments.shape and arguments.shape[::-1]
+    dtype = arguments.dtype
+    if arguments.big_endian:
+        if dtype is None:
+            raise ValueError("--big-endian: expected the type of raw samples, --dtype, with it")
+        dtype = dtype.newbyteorder(">")
+    return dict(shape=shape, dtype=dtype, offset=arguments.offset, spacing=arguments.spacing, name=arguments.name)
+
+
+@contextlib.contextmanager
+def _progress(title, arguments):
+    """A function that shows the finished fraction; None if there is nothing to show."""
+    if arguments.quiet:
+        yield None
+        return
+    shown = Bar(title, leave=False) if sys.stderr.isatty() else Lines(title)
+    try:
+        yield shown
+    finally:
+        shown.close()
+
+
+def _say(text):
+    print(f"isospline: {text}", file=sys.stderr)

@@ -1,0 +1,151 @@
+"""Options of ``isospline render`` whose defaults give good pictures."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import time
+
+import isospline
+
+from ..colors import BACKGROUND, color_of, named_color
+from ..levels import count_pieces
+from ..picture.annotations import ANNOTATIONS, annotated, check_annotations, color_rules
+from ..picture.legends import draw_legend, legend_rows
+from ..picture.rendering import unit_of
+
+#: Seconds after which the user is told the expected time.
+PATIENCE = 1.0
+#: The value of --largest that keeps all components.
+ALL = "all"
+
+
+def add_picture_options(group):
+    """Add the options of the argument group "picture"."""
+    group.add_argument(
+        "--fast", action="store_true", help="leave out shadows, sky and ground; takes a tenth of the time or less"
+    )
+    group.add_argument(
+        "--annotate",
+        type=_annotations,
+        nargs="?",
+        const=ANNOTATIONS,
+        default=(),
+        metavar="MARKS",
+        help="draw scale-bar, colorbar or scale-bar,colorbar; without a value, all that apply",
+    )
+
+
+def add_largest(group, default="all"):
+    """Add the option for the number of components to keep."""
+    group.add_argument(
+        "--largest",
+        type=_pieces,
+        metavar="N",
+        help=f"keep the N largest connected components of the solid, or all; by default {default}",
+    )
+
+
+def _pieces(text):
+    if text == ALL:
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected a number or all, got {text!r}") from None
+
+
+def largest_of(arguments):
+    """The argument `largest` of `Isosurface`."""
+    return None if arguments.largest == ALL else arguments.largest
+
+
+def kept_pieces(surface, say):
+    """The number of a surface's components to show if no option gives it; None for all."""
+    kept, found = count_pieces(surface)
+    if kept == found:
+        return None
+    fewer = "--largest 1 shows only the largest, " if kept > 1 else ""
+    say(f"showing {kept} of {found} pieces, without the small ones; {fewer}--largest all shows all of them")
+    return kept
+
+
+def _annotations(text):
+    names = tuple(part.replace("-", "_") for part in text.split(","))
+    for name in names:
+        if name not in ANNOTATIONS:
+            raise argparse.ArgumentTypeError(f"expected scale-bar, colorbar or scale-bar,colorbar, got {text!r}")
+    return names
+
+
+def color(text):
+    """An argument type for colours: a name, one number, or three numbers separated by commas."""
+    with contextlib.suppress(ValueError):
+        numbers = tuple(float(part) for part in text.split(","))
+        if len(numbers) in (1, 3):
+            return numbers if len(numbers) == 3 else numbers * 3
+    try:
+        named_color(text)
+        return text
+    except ValueError:
+        expected = "the name of a colour, such as white or #f0c0a0, or 1 or 3 numbers from 0 to 1, separated by commas"
+        raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}") from None
+
+
+def background(text):
+    """An argument type for backgrounds: as `color`, four numbers with an opacity, or none for no background."""
+    if text == "none":
+        return None
+    with contextlib.suppress(ValueError):
+        numbers = tuple(float(part) for part in text.split(","))
+        if len(numbers) == 4:
+            return numbers
+    return color(text)
+
+
+def background_of(arguments):
+    """The background of a picture: light in studio light, otherwise black."""
+    if arguments.background != ():
+        return arguments.background
+    return BACKGROUND if arguments.light == "studio" else 0.0
+
+
+def studio_looks(colors, others):
+    """The materials of objects in studio light; objects without a given colour get one each."""
+    given = [look if look else {"color": color_of(place)} for place, look in enumerate(colors)]
+    return [isospline.Material(**look, **other) for look, other in zip(given, others)]
+
+
+def annotations_of(arguments, look):
+    """A function of an image, its camera and its scene that draws the requested marks into the image.
+
+    --annotate without a value draws a colour bar if there is a colour map.
+    """
+    colors = look["light"]
+    names = arguments.annotate
+    if names == ANNOTATIONS and not color_rules(colors):
+        names = ("scale_bar",)
+    names = check_annotations(names, None, colors, None)
+
+    def marked(image, camera, scene):
+        if arguments.legend:
+            draw_legend(image, legend_rows(scene, colors))
+        return annotated(image, names, camera, scene, colors, unit_of(scene))
+
+    return marked
+
+
+class Patience:
+    """A progress callback. It tells the user once how long slow light takes, and passes the fraction on."""
+
+    def __init__(self, arguments, progress, say):
+        self._told = arguments.quiet or arguments.fast or arguments.light != "studio"
+        self._progress, self._say = progress, say
+        self._begin = time.perf_counter()
+
+    def __call__(self, fraction):
+        elapsed = time.perf_counter() - self._begin
+        if not self._told and elapsed > PATIENCE and fraction > 0.02:
+            self._told = True
+            self._say(f"soft light and shadows take about {elapsed / fraction:.0f} s; --fast leaves them out")
+        return None if self._progress is None else self._progress(fraction)

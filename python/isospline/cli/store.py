@@ -1,0 +1,114 @@
+"""Volumes that stay in a store, for ``isospline render``, ``info``, ``measure`` and ``mesh``."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from ..io import VolumeData
+from ..store.detail import Scales, is_store
+from .summary import bounds_of, summarize
+
+
+def add_memory_limit(command):
+    """The option of all commands for volumes that stay in a store; returns its group."""
+    group = command.add_argument_group("store", "a folder that isospline convert has written")
+    group.add_argument(
+        "--memory-limit", default="4GB", metavar="SIZE", help="of chunks and bricks in memory (default 4GB)"
+    )
+    return group
+
+
+def add_store_options(command):
+    """Options for pictures of volumes that stay in a store."""
+    add_memory_limit(command).add_argument(
+        "--exact", action="store_true", help="render the data's own resolution; by default voxels are about pixels"
+    )
+
+
+def opened(arguments, read):
+    """The volume of a command: a store, or what ``read(arguments)`` gives for a file."""
+    return Store(arguments) if is_store(arguments.file) else read(arguments)
+
+
+class Store:
+    """A store in place of a `VolumeData`: samples of its overview, and whether they are of a patient."""
+
+    def __init__(self, arguments):
+        self.scales = Scales(arguments.file, arguments.memory_limit)
+        self._check_model(arguments)
+
+    @property
+    def patient(self):
+        return self.scales.metadata.patient
+
+    @functools.cached_property
+    def data(self):
+        return self.scales.volume(self.scales.overview).coefficients
+
+    def _check_model(self, arguments):
+        """Refuse a model other than that of the store."""
+        defaults = {"degree": 2, "boundary": "mirror", "filter": "interpolate", "smoothing": 0.0}
+        for name, default in defaults.items():
+            given, held = getattr(arguments, name, default), getattr(self.scales.metadata, name)
+            if given not in (default, held):
+                raise ValueError(f"--{name}: expected {held}, as in the store, got {given}")
+
+    def to_volume(self, **model):
+        """The volume of the data's own resolution; its model is that of the store."""
+        return self.scales.volume(0)
+
+    def summary(self, path):
+        """What `summarize` finds out about a file: the histogram is that of the overview."""
+        levels, metadata = self.scales, self.scales.metadata
+
+        def placed(level, samples, **others):
+            return VolumeData(
+                samples,
+                level.spacing,
+                level.origin,
+                level.direction,
+                unit=metadata.unit,
+                patient=self.patient,
+                **others,
+            )
+
+        finest, overview = metadata.scales[0], metadata.scales[levels.overview]
+        about = f"isospline store, degree {metadata.degree}, {len(metadata.scales)} scales"
+        if levels.overview:
+            about += f"; mean and histogram are those of level {levels.overview}"
+        whole = placed(finest, np.broadcast_to(np.float32(0), finest.shape))
+        return {
+            **summarize(placed(overview, self.data, format=about), path),
+            "size": list(finest.shape[::-1]),
+            "type": "float32",
+            "bytes": whole.data.nbytes,
+            "spacing": list(finest.spacing),
+            "origin": list(finest.origin),
+            "bounds": bounds_of(whole),
+            "minimum": finest.minimum,
+            "maximum": finest.maximum,
+        }
+
+    def scene_and_cameras(self, make_scene, make_cameras, arguments):
+        """The scene of a picture at the scale that it needs, the cameras, and a sentence about the level.
+
+        ``make_scene(volume)`` gives a tuple that begins with a scene, and ``make_cameras(made)`` the cameras of what
+        it gave.
+        """
+        levels = self.scales
+        detail = 0 if arguments.exact else levels.overview
+        made = make_scene(levels.volume(detail))
+        cameras = make_cameras(made)
+        if not arguments.exact:
+            detail = levels.choose(cameras, arguments.size)
+            if detail != levels.overview:
+                made = make_scene(levels.volume(detail))
+        hint = "; --exact renders level 0" if detail else ""
+        return made, cameras, levels.describe(detail) + hint
+
+
+def least_sample(data):
+    """The least sample of a file or a store; coefficients may be less."""
+    return data.scales.metadata.scales[0].minimum if isinstance(data, Store) else data.data.min()

@@ -1,0 +1,85 @@
+"""The commands that use the viewer: ``isospline view``, and ``isospline render --session``."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import tempfile
+
+import isospline
+
+from .picture import ALL, annotations_of, largest_of
+
+
+def serve(arguments, reading, say):
+    """Show files in the browser until Ctrl-C.
+
+    `reading` are options of `read_volume`; ``say(text)`` prints a message.
+    """
+    from ..viewer.viewer import Viewer
+
+    if arguments.threads:
+        isospline.set_thread_count(arguments.threads)
+    for path in arguments.files:
+        if not os.path.exists(path):
+            raise FileNotFoundError(f"{path}: No such file or directory")
+    read_options = {name: _plain(value) for name, value in reading.items() if value}
+    uploads = {"upload_limit": arguments.upload_limit, "upload_count": arguments.upload_count}
+    viewer = Viewer(host=arguments.host, port=arguments.port, token=arguments.token, **uploads)
+    ends = signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C does
+    try:
+        session = viewer.read_session(arguments.session) if arguments.session else None
+        say("Ctrl-C ends the viewer")
+        print(viewer.url, flush=True)
+        if not arguments.no_browser:
+            viewer.open_in_browser()
+        if session is not None:
+            viewer.open_session(*session)
+        model_options = {} if arguments.degree == 2 else {"degree": arguments.degree}
+        for path in arguments.files:
+            viewer.open(
+                path,
+                levels=arguments.level,
+                largest=largest_of(arguments),
+                table=arguments.largest == ALL,
+                read_options=read_options,
+                model_options=model_options,
+            )
+        viewer.wait()
+    except KeyboardInterrupt:
+        pass  # the usual end of a viewer
+    finally:
+        viewer.close()
+        signal.signal(signal.SIGTERM, ends)
+
+
+def session_image(arguments, progress):
+    """The image of a session, as the viewer's last pass draws it."""
+    from ..viewer.bundle import is_bundle, unpack
+    from ..viewer.document import Document
+    from ..viewer.picture import FINAL_SAMPLES, PictureMaker, Stage
+    from ..viewer.session import open_session, read_session
+
+    document = Document()
+    with contextlib.ExitStack() as stack:
+        path, folder = arguments.session, None
+        if is_bundle(path):
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="isospline-"))
+            path = unpack(path, folder)
+        state = open_session(document, read_session(path), folder=folder)
+    if state.camera is None:
+        raise ValueError(f"{arguments.session}: expected a session with a camera")
+    if arguments.turntable:
+        raise ValueError("--turntable cannot be combined with --session")
+    samples = arguments.samples or FINAL_SAMPLES[state.light]
+    stage = Stage(samples, True)
+    maker = PictureMaker(document)
+    image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
+    annotate = annotations_of(arguments, maker.look(state))
+    return annotate(image, state.camera.camera(), maker.scene)
+
+
+def _plain(value):
+    """Values of options in types that JSON can hold."""
+    return getattr(value, "str", value)

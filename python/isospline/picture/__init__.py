@@ -1,0 +1,1 @@
+"""Pictures of scenes: cameras, lights, rendering, images, marks in them, and videos."""

@@ -1,0 +1,260 @@
+"""Cameras that show all of a scene, from one side or from all around."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from ..base.mistakes import sentence
+from ..base.parameters import check_count
+from ..base.signatures import explained
+from .views import DEFAULT_VIEW, Vector, View, direction_of
+
+
+class HasBounds(Protocol):
+    """An object with a box: scenes, isosurfaces, meshes and volumes, and data sets of other libraries."""
+
+    @property
+    def bounds(self) -> Any: ...
+
+
+Bounded = HasBounds | ArrayLike
+Projection = Literal["perspective", "orthographic"]
+#: The smallest and the largest <n, x> over all visible points x, (N, 2), for each n of an (N, 3) array.
+Extent = Callable[[Vector], Vector]
+
+
+@explained
+def camera_for(
+    scene: Bounded,
+    *,
+    view: View = DEFAULT_VIEW,
+    up: ArrayLike | None = None,
+    projection: Projection = "perspective",
+    field_of_view: float = 30.0,
+    size: tuple[int, int] = (640, 360),
+    margin: float = 0.05,
+) -> _core.PerspectiveCamera | _core.OrthographicCamera:
+    """Make a camera that shows all of a scene, or of a box, in the middle of the image.
+
+    The camera is fitted to the drawn objects: surfaces after cuts, their caps, and meshes, not to the corners of their
+    box. Nothing is cut off at the sides of the image, and along one axis of the image both sides touch the margin.
+
+    Parameters
+    ----------
+    scene : Scene, Isosurface, Mesh, list of these, anything else that has bounds, or (2, 3) float
+        The scene, or the lower and the upper corner of a box, in world units. For objects other than the first three,
+        the box is fitted.
+    view : str or (3,) float
+        The side of the eye: a vector towards the eye, or a name. By convention, objects face -y, z is upwards, and left
+        is their own left, +x.
+
+        ===================================  =========  ===================================================
+        name                                 the eye    the image
+        ===================================  =========  ===================================================
+        ``"front"``, ``"anterior"``          at -y      x to the right, z upwards
+        ``"back"``, ``"posterior"``          at +y      x to the left, z upwards
+        ``"left"``, ``"right"``              at +x, -x  z upwards
+        ``"top"``                            at +z      x to the right, y upwards, as a map
+        ``"superior"``                       at +z      x to the left, -y upwards: a patient's face is above
+        ``"bottom"``, ``"inferior"``         at -z      x to the right, -y upwards, as radiologists see slices
+        ``"three-quarter"``                  at -y      turned to the object's right and upwards, shows form
+        ``"iso"``                            (1,-1,1)   from the front, the left and above
+        ``"+x"`` to ``"-z"``                 there      z upwards; for ``"+z"`` y, for ``"-z"`` -y
+        ===================================  =========  ===================================================
+
+        In a patient's coordinates (LPS, as in DICOM, ITK and `read_volume`) these are the patient's sides.
+    up : (3,) float, optional
+        The upward direction in the image; by default that of the view. Use ``(0, 0, -1)`` if slices are stored from
+        head to feet.
+    projection : {"perspective", "orthographic"}
+        The kind of camera.
+    field_of_view : float
+        Vertical field of view of a perspective camera, in degrees.
+    size : (int, int)
+        Width and height of the image; only their ratio counts.
+    margin : float
+        Fraction of the image to leave free, at least 0 and below 1.
+
+    Returns
+    -------
+    PerspectiveCamera or OrthographicCamera
+
+    Raises
+    ------
+    ValueError
+        For an unknown view or projection, an empty box, a scene without surfaces, and values that cameras refuse.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
+    OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
+    """
+    fit = _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin)
+    return fit.camera()
+
+
+@explained
+def turntable(
+    scene: Bounded,
+    count: int,
+    *,
+    view: View = DEFAULT_VIEW,
+    up: ArrayLike | None = None,
+    projection: Projection = "perspective",
+    field_of_view: float = 30.0,
+    size: tuple[int, int] = (640, 360),
+    margin: float = 0.05,
+) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+    """Make the cameras of one turn around a scene or a box, at a constant distance.
+
+    The eye moves counter-clockwise as seen from above, so that the scene seems to turn clockwise. The first camera
+    looks from `view`. The camera after the last one would be the first again.
+
+    Parameters
+    ----------
+    scene : Scene, Isosurface, Mesh, or anything else that has bounds, or (2, 3) float
+        As in `camera_for`.
+    count : int
+        Number of cameras of the whole turn, at least 1.
+    view, up, projection, field_of_view, size, margin
+        As in `camera_for`; the eye turns about `up`. The whole scene is visible from every side.
+
+    Returns
+    -------
+    list of PerspectiveCamera or OrthographicCamera
+
+    Raises
+    ------
+    ValueError
+        For a count below 1, and as in `camera_for`.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> cameras = isospline.turntable([(-1, -1, -1), (1, 1, 1)], 4, view="front")
+    >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
+    [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
+    """
+    check_count(count)
+    extent = extent_of(scene)
+    direction, natural_up = direction_of(view)
+    axis = np.asarray(natural_up if up is None else up, dtype=float)
+    sides = [_turned(direction, axis, 2 * math.pi * step / count) for step in range(int(count))]
+    fits = [_Fit(extent, side, axis, projection, field_of_view, size, margin) for side in sides]
+
+    # At the farthest distance, all is visible from every side.
+    center = extent(np.eye(3)).mean(axis=1)
+    if projection == "orthographic":
+        height = max(fit.height_about(center) for fit in fits)
+        radius = max(fit.radius for fit in fits)
+        return [fit.orthographic(center, height, radius) for fit in fits]
+    distance = max(fit.distance_from(center) for fit in fits)
+    return [fit.perspective(center - distance * fit.axes[2], center) for fit in fits]
+
+
+class _Fit:
+    """The cameras on one side of an object that show all of it; `extent` is the object's extent."""
+
+    def __init__(self, extent, view, up, projection, field_of_view, size, margin):
+        direction, natural_up = direction_of(view)
+        self.up = np.asarray(natural_up if up is None else up, dtype=float)
+        if projection not in ("perspective", "orthographic"):
+            raise ValueError(f"projection: expected 'perspective' or 'orthographic', got {projection!r}")
+        if not 0 <= margin < 1:
+            raise ValueError(f"margin: expected a part of the image, at least 0 and below 1, got {margin!r}")
+        width, height = size
+        if not (width > 0 and height > 0):
+            raise ValueError(f"size: expected a width and a height above 0, got {size!r}")
+        self.projection, self.field_of_view, self.aspect, self.free = projection, field_of_view, width / height, margin
+
+        # Any camera on this side has the image's axes, and checks what was given.
+        trial = _core.PerspectiveCamera(direction, (0, 0, 0), self.up, field_of_view)
+        self.axes = trial.world_to_camera[:3, :3]  # right, up, forward
+        half_height = math.tan(math.radians(field_of_view) / 2) * (1 - margin)
+        self.slopes = np.array([half_height * self.aspect, half_height])
+        # Outward normals of the sides of the view: right and left, top and bottom.
+        right, upwards, forward = self.axes
+        sides = zip((right, -right, upwards, -upwards), np.repeat(self.slopes, 2))
+        self.sides = np.array([towards - slope * forward for towards, slope in sides])
+        extents = extent(np.concatenate([self.axes, self.sides]))
+        self.extents = extents[:3]
+        self.reach = extents[3:, 1]
+        self.radius = np.linalg.norm(self.extents[:, 1] - self.extents[:, 0]) / 2 or 1.0
+
+    def camera(self):
+        """The nearest camera that shows the object, in the middle."""
+        middle = self.extents.mean(axis=1)
+        if self.projection == "orthographic":
+            center = middle @ self.axes
+            return self.orthographic(center, self.height_about(center), self.radius)
+        # Along an axis of the image, both sides touch at one position of the eye; farther back, the margins stay equal.
+        across = (self.reach[::2] - self.reach[1::2]) / 2
+        depths = -(self.reach[::2] + self.reach[1::2]) / (2 * self.slopes)
+        depth = min(depths.min(), self.extents[2, 0] - self.radius * 1e-3)
+        return self.perspective(np.array([*across, depth]) @ self.axes, np.array([*across, middle[2]]) @ self.axes)
+
+    def distance_from(self, center):
+        """The distance from a centre that the eye of a perspective camera looking at it needs."""
+        depth = self.axes[2] @ center
+        distances = (self.reach - self.sides @ center) / np.repeat(self.slopes, 2)
+        return max(distances.max(), depth - self.extents[2, 0] + self.radius * 1e-3)
+
+    def height_about(self, center):
+        """The height of the image that an orthographic camera looking at a centre needs."""
+        x, y = np.abs(self.extents[:2] - (self.axes[:2] @ center)[:, None]).max(axis=1)
+        return 2 * max(y, x / self.aspect, self.radius * 1e-6) / (1 - self.free)
+
+    def orthographic(self, center, height, radius):
+        eye = center - self.axes[2] * (radius * (1 + math.sqrt(3)))
+        return _core.OrthographicCamera(eye, center, self.up, height=height)
+
+    def perspective(self, eye, target):
+        return _core.PerspectiveCamera(eye, target, self.up, self.field_of_view)
+
+
+def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:
+    """A vector rotated counter-clockwise about an axis of any length, by Rodrigues' formula."""
+    axis = axis / (np.linalg.norm(axis) or 1.0)
+    along = axis * (axis @ vector)
+    return along + math.cos(angle) * (vector - along) + math.sin(angle) * np.cross(axis, vector)
+
+
+def extent_of(scene: Bounded) -> Extent:
+    """A function that returns the extent of a scene or a box along directions."""
+    is_list = isinstance(scene, (list, tuple)) and any(
+        isinstance(each, (_core.Isosurface, _core.Mesh)) for each in scene
+    )
+    if is_list or isinstance(scene, (_core.Isosurface, _core.Mesh)):
+        scene = _core.Scene(scene)
+    if isinstance(scene, _core.Scene):
+        if not np.isfinite(scene.extent(np.eye(3))).all():
+            raise ValueError("scene: expected visible surfaces, got a scene without surfaces")
+        return scene.extent
+    lower, upper = _bounds(scene)
+    corners = np.stack(np.meshgrid(*zip(lower, upper), indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def extent(directions: Vector) -> Vector:
+        along = directions @ corners.T
+        return np.stack([along.min(axis=1), along.max(axis=1)], axis=1)
+
+    return extent
+
+
+def _bounds(scene: Bounded) -> NDArray[np.float64]:
+    """Lower and upper corner of a box."""
+    try:
+        bounds = np.asarray(getattr(scene, "bounds", scene), dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(sentence("scene", "a scene or a box of shape (2, 3)", scene)) from None
+    if bounds.shape != (2, 3):
+        raise ValueError(f"scene: expected a scene or a box of shape (2, 3), got shape {bounds.shape}")
+    if not (np.isfinite(bounds).all() and (bounds[0] <= bounds[1]).all()):
+        raise ValueError(f"scene: expected a box that is not empty, got {bounds.tolist()}")
+    return bounds

@@ -1,0 +1,94 @@
+"""Environments from files: panoramas of light."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.parameters import check_path, printable
+from ..base.signatures import explained
+
+#: Suffixes of the files that `read_environment` reads.
+SUFFIXES = (".exr", ".hdr")
+
+
+@explained
+def read_environment(path: str | os.PathLike[str]) -> NDArray[np.float32]:
+    """Read an equirectangular panorama for `EnvironmentLight`.
+
+    The reader is OpenImageIO (``pip install isospline[light]``).
+
+    Parameters
+    ----------
+    path : str or path-like
+        Ends in ``.exr`` for OpenEXR or in ``.hdr`` for Radiance. Rows run from the zenith down.
+
+    Returns
+    -------
+    (height, width, 3) float32 array
+        Linear red, green and blue, for ``EnvironmentLight(image=)``. Negative numbers, which filters of panoramas can
+        produce, become 0.
+
+    Raises
+    ------
+    ValueError
+        For another suffix, a file that is damaged, and one without red, green and blue.
+    OSError
+        If the file cannot be read.
+    ImportError
+        Without OpenImageIO.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> def light_of(path):
+    ...     return isospline.EnvironmentLight(image=isospline.read_environment(path), visible=True)
+    """
+    check_path(path)
+    name = printable(path)
+    if os.path.splitext(os.fspath(path))[1].lower() not in SUFFIXES:
+        raise ValueError(f"path: expected a name that ends in {' or '.join(SUFFIXES)}, got {name!r}")
+    with open(path, "rb"):
+        pass  # raises the system's own error if it cannot be opened
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise ImportError(
+            "reading an environment needs the package OpenImageIO: pip install isospline[light]"
+        ) from error
+    file = OpenImageIO.ImageInput.open(os.fspath(path))
+    if file is None:
+        raise _unreadable(name, OpenImageIO.geterror())
+    try:
+        channels = list(file.spec().channelnames)
+        missing = [channel for channel in "RGB" if channel not in channels]
+        if missing:
+            raise ValueError(f"{name}: expected channels R, G and B, got none named {missing[0]}")
+        pixels = file.read_image("float")
+        if pixels is None:
+            raise _unreadable(name, file.geterror())
+    finally:
+        file.close()
+    image = pixels[..., [channels.index(channel) for channel in "RGB"]]
+    if not np.isfinite(image).all():
+        raise ValueError(f"{name}: expected finite numbers, got {image[~np.isfinite(image)][0]}")
+    return np.ascontiguousarray(np.maximum(image, 0), np.float32)
+
+
+def _unreadable(name, reason):
+    return ValueError(f"{name}: cannot be read as an environment: {' '.join(reason.split()) or 'it is damaged'}")
+
+
+def sky_of(radiance: Any, image: Any) -> Any:
+    """The panorama of an environment light whose first argument is a file or an array; None for a radiance."""
+    is_file = isinstance(radiance, os.PathLike) or (
+        isinstance(radiance, str) and os.path.splitext(radiance)[1].lower() in SUFFIXES
+    )
+    if not is_file and np.ndim(radiance) != 3:
+        return None
+    if image is not None:
+        raise TypeError("image: cannot be combined with a panorama as radiance")
+    return read_environment(radiance) if is_file else radiance

@@ -1,0 +1,103 @@
+"""The light of a picture: which look each object of a scene has in it."""
+
+from __future__ import annotations
+
+import numbers
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from .. import _core
+from ..base.mistakes import sentence
+from ..base.system import warn
+from .materials import look_of
+from .path_tracer import PathTracer
+from .studio import Studio
+
+if TYPE_CHECKING:
+    from .._core import _Color, _Shading
+
+_OBJECTS = (_core.Isosurface, _core.Mesh)
+_SHADINGS = (_core.Phong, _core.Outline, _core.AmbientOcclusion)
+_EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
+
+Light = Any  # what `render` takes
+#: A light with a look for each object: shadings by geometry id, or one for all.
+Resolved = Any
+
+
+def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opacity: float | None = None) -> Resolved:
+    """The light with the looks of all objects of a scene.
+
+    The look of an object is, in this order: what a dict of lights or materials says about it; `color` and `opacity`;
+    its own material; that of the light. The result may be resolved again, which changes nothing.
+
+    Returns
+    -------
+    Phong, Outline, AmbientOcclusion, dict of geometry id to one of them, Studio or _core.PathTracer
+    """
+    light = _core.Phong() if light is None else light
+    changes = {name: value for name, value in (("color", color), ("opacity", opacity)) if value is not None}
+    if isinstance(light, Studio):
+        return light.replace(materials=_materials(scene, light, changes))
+    if isinstance(light, PathTracer):
+        materials = _materials(scene, light, changes)
+        for id, each in materials.items():
+            if each.opacity < 1 or each.silhouette_opacity is not None:
+                warn(f"light: a PathTracer draws all surfaces opaque, also object {id} with its opacity")
+        return light._compiled(materials)
+    if isinstance(light, _core.PathTracer):
+        return light
+    given: dict[int, _Shading] = {}
+    if isinstance(light, Mapping):
+        if changes:
+            raise ValueError(
+                f"{min(changes)}: cannot be combined with a dict of lights, which have colours of their own"
+            )
+        given, light = by_geometry_id(scene, light, "light"), _core.Phong()
+    for each in (*given.values(), light):
+        if not isinstance(each, _SHADINGS):
+            raise TypeError(sentence("light", _EXPECTED if each is light else "shadings in the dict", each))
+    own = {id: material for id, material in _own(scene).items() if material is not None}
+    if not (given or own or changes):
+        return light
+    shadings = {id: _shaded(light, own.get(id), changes) for id in scene.ids}
+    return shadings | given
+
+
+def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, _core.Material]:
+    """The material of each object that differs from that of the light."""
+    given = by_geometry_id(scene, light.materials, "materials")
+    found = {id: material for id, material in _own(scene).items() if material is not None}
+    if changes:
+        found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in scene.ids}
+    return found | given
+
+
+def _own(scene: _core.Scene) -> dict[int, _core.Material | None]:
+    return {id: item.material for id, item, *_ in scene._placed_objects()}
+
+
+def _shaded(shading: Any, material: _core.Material | None, changes: dict[str, Any]) -> Any:
+    """A shading with the look of a material, and with changes of it."""
+    look: dict[str, Any] = {} if material is None else look_of(material)
+    look |= changes
+    if "color" in look and isinstance(shading, _core.Outline):
+        look["surface_color"] = look.pop("color")
+    return shading.replace(**look) if look else shading
+
+
+def by_geometry_id(scene: _core.Scene, of_objects: Mapping[Any, Any], parameter: str) -> dict[int, Any]:
+    """The values for geometry ids of a mapping from objects or geometry ids."""
+    of_ids = {key: value for key, value in of_objects.items() if not isinstance(key, _OBJECTS)}
+    given = {id(key): value for key, value in of_objects.items() if isinstance(key, _OBJECTS)}
+    if given:
+        shown = {geometry_id: id(item) for geometry_id, item, *_ in scene._placed_objects()}
+        if not given.keys() <= set(shown.values()):
+            raise ValueError(f"{parameter}: expected isosurfaces and meshes of the scene, got one that is not in it")
+        of_ids = {key: given[each] for key, each in shown.items() if each in given} | of_ids
+    for key in of_ids:
+        if not isinstance(key, numbers.Integral):
+            raise TypeError(sentence(parameter, "objects or their geometry ids in the dict", key))
+        if key not in scene:
+            raise ValueError(f"{parameter}: expected geometry ids of objects in the scene, got {key!r}")
+    return of_ids

@@ -1,0 +1,156 @@
+"""Rendering of scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Literal
+
+from .. import _core
+from ..base.progress import as_callable
+from ..base.signatures import explained
+from .annotations import Annotation, annotated, check_annotations
+from .cameras import camera_for
+from .image import Image
+from .legends import draw_legend, legend_rows
+from .lights import Light, resolve
+from .scenes import as_scene
+from .studio import Studio, render_in_studio
+
+if TYPE_CHECKING:
+    from .._core import _Background, _Camera, _Color, _Layer, _Progress
+
+
+@explained
+def render(
+    scene: Any,
+    camera: _Camera | None = None,
+    *,
+    level: float | None = None,
+    light: Light = None,
+    color: _Color | None = None,
+    opacity: float | None = None,
+    size: tuple[int, int] = (640, 360),
+    crop: tuple[int, int, int, int] | None = None,
+    background: _Background = None,
+    samples: int = 1,
+    layers: Iterable[_Layer] = (),
+    ambient_occlusion_samples: int = 16,
+    encoding: Literal["linear", "srgb8"] = "linear",
+    annotate: bool | Annotation | Iterable[Annotation] = (),
+    unit: str | None = None,
+    legend: bool = False,
+    progress: _Progress = None,
+) -> Image:
+    """Render a scene.
+
+    The image is the same, bit for bit, for any number of threads. Ctrl-C stops the work.
+
+    Parameters
+    ----------
+    scene : Scene, Isosurface, Mesh, sequence of them, Volume, VolumeData or (nz, ny, nx) array
+        What to show. Of a volume, it is the isosurface at `level`, closed at the border.
+    camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
+        The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene.
+    level : float, optional
+        Of a volume; by default the one that `isospline render` suggests.
+    light : Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings, optional
+        The light of the whole scene; by default ``Phong()``. A `Studio` has soft shadows on a ground and tone mapping;
+        it is the default of the command line. A `PathTracer` has the variance of its noise as a layer. A dict has
+        a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have ``Phong()``. Objects have the look
+        that they were made with, ``Isosurface(..., color=, opacity=)`` or ``material=``, unless the dict has another
+        one; without any, they have that of the light. If opacities are below 1, all crossings of a ray, entering and
+        leaving, are composited front to back by the over operator, in the exact order of `Scene.list_intersections`, up
+        to the first opaque surface. Shadows and ambient occlusion are attenuated by opacities.
+    color, opacity : optional
+        Colour and opacity of all objects, in place of their own, as in `Material`.
+    size : (int, int)
+        Width and height of the picture in pixels.
+    crop : (int, int, int, int), optional
+        First column and row, width and height of the part of the picture to render; by default the whole picture. The
+        image has the crop's size, and its pixels are those of the whole picture, bit for bit. In OpenEXR files, the
+        crop is the data window.
+    background : str, float, (3,) float, (4,) float, optional
+        Colour of the background: a name, such as "white" or "#ff8000", or numbers from 0 to 1 in sRGB, with an opacity
+        if there are four; transparent by default.
+    samples : int
+        Rays per pixel, from 1 to 65536; the colour is their mean. They are evenly spread over the pixel, and over the
+        camera's lens if it has one. With an even number or a lens, one more ray goes through the centre, for the
+        layers.
+    layers : sequence of str
+        Further arrays of the `Image`, by name: "depth", "position", "normal", "albedo", "gradient_magnitude",
+        "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "certified" and, with a path tracer,
+        "direct" and "variance". Only named layers are computed and stored: a picture without layers is the fastest.
+    ambient_occlusion_samples : int
+        Rays per pixel for the layer "ambient_occlusion", from 1 to 65536.
+    encoding : {"linear", "srgb8"}
+        How the colour is stored: linear in float32, as `Image.color`, or in 8 bits, as the result of `Image.to_srgb`,
+        for viewers and videos. 8 bits need a quarter of the memory.
+    annotate : bool, or sequence of {"scale_bar", "colorbar"}
+        What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
+        colour bar for each colour rule with a map. True draws all that apply. Not allowed with a crop.
+    unit : str, optional
+        Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
+        the same.
+    legend : bool
+        Whether to draw the names of objects, ``Isosurface(..., name="bone")``, each beside its colour. Not allowed with
+        a crop.
+    progress : callable or True, optional
+        Called with the finished fraction a few times a second; cancels the rendering by returning
+        a false value other than None. True shows a bar.
+
+    Returns
+    -------
+    Image
+
+    Raises
+    ------
+    ValueError
+        For an invalid size, background or number of rays, for an unknown name of a layer, and for a geometry id of a
+        light or material that is not in the scene.
+    Cancelled
+        If `progress` cancelled it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import isospline
+    >>> z, y, x = np.mgrid[-8:9, -8:9, -8:9]
+    >>> volume = isospline.Volume(np.sqrt(x**2 + y**2 + z**2), origin=(-8, -8, -8))
+    >>> scene = isospline.Scene([isospline.Isosurface(volume, 6.0, inside="below")])
+    >>> camera = isospline.camera_for(scene, view="front")
+    >>> image = isospline.render(scene, camera, size=(64, 48), light=isospline.Outline(2), layers=("depth",))
+    >>> image.color.shape, image.depth.shape
+    ((48, 64, 4), (48, 64))
+    >>> isospline.render(scene, camera, size=(64, 48), encoding="srgb8").to_srgb().dtype
+    dtype('uint8')
+    """
+    scene = as_scene(scene, level)
+    look = resolve(scene, light, color, opacity)
+    marks = check_annotations(annotate, camera, look, unit)
+    rows = legend_rows(scene, look) if legend else []
+    if (marks or rows) and crop is not None:
+        raise ValueError(f"{'annotate' if marks else 'legend'}: cannot be combined with a crop")
+    if camera is None:
+        camera = camera_for(scene, size=size)
+    unit = unit_of(scene) if unit is None else unit
+    options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
+    options["ambient_occlusion_samples"] = ambient_occlusion_samples
+    if isinstance(look, Studio):
+        if encoding != "linear":
+            raise ValueError(f"encoding: {encoding!r} cannot be combined with a Studio: use Image.to_srgb()")
+        image = render_in_studio(scene, camera, look, progress=as_callable(progress), samples=samples, **options)
+    elif isinstance(look, _core.PathTracer):
+        renderer = _core.ProgressiveRenderer(scene, camera, path_tracer=look, encoding=encoding, **options)
+        renderer.step(samples, progress=progress)
+        image = Image(renderer.image())
+    else:
+        options.update(samples=samples, encoding=encoding, progress=progress)
+        image = Image(_core.render(scene, camera, shading=look, **options))
+    draw_legend(image, rows)
+    return annotated(image, marks, camera, scene, look, unit)
+
+
+def unit_of(scene: _core.Scene) -> str:
+    """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
+    units = {item.volume.unit for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)}
+    return units.pop() if len(units) == 1 else ""

@@ -1,0 +1,283 @@
+"""Studio light: a soft key light, a fill light and an open sky, with shadows on a ground."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import KW_ONLY, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from ..base.parameters import check_count, check_type, unit_vector
+from ..base.signatures import explained_methods, parameters_of
+from ..base.values import parts
+from .ground import ground_for
+from .image import Image
+from .materials import check_materials, look_of
+from .tone import tone_mapped
+
+if TYPE_CHECKING:
+    from .._core import _Background
+
+#: The fractions of the ground's light that come from the key light and from the sky, and that their shadows remove.
+KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
+# Angle between the middle of the key light and its rim, as a slope.
+_SOFTNESS = 0.12
+# The ground uses this many times more light samples, and this many times fewer rays per pixel.
+_FINER = 4
+# The part of the sky that every surface sees in fast light. Faces turned away from the key light need it.
+_OPEN = 0.65
+# The pictures in the order of drawing, with their approximate relative times: rays to lights cost more than others.
+_SURFACES, _GROUND = {"key": 4.0, "fill": 1.0, "sky": 4.0}, {"ground in key": 3.0, "ground in sky": 3.0}
+_VALUES = {"values": 1.0}
+
+# The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
+_RULES = (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByNormal, _core.ColorByDepth)
+_BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
+
+
+@explained_methods
+@dataclass(frozen=True)
+class Studio:
+    """Light as in a photographer's studio, for ``render(..., light=Studio())``.
+
+    There is a key light with soft shadows over the viewer's left shoulder, a fill light from the right, and a uniform
+    sky with ambient occlusion. A ground below the scene receives shadows; elsewhere it has the colour of the
+    background, so that no horizon is visible. Surfaces are tone mapped by the neutral curve of `Image.tone_map`, which
+    never reaches 1, so that no highlight is clipped.
+
+    Colours and opacities are those of the objects.
+
+    Parameters
+    ----------
+    key, fill, sky : float
+        Brightness of the lights, at least 0: the light that each adds to a white surface facing it.
+    ground : bool
+        Whether there is a ground. It is left out if the eye is below it, and in panoramas.
+    up : (3,) float
+        The direction away from the ground.
+    light_samples : int
+        Points on the key light, and directions to the sky, for each ray of a pixel.
+    fast : bool
+        Leaves out shadows, sky and ground; takes a tenth of the time or less.
+    material : Material, optional
+        For objects that have no material of their own; by default white.
+    materials : dict of object or geometry id to Material
+        For these objects of the scene; replaces their own.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> volume = field.volume(32)
+    >>> surface = isospline.Isosurface(volume, field.level, color="ivory")
+    >>> isospline.render(surface, size=(32, 24), light=isospline.Studio(light_samples=1), background="white")
+    Image(32 x 24, 36% covered)
+    """
+
+    key: float = 1.5
+    fill: float = 0.3
+    sky: float = 0.45
+    ground: bool = True
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    light_samples: int = 4
+    fast: bool = False
+    _: KW_ONLY
+    material: _core.Material | None = None
+    materials: Mapping[Any, _core.Material] = field(default_factory=dict, hash=False)
+
+    def __post_init__(self) -> None:
+        for name in ("key", "fill", "sky"):
+            value = getattr(self, name)
+            is_number = isinstance(value, numbers.Real)
+            if not is_number or not 0 <= value < math.inf:
+                raise ValueError(f"{name}: expected a finite number of at least 0, got {value!r}")
+        object.__setattr__(self, "up", tuple(unit_vector(self.up, "up").tolist()))
+        check_count(self.light_samples, "light_samples", 65536)
+        check_type(self.material, "material", (_core.Material, type(None)), "a Material")
+        object.__setattr__(self, "materials", check_materials(self.materials))
+
+    def replace(self, **changes: Any) -> Studio:
+        """The same light with some parameters changed."""
+        return dataclasses.replace(self, **changes)
+
+
+def render_in_studio(
+    scene: _core.Scene,
+    camera: Any,
+    light: Studio,
+    *,
+    background: _Background,
+    progress: Any,
+    **options: Any,
+) -> Image:
+    """Render a scene in this light, whose materials are by geometry id."""
+    behind = np.array(_core.background_color(background))
+    looks, values = _without_values(_looks(scene, light))
+    lights = _Lights(light, camera)
+    flat = {"layers": (), "ambient_occlusion_samples": 16}
+    albedo = tuple(name for name in options["layers"] if name == "albedo")
+    if light.fast:
+        lit = {
+            id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
+            for id, look in looks.items()
+        }
+        image = Image(
+            _core.render(scene, camera, shading=lit, background=None, progress=progress, encoding="linear", **options)
+        )
+        _tone_map_surfaces(image.color)
+        if values:
+            alone = {**options, **flat, "layers": albedo, "progress": None}
+            picture = _core.render(scene, camera, shading=values, background=None, encoding="linear", **alone)
+            _add_values(image, Image(picture))
+        _lay_over(image.color, behind, None)
+        return image
+
+    seen = copy(scene)  # shares the objects; the given scene does not get the ground
+    radius = _radius(seen)
+    ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
+    shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
+
+    def draw(part, shading, **more):
+        begin = sum(list(shares.values())[: list(shares).index(part)]) / sum(shares.values())
+        share = shares[part] / sum(shares.values())
+        report = progress and (lambda fraction: progress(begin + share * fraction))
+        return Image(
+            _core.render(
+                seen,
+                camera,
+                shading=shading,
+                background=None,
+                progress=report,
+                encoding="linear",
+                **{**options, **more},
+            )
+        )
+
+    # The fill light casts no shadow. The three pictures are means over the same rays of each pixel: they can be added.
+    key = {id: look.replace(lights=lights.keys, shadows=True, ambient=0) for id, look in looks.items()}
+    fill = {id: look.replace(lights=[lights.fill], shadows=False, ambient=0, specular=0) for id, look in looks.items()}
+    sky = {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}
+    image = draw("key", key)
+    image.color[..., :3] += draw("fill", fill, **flat).color[..., :3]
+    image.color[..., :3] += light.sky * draw("sky", sky, **flat).color[..., :3]
+    _tone_map_surfaces(image.color)
+    if values:
+        _add_values(image, draw("values", values, **{**flat, "layers": albedo}))
+
+    shade = None
+    if ground is not None:
+        for id in seen.ids:
+            seen.set_visibility(id, visible=False)
+        id = seen.add(ground, casts_shadow=False)
+        # A plane has no edges, so it needs fewer rays per pixel. More points on the lights make its shadows smooth.
+        fine = light.replace(light_samples=_FINER * light.light_samples)
+        lights = _Lights(fine, camera)
+        options["samples"] = -(-options["samples"] // _FINER)
+        white = _core.Phong(ambient=0, specular=0, diffuse=lights.diffuse_of_white, lights=lights.keys, shadows=True)
+        in_key = draw("ground in key", {**looks, id: white}, **flat).color
+        even = _sky(_core.Phong(), fine.light_samples, radius)
+        in_sky = draw("ground in sky", {**looks, id: even}, **flat).color
+        shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
+    _lay_over(image.color, behind, shade)
+    return image
+
+
+class _Lights:
+    """The lights of a studio; they move with the camera."""
+
+    def __init__(self, studio, camera):
+        right, up, forward = camera.world_to_camera[:3, :3]
+        gravity = np.asarray(studio.up)
+        towards = 1.1 * right - 1.2 * up + 0.8 * forward
+        self.key = _core.DirectionalLight(towards, intensity=studio.key)
+        self.fill = _core.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
+        count = studio.light_samples
+        unit = towards / np.linalg.norm(towards)
+        across = np.cross(unit, right)
+        across /= np.linalg.norm(across)
+        beside = np.cross(unit, across)
+        directions = []
+        for number in range(count):  # Vogel's spiral covers a disc evenly
+            distance, turn = _SOFTNESS * math.sqrt((number + 0.5) / count), number * math.pi * (3 - math.sqrt(5))
+            directions.append(unit + distance * (math.cos(turn) * across + math.sin(turn) * beside))
+        self.keys = [_core.DirectionalLight(each, intensity=studio.key / count) for each in directions]
+        # The diffuse coefficient of a ground that is white where it receives all of the key light.
+        received = sum(max(0.0, -gravity @ each / np.linalg.norm(each)) for each in directions) * studio.key / count
+        self.diffuse_of_white = 1 / received if received > 0 else 0.0
+
+
+def _looks(scene, studio):
+    """A Phong shading of each geometry id."""
+    materials = {id: studio.materials.get(id, studio.material) for id in scene.ids} | dict(studio.materials)
+    return {id: _core.Phong() if each is None else phong_of(each) for id, each in materials.items()}
+
+
+def phong_of(material: _core.Material) -> _core.Phong:
+    """The Phong shading with the look of a material: half of `Material.specular` is Phong's default."""
+    look = look_of(material)
+    return _core.Phong(specular=0.4 * material.specular, **look)
+
+
+def _without_values(looks):
+    """The looks with black cuts in place of those that show values, and looks of these values alone; {} without any."""
+    ids = [id for id, look in looks.items() if isinstance(look.cap_color, _RULES)]
+    if not ids:
+        return looks, {}
+    dark = {id: look.replace(lights=[], shadows=False, ambient=0, cap_color=None) for id, look in looks.items()}
+    alone = {id: dark[id].replace(cap_color=looks[id].cap_color) for id in ids}
+    return looks | {id: looks[id].replace(cap_color=_BLACK) for id in ids}, dark | alone
+
+
+def _add_values(image, values):
+    """Add the picture of the values on cuts, whose own colours are black so far."""
+    image.color[..., :3] += values.color[..., :3]
+    if hasattr(values, "albedo"):
+        image.albedo[:] = values.albedo
+
+
+def _sky(look, samples, distance):
+    """Ambient occlusion in the colours and opacities of a Phong shading."""
+    shared = set(parameters_of(_core.AmbientOcclusion)) & set(parameters_of(_core.Phong))
+    return _core.AmbientOcclusion(
+        samples, distance=distance or math.inf, **{name: value for name, value in parts(look).items() if name in shared}
+    )
+
+
+def _radius(scene):
+    """Half the diagonal of the visible objects' box; 0 if no object is visible."""
+    extents = scene.extent(np.eye(3))
+    return float(np.linalg.norm(extents[:, 1] - extents[:, 0]) / 2) if np.isfinite(extents).all() else 0.0
+
+
+def _ground(scene, camera, studio, radius):
+    """A square below a scene, or None if the camera does not see it from above."""
+    up = np.asarray(studio.up)
+    ground = ground_for(scene, up=up, reach=2.5)
+    if isinstance(camera, _core.PanoramicCamera):
+        return None
+    if isinstance(camera, _core.OrthographicCamera):
+        if camera.world_to_camera[2, :3] @ up > -0.02:
+            return None
+    elif camera.eye @ up <= ground.vertices[0] @ up + 1e-3 * radius:
+        return None
+    return ground
+
+
+def _tone_map_surfaces(color):
+    """Tone map the parts of pixels that surfaces cover, in place."""
+    alpha = np.maximum(color[..., 3:], 1e-6)
+    color[..., :3] = tone_mapped(color[..., :3] / alpha, "neutral") * color[..., 3:]
+
+
+def _lay_over(color, behind, shade):
+    """Composite surfaces over a background darkened by `shade`, in place."""
+    left = 1 - color[..., 3:]
+    dark = np.zeros(color.shape[:2] + (1,)) if shade is None else np.clip(shade, 0, 1)[..., None]
+    color[..., :3] += left * behind[3] * behind[:3] * (1 - dark)
+    color[..., 3:] += left * (behind[3] + (1 - behind[3]) * dark)
