@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from typing_extensions import Self, Unpack
 
-from .io.volume_data import VolumeData
 from .base.results import (
     ClosestPoints,
     Components,
@@ -21,6 +20,7 @@ from .base.results import (
     SurfaceSamples,
     Visibility,
 )
+from .io.volume_data import VolumeData
 from .viewer import Viewer
 
 _Progress = Callable[[float], object] | bool | None  # True: a bar

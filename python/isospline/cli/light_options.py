@@ -16,9 +16,9 @@ MATERIAL = ("metallic", "roughness", "specular")
 PATH_TRACER = ("max_bounces", "seed")
 GROUND = ("ground", "ground_color")
 TONE = ("tone_map", "exposure")
-#: The options that end a path traced picture; with those of checkpoints, all limits.
-ENDS = ("noise", "time_limit")
-LIMITS = (*ENDS, "checkpoint", "resume")
+#: The options of path traced pictures that take long; those of --resume are also for a turntable.
+LONG = ("noise", "time_limit", "checkpoint")
+LIMITS = (*LONG, "resume")
 
 #: The values of --light, and the options that not all of them support.
 LIGHTS: dict[str, tuple[str, ...]] = {
@@ -26,7 +26,7 @@ LIGHTS: dict[str, tuple[str, ...]] = {
     "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
     "outline": (*TONE, *OPACITY),
     "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
-    "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *ENDS),
+    "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *LONG),
 }
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 
-from .bands import BandedPicture
 from .output import check_folder, is_video, numbered
 from .record import turntable_record
 
@@ -28,7 +27,7 @@ def add_limits(command):
     group.add_argument(
         "--checkpoint",
         metavar="FILE",
-        help="save what is rendered of one picture to a file, every minute, at the end and on Ctrl-C",
+        help="save what is rendered of a path traced picture to a file, every minute, at the end and on Ctrl-C",
     )
     group.add_argument(
         "--resume",
@@ -74,20 +73,6 @@ def frames_to_make(cameras, arguments, say):
     missing = [at for at, path in enumerate(outputs) if not (os.path.exists(path) and record.has(path, made_of))]
     say(f"{len(numbers) - len(missing)} of {len(numbers)} pictures exist already")
     return missing, [cameras[number] for number in missing]
-
-
-def banded_image(scene, camera, options, arguments, progress, say):
-    """The image of `render` with a checkpoint, which keeps the finished rows after Ctrl-C."""
-    picture = BandedPicture(scene, camera, **options)
-    rows = arguments.size[1]
-    if arguments.resume:
-        picture.load_checkpoint(arguments.checkpoint)
-        say(f"{arguments.checkpoint}: continues after {picture.rows} of {rows} rows")
-    try:
-        return picture.run(arguments.checkpoint, progress)
-    except KeyboardInterrupt:
-        say(f"{arguments.checkpoint}: has {picture.rows} of {rows} rows; --resume continues")
-        raise
 
 
 def traced_images(renderer, arguments, progress, say):

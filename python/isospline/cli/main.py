@@ -27,7 +27,7 @@ from .interrupts import heard_interrupts
 from .labels import given_labels, label_surfaces, measure_labels, recognized_labels, set_colors
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .light_options import LIMITS, TONE, flag, given, ground_look, looks
-from .limits import banded_image, check_limits, frames_to_make, traced_images
+from .limits import check_limits, frames_to_make, traced_images
 from .output import check_folder, check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
 from .picture import Patience, annotations_of, background_of
@@ -343,8 +343,6 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         elif isinstance(look["light"], isospline.PathTracer):
             renderer = isospline.ProgressiveRenderer(scene, camera, **options)
             images = traced_images(renderer, arguments, report, _say)
-        elif arguments.checkpoint:
-            images = [banded_image(scene, camera, {"samples": samples, **options}, arguments, report, _say)]
         else:
             images = [isospline.render(scene, camera, samples=samples, progress=report, **options)]
         for image in images:

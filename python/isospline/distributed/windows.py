@@ -74,13 +74,6 @@ class Canvas:
         self.covered += state["covered_count"]
         self._state = state
 
-    def restore(self, layers: dict[str, Any], covered: int) -> None:
-        """Put the first rows of each layer back, in which so many pixels are covered."""
-        for name, rows in layers.items():
-            self.layers[name] = np.empty((self._window[3], *rows.shape[1:]), np.uint8)
-            self.layers[name][: len(rows)] = rows
-        self.covered = covered
-
     def image(self) -> Image:
         """The whole image."""
         x, y, width, height = self._window

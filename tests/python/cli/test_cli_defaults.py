@@ -99,7 +99,7 @@ def test_fast_leaves_shadows_out(ball, picture):
 
 
 def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
-    from isospline import cli_picture
+    from isospline.cli import picture as cli_picture
 
     options = types.SimpleNamespace(quiet=False, fast=False, light="studio")
     for changes, expected in (({}, 1), ({"quiet": True}, 0), ({"fast": True}, 0), ({"light": "phong"}, 0)):

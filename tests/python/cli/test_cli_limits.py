@@ -12,7 +12,7 @@ from command_line import fails, pixels, rendered
 from interrupts import obey_interrupts
 
 import isospline
-from isospline import bands, progress
+from isospline.base import progress
 from isospline.cli.main import main
 
 TRACED = ("-l", "0", "--size", "48x32", "--light", "path-trace")
@@ -144,9 +144,8 @@ def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys,
         ("--checkpoint", tmp_path / "b"),
         ("--checkpoint", checkpoint, "--resume"),
     ):
-        if option[0] != "--checkpoint":
-            message = f"{option[0]}: expected --light path-trace with it, got studio"
-            fails(capsys, 2, message, "render", ball, "-o", picture, *option)
+        message = f"{option[0]}: expected --light path-trace with it, got studio"
+        fails(capsys, 2, message, "render", ball, "-o", picture, *option)
         fails(
             capsys,
             2,
@@ -159,57 +158,6 @@ def test_checkpoints_that_do_not_fit_are_told(ball, picture, checkpoint, capsys,
             *option,
         )
     assert not picture.exists()
-
-
-@pytest.mark.parametrize("shading", [[], ["--light", "phong", "--shadows"], ["--light", "outline"]])
-def test_pictures_of_all_kinds_go_on_bit_for_bit(ball, tmp_path, checkpoint, capsys, monkeypatch, shading):
-    def render(name, *options):
-        layers = ("--layers", "depth,geometry_ids")
-        command = ["render", ball, "-l", 0, "--size", "48x37", *shading, *layers, "-o", tmp_path / name, *options]
-        return main([str(part) for part in command])
-
-    assert render("whole.exr") == 0
-    render_band = bands.render
-
-    def interrupted(*arguments, crop, **options):
-        if crop[1] >= 20:
-            raise KeyboardInterrupt
-        return render_band(*arguments, crop=crop, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(bands, "render", interrupted)
-        assert render("parts.exr", "--checkpoint", checkpoint) == 130
-    assert f"{checkpoint}: has 20 of 37 rows; --resume continues" in capsys.readouterr().err
-    assert not (tmp_path / "parts.exr").exists()
-    for _ in range(2):  # after the end it goes on as well
-        assert render("parts.exr", "--checkpoint", checkpoint, "--resume") == 0
-        assert f"{checkpoint}: continues after " in capsys.readouterr().err
-        assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
-    assert render("other.exr", "--checkpoint", checkpoint, "--resume", "--samples", 3) == 2
-    assert "checkpoint: expected one of the same samples, got another one" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-def test_a_killed_studio_picture_continues(ball, picture, checkpoint):
-    command = [sys.executable, "-m", "isospline", "render", ball, "-l", "0", "--size", "480x360", "-o", picture]
-    keep = ["--checkpoint", checkpoint]
-    process = subprocess.Popen(
-        [*command, *keep], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
-    )
-    deadline = time.monotonic() + 120
-    while not checkpoint.exists() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    time.sleep(1.5)
-    process.send_signal(signal.SIGINT)
-    out, error = process.communicate(timeout=120)
-    assert (process.returncode, out) == (130, "") and "Traceback" not in error
-    assert re.search(r": has \d+ of 360 rows; --resume continues\nisospline: interrupted\n$", error), error
-    assert not picture.exists()
-    assert subprocess.run([*command, *keep, "--resume"], capture_output=True, check=False).returncode == 0
-    resumed = pixels(picture)
-    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
-    np.testing.assert_array_equal(resumed, pixels(picture))
 
 
 @pytest.mark.parametrize("shading", [["--fast"], ["--light", "path-trace", "--samples", "2"]])
@@ -231,28 +179,6 @@ def test_a_turntable_continues_with_the_missing_pictures(ball, tmp_path, capsys,
     assert main([*command, "--resume", "--background", "red"]) == 0
     assert "0 of 4 pictures exist already" in capsys.readouterr().err
     assert all(path.read_bytes() != before for path, before in zip(paths, whole))
-
-
-def test_hostile_checkpoints_of_bands_are_told(ball, picture, checkpoint, capsys):
-    command = ["render", str(ball), "-l", "0", "--size", "16x40", "--fast", "-o", str(picture)]
-    command += ["--checkpoint", str(checkpoint)]
-    assert main(command) == 0
-    with np.load(checkpoint) as found:
-        arrays = dict(found)
-    assert arrays["counts"].tolist()[0] == 38
-    name = next(name for name in arrays if name.startswith("layer "))
-    for change in (
-        {"counts": np.array([40, 1])},
-        {"counts": np.array([-1, 1])},
-        {"counts": np.array([2.0, 1.0])},
-        {"counts": None},
-        {name: arrays[name][:-1]},
-        {name: arrays[name].astype(float)},
-    ):
-        with open(checkpoint, "wb") as file:
-            np.savez(file, **{key: value for key, value in (arrays | change).items() if value is not None})
-        capsys.readouterr()
-        fails(capsys, 2, r"a\.checkpoint: cannot be read as a checkpoint: ", *command, "--resume")
 
 
 def test_a_full_disk_is_told_and_leaves_no_part(ball, picture, checkpoint, capsys, monkeypatch):

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import isospline
-from isospline import foreign
+from isospline.base import foreign
 
 OWNERS = {"isospline": isospline, **{name: getattr(isospline, name) for name in foreign.NAMES if name != "isospline"}}
 ROWS = [

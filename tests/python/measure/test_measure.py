@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline import cli
+from isospline.cli import main as cli
 
 ROTATION = np.array([(0.8, -0.6, 0.0), (0.48, 0.64, -0.6), (0.36, 0.48, 0.8)])
 SHEAR = np.array([(1.0, 0.3, 0.0), (0.0, 1.0, -0.2), (0.0, 0.0, 1.0)])

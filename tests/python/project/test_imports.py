@@ -33,7 +33,7 @@ def modules(repository):
 
 
 def statements(tree, in_functions):
-    """The imports that run when a module is loaded, and those in functions if asked for; not those for type checkers."""
+    """The imports that run when a module is loaded, and those in functions if wanted; not those for type checkers."""
     for each in ast.iter_child_nodes(tree):
         if isinstance(each, (ast.Import, ast.ImportFrom)):
             yield each

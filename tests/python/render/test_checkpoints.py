@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline import progressive
+from isospline.picture import progressive
 
 SIZE = (70, 50)
 INTEGRATOR = isospline.PathTracer(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline import views
+from isospline.picture import views
 
 nibabel = pytest.importorskip("nibabel")
 SimpleITK = pytest.importorskip("SimpleITK")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline import cli
+from isospline.cli import main as cli
 
 zarr = pytest.importorskip("zarr", minversion="3")
 ndimage = pytest.importorskip("scipy.ndimage")
