@@ -158,14 +158,9 @@ Returns
 const EnumWords<BuildQuality> quality_words{
     {"low", BuildQuality::low}, {"medium", BuildQuality::medium}, {"high", BuildQuality::high}};
 
-std::unique_ptr<Scene> empty_scene(const std::string& build_quality, int box_edge)
-{
-    return std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality"), box_edge});
-}
-
 std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& build_quality)
 {
-    auto scene = empty_scene(build_quality, BuildOptions().box_edge);
+    auto scene = std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality")});
     const py::list placed = py::module_::import("isospline.interop.conversions").attr("as_placed_objects")(objects);
     for (const auto& each : placed) {
         const auto pair = each.cast<py::tuple>();
@@ -283,15 +278,11 @@ void bind_scene(py::module_& module)
         .def_property_readonly(
             "build_quality", [](const Scene& scene) { return to_word(quality_words, scene.build_options().quality); },
             "How Embree's acceleration structures are built: \"low\", \"medium\" or \"high\".")
-        .def_property_readonly(
-            "box_edge", [](const Scene& scene) { return scene.build_options().box_edge; },
-            "Cells along an edge of Embree's boxes around isosurfaces.")
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 
     module.def("set_thread_count", &set_thread_count, py::arg("count"),
                "Limits the number of threads of all long operations from now on; 0 means all cores of the machine.");
     module.def("thread_count", &thread_count, "Number of threads that a long operation may use.");
-    module.def("_empty_scene", &empty_scene, py::arg("build_quality"), py::arg("box_edge"));
 }
 
 } // namespace isospline

@@ -18,8 +18,7 @@ A settled index has a box of Embree around each 2 x 2 x 2 cells, as tight as the
 about 0.1 s to build for a volume of 256^3 samples, and rays that are traced one by one are a third faster than in the
 draft, which a new level begins with. Without this call, it is built in the background when so many rays have been cast
 at one level that it pays, about 500 for each 8 x 8 x 8 cells that the surface crosses, and the next queries use it.
-Hits are the same in both, bit for bit. Surfaces of stores keep the draft, and
-so do scenes with another `box_edge` than the default.
+Hits are the same in both, bit for bit. Surfaces of stores keep the draft.
 
 Parameters
 ----------

@@ -13,7 +13,8 @@ namespace isospline {
                                           const pybind11::handle& value)
 {
     namespace py = pybind11;
-    const py::object sentence = py::module_::import("isospline.base.mistakes").attr("sentence")(parameter, expected, value);
+    const py::object sentence =
+        py::module_::import("isospline.base.mistakes").attr("sentence")(parameter, expected, value);
     throw py::type_error(sentence.cast<std::string>());
 }
 

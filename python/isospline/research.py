@@ -7,21 +7,19 @@ P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient",
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
-from ._core import Isosurface, Scene, VoxelHopper, _empty_scene
+from ._core import Isosurface, VoxelHopper
 from .base.results import HopStatistics
 from .base.signatures import explained
-from .interop.conversions import as_placed_objects
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ._core import Volume, _Placeable
+    from ._core import Volume
     from .io import VolumeData
 
-__all__ = ["HopStatistics", "VoxelHopper", "isosurface", "scene"]
+__all__ = ["HopStatistics", "VoxelHopper", "isosurface"]
 
 
 @explained
@@ -63,31 +61,3 @@ def isosurface(
     <Isosurface(level=0, inside="above", method="bracket")>
     """
     return Isosurface(volume, level, **options)._for_research(method, prune_depth, prune_border)
-
-
-@explained
-def scene(
-    objects: _Placeable | Iterable[Any] = (),
-    *,
-    box_edge: Literal[16, 8, 4, 2, 1] = 16,
-    build_quality: Literal["low", "medium", "high"] = "medium",
-) -> Scene:
-    """Make a scene with other boxes in Embree around isosurfaces.
-
-    Parameters
-    ----------
-    objects, build_quality
-        As in `Scene`.
-    box_edge : {16, 8, 4, 2, 1}
-        Cells along an edge of Embree's boxes around an isosurface. Inside a box, cells are found by subdivision, and
-        made when the first ray enters the box. Below 8, all cells are found whenever the level changes; 1 is a box for
-        each cell. With the default, levels change by far the fastest. Hits do not depend on it.
-
-    Returns
-    -------
-    Scene
-    """
-    made = _empty_scene(build_quality, box_edge)
-    for each, transform in as_placed_objects(objects):
-        made.add(each, transform)
-    return made

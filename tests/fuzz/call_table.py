@@ -319,7 +319,6 @@ def calls(o, folder):
             {"corner": (0, 0, 3), "edge_u": (1, 0, 0), "edge_v": (0, 1, 0), "radiance": 1.0},
         ),
         ("Scene", iso.Scene, {"objects": [o["mesh"]], "build_quality": "medium"}),
-        ("research.scene", iso.research.scene, {"objects": [o["mesh"]], "build_quality": "medium", "box_edge": 16}),
         (
             "research.isosurface",
             iso.research.isosurface,

@@ -55,14 +55,14 @@ std::shared_ptr<Object> IsosurfaceObject::settled() const
     return std::make_shared<IsosurfaceObject>(surface_, Index::settled);
 }
 
-embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, const BuildOptions& options,
+embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, const BuildOptions&,
                                                        double rounding_error_local, const Progress& progress)
 {
     box_margin_ = std::max(2.0 * rounding_error_local, least_box_margin);
     if (index_ == Index::settled)
         leaves_.emplace(surface_->volume(), surface_->bricks(), progress);
     else
-        boxes_ = shell_boxes(surface_->bricks(), std::countr_zero(16u / static_cast<unsigned>(options.box_edge)));
+        boxes_ = shell_boxes(surface_->bricks());
     cap_boxes_ = cap_boxes(*surface_);
     return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + cap_boxes_.size());
 }

@@ -236,9 +236,6 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::build(const Objects& finished,
 
 Scene::Scene(const BuildOptions& options) : impl_(std::make_unique<Impl>(options))
 {
-    const int edge = options.box_edge;
-    if (edge != 1 && edge != 2 && edge != 4 && edge != 8 && edge != 16)
-        throw_invalid("box_edge", "1, 2, 4, 8 or 16 cells", edge);
 }
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;

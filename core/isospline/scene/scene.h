@@ -35,7 +35,6 @@ struct PlacedObject {
 /// several threads need a snapshot after a change, one builds it and the others wait.
 class Scene {
 public:
-    /// Throws std::invalid_argument for a box_edge that BuildOptions does not list.
     explicit Scene(const BuildOptions& options = {});
     ~Scene();
     Scene(Scene&&) noexcept;
@@ -61,8 +60,7 @@ public:
     /// A snapshot like snapshot(), with settled indexes: they take longer to build, and rays are faster. They are built
     /// here, unless they exist already. Without this call, they are built in the background when so many rays have been
     /// cast at one state of the scene that it pays, and later snapshots have them. Rays have the same hits in any case.
-    /// Volumes whose coefficients are not in memory, and scenes with another box_edge than the default, have no settled
-    /// index. Throws like snapshot().
+    /// Volumes whose coefficients are not in memory have no settled index. Throws like snapshot().
     std::shared_ptr<const SceneSnapshot> settle(const Progress& progress = {});
     /// Whether the newest snapshot is current and has settled indexes wherever there are any.
     bool is_settled() const;

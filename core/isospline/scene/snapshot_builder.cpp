@@ -62,9 +62,8 @@ std::unique_ptr<SceneSnapshot::Impl> SnapshotBuilder::build(const Progress& prog
     build_objects(progress);
     make_instances();
     next_->build_count = build_count;
-    if (options.box_edge == BuildOptions().box_edge) // others are for comparisons
-        for (const auto& object : next_->objects)
-            next_->rays_until_settling += object->rays_until_settling();
+    for (const auto& object : next_->objects)
+        next_->rays_until_settling += object->rays_until_settling();
     return std::move(next_);
 }
 

@@ -92,12 +92,11 @@ public:
     {
         for_each_met(entry, brick_size, octet.bricks, [&](int child, const Entry& inner) HWY_ATTR {
             if (any_ray_meets(inner, brick_size))
-                descend_brick(bricks_.brick(octet, child, pin_), ~std::uint64_t{0}, inner);
+                descend_brick(bricks_.brick(octet, child, pin_), inner);
         });
     }
 
-    // The blocks of a brick that are in a set.
-    void descend_brick(const MadeBrick& brick, std::uint64_t blocks, const Entry& entry)
+    void descend_brick(const MadeBrick& brick, const Entry& entry)
     {
         const Blocks16 d;
         using B = hn::Vec<Blocks16>;
@@ -125,7 +124,7 @@ public:
                 met |= static_cast<std::uint64_t>(to_lane_mask(d, meets, first)) << 16 * z;
             }
         }
-        met &= brick.blocks() & blocks;
+        met &= brick.blocks();
         if ((met & (met - 1u)) != 0)
             for (std::uint64_t rest = met; rest != 0; rest &= rest - 1u)
                 hwy::Prefetch(static_cast<const char*>(
@@ -134,16 +133,16 @@ public:
             const auto nth = static_cast<unsigned>(hwy::Num0BitsBelowLS1Bit_Nonzero64(rest));
             const Entry inner = advance(entry, {nth & 3u, nth >> 2 & 3u, nth >> 4}, 2);
             if (first_t(inner) <= t_end_ && any_ray_meets(inner, 2))
-                descend_block(brick, static_cast<int>(flipped_block(nth, flip_)), 0xffu, inner);
+                descend_block(brick, static_cast<int>(flipped_block(nth, flip_)), inner);
         }
     }
 
-    void descend_block(const MadeBrick& brick, int index, unsigned cells, const Entry& entry)
+    void descend_block(const MadeBrick& brick, int index, const Entry& entry)
     {
         Block own;
         const Block& block = brick.block(index, bricks_.degree(), bricks_.threshold(), own);
         const glm::ivec3 in_brick = block_position(index);
-        for_each_met(entry, 1, cells & block.cells, [&](int child, const Entry& inner) HWY_ATTR {
+        for_each_met(entry, 1, block.cells, [&](int child, const Entry& inner) HWY_ATTR {
             const glm::ivec3 place(child & 1, child >> 1 & 1, child >> 2);
             const glm::ivec3 cell = brick.first() + in_brick + place;
             const LaneMask lanes = lanes_of_cell(block, child, cell - corner_, inner);
@@ -324,24 +323,7 @@ inline void trace_packet(const Bricks& bricks, const ShellBox& box, const Lattic
         active &= ~lanes;
         PacketDescent descent(bricks, rays, margin, lanes, flip, visitor);
         const glm::ivec3 octet_first(octet.first[0], octet.first[1], octet.first[2]);
-        if (box.halvings == 0) {
-            descent.descend_octet(octet, descent.enter(octet_first, 2 * brick_size));
-            continue;
-        }
-        BrickPin pin;
-        const MadeBrick& brick = bricks.brick(octet, box.brick, pin);
-        const glm::ivec3 block_first = brick.first() + block_position(box.block);
-        switch (box.halvings) {
-        case 1:
-        case 2:
-            descent.descend_brick(brick, box.halvings == 1 ? ~std::uint64_t{0} : cube_of_blocks << box.block,
-                                  descent.enter(brick.first(), brick_size));
-            break;
-        default:
-            if (brick.has_block(box.block))
-                descent.descend_block(brick, box.block, box.halvings == 3 ? 0xffu : 1u << box.cell,
-                                      descent.enter(block_first, 2));
-        }
+        descent.descend_octet(octet, descent.enter(octet_first, 2 * brick_size));
     }
 }
 

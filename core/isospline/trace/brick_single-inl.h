@@ -59,19 +59,8 @@ public:
             const auto nth = static_cast<unsigned>(first_bit(rest));
             const Entry inner = advance(entry, {nth & 1u, nth >> 1 & 1u, nth >> 2}, brick_size);
             if (first_t(inner) <= t_limit_)
-                descend_brick(bricks_.brick(octet, static_cast<int>(nth ^ flip_), pin_), ~std::uint64_t{0}, inner);
+                descend_brick(bricks_.brick(octet, static_cast<int>(nth ^ flip_), pin_), inner);
         }
-    }
-
-    // The blocks of a brick that are in a set.
-    void descend_brick(const MadeBrick& brick, std::uint64_t blocks)
-    {
-        descend_brick(brick, blocks, enter(brick.first(), brick_size));
-    }
-
-    void descend_block(const MadeBrick& brick, int index, unsigned cells)
-    {
-        descend_block(brick, index, cells, enter(brick.first() + block_position(index), 2));
     }
 
 private:
@@ -123,7 +112,7 @@ private:
         }
     }
 
-    void descend_brick(const MadeBrick& brick, std::uint64_t blocks, const Entry& entry)
+    void descend_brick(const MadeBrick& brick, const Entry& entry)
     {
         const Blocks16 d;
         using B = hn::Vec<Blocks16>;
@@ -149,7 +138,7 @@ private:
                 met |= static_cast<std::uint64_t>(to_lane_mask(d, meets, first)) << 16 * z;
             }
         }
-        met &= brick.blocks() & blocks;
+        met &= brick.blocks();
         if ((met & (met - 1u)) != 0)
             for (std::uint64_t rest = met; rest != 0; rest &= rest - 1u)
                 hwy::Prefetch(static_cast<const char*>(
@@ -158,12 +147,12 @@ private:
             const auto nth = static_cast<unsigned>(hwy::Num0BitsBelowLS1Bit_Nonzero64(rest));
             const Entry inner = advance(entry, {nth & 3u, nth >> 2 & 3u, nth >> 4}, 2);
             if (first_t(inner) <= t_limit_)
-                descend_block(brick, static_cast<int>(flipped_block(nth, flip_)), 0xffu, inner);
+                descend_block(brick, static_cast<int>(flipped_block(nth, flip_)), inner);
         }
     }
 
     // The cells whose slab contains a part of the ray's segment in the cell.
-    void descend_block(const MadeBrick& brick, int index, unsigned cells, const Entry& entry)
+    void descend_block(const MadeBrick& brick, int index, const Entry& entry)
     {
         Block own;
         const Block& block = brick.block(index, bricks_.degree(), bricks_.threshold(), own);
@@ -196,7 +185,7 @@ private:
             hn::Store(t_near, d, begin + first);
             met |= to_lane_mask(d, hn::And(hn::Le(t_near, t_far), hn::And(below_upper, above_lower)), first);
         }
-        for (unsigned rest = front_to_back(met & cells & block.cells, flip_); rest != 0; rest &= rest - 1u) {
+        for (unsigned rest = front_to_back(met & block.cells, flip_); rest != 0; rest &= rest - 1u) {
             const auto child = static_cast<unsigned>(first_bit(rest)) ^ flip_;
             if (begin[child] > t_limit_)
                 continue;
@@ -223,21 +212,7 @@ private:
 inline void trace_ray(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,
                       const RayVisitor& visitor)
 {
-    RayDescent descent(bricks, ray, margin, t_limit, visitor);
-    const Octet& octet = bricks.octets()[box.octet];
-    if (box.halvings == 0)
-        return descent.descend_octet(octet);
-    BrickPin pin;
-    const MadeBrick& brick = bricks.brick(octet, box.brick, pin);
-    switch (box.halvings) {
-    case 1:
-        return descent.descend_brick(brick, ~std::uint64_t{0});
-    case 2:
-        return descent.descend_brick(brick, cube_of_blocks << box.block);
-    default:
-        if (brick.has_block(box.block))
-            descent.descend_block(brick, box.block, box.halvings == 3 ? 0xffu : 1u << box.cell);
-    }
+    RayDescent(bricks, ray, margin, t_limit, visitor).descend_octet(bricks.octets()[box.octet]);
 }
 
 } // namespace HWY_NAMESPACE

@@ -15,25 +15,16 @@
 
 namespace isospline {
 
-/// A cube of cells that contains a part of the shell: an octet of bricks, or a part of one after some halvings.
+/// The cells [lower, upper) of an octet of bricks that hold all its blocks in question, counted from its first cell.
 struct ShellBox {
-    /// Of an octet, the cells [lower, upper) that hold all blocks in question, counted from the octet's first cell.
     std::array<std::uint8_t, 3> lower, upper;
-    std::uint32_t octet;       ///< place in Bricks::octets()
-    std::uint8_t halvings = 0; ///< 0 to 4: its edge is 16 >> halvings cells
-    std::uint8_t brick = 0;    ///< child of the octet, with one halving or more
-    std::uint8_t block = 0;    ///< block of the brick, the first of a cube of 8, with two halvings or more
-    std::uint8_t cell = 0;     ///< cell of the block, with four halvings
+    std::uint32_t octet; ///< place in Bricks::octets()
 };
 
-/// The blocks of a brick that fill a cube of 2 x 2 x 2 blocks, the first of which is block 0.
-inline constexpr std::uint64_t cube_of_blocks = 0x0033'0033;
+/// The boxes that contain all of a surface; octets without a block in question have none.
+std::vector<ShellBox> shell_boxes(const Bricks& bricks);
 
-/// The cubes, with an edge of 16 >> halvings cells, that contain all of a surface. With 2 halvings or more, the
-/// coefficients of all its bricks are looked at.
-std::vector<ShellBox> shell_boxes(const Bricks& bricks, int halvings);
-
-/// A cube's box in lattice space; for an octet, the box of its blocks in question.
+/// The box in lattice space.
 Box bounds_of(const Bricks& bricks, const ShellBox& box);
 
 /// Called for each cell of the shell in which a ray may cross the surface, roughly in the order in which the ray meets
@@ -59,8 +50,8 @@ struct PacketVisitor {
     const FirstCells* decided = nullptr; ///< if given, cells that are left out
 };
 
-/// Tests rays against the cubes of cells inside a box, which is halved up to four times into eight cubes that are
-/// tested side by side, and then against the slabs of the cells. Cubes and slabs are widened by a margin that covers
+/// Tests rays against the bricks of a box, the blocks of a brick and the cells of a block, side by side, and then
+/// against the slabs of the cells. Cubes and slabs are widened by a margin that covers
 /// the rounding of single precision, so that the result does not depend on it.
 struct BrickTracer {
     void (*trace)(const Bricks& bricks, const ShellBox& box, const LatticeRay& ray, float margin, double t_limit,

@@ -168,7 +168,6 @@ KEYWORDS: dict[str, dict[str, str]] = {
     "Scene": {
         "color, opacity": "Isosurface(volume, level, color=..., opacity=...)",
         "camera": "render(scene, camera)",
-        "box_edge": "research.scene(objects, box_edge=...)",
     },
     "Isosurface": {
         "smooth": 'Volume(array, filter="smoothing", smoothing=...)',

@@ -132,11 +132,11 @@ def _reduce_hopper(self):
 
 
 def _reduce_scene(self):
-    return _make_scene, (self.build_quality, self.box_edge, self._placed_objects())
+    return _make_scene, (self.build_quality, self._placed_objects())
 
 
-def _make_scene(build_quality, box_edge, objects):
-    scene = _core._empty_scene(build_quality, box_edge)
+def _make_scene(build_quality, objects):
+    scene = _core.Scene(build_quality=build_quality)
     nothing = _core.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32))
     next_id = 0
     for id, each, transform, visibility in objects:

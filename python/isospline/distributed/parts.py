@@ -18,7 +18,7 @@ Description = tuple[Any, ...]
 def describe(scene: _core.Scene) -> Description:
     """The description of a scene whose volumes are all in stores."""
     made_of: Any = scene.__reduce__()[1]
-    build_quality, box_edge, objects = made_of
+    build_quality, objects = made_of
     surfaces: dict[int, dict[str, Any]] = {}
 
     def described(thing):
@@ -34,7 +34,7 @@ def describe(scene: _core.Scene) -> Description:
             surfaces[id(thing)] = state | {"volume": tuple(store)}
         return surfaces[id(thing)]
 
-    return build_quality, box_edge, [(id, described(thing), *rest) for id, thing, *rest in objects]
+    return build_quality, [(id, described(thing), *rest) for id, thing, *rest in objects]
 
 
 class PartOfScene:
@@ -42,7 +42,7 @@ class PartOfScene:
 
     def __init__(self, description: Description, part: Part) -> None:
         self._made_of = (description, part)
-        build_quality, box_edge, objects = description
+        build_quality, objects = description
         volumes: dict[Any, _core.Volume] = {}
         surfaces: dict[int, _core.Isosurface] = {}
 
@@ -60,7 +60,7 @@ class PartOfScene:
             return surfaces[id(state)]
 
         objects = [(id, made(state), *rest) for id, state, *rest in objects]
-        self.scene = _make_scene(build_quality, box_edge, objects)
+        self.scene = _make_scene(build_quality, objects)
 
     def __reduce__(self) -> Any:
         return PartOfScene, self._made_of

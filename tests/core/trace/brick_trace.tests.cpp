@@ -22,7 +22,6 @@ using namespace isospline;
 namespace {
 
 constexpr float margin = 0x1p-10f;
-constexpr int most_halvings = 4;
 
 /// A root of a ray, and the place of its cell in the lattice.
 struct Root {
@@ -341,8 +340,7 @@ std::shared_ptr<const Volume> wavy_volume(const glm::ivec3& shape, int degree)
     return make_volume(samples, shape, options);
 }
 
-/// All ways to trace, with boxes of every edge. Returns how many cells a ray and its lane visit in all, with boxes of
-/// octets.
+/// All ways to trace. Returns how many cells a ray and its lane visit in all.
 std::size_t check_all(Subject& subject)
 {
     REQUIRE(subject.root_count > subject.rays.size() / 4);
@@ -350,16 +348,12 @@ std::size_t check_all(Subject& subject)
     for_each_target([&] {
         subject.find_roots(); // of which the last bit is the target's own
         const BrickTracer tracer = brick_tracer();
-        for (int halvings = 0; halvings <= most_halvings; ++halvings) {
-            INFO(halvings << " halvings");
-            const std::vector<ShellBox> boxes = shell_boxes(subject.level.bricks, halvings);
-            const std::size_t alone = check_visits(subject, tracer, boxes);
-            const std::size_t together = check_packet_visits(subject, tracer, boxes);
-            if (halvings == 0)
-                visits = std::max(visits, std::max(alone, together));
-            check_nearest(subject, tracer, boxes);
-            check_packet_nearest(subject, tracer, boxes);
-        }
+        const std::vector<ShellBox> boxes = shell_boxes(subject.level.bricks);
+        const std::size_t alone = check_visits(subject, tracer, boxes);
+        const std::size_t together = check_packet_visits(subject, tracer, boxes);
+        visits = std::max(visits, std::max(alone, together));
+        check_nearest(subject, tracer, boxes);
+        check_packet_nearest(subject, tracer, boxes);
     });
     return visits;
 }
@@ -407,52 +401,36 @@ TEST_CASE("rays along a volume of the most cells along an axis visit all cells i
     subject.find_roots();
     REQUIRE(subject.root_count > 16);
     const BrickTracer tracer = brick_tracer();
-    const std::vector<ShellBox> boxes = shell_boxes(subject.level.bricks, 0);
+    const std::vector<ShellBox> boxes = shell_boxes(subject.level.bricks);
     check_visits(subject, tracer, boxes);
     check_packet_visits(subject, tracer, boxes);
 }
 
-TEST_CASE("boxes of every edge hold each cell in question once", "[trace]")
+TEST_CASE("boxes hold each cell in question once", "[trace]")
 {
     const LevelBricks level(wavy_volume({37, 22, 30}, 2), 0.4);
     const glm::ivec3 shape = level.volume->cell_shape();
-    // Octets are cut to their blocks in question, which may leave out cells that no ray crosses.
-    std::vector<int> in_question(place_count(shape)), in_blocks(in_question.size());
+    std::vector<int> held(place_count(shape));
+    for (const ShellBox& box : shell_boxes(level.bricks)) {
+        const Box bounds = bounds_of(level.bricks, box);
+        const glm::ivec3 first(bounds.lower), size = glm::ivec3(bounds.upper) - first;
+        REQUIRE(glm::dvec3(first) == bounds.lower);
+        REQUIRE(std::max({size.x, size.y, size.z}) <= 2 * brick_size);
+        for (int z = 0; z < size.z; ++z)
+            for (int y = 0; y < size.y; ++y)
+                for (int x = 0; x < size.x; ++x)
+                    ++held.at(place_in(shape, first + glm::ivec3(x, y, z)));
+    }
+    REQUIRE(*std::max_element(held.begin(), held.end()) == 1);
+    // Boxes are cut to blocks in question, which may leave out cells that no ray crosses.
     for (const Octet& octet : level.bricks.octets())
         for (int child = 0; child < 8; ++child)
             if ((octet.bricks >> child & 1) != 0) {
                 const Brick brick = level.bricks.place(octet, child);
                 const std::uint64_t blocks = level.bricks.blocks_in_question(octet, child);
                 for_each_cell(level.bricks.cells(brick), [&](int x, int y, int z) {
-                    const std::uint64_t place = place_in(shape, brick.first + glm::ivec3(x, y, z));
-                    ++in_question[place];
-                    in_blocks[place] += static_cast<int>(blocks >> (x / 2 + 4 * (y / 2) + 16 * (z / 2)) & 1u);
+                    if ((blocks >> (x / 2 + 4 * (y / 2) + 16 * (z / 2)) & 1u) != 0)
+                        REQUIRE(held[place_in(shape, brick.first + glm::ivec3(x, y, z))] == 1);
                 });
             }
-    std::size_t before = 0;
-    for (int halvings = 0; halvings <= most_halvings; ++halvings) {
-        const std::vector<ShellBox> boxes = shell_boxes(level.bricks, halvings);
-        std::vector<int> held(in_question.size());
-        for (const ShellBox& box : boxes) {
-            const Box bounds = bounds_of(level.bricks, box);
-            const glm::ivec3 first(bounds.lower), size = glm::ivec3(bounds.upper) - first;
-            REQUIRE(glm::dvec3(first) == bounds.lower);
-            REQUIRE(std::max({size.x, size.y, size.z}) <= 16 >> halvings);
-            int cells = 0;
-            for (int z = 0; z < size.z; ++z)
-                for (int y = 0; y < size.y; ++y)
-                    for (int x = 0; x < size.x; ++x) {
-                        const std::uint64_t place = place_in(shape, first + glm::ivec3(x, y, z));
-                        ++held.at(place);
-                        cells += in_question[place];
-                    }
-            // No box without a cell, where the cells are known when boxes are made.
-            REQUIRE((cells > 0 || halvings < 2));
-        }
-        for (std::size_t place = 0; place < held.size(); ++place)
-            REQUIRE((held[place] == 1 || (held[place] == 0 && (halvings > 0 ? in_question : in_blocks)[place] == 0)));
-        REQUIRE(boxes.size() > before);
-        before = boxes.size();
-    }
-    REQUIRE(before == static_cast<std::size_t>(std::count(in_question.begin(), in_question.end(), 1)));
 }

@@ -232,13 +232,13 @@ def test_surfaces_arrive_as_they_were(options, way):
 @pytest.mark.parametrize("way", WAYS)
 def test_scenes_arrive_as_they_were(way):
     ball, mesh = sphere(), mesh_sphere(5.0)
-    scene = isospline.research.scene([ball, mesh], build_quality="low", box_edge=8)
+    scene = isospline.Scene([ball, mesh], build_quality="low")
     scene.add(ball, moved(*(CENTER + (20, 0, 0))), casts_shadow=False)
     scene.add(mesh, moved(*(CENTER + (0, 20, 0))), visible=False)
     scene.remove(1)
     arrived = WAYS[way](scene)
     assert arrived.ids == scene.ids == [0, 2, 3]
-    assert (arrived.build_quality, arrived.box_edge) == ("low", 8)
+    assert arrived.build_quality == "low"
     for id in scene.ids:
         np.testing.assert_array_equal(arrived.transform(id), scene.transform(id))
         assert arrived.visibility(id) == scene.visibility(id)
