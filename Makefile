@@ -10,6 +10,13 @@ python := $(bin)/python
 # Files of tests run in parallel, each in one process, in the order of tests/python/conftest.py.
 comma := ,
 pytest = $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
+
+# What is kept outside of the checkout, also for other checkouts: objects that ccache knows, in builds that begin while it is
+# installed; the Debian 13 of test-debian13-rays; and which trees of bench/ have passed their tests.
+cache := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/isospline
+export CMAKE_CXX_COMPILER_LAUNCHER ?= $(shell command -v ccache)
+export CCACHE_BASEDIR := $(CURDIR)
+export CCACHE_NOHASHDIR := 1
 sphinx = $(python) -m sphinx -W --keep-going -n -q -d build/docs/doctrees
 compiled := CMakeLists.txt CMakePresets.json pyproject.toml $(shell find bindings cmake core -type f)
 sources := $(compiled) $(shell find python -type f -not -name '*.pyc' -not -name '*.so')
@@ -24,6 +31,9 @@ MINUTES ?= 10
 # The files that `make tidy` checks.
 FILES ?= /(core|bindings|bench|tests)/.*[.]cpp$$
 
+# The parts of `make ci-long`, by default all.
+PARTS ?=
+
 # The rows of `make bench`, by default all, and options of bench/run.py.
 ROWS ?=
 BENCH ?=
@@ -32,7 +42,7 @@ BENCH ?=
 REV ?= c6962fb
 VOLUMES ?=
 
-.PHONY: help demo test say-test-time test-fast develop build-module test-module test-debian13 test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
+.PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop build-module test-module test-debian13 test-debian13-rays test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
     fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages test-packages
 
 help: ## list the targets
@@ -53,7 +63,7 @@ test: say-test-time .venv/.installed ## build everything and run the C++ and the
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
-	@$(pytest)
+	@$(pytest) -m "not long"
 	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
 
 say-test-time:
@@ -62,7 +72,7 @@ say-test-time:
 	@if [ -e build/test-minutes ]; then \
 	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
 	else \
-	    echo "== make test takes about half an hour on two cores, and half of it once everything is built"; \
+	    echo "== make test takes about 11 minutes on two cores, and 6 once everything is built"; \
 	fi
 
 # Tests that are marked as slow are left out.
@@ -71,9 +81,28 @@ test-fast: .venv/.linked ## build what has changed and run the fast tests, a min
 	@cmake --build --preset release --target isospline_tests
 	@echo "== Running the fast tests"
 	@build/release/tests/isospline_tests "~[slow]" --reporter compact
-	@$(pytest) tests/python -m "not slow"
+	@$(pytest) tests/python -m "not slow and not long"
 
 develop: .venv/.linked ## build the package and link it into .venv: edits of Python files need no installation
+
+# The rows of the benchmark run once for each state of bench/.
+bench_key = $(cache)/bench-$(shell git rev-parse HEAD:bench)$(if $(shell git status --porcelain bench),-changed)
+test-bench: .venv/.installed ## run all rows of the benchmark at their smallest size, if bench/ has changed
+	@if [ ! -e "$(bench_key)" ] || [[ "$(bench_key)" == *-changed ]]; then \
+	    cmake --build --preset release --target isospline_bench && \
+	    $(python) -m pytest tests/python/project/test_bench.py tests/python/project/test_bench_against.py && \
+	    mkdir -p "$(cache)" && touch "$(bench_key)"; \
+	fi
+
+test-long: .venv/.installed ## run the tests that `make test` leaves out because they take long
+	@cmake --build --preset release
+	@echo "== Running the long C++ tests"
+	@ISOSPLINE_LONG_TESTS=1 ctest --preset release --parallel $$(nproc) --label-regex long
+	@echo "== Running the long Python tests"
+	@$(pytest) -m long
+
+ci-long: .venv/.installed ## run everything that .ci/run leaves out, or PARTS="fuzz soak", and write the table of docs/reliability.md
+	@$(python) tools/long_checks.py $(PARTS)
 
 # For tests on further platforms: only the parts that depend on the compiler and the libraries. Benchmarks, pages in a
 # browser, fuzzing and tests that read the sources are left out, because they give the same results everywhere.
@@ -89,6 +118,9 @@ test-module: build-module ## run only the tests of the compiled parts
 
 test-debian13: ## test the compiled parts on Debian 13, in a folder: Embree 4, Catch2 3, GCC 14, Python 3.13
 	@tests/debian13/run
+
+test-debian13-rays: ## build on Debian 13 and test rays; the folder is kept for the next time
+	@ROOT="$(cache)/debian13" tests/debian13/run rays
 
 test-lowest: .venv/.requirements ## run the Python tests with the lowest versions that pyproject.toml allows
 	@tests/lowest/run
@@ -173,10 +205,12 @@ sanitize-thread: test-packages
 	@echo "== Running the threaded C++ tests under ThreadSanitizer"
 	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
-clang: test-packages ## build all C++ with Clang, warnings as errors
+# Clang looks at one SIMD target of each source, and generates no code, so nothing is linked.
+clang: test-packages ## Clang's warnings about all C++, as errors
 	@tools/install_packages clang
-	@cmake --preset clang
-	@cmake --build --preset clang
+	@echo "== Checking all C++ with Clang"
+	@cmake --preset clang > build/clang.log || { cat build/clang.log >&2; exit 1; }
+	@ninja -C build/clang -t targets all | sed -n 's/: CXX_COMPILER__.*//p' | xargs ninja -C build/clang --quiet
 
 lint: .venv/.installed ## check Python, C++ and CMake files, and spelling, as CI does; not clang-tidy
 	@tools/install_packages clang-format
