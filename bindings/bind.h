@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h> // in all sources, so that all convert arguments alike
 
 namespace isospline {
 

@@ -9,7 +9,6 @@
 
 #include <glm/geometric.hpp>
 #include <pybind11/numpy.h>
-#include <pybind11/stl.h>
 
 #include <optional>
 #include <sstream>

@@ -6,7 +6,6 @@
 #include "isospline/util/check.h"
 
 #include <glm/matrix.hpp>
-#include <pybind11/stl.h>
 
 #include <memory>
 #include <optional>

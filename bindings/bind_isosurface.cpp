@@ -15,7 +15,6 @@
 #include "isospline/util/check.h"
 
 #include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>

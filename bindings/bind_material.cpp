@@ -5,8 +5,6 @@
 #include "isospline/shade/material.h"
 #include "isospline/util/check.h"
 
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <memory>
 #include <optional>

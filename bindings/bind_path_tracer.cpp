@@ -7,8 +7,6 @@
 #include "isospline/scene/scene.h"
 #include "isospline/util/cancellable_mutex.h"
 
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>

@@ -11,7 +11,6 @@
 #include "isospline/util/parallel.h"
 
 #include <pybind11/numpy.h>
-#include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>

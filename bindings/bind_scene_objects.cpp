@@ -4,8 +4,6 @@
 #include "results.h"
 #include "scene_objects.h"
 
-#include <pybind11/stl.h>
-
 #include <limits>
 #include <memory>
 #include <optional>

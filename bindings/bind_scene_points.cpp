@@ -10,8 +10,6 @@
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <limits>
 #include <memory>

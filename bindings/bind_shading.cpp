@@ -5,8 +5,6 @@
 #include "isospline/shade/shading.h"
 #include "isospline/util/check.h"
 
-#include <pybind11/stl.h>
-
 #include <optional>
 #include <sstream>
 #include <string>

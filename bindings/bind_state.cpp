@@ -12,7 +12,6 @@
 #include "isospline/store/sharded_array.h"
 
 #include <glm/gtc/type_ptr.hpp>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <array>

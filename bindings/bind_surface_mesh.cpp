@@ -8,7 +8,6 @@
 #include "isospline/util/error.h"
 
 #include <pybind11/numpy.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cstddef>

@@ -11,7 +11,6 @@
 #include "isospline/util/parallel.h"
 
 #include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
 #include <cmath>
