@@ -97,7 +97,7 @@ test-bench: .venv/.installed ## run all rows of the benchmark at their smallest 
 test-long: .venv/.installed ## run the tests that `make test` leaves out because they take long
 	@cmake --build --preset release
 	@echo "== Running the long C++ tests"
-	@ISOSPLINE_LONG_TESTS=1 ctest --preset release --parallel $$(nproc) --label-regex long
+	@ISOSPLINE_LONG_TESTS=1 ctest --preset release --parallel $$(nproc) --tests-regex '^failing_allocations$$|within it$$'
 	@echo "== Running the long Python tests"
 	@$(pytest) -m long
 
@@ -216,7 +216,8 @@ lint: .venv/.installed ## check Python, C++ and CMake files, and spelling, as CI
 	@tools/install_packages clang-format
 	@$(bin)/ruff check .
 	@$(bin)/ruff format --check .
-	@$(bin)/mypy
+	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy -p isospline
+	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy examples/*.py tests/python/project/typed_user.py
 	@$(bin)/codespell
 	@git ls-files '*.cmake' '*CMakeLists.txt' | xargs $(bin)/gersemi --check
 	@git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run --Werror

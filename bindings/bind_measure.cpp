@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* volume_doc = R"(The volume of the solid that the surface bounds, in world units cubed.
 
-.. math:: V = \int_{f > f_0} \mathrm{d}^3 x
+.. math:: V = \int_{f \ge f_0} \mathrm{d}^3 x
 
 The solid is the set of points for which `contains` is true: in the volume's domain, on the `inside` side of the level,
 and not cut away by `mask` or `clip`, capped or closed or not.
@@ -169,7 +169,7 @@ constexpr const char* components_doc =
 
 A component is a piece of the solid with all of its surface, including that of its cavities. Two cells that share a face
 are connected if the solid reaches that face. All parts of the solid in one cell count as connected, so two separate
-pieces are one component only if they pass through the same cell.
+pieces are one component if they pass through the same cell.
 
 Parameters
 ----------
@@ -193,8 +193,7 @@ ValueError
 
 Notes
 -----
-At degree 1 this is the result of ``scipy.ndimage.label`` for ``volume >= level`` with 26 neighbours, except for samples
-that equal the level. For the pieces that a clip makes: ``surface.to_mesh().to_trimesh().split()``.
+At degree 1 this is the result of ``scipy.ndimage.label`` for ``volume >= level`` with 26 neighbours. For the pieces that a clip makes: ``surface.to_mesh().to_trimesh().split()``.
 
 Examples
 --------

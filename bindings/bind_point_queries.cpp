@@ -32,7 +32,7 @@ namespace {
 
 constexpr const char* contains_doc = R"(Whether points are in the solid that the surface bounds.
 
-.. math:: f(\mathbf{x}) > f_0, \text{ or } f(\mathbf{x}) < f_0 \text{ for } \texttt{inside="below"}
+.. math:: f(\mathbf{x}) \ge f_0, \text{ or } f(\mathbf{x}) < f_0 \text{ for } \texttt{inside="below"}
 
 Parameters
 ----------
@@ -44,8 +44,8 @@ certify : bool
 Returns
 -------
 (...) bool array, or uint8 array
-    By the sign of :math:`f - f_0`, evaluated in float64. Parts that `clip` or `mask` cut away are outside. So is
-    everything outside of `volume.bounds`, for each boundary rule. A point of the surface itself is outside.
+    By the sign of :math:`f - f_0`, evaluated in float64; where f equals the level, it counts as above. Parts that
+    `clip` or `mask` cut away are outside. So is everything outside of `volume.bounds`, for each boundary rule.
 
     With `certify`, 1 for a point that is proven to be in the solid, 0 for one that is proven not to be, and 2 for one
     that is undecided, because it is on the surface or on the border of the volume to within rounding.

@@ -79,7 +79,7 @@ t_near, t_far : float
 coherent : bool
     Traces consecutive rays in SIMD packets. This is faster if they are close together, as the primary rays of a
     picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others
-    are sorted, so that few chunks are read twice.
+    are sorted, so that most chunks are read once.
 certify : bool
     Adds ``statuses`` and ``t_bounds``: what is proven of each ray's first crossing with the model of the stored
     float32 coefficients, by arithmetic that is rounded outwards and independent of the other outputs. The scene's

@@ -41,7 +41,9 @@ def run(part):
     print(f"== {part}: {command} (log: {log})", flush=True)
     began = time.monotonic()
     with log.open("w", encoding="utf-8") as file:
-        code = subprocess.run(command.split(), cwd=REPOSITORY, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
+        code = subprocess.run(
+            command.split(), cwd=REPOSITORY, stdout=file, stderr=subprocess.STDOUT, check=False
+        ).returncode
     minutes = (time.monotonic() - began) / 60
     result = "passed" if code == 0 else f"failed, exit {code}"
     print(f"== {part}: {result} after {minutes:.0f} minutes", flush=True)

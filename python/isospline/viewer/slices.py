@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .document import index_shape
+from ..levels import index_shape
 
 #: Points along the longer side of a slice, at rest and during movement.
 FINE, COARSE = 320, 112

@@ -18,6 +18,11 @@ import isospline
 needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 
 
+def long_ones(*names):
+    """Values of a parameter that `make test` leaves out: they stand for code that the others run as well."""
+    return [pytest.param(name, marks=pytest.mark.long) for name in names]
+
+
 def python(code, folder, *, arguments=(), timeout=120):
     """The output of a separate process, which must end by itself and without an error."""
     finished = subprocess.run(
@@ -209,7 +214,7 @@ os._exit(0)
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "call", ["render", "step", "cast_rays", "add", "level", "volume", "closest_points", "exr", "png"]
+    "call", ["render", "step", "exr", *long_ones("cast_rays", "add", "level", "volume", "closest_points", "png")]
 )
 def test_every_call_hears_an_interrupt(call, folder, tmp_path):
     seconds, files = python(INTERRUPT, folder, arguments=[call, str(tmp_path)]).split(" ", 1)
@@ -245,7 +250,7 @@ time.sleep(0.3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("call", ["render", "short", "add"])
+@pytest.mark.parametrize("call", ["render", *long_ones("short", "add")])
 def test_the_interpreter_ends_while_daemon_threads_work(call, folder):
     for _ in range(5):
         assert python(END, folder, arguments=[call]) == ""
@@ -376,7 +381,7 @@ def test_others_run_while_arrays_are_copied(make):
     assert ticks >= 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_scenes_live():
     """There are more scenes than Embree allows devices."""
     mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])

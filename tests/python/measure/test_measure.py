@@ -114,8 +114,8 @@ def test_sampled_torus_converges(degree, order_of_volume):
     for size in (24, 48, 96):
         volume = isospline.Volume(field.values(size, np.float64), **field.grid(size), degree=degree)
         surface = isospline.Isosurface(volume, field.level)
-        volume_error = abs(surface.enclosed_volume().value / (2 * math.pi**2 * 0.6 * 0.25**2) - 1)
-        area_error = abs(surface.area().value / (4 * math.pi**2 * 0.6 * 0.25) - 1)
+        volume_error = abs(surface.enclosed_volume(order=4).value / (2 * math.pi**2 * 0.6 * 0.25**2) - 1)
+        area_error = abs(surface.area(order=4).value / (4 * math.pi**2 * 0.6 * 0.25) - 1)
         errors.append((volume_error, area_error))
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert (rates[-1] > order_of_volume - 0.5).all()
@@ -145,13 +145,13 @@ def test_planes_of_degree_1_on_faces_of_cells():
 
 @pytest.mark.slow
 def test_same_for_any_number_of_threads(rng):
-    volume = isospline.Volume(rng.normal(size=(20, 21, 22)))
+    volume = isospline.Volume(rng.normal(size=(11, 12, 13)))
     surface = isospline.Isosurface(volume, 0.3)
     answers = set()
     try:
         for count in (1, 4):
             isospline.set_thread_count(count)
-            answers.add((surface.enclosed_volume().value, surface.area().error))
+            answers.add((surface.enclosed_volume().value, surface.area(tolerance=1e-3).error))
     finally:
         isospline.set_thread_count(0)
     assert len(answers) == 1

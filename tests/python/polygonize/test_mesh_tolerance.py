@@ -166,7 +166,7 @@ def test_a_part_between_the_finest_nodes_is_listed():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
-@pytest.mark.parametrize("tolerance", [0.25, 0.5])
+@pytest.mark.parametrize("tolerance", [pytest.param(0.25, marks=pytest.mark.long), 0.5])
 def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
     spacing = np.array([0.7, 0.9, 1.4])
     rng = np.random.default_rng(0)
@@ -183,7 +183,7 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
 
 @pytest.mark.slow
 def test_simplified_blobs_do_not_cross_themselves():
-    data = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(36, 36, 36)), 1.2)
+    data = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(24, 24, 24)), 1.2)
     surface = isospline.Isosurface(isospline.Volume(np.pad(data, 2, constant_values=-1)), 0.02)
     mesh, report = meshed(surface, 0.5)
     assert report["self_intersections"] == 0

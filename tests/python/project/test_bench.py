@@ -266,6 +266,7 @@ def small_run(repository, tmp_path_factory):
     return summary, folder
 
 
+@pytest.mark.long
 def test_a_small_run_finds_no_mistake(bench, small_run):
     from report.document import all_goals
 
@@ -282,6 +283,7 @@ def test_a_small_run_finds_no_mistake(bench, small_run):
         assert goal.verdict == "met", goal
 
 
+@pytest.mark.long
 def test_the_page_of_a_small_run(bench, small_run):
     from rows import ROWS
 
@@ -294,6 +296,7 @@ def test_the_page_of_a_small_run(bench, small_run):
         assert f"| {goal} |" in page
 
 
+@pytest.mark.long
 def test_the_json_has_one_result_a_line(small_run):
     summary, folder = small_run
     lines = (folder / "benchmarks.json").read_text(encoding="utf-8").splitlines()
@@ -301,6 +304,7 @@ def test_the_json_has_one_result_a_line(small_run):
     assert results == [result for entry in summary.values() for result in entry["results"]]
 
 
+@pytest.mark.long
 def test_plots_of_a_small_run(bench, small_run, tmp_path):
     pytest.importorskip("matplotlib")
     from report import plots

@@ -44,6 +44,7 @@ def run(repository, *arguments):
     return subprocess.run(command, capture_output=True, encoding="utf-8", check=False, env=environment)
 
 
+@pytest.mark.long
 def test_a_small_run_has_all_rows_and_equal_answers(repository, built_tree, tmp_path):
     options = ["--quick", "--volumes", "gyroid", "--size", "16", "--repetitions", "1", "--output", tmp_path]
     done = run(repository, built_tree, *options)
@@ -62,6 +63,7 @@ def test_a_small_run_has_all_rows_and_equal_answers(repository, built_tree, tmp_
     assert all(f"| {row} | gyroid 64 |" in text for row in ROWS)
 
 
+@pytest.mark.long
 def test_different_answers_end_the_run(repository, built_tree, tmp_path):
     path = built_tree / "python" / "isospline" / "__init__.py"
     changed = """

@@ -8,7 +8,7 @@ for package in ("OpenEXR", "meshio", "zarr"):
     pytest.importorskip(package)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("spare", [None, 150])
 def test_a_round(spare, repository, monkeypatch):
     monkeypatch.syspath_prepend(str(repository / "tests"))

@@ -96,7 +96,7 @@ def test_measures_and_mesh_of_a_store(files, tmp_path, capsys):
     found = []
     for number, given in enumerate(files):
         model = ["--degree", "3"] if number == 0 else []
-        assert cli.main(["measure", *given, "--level", "0", "--json", *model, "--quiet"]) == 0
+        assert cli.main(["measure", *given, "--level", "0", "--order", "4", "--json", *model, "--quiet"]) == 0
         found.append(json.loads(capsys.readouterr().out))
         mesh = str(tmp_path / f"{number}.ply")
         assert cli.main(["mesh", *given, "--level", "0", "-o", mesh, *model, "--quiet"]) == 0

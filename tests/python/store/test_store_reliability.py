@@ -314,7 +314,7 @@ def test_two_processes_read_one_store(store):
     assert told[0] == told[1] != "" and all(each.returncode == 0 for each in running)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_memory_stays_under_the_limit(tmp_path):
     """The coefficients alone are larger than the limit, and the limit includes Python and its packages."""
     limit, size = 230, 400
