@@ -193,7 +193,8 @@ ValueError
 
 Notes
 -----
-At degree 1 this is the result of ``scipy.ndimage.label`` for ``volume >= level`` with 26 neighbours. For the pieces that a clip makes: ``surface.to_mesh().to_trimesh().split()``.
+At degree 1 this is the result of ``scipy.ndimage.label`` for ``volume >= level`` with 26 neighbours. For the pieces
+that a clip makes: ``surface.to_mesh().to_trimesh().split()``.
 
 Examples
 --------

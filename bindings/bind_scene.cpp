@@ -48,7 +48,7 @@ builds the changed objects, and other queries of this scene wait for them.
 
 Each isosurface and mesh is built once, however often it is added; moving, hiding and removing builds nothing.
 
-An isosurface has two indexes, with the same hits. The draft is ready about a millisecond after a change of the level.
+An isosurface has two indexes, with the same hits. The draft is ready some milliseconds after a change of the level.
 The settled one takes longer to build, and rays are faster: see `settle`.
 
 Examples

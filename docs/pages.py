@@ -144,16 +144,19 @@ SYBIL = Sybil(
 
 
 def run(page, folder):
-    """Execute the code of a page in a folder, which gets the files that pages speak of."""
+    """Execute the code of a page in a folder, which gets the files that it speaks of; returns the number of blocks."""
     make_files(folder)
     here = os.getcwd()
     os.chdir(folder)
     same_names = matplotlib.rc_context({"svg.hashsalt": page.stem})  # in SVG files, otherwise random
     try:
         with same_names, unittest.mock.patch("PIL.ImageShow.show"):  # opens a window
+            count = 0
             for example in SYBIL.parse(page).examples():
                 with contextlib.suppress(unittest.SkipTest):
                     example.evaluate()
+                    count += 1
+            return count
     finally:
         os.chdir(here)
 

@@ -114,9 +114,10 @@ def headline(summary, image, link):
     lines = [f"![{plots.TITLES['growth']}]({image})", ""] if image else []
     lines += [markdown_table(("", "measured: the worst, and where"), list(goals.items())), ""]
     machines = {f"{entry['machine']['cpu']}, {entry['machine']['cores']} cores" for entry in summary.values()}
-    dates = sorted(entry["machine"]["date"][:10] for entry in summary.values())
-    span = " to ".join(sorted({dates[0], dates[-1]})) if dates else ""
-    lines += [f"{'; '.join(sorted(machines))}; {span}. How, and everything else: [{link}]({link})."]
+    commits = {entry["machine"]["commit"][:10]: entry["machine"]["date"][:10] for entry in summary.values()}
+    commits = [f"{commit} ({date})" for commit, date in sorted(commits.items(), key=lambda each: each[1])]
+    at = f"commit{'s' * (len(commits) > 1)} {', '.join(commits)}"
+    lines += [f"{'; '.join(sorted(machines))}; {at}. How, and everything else: [{link}]({link})."]
     return "\n".join(lines)
 
 

@@ -134,8 +134,8 @@ public:
     }
     /// The mixed cells of a brick that are kept and not cut away.
     BrickCells cells(const Brick& brick) const;
-    /// The blocks of a brick that the surface may cross, as far as ranges tell: bit i for block i. All blocks if they
-    /// have no ranges. Some may be cut away.
+    /// The blocks of a brick whose ranges straddle the threshold, or all blocks if no ranges of blocks are known: bit i
+    /// for block i. The clip or the mask may have cut away some of them.
     std::uint64_t blocks_in_question(const Octet& octet, int child) const
     {
         return ranges_.has_blocks() ? ranges_.straddling_blocks(range_of(octet), child, threshold_) : ~std::uint64_t{0};

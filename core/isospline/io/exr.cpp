@@ -15,7 +15,6 @@
 #include <half.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cstddef>
 #include <initializer_list>
@@ -121,11 +120,8 @@ void write_exr(const Image& image, const std::filesystem::path& path, const ExrO
     channels.add({"variance.R", "variance.G", "variance.B"}, Imf::FLOAT, image.variance);
     channels.add({"id.geometry"}, Imf::UINT, image.geometry_ids);
     channels.add({"certified"}, Imf::UINT, image.certified);
-    // OpenEXR only has 32-bit integers.
-    if (std::endian::native == std::endian::little)
-        channels.add({"id.primitive", "id.primitive_high"}, Imf::UINT, image.primitive_ids);
-    else
-        channels.add({"id.primitive_high", "id.primitive"}, Imf::UINT, image.primitive_ids);
+    // OpenEXR only has 32-bit integers. The lower halves are the first ones on all machines that isospline supports.
+    channels.add({"id.primitive", "id.primitive_high"}, Imf::UINT, image.primitive_ids);
 
     // The file. OutputFile ignores errors in its destructor; the stream keeps them for commit().
     AtomicFile file(path);

@@ -11,8 +11,8 @@ namespace isospline {
 
 class IsosurfaceObject;
 
-/// Any crossing will do, so cells need no order: those in which the rays begin come first, all at once, because a ray
-/// that leaves a surface has to be solved there; cells found later wait until a ray has a second one.
+/// Occlusion needs any crossing, in any order. The cells in which rays begin are solved first, all at once. Other cells
+/// are collected, and solved together as soon as one ray has two.
 struct PacketOcclusion : PacketQuery {
     using PacketQuery::PacketQuery;
 

@@ -14,8 +14,8 @@ namespace isospline {
 Objects settled_objects(const SceneSnapshot::Impl& snapshot, const BuildOptions& options, const Progress& progress);
 
 /// Calls settled_objects() in the background. The end of this object cancels that and does not wait for it. A fork and
-/// the end of the process cancel it and wait until it has stopped, some milliseconds: a child then inherits no lock
-/// that the thread holds.
+/// the end of the process cancel it, too, and wait some milliseconds until the thread has stopped: otherwise a forked
+/// child could inherit a lock that the thread holds.
 class Settling {
 public:
     enum class State { idle, running, done, failed };

@@ -2,6 +2,8 @@
 
 #include "isospline/util/parallel.h"
 
+#include <half.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -15,20 +17,9 @@ namespace isospline {
 
 namespace {
 
-/// IEEE 754 binary16, which C++20 does not have.
-struct Half {
-    std::uint16_t bits;
-};
-
-float to_number(Half half)
+float to_number(half sample)
 {
-    // Move exponent and mantissa into place. Correct the exponent's bias by a multiplication, which is exact and
-    // right for subnormal numbers too. Then handle infinities and NaN.
-    const std::uint32_t sign = (half.bits & 0x8000u) << 16;
-    const std::uint32_t magnitude = (half.bits & 0x7fffu) << 13;
-    const float scaled = std::bit_cast<float>(magnitude) * 0x1p112f;
-    const std::uint32_t special = magnitude >= (0x7c00u << 13) ? 0x7f800000u : 0u;
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(scaled) | special | sign);
+    return sample;
 }
 
 template <typename Sample>
@@ -66,7 +57,7 @@ decltype(auto) with_sample_type(SampleType type, Function function)
     case SampleType::int64:
         return function(std::int64_t{});
     case SampleType::float16:
-        return function(Half{});
+        return function(half{});
     case SampleType::float32:
         return function(float{});
     case SampleType::float64:

@@ -53,7 +53,7 @@ alignas(64) constexpr float place_of_block[2][2][16] = {
     {{0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3}, {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}},
     {{3, 2, 1, 0, 3, 2, 1, 0, 3, 2, 1, 0, 3, 2, 1, 0}, {3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0}}};
 
-// The block with the same distance from the first block that a ray may enter as `block` has from block 0.
+// Mirrors the position of a block in its brick along the axes in `flip`.
 HWY_INLINE unsigned flipped_block(unsigned block, unsigned flip)
 {
     return block ^ ((flip & 1u) * 3u | (flip >> 1 & 1u) * 12u | (flip >> 2) * 48u);

@@ -1,15 +1,12 @@
 #include "isospline/util/memory.h"
 
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <string>
 
-#ifdef __linux__
 #include <sys/mman.h>
 #include <unistd.h>
-
-#include <cstdint>
-#endif
 
 namespace isospline {
 
@@ -24,7 +21,6 @@ std::size_t available_memory()
     return std::numeric_limits<std::size_t>::max();
 }
 
-#ifdef __linux__
 void prefer_huge_pages(void* data, std::size_t size)
 {
     // Only whole pages inside of the array: the memory around it may belong to others.
@@ -34,10 +30,5 @@ void prefer_huge_pages(void* data, std::size_t size)
     if (begin < end)
         madvise(static_cast<char*>(data) + (begin - address), end - begin, MADV_HUGEPAGE);
 }
-#else
-void prefer_huge_pages(void*, std::size_t)
-{
-}
-#endif
 
 } // namespace isospline

@@ -1,6 +1,6 @@
 """NRRD. SimpleITK reads the fields of the header after they are checked; Python and NumPy read the samples.
 
-ITK's reader, which is Teem's, ignores the checksums of compressed samples, and crashes at long lines and words.
+ITK's reader, which is Teem's, crashes at long lines and words. pynrrd reads neither patterns nor lists of files.
 """
 
 from __future__ import annotations

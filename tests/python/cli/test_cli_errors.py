@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 from command_line import fails, leftovers, run
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 
 import isospline
 
@@ -281,7 +281,7 @@ def test_interrupting_leaves_no_file(tmp_path, ball):
         "-o",
         str(picture),
     ]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals)
     assert process.stderr.readline().startswith("isospline: level")
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)

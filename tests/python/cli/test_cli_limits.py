@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 from command_line import fails, pixels, rendered
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 
 import isospline
 from isospline.base import progress
@@ -49,7 +49,7 @@ def test_kill_and_resume(ball, picture, checkpoint, has_checkpoint, tmp_path):
     command[command.index("48x32")] = "160x120"
     keep = ["--checkpoint", str(checkpoint)] if has_checkpoint else []
     process = subprocess.Popen(
-        [*command, *keep], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
+        [*command, *keep], stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals
     )
     if has_checkpoint:
         deadline = time.monotonic() + 120

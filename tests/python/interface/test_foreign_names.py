@@ -8,16 +8,17 @@ import pytest
 import isospline
 from isospline.base import foreign
 
-OWNERS = {"isospline": isospline, **{name: getattr(isospline, name) for name in foreign.NAMES if name != "isospline"}}
+NAMES, KEYWORDS = foreign.tables()["names"], foreign.tables()["keywords"]
+OWNERS = {name: isospline if name == "isospline" else getattr(isospline, name) for name in NAMES}
 ROWS = [
     (owner, name, meaning)
-    for owner, table in foreign.NAMES.items()
+    for owner, table in NAMES.items()
     for names, meaning in table.items()
     for name in names.split(", ")
 ]
 KEYWORD_ROWS = [
     (call, keyword, meaning)
-    for call, table in foreign.KEYWORDS.items()
+    for call, table in KEYWORDS.items()
     for keywords, meaning in table.items()
     for keyword in keywords.split(", ")
 ]

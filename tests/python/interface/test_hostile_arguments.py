@@ -69,7 +69,9 @@ def test_false_values_of_progress_cancel(stop):
 
 @pytest.mark.parametrize("go_on", [None, True, 1, "yes", np.True_])
 def test_other_values_of_progress_do_not(go_on):
-    isospline.Volume(np.zeros((4, 4, 4), np.float32), progress=lambda fraction: go_on)
+    told = []
+    isospline.Volume(np.zeros((4, 4, 4), np.float32), progress=lambda fraction: told.append(fraction) or go_on)
+    assert told[-1] == 1
 
 
 def test_progress_that_cannot_be_judged_raises_its_own_error():

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 from layered import render
 from spheres import mesh_sphere, moved, sphere
 
@@ -31,7 +31,7 @@ def python(code, folder, *, arguments=(), timeout=120):
         timeout=timeout,
         capture_output=True,
         encoding="utf-8",
-        preexec_fn=obey_interrupts,
+        preexec_fn=obey_signals,
     )
     assert finished.returncode == 0, (finished.returncode, finished.stdout, finished.stderr)
     return finished.stdout

@@ -28,7 +28,8 @@ def test_code_of_page_runs(page, tmp_path, monkeypatch):
     pytest.importorskip("pyvista")
     pytest.importorskip("SimpleITK")
     monkeypatch.setenv("RENDER_OPTIONS", "--size 160x120")
-    pages.run(page, tmp_path)
+    blocks = [each for each in FENCE.findall(page.read_text(encoding="utf-8"))[::2] if each in RUN]
+    assert pages.run(page, tmp_path) >= len(blocks)
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=name_of)

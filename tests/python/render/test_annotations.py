@@ -133,8 +133,14 @@ def test_marks_that_make_no_sense(options, message):
 
 
 def test_small_pictures_take_marks():
+    options = {"light": isospline.Phong(color=RAMP), "background": "white"}
     for size in ((1, 1), (3, 40), (40, 3), (16, 9)):
-        isospline.render(sphere(), size=size, light=isospline.Phong(color=RAMP), annotate=("colorbar", "scale_bar"))
+        plain, marked = (
+            isospline.render(sphere(), size=size, annotate=marks, **options)
+            for marks in ((), ("colorbar", "scale_bar"))
+        )
+        assert marked.color.shape == plain.color.shape
+        assert (marked.color != plain.color).any() or min(size) < 9, size
 
 
 def test_marks_have_letters_that_the_font_has(monkeypatch):

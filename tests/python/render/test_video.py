@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 from projections import corners_of, project
 
 import isospline
@@ -153,7 +153,7 @@ def test_interrupting_leaves_no_video(tmp_path, ball):
         str(tmp_path / "a.mp4"),
     ]
     process = subprocess.Popen(
-        command, stderr=subprocess.PIPE, encoding="utf-8", start_new_session=True, preexec_fn=obey_interrupts
+        command, stderr=subprocess.PIPE, encoding="utf-8", start_new_session=True, preexec_fn=obey_signals
     )
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob(".*.part")) and time.monotonic() < deadline:

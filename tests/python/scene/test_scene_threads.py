@@ -218,4 +218,5 @@ assert os.waitpid(child, 0)[1] == 0
 def test_forked_processes_have_threads_of_their_own(repository):
     """The threads of earlier calls do not exist in a child process. Python itself warns of forks with threads."""
     command = [sys.executable, "-W", "ignore", "-c", FORK]
-    subprocess.run(command, cwd=repository / "tests" / "python", check=True, timeout=120)
+    done = subprocess.run(command, cwd=repository / "tests" / "python", check=False, timeout=120)
+    assert done.returncode == 0

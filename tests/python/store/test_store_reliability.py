@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 import pytest
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 
 import isospline
 
@@ -365,7 +365,7 @@ def test_the_command_continues_after_ctrl_c(data, tmp_path):
     store = tmp_path / "a.zarr"
     command = [sys.executable, "-m", "isospline", "convert", str(tmp_path / "a.npy"), str(store), "--chunk", "8"]
     command += ["--memory-limit", "300MB", "--spacing", "1,2,3", "--degree", "3"]
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts)
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals)
     deadline = time.monotonic() + 100
     while not list(store.glob("0/c/*/*/*")) and time.monotonic() < deadline:
         time.sleep(0.01)

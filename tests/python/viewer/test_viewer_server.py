@@ -11,7 +11,7 @@ import time
 import numpy as np
 import pytest
 import websockets.exceptions
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 from viewer_client import Client, port_of
 
 import isospline
@@ -129,7 +129,7 @@ def test_closing_twice_and_in_the_middle_of_a_picture(ball):
 def test_ctrl_c_ends_the_command_without_a_traceback(ball, with_window):
     command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
     process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_interrupts
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals
     )
     try:
         url = process.stdout.readline().strip()
@@ -172,7 +172,7 @@ sys.exit(isospline.cli.main.main(["view", sys.argv[1], "--no-browser"]))
 def test_ctrl_c_ends_the_command_where_python_drops_the_exception(ball):
     command = [sys.executable, "-c", DROPPED, str(ball)]
     done = subprocess.run(
-        command, capture_output=True, encoding="utf-8", check=False, timeout=60, preexec_fn=obey_interrupts
+        command, capture_output=True, encoding="utf-8", check=False, timeout=60, preexec_fn=obey_signals
     )
     assert done.returncode == 0
     assert done.stderr == "isospline: Ctrl-C ends the viewer\n"

@@ -15,7 +15,7 @@ import zlib
 import numpy as np
 import pytest
 import websockets.exceptions
-from interrupts import obey_interrupts
+from interrupts import obey_signals
 from viewer_client import Client, connect, port_of, token_of
 
 import isospline
@@ -298,7 +298,7 @@ class Command:
         command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
         self.process = subprocess.Popen(
             command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8",
-            preexec_fn=obey_interrupts,
+            preexec_fn=obey_signals,
         )  # fmt: skip
         self.url = self.process.stdout.readline().strip()
         self.client = Client(self)
