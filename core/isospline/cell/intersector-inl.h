@@ -2,7 +2,6 @@
 #include "isospline/cell/bracket-inl.h"
 #include "isospline/cell/intersector.h"
 #include "isospline/cell/packet-inl.h"
-#include "isospline/cell/packet_occlusion-inl.h"
 #include "isospline/cell/single_ray-inl.h"
 
 #include <glm/geometric.hpp>

@@ -1,8 +1,5 @@
 // The roots of one ray in one cell; SIMD lanes are the coefficients of a row. Included once for each target.
-#include "isospline/cell/reduced_coefficients-inl.h"
-#include "isospline/cell/reference-inl.h"
-#include "isospline/cell/refine-inl.h"
-#include "isospline/cell/verdict-inl.h"
+#include "isospline/cell/solve-inl.h"
 
 #if defined(ISOSPLINE_CELL_SINGLE_RAY_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef ISOSPLINE_CELL_SINGLE_RAY_INL_H

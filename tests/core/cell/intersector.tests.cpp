@@ -3,7 +3,7 @@
 #include "random_cells.h"
 
 #include "isospline/cell/intersector.h"
-#include "isospline/cell/polynomial-inl.h"
+#include "isospline/cell/solve-inl.h"
 #include "isospline/cell/value-inl.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/surface_hit.h"

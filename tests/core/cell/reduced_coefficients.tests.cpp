@@ -1,7 +1,6 @@
 #include "catch.h"
 
-#include "isospline/cell/polynomial-inl.h"
-#include "isospline/cell/reduced_coefficients-inl.h"
+#include "isospline/cell/solve-inl.h"
 
 #include <algorithm>
 #include <array>
