@@ -1,15 +1,18 @@
 // Rays through the bricks of a surface: from a box found by Embree down to the cells that may contain a crossing.
 #pragma once
 
+#include "isospline/brick/block.h"
 #include "isospline/brick/bricks.h"
 #include "isospline/cell/candidate_cells.h"
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/lattice_ray_packet.h"
-#include "isospline/trace/leaf.h"
+#include "isospline/math/box.h"
+#include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -26,6 +29,42 @@ std::vector<ShellBox> shell_boxes(const Bricks& bricks);
 
 /// The box in lattice space.
 Box bounds_of(const Bricks& bricks, const ShellBox& box);
+
+/// A block in one cache line. It belongs to a volume whose coefficients are in memory.
+struct alignas(64) Leaf {
+    glm::ivec3 first_cell() const { return {first[0], first[1], first[2]}; }
+
+    Block block;
+    std::array<std::uint16_t, 3> first; ///< its first cell
+    const float* coefficients;          ///< of its first cell
+};
+static_assert(sizeof(Leaf) == 64);
+
+/// All leaves of the bricks of one level.
+class Leaves {
+public:
+    /// Two levels of two-scale subdivision (paper §5) remove cells. A cell stays unless its fine coefficients have one
+    /// sign by more than rounding, so that the crossings of rays do not depend on it. The volume must outlive the
+    /// object. Throws Cancelled if `progress` returns false.
+    Leaves(const Volume& volume, const Bricks& bricks, const Progress& progress = {});
+
+    std::size_t size() const { return leaves_.size(); }
+    const Leaf& operator[](std::size_t index) const { return leaves_[index]; }
+    int degree() const { return degree_; }
+    double threshold() const { return threshold_; }
+    std::ptrdiff_t row_stride() const { return row_stride_; }
+    std::ptrdiff_t slice_stride() const { return slice_stride_; }
+    std::size_t memory() const { return leaves_.capacity() * sizeof(Leaf); }
+
+private:
+    std::vector<Leaf> leaves_;
+    int degree_;
+    double threshold_;
+    std::ptrdiff_t row_stride_, slice_stride_;
+};
+
+/// The box, in lattice space, of the parts of a leaf's cells that are in their slabs.
+Box bounds_of(const Leaf& leaf);
 
 /// Called for each cell of the shell in which a ray may cross the surface, roughly in the order in which the ray meets
 /// them. Returns the t beyond which no crossing counts any more.

@@ -1,4 +1,4 @@
-#include "isospline/trace/leaf.h"
+#include "isospline/trace/brick_trace.h"
 
 #include "isospline/shell/prune.h"
 #include "isospline/util/parallel.h"
