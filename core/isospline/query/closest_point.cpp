@@ -2,7 +2,6 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/query/foot_proof.h"
-#include "isospline/query/free_descent.h"
 #include "isospline/query/negative_side.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/query/surface_descent.h"
