@@ -1,9 +1,13 @@
-// The course of the surface through one cube, from the signs at its corners: closed loops of crossed edges.
+// The course of the surface through one cube, from the signs at its corners: closed loops of crossed edges,
+// and their triangulation.
 #pragma once
+
+#include <glm/vec3.hpp>
 
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace isospline {
 
@@ -63,5 +67,13 @@ private:
     std::array<std::uint8_t, 6> ends_;
     std::uint8_t count_ = 0;
 };
+
+/// Triangles of positions in a loop.
+using LoopTriangles = std::vector<std::array<std::uint8_t, 3>>;
+
+/// Splits a loop into triangles by the diagonals with the smallest sum of squared lengths. No diagonal joins two edges
+/// of one face of the cube: the cube behind that face might have the same diagonal, and an edge of the mesh would have
+/// four faces. False if there is no such triangulation; the loop then needs a vertex in its middle.
+bool triangulate_loop(std::span<const CubeEdge> loop, std::span<const glm::dvec3> positions, LoopTriangles& triangles);
 
 } // namespace isospline

@@ -1,4 +1,4 @@
-// A mesh whose edges can be collapsed, one after the other.
+// A mesh whose edges can be collapsed, one after the other, and the merging of vertices that nearly coincide.
 #pragma once
 
 #include "isospline/polygonize/mesh_part.h"
@@ -50,5 +50,13 @@ private:
     std::vector<std::uint32_t> found_;
     std::vector<Neighbor> around_from_, around_to_;
 };
+
+/// Collapses edges that are shorter than `distance`, in lattice units, if the mesh remains a manifold and no face is
+/// flipped. Such edges come from nodes of the lattice almost on the surface, and degenerate in single precision
+/// formats.
+void merge_close_vertices(LabeledMesh& mesh, double distance);
+
+/// Removes vertices without faces.
+void drop_unused_vertices(LabeledMesh& mesh);
 
 } // namespace isospline

@@ -2,8 +2,8 @@
 
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/covering.h"
+#include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/lattice_mesher.h"
-#include "isospline/polygonize/merge_vertices.h"
 #include "isospline/polygonize/nearness.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
 #include "isospline/util/parallel.h"

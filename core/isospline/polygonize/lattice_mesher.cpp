@@ -1,6 +1,6 @@
 #include "isospline/polygonize/lattice_mesher.h"
 
-#include "isospline/polygonize/triangulate_loop.h"
+#include "isospline/polygonize/cube_loops.h"
 #include "isospline/util/parallel.h"
 
 #include <algorithm>

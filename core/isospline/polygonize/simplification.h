@@ -4,13 +4,16 @@
 #include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/nearness.h"
-#include "isospline/polygonize/quadric.h"
 #include "isospline/polygonize/simplify.h"
 #include "isospline/query/lattice_metric.h"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <queue>
@@ -19,6 +22,32 @@
 #include <vector>
 
 namespace isospline {
+
+/// The sum of squared distances from planes, weighted by area, and the sum of the weights.
+struct Quadric {
+    glm::dmat3 a{0.0};
+    glm::dvec3 b{0.0};
+    double c = 0.0, weight = 0.0;
+
+    void add_plane(const glm::dvec3& normal, double offset, double area)
+    {
+        a += area * glm::outerProduct(normal, normal);
+        b -= area * offset * normal;
+        c += area * offset * offset;
+        weight += area;
+    }
+    void add(const Quadric& other)
+    {
+        a += other.a;
+        b += other.b;
+        c += other.c;
+        weight += other.weight;
+    }
+    double mean_square(const glm::dvec3& x) const
+    {
+        return weight > 0.0 ? std::max(glm::dot(x, a * x) + 2.0 * glm::dot(b, x) + c, 0.0) / weight : 0.0;
+    }
+};
 
 /// Whether a face has not become a line or a point.
 inline bool is_left(const glm::uvec3& face)

@@ -2,10 +2,10 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/polygonize/covering.h"
+#include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/face_crossing.h"
 #include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/lattice_mesh.h"
-#include "isospline/polygonize/merge_vertices.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/mesh_proof.h"
 #include "isospline/polygonize/simplify.h"
