@@ -6,12 +6,14 @@
 
 #include "isospline/cell/lattice_ray.h"
 #include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/scene/embree_api.h"
 #include "isospline/scene/embree_ray.h"
 #include "isospline/scene/instance.h"
-#include "isospline/scene/mesh_query.h"
+#include "isospline/scene/object.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/trace/prepared_ray.h"
+#include "isospline/trace/triangle.h"
 #include "isospline/trace/triangle_packet.h"
 
 #include <algorithm>
@@ -25,6 +27,20 @@
 #include <vector>
 
 namespace isospline {
+
+/// A ray in the space of an instance's mesh; the given ray if the instance is not moved.
+inline TriangleRay ray_in_mesh(const Ray& ray_world, const Placement& placement)
+{
+    const glm::dvec3 translation(placement.transform[3]);
+    return TriangleRay({placement.linear_inverse * (ray_world.origin - translation),
+                        placement.linear_inverse * ray_world.direction, ray_world.t_near, ray_world.t_far});
+}
+
+/// A triangle that a ray crosses.
+struct MeshHit {
+    TriangleHit hit;
+    std::uint32_t slot = RTC_INVALID_GEOMETRY_ID, primitive = 0;
+};
 
 /// Instances by slot, the number that Embree reports, in the order of their geometry ids.
 using Instances = std::span<const std::shared_ptr<const Instance>>;
