@@ -16,7 +16,6 @@
 #include "isospline/scene/scene.h"
 #include "isospline/shade/ambient_occlusion.h"
 #include "isospline/shade/color.h"
-#include "isospline/shade/color_map.h"
 #include "isospline/shade/light.h"
 #include "isospline/shade/outline.h"
 #include "isospline/shade/phong.h"

@@ -1,7 +1,6 @@
-// The colour of a surface: constant, or a function of the point.
+// The colour of a surface: constant, or a function of the point, by a colour map for instance.
 #pragma once
 
-#include "isospline/shade/color_map.h"
 #include "isospline/shade/surface_point.h"
 #include "isospline/spline/volume.h"
 
@@ -13,8 +12,22 @@
 #include <memory>
 #include <optional>
 #include <variant>
+#include <vector>
 
 namespace isospline {
+
+/// A colour map: linear colours at equal steps over a range of values, with linear interpolation.
+struct ColorMap {
+    std::vector<glm::dvec3> colors{glm::dvec3(0.0), glm::dvec3(1.0)}; ///< two or more
+    glm::dvec2 limits{0.0, 1.0}; ///< the values of the first and the last colour; values beyond are clamped
+};
+
+/// Throws std::invalid_argument for fewer than two colours, a colour that is negative or not finite, and limits that
+/// are equal or not finite. The second limit may be the smaller one.
+void validate(const ColorMap& map);
+
+/// The colour of a value; NaN gets the first one.
+glm::dvec3 color_of(const ColorMap& map, double value);
 
 /// By the value of a volume's model at the point, which need not be the volume that the surface is of.
 struct ColorByVolume {

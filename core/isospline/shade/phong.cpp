@@ -1,5 +1,6 @@
 #include "isospline/shade/phong.h"
 
+#include "isospline/shade/light.h"
 #include "isospline/shade/opacity.h"
 #include "isospline/util/check.h"
 
@@ -11,11 +12,72 @@
 
 #include <hwy/highway.h>
 
-#include "isospline/shade/phong-inl.h"
+#include "isospline/math/power-inl.h"
+#include "isospline/math/vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
+
+/// The unit vector from a point to a light; zero for a light at the point itself, which gives no light.
+template <class N>
+HWY_INLINE Vector3<N> to_light(const PositionalLight& light, const Vector3<N>& position)
+{
+    Vector3<N> offset = constant_vector<N>(light.position);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        offset[axis] = offset[axis] - position[axis];
+    const N distance = square_root(dot(offset, offset));
+    const auto is_apart = less(number<N>(0.0), distance);
+    for (N& coordinate : offset)
+        coordinate = select(is_apart, coordinate / distance, number<N>(0.0));
+    return offset;
+}
+
+template <class N>
+HWY_INLINE Vector3<N> to_light(const DirectionalLight& light, const Vector3<N>&)
+{
+    return constant_vector<N>(light.to_light);
+}
+
+/// Phong's formula: the colour of points whose normals and directions to the viewer are unit; `lit(k)` is the part of
+/// light k that reaches them.
+template <class N, class Lit>
+HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position, const Vector3<N>& normal,
+                                  const Vector3<N>& to_viewer, const Vector3<N>& surface_color, const Lit& lit)
+{
+    const N zero = number<N>(0.0);
+    const Vector3<N>& v = to_viewer;
+    Vector3<N> n = normal;
+    if (phong.two_sided) {
+        const auto away = less(dot(normal, v), zero);
+        for (N& coordinate : n)
+            coordinate = select(away, negated(coordinate), coordinate);
+    }
+    const N n_v = dot(n, v);
+
+    Vector3<N> color = constant_vector<N>(phong.ambient * phong.ambient_light);
+    for (std::size_t part = 0; part < 3; ++part)
+        color[part] = color[part] * surface_color[part];
+    if (!phong.lights)
+        return color;
+    for (std::size_t k = 0; k < phong.lights->size(); ++k) {
+        const auto add = [&](const auto& light) HWY_ATTR {
+            const Vector3<N> l = to_light(light, position);
+            const N n_l = dot(n, l);
+            const N v_r = number<N>(2.0) * n_l * n_v - dot(l, v); // of R = 2 <N, L> N - L
+            const N diffuse = lit(k) * number<N>(phong.diffuse) * select(less(zero, n_l), n_l, zero);
+            // A product of zero stays dark even with an exponent of zero, where 0^0 would be 1.
+            const auto shines = less(zero, v_r);
+            const N highlight = power(select(shines, v_r, zero), phong.specular_exponent);
+            const N specular = lit(k) * number<N>(phong.specular) * select(shines, highlight, zero);
+            for (std::size_t part = 0; part < 3; ++part)
+                color[part] = color[part] + number<N>(light.intensity[static_cast<int>(part)]) *
+                                                (diffuse * surface_color[part] + specular);
+        };
+        std::visit(add, (*phong.lights)[k]);
+    }
+    return color;
+}
 
 void shade_in_lanes(const Phong& phong, const PhongPoints& points, PhongColors& colors)
 {
