@@ -1,4 +1,4 @@
-#include "isospline/render/lens_distortion.h"
+#include "isospline/render/camera.h"
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
