@@ -4,6 +4,7 @@
 #include "isospline/util/check.h"
 #include "isospline/util/crc32c.h"
 #include "isospline/util/error.h"
+#include "isospline/util/fork.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -13,6 +14,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <mutex>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -160,6 +162,43 @@ std::size_t left_of(std::size_t limit, std::size_t ranges, const glm::ivec3& chu
 }
 
 } // namespace
+
+std::shared_ptr<const PageCache::Page> PageCache::get(std::uint64_t key, std::size_t limit,
+                                                      const std::function<Page()>& load)
+{
+    // The multiplication puts neighbours into different stripes.
+    Stripe& stripe = stripes_[(key * 0x9e3779b97f4a7c15u >> 32) % stripes_.size()];
+    {
+        const std::lock_guard lock(fork_safe_mutex(&stripe));
+        if (const auto found = stripe.places.find(key); found != stripe.places.end()) {
+            stripe.entries.splice(stripe.entries.begin(), stripe.entries, found->second);
+            return found->second->page;
+        }
+    }
+    auto page = std::make_shared<const Page>(load());
+    const std::lock_guard lock(fork_safe_mutex(&stripe));
+    if (const auto found = stripe.places.find(key); found != stripe.places.end())
+        return found->second->page;
+    stripe.entries.push_front({key, page});
+    stripe.places[key] = stripe.entries.begin();
+    stripe.bytes += page->size();
+    while (stripe.bytes > limit / stripes_.size() && stripe.entries.size() > 1) {
+        stripe.bytes -= stripe.entries.back().page->size();
+        stripe.places.erase(stripe.entries.back().key);
+        stripe.entries.pop_back();
+    }
+    return page;
+}
+
+std::size_t PageCache::memory() const
+{
+    std::size_t bytes = 0;
+    for (const Stripe& stripe : stripes_) {
+        const std::lock_guard lock(fork_safe_mutex(&stripe));
+        bytes += stripe.bytes;
+    }
+    return bytes;
+}
 
 StoreError::StoreError(const std::string& what, const std::filesystem::path& file, int reason)
     : filesystem_error("store: " + what, file, std::error_code(reason, std::generic_category())),

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "isospline/spline/coefficient_source.h"
-#include "isospline/store/page_cache.h"
 #include "isospline/util/memory_budget.h"
 
 #include <glm/vec3.hpp>
@@ -11,11 +10,47 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <list>
+#include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 namespace isospline {
+
+/// Pages of files; the least recently used ones are dropped when room is needed.
+///
+/// Any number of threads may ask at the same time. Nobody waits: two threads that need the same missing page both load
+/// it.
+class PageCache {
+public:
+    using Page = std::vector<std::byte>;
+
+    /// Pages are divided among stripes, each with a part of the limit, so that threads seldom ask for the same one.
+    explicit PageCache(std::size_t stripe_count) : stripes_(stripe_count) {}
+
+    /// The page of a key; it is loaded if it is missing. Then the least recently used pages are dropped until about
+    /// `limit` bytes are left, but at least one page a stripe.
+    std::shared_ptr<const Page> get(std::uint64_t key, std::size_t limit, const std::function<Page()>& load);
+    std::size_t memory() const;
+
+private:
+    struct Entry {
+        std::uint64_t key;
+        std::shared_ptr<const Page> page;
+    };
+
+    /// Under the fork-safe mutex of its address.
+    struct Stripe {
+        std::list<Entry> entries; ///< the most recently used first
+        std::unordered_map<std::uint64_t, std::list<Entry>::iterator> places;
+        std::size_t bytes = 0;
+    };
+
+    std::vector<Stripe> stripes_;
+};
 
 /// The layout of an array, from Zarr's metadata (zarr.json). Shapes are in the order x, y, z; the array's axes are z,
 /// y, x.
