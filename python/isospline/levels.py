@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -111,22 +113,41 @@ def histogram(data):
     if not np.isfinite([lowest, highest]).all():
         raise ValueError("data: expected finite samples, got some that are not")
 
+    if lowest == highest:
+        return np.array([float(lowest)]), np.array([data.size])
     # Slice by slice, so that no temporary array is as large as the volume.
     if data.dtype.kind in "iu" and int(highest) - int(lowest) < COUNTED_RANGE:
         counts = np.zeros(int(highest) - int(lowest) + 1, np.int64)
+        wide = data.dtype if data.dtype.kind == "u" else np.dtype(np.int64)  # holds the samples and their differences
         for part in data:
-            counts += np.bincount(np.ravel(part).astype(np.int64) - int(lowest), minlength=len(counts))
+            places = np.ravel(part).astype(wide) - wide.type(lowest)
+            counts += np.bincount(places.astype(np.int64), minlength=len(counts))
         values = np.arange(len(counts)) + float(lowest)
     else:
         counts, sums = np.zeros(BINS, np.int64), np.zeros(BINS)
-        low, width = float(lowest), max(float(highest) / BINS - float(lowest) / BINS, np.finfo(float).tiny)
         for part in data:
-            part = np.ravel(part).astype(float)
-            bins = np.minimum((part / width - low / width).astype(np.int64), BINS - 1)
+            place = BINS * share(np.ravel(part), lowest, highest)
+            bins = np.minimum(place.astype(np.int64), BINS - 1)
             counts += np.bincount(bins, minlength=BINS)
-            sums += np.bincount(bins, part / width - low / width, minlength=BINS)
-        values = low + width * (sums / np.maximum(counts, 1))
+            sums += np.bincount(bins, place, minlength=BINS)
+        part = sums / np.maximum(counts, 1) / BINS
+        low, high = float(lowest), float(highest)
+        values = low + part * (high - low) if np.isfinite(high - low) else (1 - part) * low + part * high
     return values[counts > 0], counts[counts > 0]
+
+
+def share(values: ArrayLike, lowest: Any, highest: Any) -> NDArray[np.float64]:
+    """Where values are between two others, 0 to 1; 0 if both are the same number in float64."""
+    low, high, values = float(lowest), float(highest), np.asarray(values, float)
+    if not np.isfinite(high - low):  # halves do not overflow
+        low, high, values = low / 2, high / 2, values / 2
+    return (values - low) / (high - low) if low < high else np.zeros(values.shape)
+
+
+def bars(values: NDArray[np.float64], counts: NDArray[np.int64], number: int) -> NDArray[np.int64]:
+    """The counts of values in ascending order, in bars of the same width from the first to the last one."""
+    places = np.minimum((number * share(values, values[0], values[-1])).astype(np.int64), number - 1)
+    return np.bincount(places, counts, number).astype(np.int64)
 
 
 def default_level(volume: _core.Volume) -> float:

@@ -36,8 +36,8 @@ def to_trimesh(self):
     with library_of("Mesh.to_trimesh"):
         import trimesh
     return trimesh.Trimesh(
-        self.vertices,
-        self.faces,
+        np.array(self.vertices),  # copies, which can be written to: Open3D and others refuse arrays that cannot
+        self.faces.astype(np.int64),
         vertex_normals=self.normals,
         vertex_colors=_srgb_colors(self),
         vertex_attributes=_named_values(self),

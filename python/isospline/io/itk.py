@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import isolated
 from .checks import check_components, check_samples, utf8
 from .volume_data import VolumeData
 
@@ -34,6 +37,53 @@ def open_header(path, image_io):
     return reader
 
 
+class Header(NamedTuple):
+    """What a header tells of an image: numbers of samples, their dtype, and its place; x first."""
+
+    size: list[int]
+    dtype: str
+    spacing: list[float]
+    origin: list[float]
+    direction: list[float]
+
+    def to_volume_data(self, data: Any) -> VolumeData:
+        """Samples at the place of the first three axes."""
+        dimension = len(self.size)
+        direction = np.reshape(self.direction, (dimension, dimension))[:3, :3]
+        (sx, sy, sz), (x, y, z) = self.spacing[:3], self.origin[:3]
+        return VolumeData(data, (sx, sy, sz), (x, y, z), direction)
+
+
+def read_header(path, image_io, slices=1, mapped=False):
+    """Read a header in a process of its own, and check it as `check_header` does."""
+    fields = isolated.call(
+        "isospline.io.itk:load_header", Path(path), "SimpleITK", image_io=image_io, slices=slices, mapped=mapped
+    )
+    return Header(**fields)
+
+
+def load_header(path, image_io, slices, mapped):
+    """The fields of the header of a file, for `isolated.call`."""
+    with quiet():
+        reader = open_header(path, image_io)
+        check_header(reader, slices, mapped)
+    return {
+        "size": list(reader.GetSize()),
+        "dtype": dtype_of(reader.GetPixelID()).str,
+        "spacing": list(reader.GetSpacing()),
+        "origin": list(reader.GetOrigin()),
+        "direction": list(reader.GetDirection()),
+    }
+
+
+def load_image(path, image_io):
+    """An image as `VolumeData`, for `isolated.call`."""
+    with quiet():
+        reader = open_header(path, image_io)
+        check_header(reader)
+        return vars(to_volume_data(reader.Execute()))
+
+
 def check_header(reader, slices=1, mapped=False):
     """Check the samples' shape and type in the header, for `slices` times as many; `mapped` samples need no memory."""
     _check(reader.GetNumberOfComponents(), reader.GetPixelID(), reader.GetSize(), slices, mapped)
@@ -60,16 +110,12 @@ def _check(components, pixel_id, size, slices=1, mapped=False):
     check_samples((shape[0] * slices, *shape[1:]), dtype_of(pixel_id), mapped=mapped)
 
 
-def to_volume_data(image, data=None):
-    """The samples, by default the image's own, and the place of an image or reader with three axes.
-
-    Further axes must have one sample each.
-    """
+def to_volume_data(image):
+    """The samples and the place of an image with three axes. Further axes must have one sample each."""
     import SimpleITK
 
     dimension = image.GetDimension()
-    if data is None:
-        data = SimpleITK.GetArrayFromImage(image).reshape(image.GetSize()[2::-1])
+    data = SimpleITK.GetArrayFromImage(image).reshape(image.GetSize()[2::-1])
     direction = np.reshape(image.GetDirection(), (dimension, dimension))[:3, :3]
     return VolumeData(data, image.GetSpacing()[:3], image.GetOrigin()[:3], direction)
 

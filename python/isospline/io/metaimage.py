@@ -8,13 +8,15 @@ from __future__ import annotations
 import math
 import os
 import re
+from pathlib import Path
 
 import numpy as np
 
-from . import itk
+from . import isolated, itk
 from .checks import check_file, utf8
 from .confinement import check_within
 from .packed import read_samples
+from .volume_data import VolumeData
 
 # The longest line of a header in bytes: ITK reads it into a buffer of fixed size.
 LINE_LIMIT = 4000
@@ -45,22 +47,21 @@ def read(path, load=read_samples, *, within=None):
     for part, _ in parts:
         check_within(part, within, "files of samples")
         check_file(part)
-    with itk.quiet():
-        reader = itk.open_header(path, "MetaImageIO")
-        itk.check_header(reader, mapped=load is not read_samples)
-        if not _is_true(header, "BinaryData", default=True):
-            return itk.to_volume_data(reader.Execute()).replace(patient=_is_patient(header))
+    if not _is_true(header, "BinaryData", default=True):
+        image = isolated.call("isospline.io.itk:load_image", Path(path), "SimpleITK", image_io="MetaImageIO")
+        return VolumeData(**image).replace(patient=_is_patient(header))
 
-    dtype = itk.dtype_of(reader.GetPixelID())
+    about = itk.read_header(path, "MetaImageIO", mapped=load is not read_samples)
+    dtype = np.dtype(about.dtype)
     if _is_true(header, "BinaryDataByteOrderMSB") or _is_true(header, "ElementByteOrderMSB"):
         dtype = dtype.newbyteorder(">")
-    shape = reader.GetSize()[2::-1]
+    shape = tuple(about.size[2::-1])
     compression = "zlib" if _is_true(header, "CompressedData") else None
     if compression is None:
         expected = math.prod(shape) * dtype.itemsize // len(parts)
         parts = [(part, _begin(header, part, at, expected)) for part, at in parts]
     data = load([(part, at, 0) for part, at in parts], shape, dtype, compression)
-    return itk.to_volume_data(reader, data).replace(patient=_is_patient(header))
+    return about.to_volume_data(data).replace(patient=_is_patient(header))
 
 
 def _is_patient(header):

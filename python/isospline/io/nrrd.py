@@ -57,20 +57,18 @@ def read(path, load=read_samples, *, within=None, layered=False):
     for file in files:
         check_within(file, within, "files of samples")
         check_file(file)
-    with itk.quiet():
-        reader = _open_fields(header)
-        itk.check_header(reader, math.prod(layers), mapped=load is not read_samples)
-        encoding = header["encoding"].lower()
-        known = (*_COMPRESSIONS, *_TEXTS, "hex")
-        if encoding not in known:
-            raise ValueError(f"expected an encoding of {', '.join(known)}, got {encoding}")
+    encoding = header["encoding"].lower()
+    known = (*_COMPRESSIONS, *_TEXTS, "hex")
+    if encoding not in known:
+        raise ValueError(f"expected an encoding of {', '.join(known)}, got {encoding}")
+    checked = _check_by_itk(header, math.prod(layers), load is not read_samples)
 
     # All axes of the file are axes of the volume: it was checked that a sample is one number.
-    shape = reader.GetSize()[2::-1]
+    shape = tuple(checked.size[2::-1])
     if math.prod(shape) != math.prod(header["sizes"]):
         raise ValueError(f"expected one number a sample, got sizes of {' x '.join(map(str, header['sizes']))}")
     shape = (*shape, *layers)
-    dtype = itk.dtype_of(reader.GetPixelID())
+    dtype = np.dtype(checked.dtype)
     begin = 0 if names is not None else begin
     if encoding not in _COMPRESSIONS and len(files) > 1:
         raise ValueError(f"expected one file of samples as text, got {len(files)}")
@@ -78,7 +76,7 @@ def read(path, load=read_samples, *, within=None, layered=False):
     about: dict[str, Any] = {"unit": min(units) if len(units) == 1 else ""}
     about["patient"] = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
-        return itk.to_volume_data(reader, _read_text(files[0], begin, shape, dtype)).replace(**about)
+        return checked.to_volume_data(_read_text(files[0], begin, shape, dtype)).replace(**about)
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
@@ -89,7 +87,7 @@ def read(path, load=read_samples, *, within=None, layered=False):
     else:
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
         data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
-    return itk.to_volume_data(reader, data).replace(**about)
+    return checked.to_volume_data(data).replace(**about)
 
 
 def _read_text(file, begin, shape, dtype):
@@ -122,8 +120,8 @@ def _read_hex(file, begin, shape, dtype):
     return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="), copy=False)
 
 
-def _open_fields(fields):
-    """ITK's reader of a header with these fields alone: Teem refuses long lines of users' values, as Slicer writes."""
+def _check_by_itk(fields, layers, mapped):
+    """What ITK reads of a header with these fields alone: Teem refuses long lines of users' values, as of Slicer."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "header.nrrd")
         with open(path, "w", encoding="latin-1") as file:
@@ -132,7 +130,7 @@ def _open_fields(fields):
                 text = " ".join(map(str, value)) if isinstance(value, list) else value
                 file.write("" if name in ("data file", "line skip", "byte skip") else f"{name}: {text}\n")
             file.write("\n")
-        return itk.open_header(path, "NrrdImageIO")
+        return itk.read_header(path, "NrrdImageIO", layers, mapped)
 
 
 def _take_layers(fields):

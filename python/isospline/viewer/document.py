@@ -12,7 +12,7 @@ import numpy as np
 from .. import _core
 from ..interop import read_mesh
 from ..io import VolumeData, read_volume
-from ..levels import body_mask, default_levels, histogram, index_shape, levels_of_histogram, some_values
+from ..levels import bars, body_mask, default_levels, histogram, index_shape, levels_of_histogram, some_values
 from ..store.detail import Scales, is_store
 
 #: Suffixes of files that hold meshes; others are read as volumes.
@@ -149,15 +149,13 @@ class Source:
         if not self.is_volume:
             return {**about, "kind": "mesh", "faces": len(self.item.faces)}
         lower, upper = self.range
-        ends = (lower, upper if upper > lower else lower + 1)
-        bars = np.histogram(self.values, BARS, range=ends, weights=self.counts)[0]
         return {
             **about,
             "kind": "volume",
             "range": [lower, upper],
             "level_range": list(self.level_range),
             "spacing_of_values": float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
-            "histogram": bars.astype(int).tolist(),
+            "histogram": bars(self.values, self.counts, BARS).tolist(),
             "counts": list(map(int, index_shape(self.item))),
             "affine": self.item.affine.tolist(),
             "window": list(self.window()),
@@ -189,6 +187,7 @@ class Document:
         with self._lock:
             number = len(self._sources) + 1
         source = make(f"source{number}")
+        source.to_json()  # what windows are told about it must not fail later
         with self._lock:
             while source.key in self._sources:
                 number += 1

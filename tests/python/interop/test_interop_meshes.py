@@ -379,3 +379,13 @@ def test_other_objects_are_refused(name):
     for wrong in (TETRAHEDRON, trimesh.PointCloud(TETRAHEDRON), None):
         with pytest.raises(TypeError, match="mesh: expected a.*, got (ndarray of shape|trimesh.*PointCloud|None)"):
             getattr(isospline.Mesh, name)(wrong)
+
+
+def test_vertices_and_faces_in_trimesh_can_be_changed():
+    """Open3D's vectors refuse arrays that cannot."""
+    pytest.importorskip("trimesh")
+    mesh = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    converted = mesh.to_trimesh()
+    assert converted.vertices.flags.writeable and converted.faces.flags.writeable
+    converted.vertices[0] = 7
+    np.testing.assert_array_equal(mesh.vertices[0], 0)

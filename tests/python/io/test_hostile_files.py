@@ -114,6 +114,10 @@ HEADERS = {
     "line.mha": ("NDims = 3\nComment = " + "a" * 5000 + "\n", "lines of at most 4000 bytes"),
     "line.nhdr": ("NRRD0004\ntype: short\nsizes: " + "a" * 5000 + "\n", "lines of at most 1000"),
     "dimension.nrrd": ("NRRD0004\ntype: short\ndimension: 1000\nsizes: 1\nencoding: raw\n\n", "dimension from 1 to 16"),
+    "axes.nrrd": (  # 16 axes end SimpleITK's process
+        "NRRD0004\ntype: uint8\ndimension: 16\nsizes:" + 16 * " 2" + "\nencoding: raw\n\n" + "A" * 2**16,
+        "(the reader crashed|expected)",
+    ),
     "sizes.nrrd": ("NRRD0004\ntype: short\ndimension: 3\nsizes: 8 7 -6\nencoding: raw\n\n", "sizes of 3 whole numbers"),
 }
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isospline import suggest_levels
-from isospline.levels import histogram
+from isospline.levels import bars, histogram
 
 
 def best_level(data):
@@ -98,3 +98,25 @@ def test_bad_input_is_refused():
         suggest_levels([1j])
     with pytest.raises(ValueError, match="count: expected a whole number of at least 1, got 0"):
         suggest_levels([1, 2], 0)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        np.full((3, 4, 5), 2**60, np.uint64),
+        2**63 + 2**13 * np.arange(12, dtype=np.uint64).reshape(3, 4),
+        np.full((3, 4, 5), -1000, np.float32),
+        1000 + 1e-13 * np.arange(60.0).reshape(3, 4, 5),
+        1.7e308 * np.linspace(-1, 1, 60).reshape(3, 4, 5),
+        np.array([[0, 5e-324]]),
+    ],
+    ids=["a large integer", "large integers", "constant", "nearly constant", "the range of float64", "subnormal"],
+)
+def test_histograms_of_extreme_data(data):
+    """The values and bars of a histogram count all samples, with their smallest and their largest value."""
+    values, counts = histogram(data)
+    assert (values[0], values[-1]) == (data.min(), data.max())
+    assert (np.diff(values) > 0).all() and counts.sum() == data.size
+    found = bars(values, counts, 7)
+    assert found.sum() == data.size and found[0] > 0
+    assert found[-1] > 0 or values[0] == values[-1]
