@@ -23,8 +23,12 @@ SUFFIXES = (".tif", ".tiff")
 #: The packages that are needed, imported once by the server of processes.
 LIBRARIES = "tifffile imagecodecs"
 
-# Names of units in ImageJ.
+# Names of units in ImageJ, and units of length in metres.
 _UNITS = {"micron": "µm", "microns": "µm", "um": "µm", "\\u00B5m": "µm", "pixel": "", "pixels": ""}
+_LENGTHS = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
+# The numbers of coefficients of ImageJ's calibration functions of samples that are polynomials, by their codes (its
+# class Calibration), and the code of none.
+_POLYNOMIALS, _UNCALIBRATED = {0: 2, 1: 3, 2: 4, 3: 5}, 20
 
 # Bytes of an item of a tag, by the type of the tag.
 _TAG_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
@@ -69,29 +73,32 @@ def load_file(path, within=None):
     """`read_file`, in this process."""
     with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        return vars(VolumeData(series.asarray(), **place_of(file)))
+        place = place_of(file)
+        warning = {name: place.pop(name) for name in ("warning",) if name in place}
+        return vars(VolumeData(_calibrated(series.asarray(), _calibration_of(file)), **place)) | warning
 
 
 def load_layout(path):
     """`read_layout`, in this process."""
     with _opened_series(Path(path)) as (file, series):
+        calibration = _calibration_of(file)
         return {
             "shape": series.shape,
-            "dtype": series.dtype.str,
+            "dtype": _calibrated(np.zeros(1, series.dtype), calibration).dtype.str,
             "stored": series.dtype.newbyteorder(file.byteorder).str,
             "place": place_of(file),
-            "begin": series.dataoffset,
+            "begin": series.dataoffset if calibration is None else None,
             "pages": len(series.pages),
         }
 
 
 def load_pages(path, first, last):
     """`read_pages`, in this process."""
-    with _opened_series(Path(path)) as (_, series):
-        pages = []
+    with _opened_series(Path(path)) as (file, series):
+        pages, calibration = [], _calibration_of(file)
         for number in range(first, last):
             try:
-                pages.append(series.pages[number].asarray())
+                pages.append(_calibrated(series.pages[number].asarray(), calibration))
             except Exception as error:
                 raise ValueError(f"page {number}: {error}") from error
         return pages
@@ -165,7 +172,7 @@ def load_slice(path, within=None):
         if len(series.shape) != 2:
             raise ValueError(f"expected slices of one page each, got shape {series.shape} in {path.name}")
         check_samples((1, *series.shape), series.dtype)
-        return series.asarray()
+        return _calibrated(series.asarray(), _calibration_of(file))
 
 
 def slices_of(folder):
@@ -189,24 +196,65 @@ def _check_axes(series):
 
 
 def place_of(file):
-    """Spacing and unit from ImageJ's or OME's metadata; ones without a unit if they do not have all three spacings."""
-    if file.is_imagej and "spacing" in file.imagej_metadata:
-        tags = file.pages[0].tags
+    """Spacing and unit from ImageJ's or OME's metadata; ones without a unit if these do not calibrate x and y.
+
+    A missing spacing along z is 1 in ImageJ, which does not write it then (ij/io/FileSaver.java). OME leaves it open:
+    then there is a ``warning``, too.
+    """
+    warning: dict[str, str] = {}
+    if file.is_imagej:
+        metadata, tags = file.imagej_metadata, file.pages[0].tags
+        names = [str(metadata.get(name, metadata.get("unit", ""))) for name in ("unit", "yunit", "zunit")]
+        if "spacing" not in metadata and not _UNITS.get(names[0], names[0]):
+            return {}
         resolution = [tags[name].value if name in tags else (0, 1) for name in ("XResolution", "YResolution")]
         spacing = [bottom / top if top else 0.0 for top, bottom in resolution]
-        spacing.append(abs(float(file.imagej_metadata["spacing"])))
-        unit = str(file.imagej_metadata.get("unit", ""))
+        spacing.append(abs(float(metadata.get("spacing", 1))))
     elif file.is_ome:
         elements = xml.etree.ElementTree.fromstring(file.ome_metadata).iter()
         pixels: Any = next((element for element in elements if element.tag.endswith("}Pixels")), {})
         spacing = [float(pixels.get(f"PhysicalSize{axis}", 0)) for axis in "XYZ"]
-        units = {pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"}
-        if len(units) > 1:
-            raise ValueError("expected physical sizes of one unit along x, y and z, got several")
-        unit = units.pop()
+        names = [pixels.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"]
+        if min(spacing[:2]) > 0 and spacing[2] == 0:
+            spacing[2], names[2] = 1.0, names[0]
+            warning = {"warning": f"the file has no spacing along z: 1 {names[0]} is assumed; say spacing=(x, y, z)"}
     else:
         return {}
-    return {"spacing": tuple(spacing), "unit": _UNITS.get(unit, unit)} if min(spacing) > 0 else {}
+    if not min(spacing) > 0:
+        return {}
+    units = [_UNITS.get(name, name) for name in names]
+    if len(set(units)) > 1:
+        if not set(units) <= set(_LENGTHS):
+            raise ValueError(f"expected units of length along x, y and z, got {', '.join(names)}")
+        spacing = [value * _LENGTHS[unit] / _LENGTHS[units[0]] for value, unit in zip(spacing, units)]
+        spacing = [float(f"{value:.12g}") for value in spacing]  # without the rounding of the factors
+    return {"spacing": tuple(spacing), "unit": units[0], **warning}
+
+
+def _calibration_of(file):
+    """The coefficients of ImageJ's polynomial from stored samples to values, or None."""
+    metadata = file.imagej_metadata if file.is_imagej else {}
+    function = int(metadata.get("cf", _UNCALIBRATED))
+    if function == _UNCALIBRATED:
+        return None
+    if function not in _POLYNOMIALS:
+        raise ValueError(f"expected samples that are calibrated by a polynomial, got ImageJ's function {function}")
+    coefficients = [float(metadata.get(f"c{power}", 0)) for power in range(_POLYNOMIALS[function])]
+    return None if coefficients == [0, 1] else coefficients
+
+
+def _calibrated(samples, coefficients):
+    """The values of stored samples: integers if these are only moved, and real numbers otherwise."""
+    if coefficients is None:
+        return samples
+    move, *others = coefficients
+    if samples.dtype.kind in "iu" and others == [1] and move == int(move):
+        limits = np.iinfo(samples.dtype)
+        kinds = (kind for kind in (np.int8, np.int16, np.int32, np.int64) if np.iinfo(kind).min <= limits.min + move)
+        kind = next(kind for kind in kinds if limits.max + move <= np.iinfo(kind).max)
+        return (samples.astype(np.int64) + int(move)).astype(kind)
+    values = np.polynomial.polynomial.polyval(samples.astype(np.float64), coefficients)
+    return values.astype(np.float32 if samples.dtype.itemsize <= 2 else np.float64)
 
 
 def _check_pages(path):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.signatures import explained_methods
+from ..base.system import warn
 from . import isolated
 from .label_map import warn_of_labels
 
@@ -146,5 +147,7 @@ class VolumeData:
 def read_isolated(function: str, path: Path, libraries: str, **arguments: Any) -> VolumeData:
     """The `VolumeData` with the attributes that a function returns, called in a process of its own."""
     fields = isolated.call(function, path, libraries, **arguments)
+    if "warning" in fields:
+        warn(f"{path.name}: {fields.pop('warning')}")
     place = {name: tuple(fields[name]) for name in ("spacing", "origin")}
     return VolumeData(**{**fields, **place})

@@ -208,6 +208,70 @@ def test_tiff_of_imagej_has_a_spacing(tmp_path, data):
     assert read_volume(tmp_path / "a.tif").spacing == pytest.approx((0.5, 0.75, 2.5))
 
 
+@pytest.mark.parametrize(
+    ("metadata", "spacing", "unit"),
+    [
+        ("unit=micron\n", (0.5, 0.25, 1), "µm"),  # ImageJ does not write a depth of 1
+        ("unit=mm\nspacing=-2.5\n", (0.5, 0.25, 2.5), "mm"),
+        ("unit=nm\nzunit=\\u00B5m\nspacing=0.05\n", (0.5, 0.25, 50), "nm"),
+        ("unit=mm\nyunit=inch\nzunit=cm\n", (0.5, 6.35, 10), "mm"),
+        ("", (1, 1, 1), ""),
+        ("unit=pixel\n", (1, 1, 1), ""),
+    ],
+)
+def test_tiff_of_imagej_has_the_units_of_its_axes(tmp_path, data, metadata, spacing, unit):
+    description = f"ImageJ=1.53t\nimages={len(data)}\nslices={len(data)}\n{metadata}loop=false\n"
+    resolution = {"resolution": (2, 4), "resolutionunit": 1}
+    tifffile.imwrite(tmp_path / "a.tif", data, **resolution, **of_imagej(description))
+    volume = read_volume(tmp_path / "a.tif")
+    assert volume.spacing == pytest.approx(spacing, rel=1e-12) and volume.unit == unit
+
+
+@pytest.mark.parametrize(
+    ("calibration", "dtype", "expected"),
+    [
+        ("cf=0\nc0=-32768.0\nc1=1.0\n", np.int16, lambda raw: raw - 32768.0),
+        ("cf=0\nc0=-1000.0\nc1=0.5\n", np.float32, lambda raw: 0.5 * raw - 1000),
+        ("cf=1\nc0=1.0\nc1=0.0\nc2=0.001\n", np.float32, lambda raw: 1 + 0.001 * raw**2),
+        ("cf=20\n", np.uint16, lambda raw: raw),
+        ("cf=0\nc0=0.0\nc1=1.0\n", np.uint16, lambda raw: raw),
+    ],
+)
+def test_tiff_of_imagej_has_calibrated_samples(tmp_path, rng, calibration, dtype, expected):
+    """The values that ImageJ shows in its status bar."""
+    raw = rng.integers(0, 2**16, (3, 4, 5)).astype(np.uint16)
+    description = f"ImageJ=1.53t\nimages=3\nslices=3\n{calibration}loop=false\n"
+    tifffile.imwrite(tmp_path / "a.tif", raw, **of_imagej(description))
+    found = read_volume(tmp_path / "a.tif").data
+    assert found.dtype == dtype
+    np.testing.assert_allclose(found, expected(raw.astype(float)), rtol=1e-6)
+    (tmp_path / "slices").mkdir()
+    description = description.replace("=3", "=1")
+    for number, each in enumerate(raw):
+        tifffile.imwrite(tmp_path / "slices" / f"{number}.tif", each, **of_imagej(description))
+    np.testing.assert_array_equal(read_volume(tmp_path / "slices").data, found)
+
+
+def test_tiff_of_imagej_with_another_calibration_is_refused(tmp_path):
+    description = "ImageJ=1.53t\nimages=3\nslices=3\ncf=4\nc0=1.0\nc1=1.0\nloop=false\n"
+    tifffile.imwrite(tmp_path / "a.tif", np.zeros((3, 4, 5), np.uint16), **of_imagej(description))
+    with pytest.raises(ValueError, match="a.tif: .*calibrated by a polynomial, got ImageJ's function 4"):
+        read_volume(tmp_path / "a.tif")
+
+
+def of_imagej(description):
+    """Options of tifffile for a description as ImageJ writes it."""
+    return {"description": description, "metadata": None, "photometric": "minisblack"}
+
+
+def test_tiff_of_ome_without_a_spacing_along_z_says_so(tmp_path, data):
+    metadata = {"axes": "ZYX", "PhysicalSizeX": 0.1, "PhysicalSizeY": 0.2, "PhysicalSizeYUnit": "mm"}
+    tifffile.imwrite(tmp_path / "a.ome.tif", data, ome=True, metadata=metadata)
+    with pytest.warns(UserWarning, match=r"^a\.ome\.tif: the file has no spacing along z: 1 µm is assumed"):
+        volume = read_volume(tmp_path / "a.ome.tif")
+    assert volume.spacing == pytest.approx((0.1, 200, 1)) and volume.unit == "µm"
+
+
 def test_tiff_of_ome_has_a_spacing(tmp_path, data):
     sizes = {f"PhysicalSize{axis}": size for axis, size in zip("XYZ", (0.5, 0.75, 2.5))}
     tifffile.imwrite(tmp_path / "a.ome.tif", data, ome=True, metadata={"axes": "ZYX", **sizes})

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.system import warn
 from ...io import dicom, packed, tiff
 from ...io.checks import check_file
 from ...io.read import errors_name
@@ -175,6 +176,8 @@ def open_tiff(path: Path) -> Source:
     else:
         raise ValueError(f"expected a page for each of {shape[0]} slices, got {pages}")
     if layout["place"]:
+        if "warning" in layout["place"]:
+            warn(f"{path.name}: {layout['place']['warning']}")
         source.move(spacing=tuple(layout["place"]["spacing"]), unit=name_of_unit(layout["place"]["unit"]))
     return source
 
