@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .base.parameters import check_count
+from .base.parameters import check_count, describe_not_finite
 from .base.signatures import explained
 
 __all__ = ["histogram", "suggest_levels"]
@@ -111,7 +111,7 @@ def histogram(data):
         data = data.view(np.uint8)
     lowest, highest = data.min(), data.max()
     if not np.isfinite([lowest, highest]).all():
-        raise ValueError("data: expected finite samples, got some that are not")
+        raise ValueError(f"data: expected finite samples, got {describe_not_finite(data)}")
 
     if lowest == highest:
         return np.array([float(lowest)]), np.array([data.size])

@@ -60,3 +60,18 @@ def check_path(path: Any) -> None:
 def printable(path: str | os.PathLike[str]) -> str:
     """The path as text for messages; bytes that are not UTF-8 are escaped."""
     return os.fspath(path).encode(errors="backslashreplace").decode()
+
+
+def describe_not_finite(data: NDArray[Any]) -> str:
+    """How many samples of an array are NaN or infinite, and where the first one is; empty if all are finite."""
+    if data.dtype.kind != "f":
+        return ""
+    # Slice by slice, so that no temporary array is as large as the volume.
+    places = [np.flatnonzero(~np.isfinite(part)) for part in np.atleast_2d(data)]
+    count = sum(map(len, places))
+    if count == 0:
+        return ""
+    slice_ = next(number for number, each in enumerate(places) if len(each))
+    within = np.unravel_index(int(places[slice_][0]), np.atleast_2d(data).shape[1:])
+    first = ", ".join(map(str, (slice_, *within) if data.ndim > 1 else within))
+    return f"{count} of {data.size} that are NaN or infinite, the first one at [{first}]"

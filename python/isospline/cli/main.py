@@ -15,6 +15,7 @@ from typing import Any
 
 import isospline
 
+from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
 from ..interop.mesh_output import MESHES
 from ..picture.image import denoiser
@@ -365,7 +366,12 @@ def _volume_or_labels(arguments):
 
 def _read(arguments):
     """The volume that the options specify."""
-    return isospline.read_volume(arguments.file, **_reading(arguments))
+    volume = isospline.read_volume(arguments.file, nan=arguments.nan, **_reading(arguments))
+    if found := describe_not_finite(volume.data):
+        raise ValueError(
+            f"{arguments.file}: expected finite samples, got {found}; --nan VALUE replaces those that are NaN"
+        )
+    return volume
 
 
 def _reading(arguments):

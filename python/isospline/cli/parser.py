@@ -352,7 +352,7 @@ def _add_input(command, optional=False):
         nargs="?" if optional else None,
         help="a volume, a folder with a DICOM series or TIFF slices, or a store",
     )
-    _add_reading(command)
+    _add_reading(command).add_argument("--nan", type=float, metavar="VALUE", help="in place of samples that are NaN")
 
 
 def _add_reading(command):
@@ -363,6 +363,7 @@ def _add_reading(command):
     group.add_argument("--big-endian", action="store_true", help="raw samples have their high byte first")
     group.add_argument("--offset", type=int, default=0, metavar="BYTES", help="of raw samples in the file")
     group.add_argument("--name", help="the array of a VTK file, or the UID of a DICOM series, to read")
+    return group
 
 
 def join_negative(arguments):

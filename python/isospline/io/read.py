@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -47,6 +48,7 @@ def read_volume(
     origin: ArrayLike | None = None,
     direction: ArrayLike | None = None,
     name: str | None = None,
+    nan: float | None = None,
     within: str | os.PathLike[str] | None = None,
 ) -> VolumeData:
     """Read a volume from a file or a folder.
@@ -86,6 +88,9 @@ def read_volume(
         Replaces that of the file; its columns are the directions of x, y and z.
     name : str, optional
         Name of the part to read: an array of a VTK file, or a Series Instance UID in a folder of DICOM files.
+    nan : float, optional
+        Finite number in place of samples that are NaN, as outside of a mask; by default they stay, and models refuse
+        them.
     within : str or path-like, optional
         A folder. The path, and every file that it refers to, must be in this folder after symbolic links are resolved;
         otherwise nothing of them is read. Set it for files from others, whose headers may name any file of yours. By
@@ -124,6 +129,8 @@ def read_volume(
     VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw', patient=False, unit='')
     """
     given = check_frame(spacing, origin, direction)
+    if nan is not None and not math.isfinite(nan):
+        raise ValueError(f"nan: expected a finite number in place of NaN, got {nan}")
     check_path(path)
     path = Path(path)
     check_within(path, within, "a path")
@@ -132,6 +139,8 @@ def read_volume(
         volume = read(path)
         volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
+        if nan is not None and volume.data.dtype.kind == "f":
+            volume = volume.replace(data=np.where(np.isnan(volume.data), volume.data.dtype.type(nan), volume.data))
         _positive(_numbers(volume.spacing, "spacing", (3,)), "spacing")
         _numbers(volume.origin, "origin", (3,))
         _spanning(_numbers(volume.direction, "direction", (3, 3)), "direction")

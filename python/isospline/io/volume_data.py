@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from ..base.parameters import describe_not_finite
 from ..base.signatures import explained_methods
 from ..base.system import warn
 from . import isolated
@@ -129,7 +130,13 @@ class VolumeData:
         from .._core import Volume
 
         warn_of_labels(self.data)
-        return Volume(self.data, **{**self.frame, **options})
+        try:
+            return Volume(self.data, **{**self.frame, **options})
+        except ValueError as error:
+            if found := describe_not_finite(self.data):
+                hint = "read_volume(path, nan=VALUE) replaces those that are NaN"
+                raise ValueError(f"data: expected finite samples, got {found}; {hint}") from error
+            raise
 
     @property
     def frame(self) -> dict[str, Any]:

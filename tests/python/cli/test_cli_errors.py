@@ -14,6 +14,7 @@ from command_line import fails, leftovers, run
 from interrupts import obey_signals
 
 import isospline
+from isospline.cli.main import main
 
 LENS = ("--level", "0", "--aperture", "1")
 TRACED = ("--level", "0", "--light", "path-trace")
@@ -227,12 +228,10 @@ def test_a_full_disk_is_told(ball, capsys):
 
 
 def test_missing_libraries_are_told(tmp_path, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "SimpleITK", None)
-    (tmp_path / "a.nrrd").write_bytes(
-        b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n" + bytes(8)
-    )
+    monkeypatch.setitem(sys.modules, "nibabel", None)
+    (tmp_path / "a.nii").write_bytes(bytes(400))
     fails(
-        capsys, 1, r"reading NRRD needs the package SimpleITK: pip install isospline\[io\]", "info", tmp_path / "a.nrrd"
+        capsys, 1, r"reading NIfTI needs the package nibabel: pip install isospline\[io\]", "info", tmp_path / "a.nii"
     )
 
 
@@ -289,3 +288,19 @@ def test_interrupting_leaves_no_file(tmp_path, ball):
     assert process.returncode == 130
     assert error == "isospline: interrupted\n"
     assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize("command", [["info"], ["measure", "-l", "0.5"], ["render", "--fast", "--size", "16x12"]])
+def test_samples_that_are_nan_are_told_and_replaced(tmp_path, capsys, command):
+    data = np.zeros((8, 8, 8), np.float32)
+    data[3:5, 3:5, 3:5] = 1
+    data[0, 1:] = np.nan
+    np.save(tmp_path / "map.npy", data)
+    output = ["-o", str(tmp_path / "a.png")] if command[0] == "render" else []
+    name, *options = command
+    given = [name, str(tmp_path / "map.npy"), *options, *output]
+    told = r"map\.npy: expected finite samples, got 56 of 512 that are NaN or infinite, the first one at \[0, 1, 0\]"
+    fails(capsys, 2, f"{told}; --nan VALUE replaces", *given)
+    assert main([*given, "--nan", "0"]) == 0
+    capsys.readouterr()
+    fails(capsys, 2, "nan: expected a finite number in place of NaN, got inf", *given, "--nan", "inf")
