@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import functools
 import http
-import json
 import logging
 import threading
 import urllib.parse
@@ -184,7 +183,7 @@ class Server:
         sending = asyncio.ensure_future(_send_all(connection, outgoing))
         try:
             async for message in connection:
-                window.receive(message if isinstance(message, bytes) else json.loads(message))
+                window.receive(message)
         except (websockets.exceptions.WebSocketException, ValueError, RecursionError):
             pass  # the page was closed, or is not one of ours
         finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 import time
 from dataclasses import asdict
@@ -137,11 +138,12 @@ class Window:
     # -- From the page ---------------------------------------------------------------------------------------------
 
     def receive(self, message):
-        """Handle a message; the page gets a message about any error."""
+        """Handle a message. The page is told of errors; text that is not JSON raises one."""
         try:
             if isinstance(message, bytes):
                 self._receive_upload(message)
                 return
+            message = json.loads(message, parse_float=_finite, parse_constant=_finite)
             if not isinstance(message, dict):
                 raise ValueError(f"message: expected an object, got {type(message).__name__}")
             act = getattr(self, f"_on_{message.get('type')}", None)
@@ -151,7 +153,12 @@ class Window:
                 with self._lock:
                     self._newest_input = int(message["input"])
             act(message)
-        except (KeyError, TypeError, ValueError, ImportError, OSError, RuntimeError, MemoryError) as error:
+        except (json.JSONDecodeError, RecursionError):
+            raise
+        except (
+            *(KeyError, TypeError, ValueError, ArithmeticError),
+            *(ImportError, OSError, RuntimeError, MemoryError),
+        ) as error:
             missing = type(error) is KeyError
             self._failed(ValueError(f"{error.args[0]}: expected it in the message") if missing else error)
 
@@ -347,3 +354,11 @@ def packed(about, content):
     header = json.dumps(about).encode()
     header += b" " * (-len(header) % 4)
     return len(header).to_bytes(4, "little") + header + content
+
+
+def _finite(text):
+    """The number of a text in JSON, which may also be Infinity, NaN or too large."""
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"message: expected finite numbers, got {text}")
+    return number
