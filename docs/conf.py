@@ -81,7 +81,9 @@ def keep_parameter_names(app, environment, node, content):
 
 def make_pictures(app):
     """Like Sphinx-Gallery's, these pictures are kept where `-D plot_gallery=0` asks for a quick build."""
-    if str(app.config.plot_gallery) not in ("0", "False"):
+    if str(app.config.plot_gallery) in ("0", "False"):
+        pages.draw_stand_ins()
+    else:
         pages.make_pictures()
 
 
