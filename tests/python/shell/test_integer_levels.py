@@ -29,13 +29,12 @@ def levels(largest):
 
 
 def surfaces(degree, largest, *, inside=("above", "below"), **options):
-    for seed in range(2):
-        for smooth in (False, True):
-            data = integers(seed, largest, smooth=smooth)
-            volume = isospline.Volume(data, degree=degree, filter="none", spacing=(0.7, 0.9, 1.4))
-            for level in levels(largest):
-                for side in inside:
-                    yield isospline.Isosurface(volume, level, inside=side, **options), data
+    for smooth in (False, True):
+        data = integers(int(smooth), largest, smooth=smooth)
+        volume = isospline.Volume(data, degree=degree, filter="none", spacing=(0.7, 0.9, 1.4))
+        for level in levels(largest):
+            for side in inside:
+                yield isospline.Isosurface(volume, level, inside=side, **options), data
 
 
 def is_in_plateau(surface, data, points):
@@ -76,7 +75,7 @@ def test_contains_is_the_sign_of_the_samples(rng, degree, largest):
         expected, is_sure = is_solid(surface, data, points)
         assert np.array_equal(surface.contains(points)[is_sure], expected[is_sure])
         plateau += np.count_nonzero(is_sure & is_in_plateau(surface, data, points))
-    assert largest == 50 or plateau > 100
+    assert largest == 50 or plateau > 50
 
 
 @pytest.mark.parametrize("degree, largest", CASES)
