@@ -368,9 +368,7 @@ def _read(arguments):
     """The volume that the options specify."""
     volume = isospline.read_volume(arguments.file, nan=arguments.nan, **_reading(arguments))
     if found := describe_not_finite(volume.data):
-        raise ValueError(
-            f"{arguments.file}: expected finite samples, got {found}; --nan VALUE replaces those that are NaN"
-        )
+        raise ValueError(f"{arguments.file}: expected finite samples, got {found}; --nan VALUE replaces NaN")
     return volume
 
 

@@ -205,7 +205,8 @@ def place_of(file):
     if file.is_imagej:
         metadata, tags = file.imagej_metadata, file.pages[0].tags
         names = [str(metadata.get(name, metadata.get("unit", ""))) for name in ("unit", "yunit", "zunit")]
-        if "spacing" not in metadata and not _UNITS.get(names[0], names[0]):
+        # Pixels per inch without a spacing are a printer's resolution, which ImageJ takes from any TIFF file.
+        if "spacing" not in metadata and _UNITS.get(names[0], names[0]) in ("", "inch"):
             return {}
         resolution = [tags[name].value if name in tags else (0, 1) for name in ("XResolution", "YResolution")]
         spacing = [bottom / top if top else 0.0 for top, bottom in resolution]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import zipfile
 import zlib
 
@@ -46,9 +47,19 @@ def write_bundle(path, document, state):
             f"session: expected at most {LARGEST_BUNDLE} bytes of uploaded files, got {size}; open the files by name"
         )
     with zipfile.ZipFile(path, "w") as bundle:
-        bundle.writestr(_SESSION, session.to_text())
+        bundle.writestr(_member(_SESSION), session.to_text())
         for file, name in files:
-            bundle.write(file, name)
+            member = _member(name)
+            member.file_size = os.path.getsize(file)
+            with open(file, "rb") as source, bundle.open(member, "w") as target:
+                shutil.copyfileobj(source, target)
+
+
+def _member(name):
+    """A member of a bundle without a time, so that bundles of the same session have the same bytes."""
+    member = zipfile.ZipInfo(name)  # of 1980
+    member.external_attr = 0o600 << 16
+    return member
 
 
 def bundle_sizes(path):

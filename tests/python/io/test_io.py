@@ -217,6 +217,8 @@ def test_tiff_of_imagej_has_a_spacing(tmp_path, data):
         ("unit=mm\nyunit=inch\nzunit=cm\n", (0.5, 6.35, 10), "mm"),
         ("", (1, 1, 1), ""),
         ("unit=pixel\n", (1, 1, 1), ""),
+        ("unit=inch\n", (1, 1, 1), ""),  # a printer's resolution
+        ("unit=inch\nspacing=2\n", (0.5, 0.25, 2), "inch"),
     ],
 )
 def test_tiff_of_imagej_has_the_units_of_its_axes(tmp_path, data, metadata, spacing, unit):
