@@ -73,9 +73,8 @@ def load_file(path, within=None):
     """`read_file`, in this process."""
     with _opened_series(Path(path), within) as (file, series):
         check_samples(series.shape, series.dtype)
-        place = place_of(file)
-        warning = {name: place.pop(name) for name in ("warning",) if name in place}
-        return vars(VolumeData(_calibrated(series.asarray(), _calibration_of(file)), **place)) | warning
+        samples = _calibrated(series.asarray(), _calibration_of(file))
+        return vars(VolumeData(samples)) | place_of(file)  # and its warning, if it has one
 
 
 def load_layout(path):
@@ -241,6 +240,8 @@ def _calibration_of(file):
     if function not in _POLYNOMIALS:
         raise ValueError(f"expected samples that are calibrated by a polynomial, got ImageJ's function {function}")
     coefficients = [float(metadata.get(f"c{power}", 0)) for power in range(_POLYNOMIALS[function])]
+    if not np.isfinite(coefficients).all():
+        raise ValueError(f"expected finite coefficients of the calibration of samples, got {coefficients}")
     return None if coefficients == [0, 1] else coefficients
 
 
@@ -249,7 +250,7 @@ def _calibrated(samples, coefficients):
     if coefficients is None:
         return samples
     move, *others = coefficients
-    if samples.dtype.kind in "iu" and others == [1] and move == int(move):
+    if samples.dtype.kind in "iu" and others == [1] and move.is_integer() and abs(move) < 2**31:
         limits = np.iinfo(samples.dtype)
         kinds = (kind for kind in (np.int8, np.int16, np.int32, np.int64) if np.iinfo(kind).min <= limits.min + move)
         kind = next(kind for kind in kinds if limits.max + move <= np.iinfo(kind).max)

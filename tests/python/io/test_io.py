@@ -236,6 +236,7 @@ def test_tiff_of_imagej_has_the_units_of_its_axes(tmp_path, data, metadata, spac
         ("cf=0\nc0=-1000.0\nc1=0.5\n", np.float32, lambda raw: 0.5 * raw - 1000),
         ("cf=1\nc0=1.0\nc1=0.0\nc2=0.001\n", np.float32, lambda raw: 1 + 0.001 * raw**2),
         ("cf=20\n", np.uint16, lambda raw: raw),
+        ("cf=0\nc0=1e30\nc1=1.0\n", np.float32, lambda raw: raw + 1e30),
         ("cf=0\nc0=0.0\nc1=1.0\n", np.uint16, lambda raw: raw),
     ],
 )
@@ -258,6 +259,16 @@ def test_tiff_of_imagej_with_another_calibration_is_refused(tmp_path):
     description = "ImageJ=1.53t\nimages=3\nslices=3\ncf=4\nc0=1.0\nc1=1.0\nloop=false\n"
     tifffile.imwrite(tmp_path / "a.tif", np.zeros((3, 4, 5), np.uint16), **of_imagej(description))
     with pytest.raises(ValueError, match="a.tif: .*calibrated by a polynomial, got ImageJ's function 4"):
+        read_volume(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("move", ["inf", "nan", "-1e999"])
+def test_tiff_of_imagej_with_a_calibration_that_is_not_finite_is_refused(tmp_path, move):
+    description = f"ImageJ=1.53t\nimages=3\nslices=3\ncf=0\nc0={move}\nc1=1.0\nloop=false\n"
+    tifffile.imwrite(tmp_path / "a.tif", np.zeros((3, 4, 5), np.uint16), **of_imagej(description))
+    with pytest.raises(
+        ValueError, match=r"a\.tif: .*expected finite coefficients of the calibration of samples, got \["
+    ):
         read_volume(tmp_path / "a.tif")
 
 
