@@ -49,9 +49,12 @@ CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& tr
                 polygon = cut(polygon, other.normal, other.offset);
         if (polygon.size() < 3)
             continue;
-        for (glm::dvec3& corner : polygon)
+        double error = 0.0;
+        for (glm::dvec3& corner : polygon) {
             corner = transform_point(to_world, corner);
-        polygons_.push_back({std::move(polygon), -glm::normalize(plane.normal * to_lattice), i, std::nullopt});
+            error = std::max(error, 2.0 * coordinate_error(to_lattice_, corner));
+        }
+        polygons_.push_back({std::move(polygon), -glm::normalize(plane.normal * to_lattice), i, error, std::nullopt});
     }
 }
 
@@ -99,7 +102,7 @@ void CapPolygons::find_masked_parts()
                 return;
             for (glm::dvec3& corner : part)
                 corner = transform_point(to_world, corner);
-            masked_parts_.push_back({std::move(part), whole.normal, whole.plane, cell});
+            masked_parts_.push_back({std::move(part), whole.normal, whole.plane, whole.coordinate_error, cell});
         };
         glm::ivec3 cell;
         for (int j = first[second_across]; j <= last[second_across]; ++j)
@@ -123,7 +126,10 @@ bool CapPolygons::is_on_cap(const CapPolygon& polygon, const glm::dvec3& point) 
     const glm::dvec3 lattice = transform_point(to_lattice_, point);
     const HalfSpace& plane = surface_.planes().all()[polygon.plane];
     const glm::ivec3 cell = polygon.cell ? *polygon.cell : inner_cell(surface_, lattice, plane);
-    return side_of(surface_, lattice, coordinate_error(to_lattice_, point), cell) != Side::outside;
+    const Side side = side_on_plane(surface_, lattice, polygon.coordinate_error, cell);
+    // The level counts as above. So points at the level are in a solid above it; of a solid below it they are the
+    // border, which the surface has as well, or they are not near it.
+    return side == Side::inside || (side == Side::unknown && surface_.options().inside == Inside::above);
 }
 
 std::optional<CapPolygons::Point> CapPolygons::closest(const glm::dvec3& point, double limit)

@@ -19,6 +19,7 @@ struct CapPolygon {
     ConvexPolygon corners;          ///< world space
     glm::dvec3 normal{0.0};         ///< unit, outward
     std::size_t plane;              ///< of SolidPlanes::all()
+    double coordinate_error;        ///< of its points, lattice space
     std::optional<glm::ivec3> cell; ///< its cell, if the mask cuts the polygon into parts in single cells
 };
 

@@ -2,7 +2,7 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/query/foot_proof.h"
-#include "isospline/query/negative_side.h"
+#include "isospline/query/on_surface.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/query/surface_descent.h"
 #include "isospline/shell/cell_tree.h"
@@ -117,10 +117,13 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     void descend_from(const SurfaceBox<Degree>& box, const CellCoefficients& cell)
     {
         const glm::dvec3 point_local = point - cell.lower;
+        const auto is_good = [&](const std::optional<DescentEnd>& end) {
+            return end && is_on_surface<Degree>(surface.volume(), cell, end->position);
+        };
         auto found = descend<Degree>(cell, metric, half_spaces, point_local, box);
-        if (!found || !has_negative_side<Degree>(surface.volume(), cell, found->position))
+        if (!is_good(found))
             found = any_point<Degree>(cell, half_spaces, box);
-        if (!found)
+        if (!is_good(found))
             return;
         const double distance = metric.length(found->position - point_local);
         if (distance < nearest.distance && distance <= options.max_distance) {
@@ -162,7 +165,7 @@ struct ClosestPointFinder::SearchOfDegree final : Search {
     {
         const VolumeCell cell(surface.volume(), surface.threshold(), candidate.cell);
         if (!surface.kept_cells().contains(candidate.cell) ||
-            !has_negative_side<Degree>(surface.volume(), cell, candidate.local))
+            !is_on_surface<Degree>(surface.volume(), cell, candidate.local))
             return false;
         const glm::dvec3 lattice = glm::dvec3(candidate.cell) + candidate.local;
         return std::all_of(surface.clip_lattice().begin(), surface.clip_lattice().end(), [&](const HalfSpace& cut) {

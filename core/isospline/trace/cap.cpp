@@ -28,8 +28,8 @@ Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double
     const double error = 8.0 * 0x1p-53 * size;
     if (plane < 0)
         return side_of(surface, end, error);
-    return side_of(surface, end, error,
-                   inner_cell(surface, end, surface.planes().all()[static_cast<std::size_t>(plane)]));
+    const HalfSpace& half_space = surface.planes().all()[static_cast<std::size_t>(plane)];
+    return side_on_plane(surface, end, error, inner_cell(surface, end, half_space));
 }
 
 /// Whether the coefficients of a brick, within rounding, allow it to contain a part of the solid.

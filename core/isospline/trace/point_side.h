@@ -54,6 +54,15 @@ inline Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice
                                                             : Side::outside;
 }
 
+/// The side of a point of a plane of the solid in a cell. Such a point is in the domain: errors of up to
+/// `coordinate_error` that put it beside the border are taken back.
+inline Side side_on_plane(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
+                          const glm::ivec3& cell)
+{
+    const glm::dvec3 in_domain = glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape()));
+    return side_in_cell(surface, in_domain, coordinate_error, cell);
+}
+
 /// The same in the cell that contains the point.
 inline Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error)
 {

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.ndimage
 import scipy.stats
 import trimesh
 
@@ -21,7 +22,7 @@ def half_torus(n=48):
 def test_nearest_points_see_caps_as_the_dense_mesh_does(rng):
     surface = half_torus()
     shape = surface.to_mesh().to_trimesh()
-    points = rng.uniform(-1, 1, (1500, 3))
+    points = rng.uniform(-1, 1, (400, 3))
     nearest = surface.closest_points(points)
     theirs = trimesh.proximity.closest_point(shape, points)[1]
     edge = min(surface.volume.spacing)
@@ -123,3 +124,59 @@ def test_distances_of_surfaces_count_caps():
     lower, upper = isospline.surface_distance(half, ball, samples=500).maximum
     assert lower <= 0.7 + 1e-3 and 0.7 - 1e-3 <= upper < 0.75
     assert lower > 0.65
+
+
+def points_about_a_box(rng, extent, count):
+    """Points about the box from 0 to `extent`, of which many are exactly on planes of its faces, edges and corners."""
+    relative = rng.uniform(-0.3, 1.3, (count, 3))
+    special = rng.random((count, 3)) < rng.choice([0, 0.4, 1], count)[:, None]
+    return np.where(special, rng.integers(0, 2, (count, 3)), relative) * extent
+
+
+@pytest.mark.parametrize("way", ["closed", "clip"])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_nearest_points_of_solid_boxes_have_a_closed_form(rng, degree, way):
+    """f = 1 everywhere, so the solid is a box. A foot on its edges may be mapped to a point beside the domain."""
+    for case in range(60):
+        spacing = np.ones(3) if case % 3 == 0 else np.round(rng.uniform(0.1, 3, 3), 2)
+        direction = np.eye(3) if case % 2 == 0 or way == "clip" else np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        origin = rng.choice([0, 200]) * rng.uniform(-1, 1, 3)
+        volume = isospline.Volume(
+            np.ones(rng.integers(2, 20, 3)), degree=degree, spacing=spacing, origin=origin, direction=direction
+        )
+        lower = np.full(3, -0.5 if degree == 2 else 0.0) * spacing
+        extent = (np.array(volume.shape[::-1]) - (0 if degree == 2 else 1)) * spacing
+        clip = isospline.Box(*volume.bounds) if way == "clip" else None
+        surface = isospline.Isosurface(volume, 0.5, clip=clip, capped=way == "clip", closed=way == "closed")
+        local = points_about_a_box(rng, extent, 200)
+        outside = np.linalg.norm(np.maximum(np.maximum(-local, local - extent), 0), axis=1)
+        expected = np.where(outside > 0, outside, np.abs(np.minimum(local, extent - local).min(axis=1)))
+        nearest = surface.closest_points(origin + (lower + local) @ direction.T)
+        np.testing.assert_allclose(nearest.distances, expected, atol=1e-9 * extent.max())
+        assert nearest.error_bounds.max() == 0.0
+
+
+def test_levels_equal_to_samples_give_no_caps_below_them(rng):
+    """The level counts as above: a solid below has no cap around border samples at the level between larger ones."""
+    for degree in (1, 2, 3):
+        level = isospline.Isosurface(
+            isospline.Volume(np.ones((5, 5, 5)), degree=degree), 1, inside="below", closed=True
+        )
+        assert np.isinf(level.closest_points([(2, 2, -1), (2, 2, 0)]).distances).all()
+    found = 0
+    for _ in range(60):
+        data = rng.integers(0, 4, rng.integers(3, 9, 3)).astype(float)
+        isolated = (data == 1) & (scipy.ndimage.minimum_filter(data, 3) == 1)
+        border = np.ones(data.shape, bool)
+        border[1:-1, 1:-1, 1:-1] = False
+        points = np.argwhere(isolated & border)[:, ::-1].astype(float)
+        if len(points) == 0:
+            continue
+        surface = isospline.Isosurface(isospline.Volume(data, degree=1), 1, inside="below", closed=True)
+        distances = surface.closest_points(points).distances
+        # All cells at such a sample have no value below the level, and the next cells are half an edge away at least.
+        assert distances.min() > 0.5
+        beside = surface.closest_points(points + 1e-6 * rng.normal(size=points.shape)).distances
+        np.testing.assert_allclose(beside, distances, atol=1e-5)
+        found += len(points)
+    assert found > 20

@@ -1,12 +1,16 @@
 """Nearest points of surfaces: closed forms, cuts, and a dense sampling of the same spline in a KD tree."""
 
+import itertools
+import math
 import os
 import signal
 import time
 import warnings
+from fractions import Fraction
 
 import numpy as np
 import pytest
+import scipy.ndimage
 from scipy.spatial import cKDTree
 
 import isospline
@@ -207,6 +211,46 @@ def test_a_sample_at_the_level_between_larger_ones_is_no_surface():
     assert isospline.Scene(surface).count_intersections([(4, 4, -1, 0, 0, 1)])[0] == 0
     nearest = surface.closest_points([(4.1, 4.2, 4.1), (4, 4, 4), (3.5, 4, 4)])
     assert (nearest.points < 1).all() and (nearest.error_bounds < 1e-6).all()
+
+
+def least_value_near(data, point, reach):
+    """The exact minimum of the trilinear model in a box about a point (x, y, z). In a cell it is at a corner."""
+    ends = []
+    for axis, center in enumerate(point):
+        last = data.shape[2 - axis] - 1
+        lower, upper = (Fraction(float(np.clip(center + d, 0, last))) for d in (-reach, reach))
+        ends.append([lower, *(Fraction(k) for k in range(math.floor(lower) + 1, math.ceil(upper))), upper])
+
+    def value(corner):
+        cell = [min(math.floor(c), data.shape[2 - axis] - 2) for axis, c in enumerate(corner)]
+        total = Fraction(0)
+        for offset in itertools.product((0, 1), repeat=3):
+            weight = math.prod(c - k if d else 1 + k - c for c, k, d in zip(corner, cell, offset, strict=True))
+            total += weight * int(data[tuple(k + d for k, d in zip(cell, offset, strict=True))[::-1]])
+        return total
+
+    return min(value(corner) for corner in itertools.product(*ends))
+
+
+def test_points_next_to_samples_at_the_level_are_on_the_surface(rng):
+    """In each neighbourhood of a point of the surface there are values below the level."""
+    checked = 0
+    for seed in range(80):
+        data = rng.integers(0, 3 if seed % 2 else 5, rng.integers(4, 12, 3))
+        level = float(rng.integers(1, data.max() + 1))
+        volume = isospline.Volume(data.astype(float), degree=1)
+        surface = isospline.Isosurface(volume, level, inside=["above", "below"][seed // 2 % 2])
+        samples = np.argwhere(data == level)[:, ::-1]
+        shifts = rng.normal(size=(100, 3)) * rng.choice([0, 1e-3, 0.1, 0.5], (100, 1))
+        nearest = surface.closest_points(samples[rng.integers(0, len(samples), 100)] + shifts)
+        points = nearest.points[np.isfinite(nearest.distances)]
+        # Values in double precision at some points nearby decide for most.
+        near = np.clip(points[:, None] + rng.uniform(-0.01, 0.01, (1, 30, 3)), 0, np.array(data.shape[::-1]) - 1)
+        values = scipy.ndimage.map_coordinates(data.astype(float), near[..., ::-1].reshape(-1, 3).T, order=1)
+        for point in points[(values.reshape(near.shape[:2]) >= level).all(axis=1)]:
+            assert least_value_near(data, point, 0.01) < level
+            checked += 1
+    assert checked > 100
 
 
 def test_rim_of_a_clipped_ball(rng):
