@@ -4,6 +4,8 @@
 #include "results.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/math/box.h"
+#include "isospline/math/clipped_box.h"
 #include "isospline/measure/component_measures.h"
 #include "isospline/measure/integrals.h"
 #include "isospline/query/solid.h"
@@ -167,15 +169,23 @@ Examples
 constexpr const char* components_doc =
     R"(The connected components of the solid that the surface bounds, the largest first.
 
-A component is a piece of the solid with all of its surface, including that of its cavities. Two cells that share a face
-are connected if the solid reaches that face. All parts of the solid in one cell count as connected, so two separate
-pieces are one component if they pass through the same cell.
+A component is a connected piece of the solid with all of its surface, including that of its cavities. Two cells that
+share a face are connected if the solid reaches that face. All parts of the solid in one cell count as connected, so two
+separate pieces are one component if they pass through the same cell.
+
+The solid is the one that `mask`, `largest` and `clip` keep. A clip that cuts a piece in two makes two components, as in
+VTK a clip before a connectivity filter does.
+
+Pieces can have no volume: a plate on which f is the level and, at degree 1, samples that equal the level among lower
+ones. At degrees 2 and 3, points and curves where f only touches the level are no pieces, because rounding decides
+whether it does.
 
 Parameters
 ----------
 measured : bool
-    Whether volumes and areas are integrated, which takes longer than `area` if there are many small components.
-    Otherwise the components are in the order of `inside_counts`.
+    Whether volumes and areas are integrated, which takes longer than `area` if there are many small components. The
+    components are the same. If measured, they are in the order of their volumes, as for `largest`; otherwise in that
+    of `inside_counts`, because volumes are not known then.
 tolerance, order, progress
     As in `enclosed_volume`; the tolerance is that of each component.
 
@@ -183,8 +193,7 @@ Returns
 -------
 Components
     One item a component: `bounds`, `cell_counts`, `inside_counts` and, if measured, `enclosed_volumes`, `areas` and
-    their errors. They describe the solid that `mask` and `largest` keep, `closed` or not. `clip` is ignored, so that
-    moving a cut does not change components.
+    their errors. Volumes and areas add up to `enclosed_volume` and `area`, which include caps.
 
 Raises
 ------
@@ -193,8 +202,8 @@ ValueError
 
 Notes
 -----
-At degree 1 this is the result of ``scipy.ndimage.label`` for ``volume >= level`` with 26 neighbours. For the pieces
-that a clip makes: ``surface.to_mesh().to_trimesh().split()``.
+At degree 1, without a clip, these are the labels of ``scipy.ndimage.label`` for ``volume >= level`` with 26
+neighbours. `largest` chooses among the components before the clip, so that moving a cut does not change what is kept.
 
 Examples
 --------
@@ -221,6 +230,15 @@ IntegralOptions options_of(std::optional<double> tolerance, std::optional<int> o
         throw_invalid("order", "2 to 10", *order);
     options.order = order.value_or(0);
     return options;
+}
+
+/// The box, in world space, of the part of a box of cells that the clip of a surface keeps.
+Box world_box_within(const Box& box_lattice, const IsosurfaceSnapshot& surface)
+{
+    Box box;
+    for (const glm::dvec3& corner : corners_within(box_lattice, surface.clip_lattice()))
+        box.extend(transform_point(surface.volume().lattice_to_world(), corner));
+    return box;
 }
 
 py::object components(const Isosurface& surface, bool measured, std::optional<double> tolerance,
@@ -250,7 +268,7 @@ py::object components(const Isosurface& surface, bool measured, std::optional<do
     auto bounds = new_array<double>(Shape{count, 2, 3});
     auto cell_counts = new_array<std::int64_t>(Shape{count}), inside_counts = new_array<std::int64_t>(Shape{count});
     for (std::size_t i = 0; i < found.size(); ++i) {
-        const Box box = transform_box(snapshot->volume().lattice_to_world(), found[i].count.box_lattice);
+        const Box box = world_box_within(found[i].count.box_lattice, *snapshot);
         std::copy_n(&box.lower[0], 3, bounds.mutable_data() + 6 * i);
         std::copy_n(&box.upper[0], 3, bounds.mutable_data() + 6 * i + 3);
         cell_counts.mutable_data()[i] = static_cast<std::int64_t>(found[i].count.cells);

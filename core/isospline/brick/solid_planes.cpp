@@ -84,14 +84,6 @@ SolidPlanes::SolidPlanes(const Volume& volume, const std::vector<HalfSpace>& cli
     }
 }
 
-SolidPlanes SolidPlanes::without_clip() const
-{
-    SolidPlanes border;
-    border.all_.assign(all_.begin() + static_cast<std::ptrdiff_t>(clip_.size()), all_.end());
-    border.has_caps_.assign(border.all_.size(), true);
-    return border;
-}
-
 bool SolidPlanes::have_caps() const
 {
     return std::find(has_caps_.begin(), has_caps_.end(), true) != has_caps_.end();

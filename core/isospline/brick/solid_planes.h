@@ -31,8 +31,6 @@ public:
     bool has_caps(std::size_t plane) const { return has_caps_[plane]; }
     /// Whether any plane has caps.
     bool have_caps() const;
-    /// The same solid before it is clipped.
-    SolidPlanes without_clip() const;
 
 private:
     std::vector<HalfSpace> clip_, all_;

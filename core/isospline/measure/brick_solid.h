@@ -52,9 +52,10 @@ BernsteinBox<Degree> bernstein_of(const CellCoefficients& cell)
     return b;
 }
 
-/// The solid in a brick. Half-spaces are ignored.
+/// The solid in a brick, within its clip. A cell that the clip only touches contains nothing of it.
 struct BrickSolid {
     BrickCells cells{};                ///< cells that contain a part of it
+    BrickCells certain{};              ///< those where it is more than points at which f may touch the level
     BrickCells inside{};               ///< cells that are completely in it, by their Bernstein coefficients
     std::array<BrickCells, 3> links{}; ///< cells that it leaves through their upper face, along x, y, z
 };

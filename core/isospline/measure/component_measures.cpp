@@ -107,15 +107,14 @@ void bound_volumes(const Solid& solid, const Components& components, const std::
 
 } // namespace
 
-std::vector<MeasuredComponent> measure_components(Solid solid, const IntegralOptions& options, const Progress& progress)
+std::vector<MeasuredComponent> measure_components(const Solid& solid, const IntegralOptions& options,
+                                                  const Progress& progress)
 {
-    solid.planes = solid.planes.without_clip();
     const Components components(solid, part_of(progress, 0.0, 0.2));
     const std::vector<Integrals> integrals = integrate(solid, components, options, part_of(progress, 0.2, 1.0));
     std::vector<MeasuredComponent> measured;
     for (std::size_t i = 0; i < integrals.size(); ++i)
-        if (volume_of(integrals[i]) > 0.0)
-            measured.push_back({components.counts()[i], integrals[i]});
+        measured.push_back({components.counts()[i], integrals[i]});
     std::stable_sort(measured.begin(), measured.end(), [](const MeasuredComponent& a, const MeasuredComponent& b) {
         return volume_of(a.integrals) > volume_of(b.integrals);
     });

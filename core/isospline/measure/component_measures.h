@@ -17,16 +17,17 @@ struct MeasuredComponent {
     Integrals integrals;
 };
 
-/// The components of a solid before it is clipped, the largest volume first. Components of zero volume, where f only
-/// touches the level, are left out. Throws like integrate().
-std::vector<MeasuredComponent> measure_components(Solid solid, const IntegralOptions& options,
+/// All components of a solid, the largest volume first; of two with the same volume, the one with the earlier first
+/// brick. Throws like integrate().
+std::vector<MeasuredComponent> measure_components(const Solid& solid, const IntegralOptions& options,
                                                   const Progress& progress = {});
 
-/// All components of a solid before it is clipped, without integrals: those with the most inside cells first.
+/// The same components without integrals: those with the most inside cells first.
 std::vector<MeasuredComponent> count_components(const Solid& solid, const Progress& progress = {});
 
 /// The cells of the `count` components of a solid with the largest volumes, or all cells of the solid's set if there
-/// are no more components. Of two with the same volume, the one with the earlier first brick counts as larger.
+/// are no more components. Of two with the same volume, the one with the earlier first brick counts as larger. The
+/// solid must have no clip.
 CellSet largest_components(const Solid& solid, std::size_t count, const Progress& progress = {});
 
 } // namespace isospline

@@ -56,6 +56,7 @@ std::uint64_t side_cells(const BrickCells& cells, int axis, bool upper)
 struct FoundPiece {
     BrickCells cells;
     std::size_t inside; ///< number of cells that are completely in the solid
+    bool is_certain;    ///< whether the solid in them is more than points at which f may touch the level
 };
 
 std::size_t count_common(const BrickCells& first, const BrickCells& second)
@@ -76,7 +77,7 @@ std::size_t add_pieces(const BrickSolid& in_brick, std::vector<FoundPiece>& to)
             BrickCells seed{};
             seed[z] = left[z] & -left[z];
             const BrickCells piece = connected_cells(seed, in_brick);
-            to.push_back({piece, count_common(piece, in_brick.inside)});
+            to.push_back({piece, count_common(piece, in_brick.inside), count_common(piece, in_brick.certain) > 0});
             for (std::size_t i = z; i < left.size(); ++i)
                 left[i] &= ~piece[i];
         }
@@ -166,8 +167,9 @@ private:
 Mask mask_of(const Solid& solid, const Progress& progress)
 {
     const glm::ivec3 cell_shape = solid.volume.cell_shape(), shape = solid.volume.shape();
+    const Solid unclipped{solid.volume, solid.ranges, solid.threshold, solid.sign, solid.cells, {}};
     const CellSet cells(
-        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(solid, brick).cells; },
+        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(unclipped, brick).cells; },
         part_of(progress, 0.0, 0.8));
     const int before = solid.volume.degree() % 2; // a sample is a corner of the cells before and after it, or a centre
     Mask mask(static_cast<std::size_t>(place_count(shape)));
@@ -235,19 +237,31 @@ Components::Components(const Solid& solid, const Progress& progress) : cell_shap
         }
     }
 
-    // Number the components, and count their cells. The first piece of a component comes before its others.
+    // Leave out components of which nothing is certain.
+    std::vector<std::uint8_t> is_certain(found.size(), 0);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        is_certain[sets.find(i)] |= static_cast<std::uint8_t>(found[i].is_certain);
+
+    // Number the others, and count their cells. The first piece of a component comes before its others.
+    std::vector<std::size_t> number_of(found.size());
     pieces_.reserve(found.size());
-    for (std::size_t brick = 0; brick < brick_count; ++brick)
-        for (std::size_t i = first_piece_[brick]; i < first_piece_[brick + 1]; ++i) {
+    for (std::size_t brick = 0, i = 0; brick < brick_count; ++brick) {
+        for (const std::size_t end = first_piece_[brick + 1]; i < end; ++i) {
             const std::size_t first = sets.find(i);
-            pieces_.push_back({found[i].cells, first == i ? counts_.size() : pieces_[first].component});
-            if (first == i)
+            if (is_certain[first] == 0)
+                continue;
+            if (first == i) {
+                number_of[i] = counts_.size();
                 counts_.emplace_back();
-            ComponentCount& count = counts_[pieces_[i].component];
+            }
+            pieces_.push_back({found[i].cells, number_of[first]});
+            ComponentCount& count = counts_[number_of[first]];
             count.cells += count_cells(found[i].cells);
             count.inside += found[i].inside;
             count.box_lattice.extend(box_of(found[i].cells, brick_at(cell_shape_, at_place(shape, brick))));
         }
+        first_piece_[brick + 1] = pieces_.size();
+    }
 }
 
 CellSet Components::cells(const std::vector<std::uint8_t>& is_wanted, const CellSet& among,

@@ -14,7 +14,8 @@
 namespace isospline {
 
 /// The samples of the cells that contain a part of the solid: those at their centres for even degrees, those at their
-/// corners for odd degrees. As a mask of a surface, it keeps these cells; for odd degrees, also cells between them.
+/// corners for odd degrees. As a mask of a surface, it keeps these cells; for odd degrees, also cells between them. The
+/// clip is ignored.
 Mask mask_of(const Solid& solid, const Progress& progress = {});
 
 /// Cells of a component that are connected within one brick.
@@ -37,7 +38,8 @@ struct ComponentCount {
 /// component here. Two separate components are in the same one only if they pass through the same cell. At degree 1,
 /// this is the labelling of samples with 26 neighbours.
 ///
-/// Half-spaces are ignored: the components are those of the solid before it is clipped.
+/// A clip separates: the components are those of the solid within it. A component has volume or area. At degree 1, it
+/// can also be no more than samples that equal the level.
 class Components {
 public:
     /// Numbered in the order of bricks. The same for any number of threads.

@@ -2,7 +2,7 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/math/box.h"
-#include "isospline/math/frame.h"
+#include "isospline/math/clipped_box.h"
 #include "isospline/trace/point_side.h"
 
 #include <glm/common.hpp>
@@ -15,25 +15,6 @@
 
 namespace isospline {
 
-namespace {
-
-/// The part of a plane in a box, in lattice space. The plane may be a side of the box.
-ConvexPolygon section(const HalfSpace& plane, const Box& box)
-{
-    const glm::dvec3 middle = box.center() + (plane.offset - glm::dot(plane.normal, box.center())) * plane.normal;
-    const Frame frame(plane.normal);
-    const double reach = glm::length(box.size());
-    ConvexPolygon polygon;
-    for (const auto& [x, y] : {std::pair(-1.0, -1.0), {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}})
-        polygon.push_back(middle + reach * (x * frame.x + y * frame.y));
-    for (const HalfSpace& side : half_spaces(box))
-        if (side != plane)
-            polygon = cut(polygon, side.normal, side.offset);
-    return polygon;
-}
-
-} // namespace
-
 CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& transform) : surface_(surface)
 {
     const glm::dmat4 to_world = transform * surface.volume().lattice_to_world();
@@ -43,7 +24,7 @@ CapPolygons::CapPolygons(const IsosurfaceSnapshot& surface, const glm::dmat4& tr
         if (!surface.planes().has_caps(i))
             continue;
         const HalfSpace& plane = surface.planes().all()[i];
-        ConvexPolygon polygon = section(plane, domain_lattice(surface.volume()));
+        ConvexPolygon polygon = section_of(domain_lattice(surface.volume()), plane);
         for (const HalfSpace& other : surface.clip_lattice())
             if (other != plane)
                 polygon = cut(polygon, other.normal, other.offset);

@@ -245,7 +245,7 @@ class Components(Table):
     )
     bounds: NDArray[np.float64] = _item(
         "bounds",
-        "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells.",
+        "(N, 2, 3) float64, world units: lower and upper corner of the box of each component's cells, within the clip.",
         _CORNERS,
     )
     cell_counts: NDArray[np.int64] = _item(

@@ -140,8 +140,4 @@ TEST_CASE("the border has caps if the solid is closed, and a cut if it is capped
     REQUIRE(caps(at_border, false, false) == Caps{});
     REQUIRE(caps(at_border, true, false) == Caps{0});
     REQUIRE(caps(at_border, false, true) == Caps{0, 1, 2, 3, 4, 6});
-    REQUIRE(SolidPlanes(volume, cut, true, false).without_clip().all().empty());
-    const SolidPlanes border = SolidPlanes(volume, at_border, true, true).without_clip();
-    REQUIRE(border.all() == half_spaces(domain_lattice(volume)));
-    REQUIRE(border.has_caps(4));
 }
