@@ -153,13 +153,13 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         return;
     }
     if (of_caps || query.enters_cap) {
-        const double t_limit = std::min(query.nearest.t, static_cast<double>(ray.tfar));
+        const double t_limit = std::min(query.t_limit, static_cast<double>(ray.tfar));
         if (const std::optional<CapHit> cap = first_cap(query.chord, query.enters_cap, t_limit))
             query.record(cap->root, {slot, true, cap->primitive}, ray);
         return;
     }
 
-    // The nearest hit so far ends the search, at its exact t. The ray inside a cell does not end there, however:
+    // The nearest hit so far ends the search, at its t. The ray inside a cell does not end there, however:
     // otherwise the last bit of a root would depend on the order in which cells are visited.
     struct Visit {
         const IsosurfaceObject& object;
@@ -171,9 +171,9 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         const Visit& of = *static_cast<Visit*>(context);
         if (const std::optional<RootInCell> root = of.object.intersector_.first_root(cell, of.query.in_lattice))
             of.query.record(*root, {of.slot, false, of.object.surface_->volume().primitive_id(index)}, of.ray);
-        return std::min(of.query.nearest.t, of.query.in_lattice.t_far);
+        return std::min(of.query.t_limit, of.query.in_lattice.t_far);
     };
-    trace(arguments.primID, lattice_ray, std::min(query.nearest.t, lattice_ray.t_far), {record, &visit});
+    trace(arguments.primID, lattice_ray, std::min(query.t_limit, lattice_ray.t_far), {record, &visit});
 }
 
 void IsosurfaceObject::trace(unsigned int primitive, const LatticeRay& ray, double t_limit,
@@ -217,7 +217,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
     for (LaneMask rest = of_caps ? active : active & query.enters_cap; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        const double t_limit = std::min(query.nearest.t[lane], static_cast<double>(t_far[lane]));
+        const double t_limit = std::min(query.t_limit[lane], static_cast<double>(t_far[lane]));
         const bool enters_cap = (query.enters_cap >> lane & 1u) != 0;
         if (const std::optional<CapHit> cap = first_cap(query.chords[lane], enters_cap, t_limit))
             query.record(lane, cap->root, {slot, true, cap->primitive}, t_far[lane]);
@@ -237,7 +237,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         const IsosurfaceSnapshot& surface = *of.object.surface_;
         RootPacket roots;
         const LaneMask found = of.object.intersector_.first_roots(cells, surface.threshold(), of.query.in_lattice,
-                                                                  of.query.nearest.t, roots);
+                                                                  of.query.t_limit, roots);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
             const int lane = std::countr_zero(rest);
             const HitIds ids{of.slot, false, surface.volume().primitive_id(cells.lower_of(lane))};
@@ -245,7 +245,7 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
         }
         return found != 0;
     };
-    trace(arguments.primID, query.in_lattice, active, {record, &visit, query.nearest.t});
+    trace(arguments.primID, query.in_lattice, active, {record, &visit, query.t_limit});
 }
 
 void IsosurfaceObject::trace(unsigned int primitive, const LatticeRayPacket& rays, LaneMask active,

@@ -97,14 +97,12 @@ bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std
     return std::is_lt(order) || (std::is_eq(order) && first_primitive < second_primitive);
 }
 
-bool MeshObject::takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
-                             double nearest_t, const HitIds& nearest_ids) const
+const MeshHit& MeshObject::add(const TriangleRay& ray, std::uint32_t slot, std::uint32_t primitive,
+                               const TriangleHit& hit, MeshHits& to) const
 {
-    if (nearest_ids.slot == RTC_INVALID_GEOMETRY_ID)
-        return true;
-    if (nearest_ids.slot == hit.slot)
-        return is_before(ray, hit.hit, hit.primitive, nearest_in_mesh.hit, nearest_in_mesh.primitive);
-    return t < nearest_t || (t == nearest_t && precedes({hit.slot, false, hit.primitive}, nearest_ids));
+    return to.add({slot, primitive, hit, hit.t}, [&](const MeshHit& a, const MeshHit& b) {
+        return is_before(ray, a.hit, a.primitive, b.hit, b.primitive);
+    });
 }
 
 void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) const
@@ -119,12 +117,8 @@ void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) 
         query.all->push_back({*found, found->t, slot, primitive});
         return;
     }
-    const double t = query.prepared.limits.moved_t(found->t);
-    const MeshHit candidate{*found, slot, primitive};
-    if (!takes_place(query.in_mesh, candidate, t, query.nearest_in_mesh, query.nearest.t, query.nearest_ids))
-        return;
-    query.nearest_in_mesh = candidate;
-    query.keep({t, glm::dvec3(0.0)}, {slot, false, primitive}, reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray);
+    RTCRay& ray = reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray;
+    query.record(add(query.in_mesh, slot, primitive, *found, query.in_meshes), ray);
 }
 
 void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& arguments) const
@@ -144,14 +138,8 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
         const TriangleHit hit = triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal);
         if (!ray.has(hit.t))
             continue;
-        const double t = query.prepared.limits[lane].moved_t(hit.t);
-        const MeshHit candidate{hit, slot, primitive};
-        if (!takes_place(ray, candidate, t, query.nearest_in_mesh[lane], query.nearest.t[lane],
-                         query.nearest_ids[lane]))
-            continue;
-        query.nearest_in_mesh[lane] = candidate;
-        query.keep(lane, {t, glm::dvec3(0.0)}, {slot, false, primitive},
-                   RTCRayN_tfar(rays, size, static_cast<unsigned int>(lane)));
+        query.record(lane, add(ray, slot, primitive, hit, query.in_meshes[lane]),
+                     RTCRayN_tfar(rays, size, static_cast<unsigned int>(lane)));
     }
 }
 
@@ -223,10 +211,11 @@ void MeshObject::settle_order(std::span<Crossing> crossings, const Ray& ray_worl
     std::sort(crossings.begin(), crossings.end(), [&](const Crossing& a, const Crossing& b) {
         return is_before(ray, hit_of(a), a.hit.primitive_id, hit_of(b), b.hit.primitive_id);
     });
-    for (std::size_t i = 1; i < crossings.size(); ++i)
-        if (const double least = crossings[i - 1].hit.t; crossings[i].hit.t < least) {
-            crossings[i].hit.t = least;
-            crossings[i].hit.position = ray_world.at(least);
+    // The first one gets the least t of all, as in MeshHits.
+    for (std::size_t i = crossings.size() - 1; i > 0; --i)
+        if (const double most = crossings[i].hit.t; crossings[i - 1].hit.t > most) {
+            crossings[i - 1].hit.t = most;
+            crossings[i - 1].hit.position = ray_world.at(most);
         }
 }
 

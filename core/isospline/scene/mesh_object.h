@@ -51,11 +51,11 @@ private:
     /// Whether a ray meets one of the mesh's triangles before another.
     bool is_before(const TriangleRay& ray, const TriangleHit& first, std::uint64_t first_primitive,
                    const TriangleHit& second, std::uint64_t second_primitive) const;
+    /// Adds a triangle to the first hits in meshes; returns that in this mesh.
+    const MeshHit& add(const TriangleRay& ray, std::uint32_t slot, std::uint32_t primitive, const TriangleHit& hit,
+                       MeshHits& to) const;
     /// The hit of a triangle within the limits of a ray, if there is one.
     std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive) const;
-    /// Whether a hit, at t of the prepared ray, replaces the nearest hit so far.
-    bool takes_place(const TriangleRay& ray, const MeshHit& hit, double t, const MeshHit& nearest_in_mesh,
-                     double nearest_t, const HitIds& nearest_ids) const;
 
     Box box(unsigned int primitive) const;
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;

@@ -10,7 +10,7 @@ void PacketOcclusion::set_occluded(LaneMask lanes)
 {
     occluded |= lanes;
     for (LaneMask rest = lanes; rest != 0; rest &= rest - 1u)
-        nearest.t[std::countr_zero(rest)] = -huge_inverse;
+        t_limit[std::countr_zero(rest)] = -huge_inverse;
 }
 
 bool PacketOcclusion::solve(const CandidateCells& cells)
@@ -47,7 +47,7 @@ void PacketOcclusion::test(unsigned int primitive, LaneMask lanes)
         return static_cast<PacketOcclusion*>(context)->solve(cells);
     };
     if (lanes != 0)
-        object_->trace(primitive, in_lattice, lanes, {solve_cells, this, nearest.t, &waiting_, &first_});
+        object_->trace(primitive, in_lattice, lanes, {solve_cells, this, t_limit, &waiting_, &first_});
 }
 
 void PacketOcclusion::finish()

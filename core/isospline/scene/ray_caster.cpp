@@ -14,17 +14,15 @@ namespace isospline {
 
 namespace {
 
-/// Sets the parts of a hit that are known before its object completes it. For a mesh, t is that of its triangle.
-void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHit& nearest_in_mesh, std::uint32_t geometry_id)
+/// Sets the parts of a hit that are known before its object completes it.
+void set_hit(Hit& hit, double t, const HitIds& ids, const MeshHits& in_meshes, std::uint32_t geometry_id)
 {
     hit.clear();
     hit.t = t;
     hit.geometry_id = geometry_id;
     hit.primitive_id = ids.primitive;
-    if (ids.slot != nearest_in_mesh.slot)
-        return;
-    hit.t = nearest_in_mesh.hit.t;
-    hit.uv = nearest_in_mesh.hit.uv;
+    if (const MeshHit* const in_mesh = in_meshes.find(ids.slot))
+        hit.uv = in_mesh->hit.uv;
 }
 
 /// Throws std::invalid_argument unless a packet has at most `width` rays, and a hit for each of them.
@@ -133,8 +131,7 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
         hit_lanes |= LaneMask{1} << lane;
         Hit& hit = hits[static_cast<std::size_t>(lane)];
         const Instance& instance = *scene.instances[query.nearest_ids.slot];
-        set_hit(hit, query.prepared.limits.given_t(query.nearest.t), query.nearest_ids, query.nearest_in_mesh,
-                instance.id);
+        set_hit(hit, query.nearest_given, query.nearest_ids, query.in_meshes, instance.id);
         if (complete)
             instance.object->complete(hit, given, query.nearest.gradient, instance.placement);
     }
@@ -170,8 +167,8 @@ LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, 
     for (LaneMask rest = hit_lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         Hit& hit = hits[static_cast<std::size_t>(lane)];
-        set_hit(hit, packet.prepared.limits[lane].given_t(packet.nearest.t[lane]), packet.nearest_ids[lane],
-                packet.nearest_in_mesh[lane], scene.instances[packet.nearest_ids[lane].slot]->id);
+        set_hit(hit, packet.nearest_given[lane], packet.nearest_ids[lane], packet.in_meshes[lane],
+                scene.instances[packet.nearest_ids[lane].slot]->id);
         t[lane] = hit.t;
     }
     for (LaneMask rest = complete ? hit_lanes : 0; rest != 0;) {

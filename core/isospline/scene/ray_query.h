@@ -17,6 +17,8 @@
 #include "isospline/trace/triangle_packet.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <limits>
@@ -36,10 +38,47 @@ inline TriangleRay ray_in_mesh(const Ray& ray_world, const Placement& placement)
                         placement.linear_inverse * ray_world.direction, ray_world.t_near, ray_world.t_far});
 }
 
-/// A triangle that a ray crosses.
+/// The first triangle of a mesh that a ray crosses, of those found so far.
 struct MeshHit {
+    std::uint32_t slot, primitive;
     TriangleHit hit;
-    std::uint32_t slot = RTC_INVALID_GEOMETRY_ID, primitive = 0;
+    double t; ///< the least of the triangles, which rounding may make less than that of the first one
+};
+
+/// The first hits of a ray in meshes, one a mesh. They do not depend on hits of other objects, so that these cannot
+/// change which triangle of a mesh is hit.
+class MeshHits {
+public:
+    void clear() { hits_.clear(); }
+    const MeshHit* find(std::uint32_t slot) const
+    {
+        const auto i = place_of(slot);
+        return i < hits_.size() ? &hits_[i] : nullptr;
+    }
+    /// Adds a hit of a mesh; `is_before(hit, other)` tells which of two triangles the ray meets first. Returns the
+    /// first hit in the mesh.
+    template <typename IsBefore>
+    const MeshHit& add(const MeshHit& hit, const IsBefore& is_before)
+    {
+        const auto i = place_of(hit.slot);
+        if (i == hits_.size())
+            return hits_.emplace_back(hit);
+        MeshHit& first = hits_[i];
+        const double t = std::min(hit.t, first.t);
+        if (is_before(hit, first))
+            first = hit;
+        first.t = t;
+        return first;
+    }
+
+private:
+    std::size_t place_of(std::uint32_t slot) const
+    {
+        const auto found = std::find_if(hits_.begin(), hits_.end(), [&](const MeshHit& in) { return in.slot == slot; });
+        return static_cast<std::size_t>(found - hits_.begin());
+    }
+
+    std::vector<MeshHit> hits_;
 };
 
 /// Instances by slot, the number that Embree reports, in the order of their geometry ids.
@@ -76,6 +115,29 @@ inline bool precedes(const HitIds& a, const HitIds& b)
     if (a.slot == b.slot)
         return a.primitive < b.primitive;
     return a.is_cap == (a.slot > b.slot);
+}
+
+/// The t of a hit: that of the prepared ray, and that which is reported.
+struct HitT {
+    double moved, given;
+};
+
+/// Whether the first of two hits is the hit of the ray, and not the second. Reported numbers decide, so that objects
+/// tie if they are seen to. Crossings of one isosurface are compared with the precision of the prepared ray. This is a
+/// total order, so the order in which hits are found does not matter.
+inline bool precedes(const HitT& a_t, const HitIds& a, const HitT& b_t, const HitIds& b)
+{
+    if (a_t.given != b_t.given)
+        return a_t.given < b_t.given;
+    if (a.slot == b.slot && a.is_cap == b.is_cap && a_t.moved != b_t.moved)
+        return a_t.moved < b_t.moved;
+    return precedes(a, b);
+}
+
+/// No t beyond this one is reported as the same number, or as a smaller one.
+inline double last_equal_t(double moved, const RayLimits& limits)
+{
+    return moved + 0x1p-50 * (moved + std::abs(limits.shift) * limits.length);
 }
 
 /// The part of a ray that the clip of a capped isosurface keeps, for lists of crossings.
@@ -121,8 +183,9 @@ struct RayQuery : Query {
     void begin(const Ray& ray)
     {
         given = &ray;
-        slot_in_mesh = nearest_in_mesh.slot = RTC_INVALID_GEOMETRY_ID;
-        nearest.t = prepared.ray.t_far;
+        slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
+        in_meshes.clear();
+        t_limit = prepared.ray.t_far;
         nearest_ids = {};
         cached_slot = RTC_INVALID_GEOMETRY_ID;
         chords.clear();
@@ -130,18 +193,22 @@ struct RayQuery : Query {
 
     bool has_hit() const { return nearest_ids.slot != RTC_INVALID_GEOMETRY_ID; }
 
-    /// Keeps a hit if it is nearer than the nearest so far, and ends Embree's ray there.
+    /// Keeps a hit of an isosurface if it is nearer than the nearest so far, and ends Embree's ray there.
     void record(const RootInCell& root, const HitIds& ids, RTCRay& ray)
     {
-        if (!(root.t < nearest.t || (root.t == nearest.t && (!has_hit() || precedes(ids, nearest_ids)))))
+        if (!(root.t <= t_limit))
             return;
-        keep(root, ids, ray);
+        const HitT t{root.t, prepared.limits.given_t(root.t)};
+        if (!has_hit() || precedes(t, ids, {nearest.t, nearest_given}, nearest_ids))
+            keep(root, t, ids, ray);
     }
-    void keep(const RootInCell& root, const HitIds& ids, RTCRay& ray)
+    /// The same for the first hit of a mesh.
+    void record(const MeshHit& hit, RTCRay& ray)
     {
-        nearest = root;
-        nearest_ids = ids;
-        ray.tfar = std::min(ray.tfar, rounded_up(root.t));
+        const HitIds ids{hit.slot, false, hit.primitive};
+        const HitT t{prepared.limits.moved_t(hit.t), hit.t};
+        if (!has_hit() || ids.slot == nearest_ids.slot || precedes(t, ids, {nearest.t, nearest_given}, nearest_ids))
+            keep({t.moved, glm::dvec3(0.0)}, t, ids, ray);
     }
 
     /// Sets `in_lattice` and the members after it for an instance. The ray stays in one instance for many cells, so the
@@ -164,9 +231,11 @@ struct RayQuery : Query {
     int lane_alone = 0;                      ///< the ray among these
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRay in_mesh;
-    MeshHit nearest_in_mesh; ///< the last hit of a mesh that was the nearest hit
-    RootInCell nearest;      ///< the nearest hit so far; t is the ray's t_far if there is none
+    MeshHits in_meshes;
+    RootInCell nearest; ///< the nearest hit so far, if there is one
+    double nearest_given = 0.0;
     HitIds nearest_ids;
+    double t_limit = 0.0; ///< roots beyond it do not matter
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRay in_lattice; ///< limited to the part that its planes keep
     bool clip_leaves_any = false;
@@ -174,6 +243,16 @@ struct RayQuery : Query {
     bool enters_cap = false;                 ///< whether it begins on a cap, which is then the first hit
     std::vector<RawCrossing>* all = nullptr; ///< list for all crossings; if set, none ends the ray
     std::vector<ChordOfInstance> chords;     ///< in this case, the chords of capped surfaces
+
+private:
+    void keep(const RootInCell& root, const HitT& t, const HitIds& ids, RTCRay& ray)
+    {
+        nearest = root;
+        nearest_given = t.given;
+        nearest_ids = ids;
+        t_limit = last_equal_t(root.t, prepared.limits);
+        ray.tfar = std::min(ray.tfar, rounded_up(t_limit));
+    }
 };
 
 /// The query of a packet of rays.
@@ -185,10 +264,10 @@ struct PacketQuery : Query {
     {
         given = &rays;
         slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
-        for (MeshHit& hit : nearest_in_mesh)
-            hit.slot = RTC_INVALID_GEOMETRY_ID;
+        for (MeshHits& hits : in_meshes)
+            hits.clear();
         used = used_lanes;
-        std::copy_n(prepared.t_far, PreparedPacket::capacity, nearest.t);
+        std::copy_n(prepared.t_far, PreparedPacket::capacity, t_limit);
         std::fill_n(nearest_ids, PreparedPacket::capacity, HitIds());
         cached_slot = slot_in_lattice = RTC_INVALID_GEOMETRY_ID;
     }
@@ -198,19 +277,24 @@ struct PacketQuery : Query {
 
     bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
 
-    /// Like that of RayQuery; `t_far` belongs to the lane.
+    /// Like those of RayQuery; `t_far` belongs to the lane.
     void record(int lane, const RootInCell& root, const HitIds& ids, float& t_far)
     {
-        if (!(root.t < nearest.t[lane] ||
-              (root.t == nearest.t[lane] && (!has_hit(lane) || precedes(ids, nearest_ids[lane])))))
+        if (!(root.t <= t_limit[lane]))
             return;
-        keep(lane, root, ids, t_far);
+        const RayLimits limits = prepared.limits[lane];
+        const HitT t{root.t, limits.given_t(root.t)};
+        if (!has_hit(lane) || precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]))
+            keep(lane, root, t, ids, limits, t_far);
     }
-    void keep(int lane, const RootInCell& root, const HitIds& ids, float& t_far)
+    void record(int lane, const MeshHit& hit, float& t_far)
     {
-        nearest.set(lane, root);
-        nearest_ids[lane] = ids;
-        t_far = std::min(t_far, rounded_up(root.t));
+        const RayLimits limits = prepared.limits[lane];
+        const HitIds ids{hit.slot, false, hit.primitive};
+        const HitT t{limits.moved_t(hit.t), hit.t};
+        if (!has_hit(lane) || ids.slot == nearest_ids[lane].slot ||
+            precedes(t, ids, {nearest.t[lane], nearest_given[lane]}, nearest_ids[lane]))
+            keep(lane, {t.moved, glm::dvec3(0.0)}, t, ids, limits, t_far);
     }
 
     void enter_mesh(std::uint32_t slot);
@@ -220,9 +304,11 @@ struct PacketQuery : Query {
     PreparedPacket prepared;
     std::uint32_t slot_in_mesh = RTC_INVALID_GEOMETRY_ID;
     TriangleRayPacket in_mesh;
-    MeshHit nearest_in_mesh[PreparedPacket::capacity];
+    MeshHits in_meshes[PreparedPacket::capacity];
     RootPacket nearest; ///< like that of RayQuery
+    double nearest_given[PreparedPacket::capacity];
     HitIds nearest_ids[PreparedPacket::capacity];
+    alignas(64) double t_limit[PreparedPacket::capacity];
     LaneMask used = 0; ///< lanes that hold a ray
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     std::uint32_t slot_in_lattice = RTC_INVALID_GEOMETRY_ID; ///< that `in_lattice` is set for already, without a clip
@@ -230,6 +316,16 @@ struct PacketQuery : Query {
     LaneMask clip_leaves = 0; ///< lanes of which the clip keeps a part
     CappedChord chords[LatticeRayPacket::capacity];
     LaneMask enters_cap = 0;
+
+private:
+    void keep(int lane, const RootInCell& root, const HitT& t, const HitIds& ids, const RayLimits& limits, float& t_far)
+    {
+        nearest.set(lane, root);
+        nearest_given[lane] = t.given;
+        nearest_ids[lane] = ids;
+        t_limit[lane] = last_equal_t(root.t, limits);
+        t_far = std::min(t_far, rounded_up(t_limit[lane]));
+    }
 };
 
 } // namespace isospline
