@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 
 namespace isospline {
 
@@ -54,12 +55,14 @@ inline Side side_of(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice
                                                             : Side::outside;
 }
 
-/// The side of a point of a plane of the solid in a cell. Such a point is in the domain: errors of up to
-/// `coordinate_error` that put it beside the border are taken back.
+/// The side of a point of a plane of the solid in a cell. Errors of up to `coordinate_error` that put it beside the
+/// border of the domain are taken back; a plane of the clip has points farther out, too.
 inline Side side_on_plane(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, double coordinate_error,
                           const glm::ivec3& cell)
 {
     const glm::dvec3 in_domain = glm::clamp(lattice, glm::dvec3(0.0), glm::dvec3(surface.volume().cell_shape()));
+    if (glm::any(glm::greaterThan(glm::abs(lattice - in_domain), glm::dvec3(coordinate_error))))
+        return Side::outside;
     return side_in_cell(surface, in_domain, coordinate_error, cell);
 }
 
