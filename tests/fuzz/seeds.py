@@ -91,6 +91,8 @@ def _volumes(folder, data):
     middle = f"series/s{SHAPE[0] // 2}.dcm"
     yield volume("series", middle)
     yield volume(middle)
+    _write_frames(folder / "frames.dcm", data)
+    yield volume("frames.dcm")
 
     # TIFF.
     kinds = {
@@ -200,6 +202,19 @@ def _write_dicom(folder, data):
         file.HighBit, file.PixelRepresentation = 15, 1
         file.PixelData = slice_.tobytes()
         file.save_as(folder / f"s{number}.dcm", enforce_file_format=True)
+
+
+def _write_frames(path, data):
+    """A multi-frame file, with a place and a slope of each frame."""
+    file = pydicom.dcmread(path.parent / "series" / "s0.dcm")
+    file.NumberOfFrames, file.PixelData = len(data), data.tobytes()
+    file.PerFrameFunctionalGroupsSequence = [Dataset() for _ in data]
+    for number, group in enumerate(file.PerFrameFunctionalGroupsSequence):
+        place, scaling = Dataset(), Dataset()
+        place.ImagePositionPatient = [1, 2, 0.7 * number]
+        scaling.RescaleSlope, scaling.RescaleIntercept = number + 1, 0
+        group.PlanePositionSequence, group.PixelValueTransformationSequence = [place], [scaling]
+    file.save_as(path, enforce_file_format=True)
 
 
 def _write_old_vtk(path, mesh, kind):

@@ -1,4 +1,4 @@
-"""Functions of SimpleITK that NRRD, MetaImage and DICOM share."""
+"""Functions of SimpleITK that NRRD and MetaImage share."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def read_volume(
     ``.nii``, ``.nii.gz``         NIfTI                                                      nibabel
     ``.nrrd``, ``.nhdr``          NRRD                                                       SimpleITK
     ``.mha``, ``.mhd``            MetaImage                                                  SimpleITK
-    folder, ``.dcm``              DICOM series, DICOM file                                   SimpleITK
+    folder, ``.dcm``              DICOM series, DICOM file                                   pydicom
     ``.tif``, ``.tiff``, folder   TIFF of several pages, a folder of slices                  tifffile
     ``.vtk``, ``.vti``            VTK image data, legacy and XML                             VTK
     ``.npy``                      NumPy array [z, y, x]                                      NumPy
@@ -70,6 +70,11 @@ def read_volume(
     z run to the patient's left, back (posterior) and head (superior). NIfTI's world, as in nibabel, is RAS; the signs
     of its x and y change here, so that all formats agree, as in SimpleITK and 3D Slicer. Other formats have the world
     that their writer intended. Units are those of the file; in medicine, these are millimetres.
+
+    Slices and frames of DICOM are sorted by their positions along their normal, and must be evenly spaced on a line.
+    Each is scaled by its own slope and intercept: in float64, or as integers if all have the same whole numbers.
+    Samples of MONOCHROME1, where small numbers are bright, are not inverted. Neither windows nor real-world value maps
+    are applied.
 
     Parameters
     ----------

@@ -149,7 +149,7 @@ def test_entries_of_a_folder_of_dicom(folders):
         (inside / "whole" / name).write_bytes((outside / "series" / name).read_bytes())
     expected = read_volume(outside / "series").data
     np.testing.assert_array_equal(read_volume(inside / "whole", within=inside).data, expected)
-    # GDCM opens every file of a folder, of any name.
+    # Every entry of a folder must be within, also one that is not read.
     (inside / "whole" / ".notes").symlink_to(outside / "series" / slices[0])
     with pytest.raises(ValueError, match="expected files within"):
         read_volume(inside / "whole", within=inside)

@@ -180,7 +180,7 @@ def test_an_unreadable_slice_is_named(tmp_path, data):
     assert read_volume(tmp_path / "series").data.shape == data.shape
 
 
-@pytest.mark.parametrize("kind", [b"\xef\x74", b"OB"])
+@pytest.mark.parametrize("kind", [b"UN", b"OB"])
 def test_lengths_beyond_a_dicom_file_are_refused(tmp_path, data, kind):
     write_slices(tmp_path / "series", data[:1])
     path = next((tmp_path / "series").iterdir())
@@ -188,16 +188,6 @@ def test_lengths_beyond_a_dicom_file_are_refused(tmp_path, data, kind):
     at = content.index(b"\x20\x00\x0d\x00UI")
     path.write_bytes(content[: at + 4] + kind + b"\0\0\xff\xff\xff\x7f" + content[at + 12 :])
     with pytest.raises(ValueError, match=r"element \(0020,000D\)"):
-        read_volume(path)
-
-
-def test_elements_of_no_type_are_refused(tmp_path, data):
-    write_slices(tmp_path / "series", data[:1])
-    path = next((tmp_path / "series").iterdir())
-    content = path.read_bytes()
-    at = content.index(b"\x20\x00\x0d\x00UI")
-    path.write_bytes(content[: at + 4] + b"TI" + content[at + 6 :])
-    with pytest.raises(ValueError, match=r"expected the type of element \(0020,000D\)"):
         read_volume(path)
 
 
@@ -247,17 +237,14 @@ def test_paths_that_are_not_utf8_do_not_abort(tmp_path, data, name):
     assert "\\\\xe9" in run.stdout or "\\\\udce9" in run.stdout
 
 
-def test_folder_that_is_not_utf8(tmp_path, data):
+def test_dicom_needs_no_path_in_utf8(tmp_path, data):
     folder = os.fsencode(tmp_path) + b"/d\xe9"
     write_slices(tmp_path / "series", data)
-    os.rename(tmp_path / "series", folder)
-    with pytest.raises(ValueError, match="UTF-8"):
-        read_volume(os.fsdecode(folder))
-    write_slices(tmp_path / "series", data)
+    expected = read_volume(tmp_path / "series").data
     first = min(os.listdir(tmp_path / "series"))
     os.rename(tmp_path / "series" / first, os.fsencode(tmp_path / "series") + b"/s\xe9.dcm")
-    with pytest.raises(ValueError, match="UTF-8"):
-        read_volume(tmp_path / "series")
+    os.rename(tmp_path / "series", folder)
+    np.testing.assert_array_equal(read_volume(os.fsdecode(folder)).data, expected)
 
 
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha", ".dcm", ".tif", ".vtk", ".npy", ".raw", ""])

@@ -600,7 +600,7 @@ def test_reading_does_not_import_the_libraries_of_other_formats(tmp_path, data):
     script = (
         "import sys, isospline\n"
         f"isospline.read_volume({str(tmp_path / 'a.npy')!r})\n"
-        "print(*{'SimpleITK', 'vtkmodules', 'tifffile', 'nibabel'} & set(sys.modules))"
+        "print(*{'SimpleITK', 'vtkmodules', 'tifffile', 'nibabel', 'pydicom'} & set(sys.modules))"
     )
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8", check=True)
     assert run.stdout.strip() == ""

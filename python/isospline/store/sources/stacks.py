@@ -6,6 +6,7 @@ the store's arrays, uncompressed, and removed at the end.
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -190,15 +191,15 @@ def open_tiff_folder(path: Path) -> Source:
 
 
 def open_dicom(path: Path, name: str | None) -> Source | None:
-    """A source of a series of slices; None if a single file has all of them."""
-    files, frame = dicom.find_series(path, name)
-    if len(files) == 1:
+    """A source of a series with a file for each slice; None if a file has several."""
+    found = dicom.find_slices(path, name)
+    if found is None:
         return None
-    first = read_dicom_slice(files[0])
-    return FilesSource(files, first.shape, first.dtype, read_dicom_slice).move(**frame, unit="millimeter", patient=True)
+    source = FilesSource(found.files, found.shape, found.dtype, functools.partial(read_dicom_slice, found.dtype))
+    return source.move(**found.frame, unit="millimeter", patient=True)
 
 
-def read_dicom_slice(path: Path) -> NDArray[Any]:
-    """The samples of a file with one slice."""
+def read_dicom_slice(dtype: np.dtype[Any], path: Path) -> NDArray[Any]:
+    """The samples of a file with one slice, as the type of all slices."""
     check_file(path)
-    return dicom.read_file(path).data[0]
+    return dicom.read_slice(path, dtype)

@@ -1,0 +1,252 @@
+"""Attributes of DICOM files and of their frames, read by pydicom.
+
+A file of a series has one frame; a multi-frame file has several, whose attributes are in functional groups (PS3.3
+C.7.6.16). Functions here run in the reader's process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import mmap
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .checks import check_components, check_samples
+
+_UNDEFINED = 0xFFFFFFFF  # length of an element with an end mark
+_PHOTOMETRIC = ("MONOCHROME1", "MONOCHROME2")
+
+
+@dataclass
+class Frame:
+    """What a file tells of a frame; lengths are in mm, x first, in the patient's coordinates."""
+
+    file: str
+    number: int  # in the file
+    count: int  # of frames in the file
+    series: str  # Series Instance UID
+    size: tuple[int, int]
+    stored: np.dtype[Any]
+    bits: int  # of a stored number
+    high_bit: int
+    photometric: str
+    slope: float
+    intercept: float
+    spacing: tuple[float, float]
+    thickness: float  # the distance of slices that the file tells, which positions override
+    direction: Any  # (6,) of rows and of columns
+    position: Any  # (3,) of the first sample
+    is_placed: bool  # whether the file tells the position
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return os.path.basename(self.file) + (f" (frame {self.number + 1})" if self.count > 1 else "")
+
+    @property
+    def normal(self) -> Any:
+        """Direction across the slice."""
+        return np.cross(self.direction[:3], self.direction[3:])
+
+    def scaled(self, samples: Any, dtype: Any) -> Any:
+        """Stored numbers in the unit of the file, as `dtype`."""
+        if (self.slope, self.intercept) != (1, 0):
+            samples = samples * np.float64(self.slope) + np.float64(self.intercept)
+        return samples.astype(dtype, copy=False)
+
+
+@contextlib.contextmanager
+def errors_name(file):
+    """Put the name of a broken file in front of the error message."""
+    try:
+        yield
+    except (MemoryError, ModuleNotFoundError):
+        raise
+    except Exception as error:  # pydicom raises many kinds for a broken file
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
+        reason = (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()
+        raise ValueError(f"{os.path.basename(file)}: {reason}") from error
+
+
+class _Mapped(mmap.mmap):
+    """A file that allocates no more than it has, whatever length is read; a seek beyond the end goes to the end."""
+
+    def seek(self, offset, whence=os.SEEK_SET):
+        begin = {os.SEEK_SET: 0, os.SEEK_CUR: self.tell(), os.SEEK_END: len(self)}[whence]
+        super().seek(min(begin + offset, len(self)))
+
+
+def read_dataset(file, **options):
+    """The elements of a file, each of them whole."""
+    import pydicom
+
+    content: Any
+    with open(file, "rb") as opened, _Mapped(opened.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        dataset = pydicom.dcmread(content, force=True, **options)
+    element: Any
+    for tag, element in dataset.items():
+        length = getattr(element, "length", _UNDEFINED)
+        got = len(element.value or b"") if length != _UNDEFINED else length
+        if got != length:
+            raise ValueError(f"expected {length} bytes of element {tag}, got {got}: the file is truncated or damaged")
+    return dataset
+
+
+def is_directory(dataset):
+    """Whether a file lists others and has no pixels of its own."""
+    from pydicom.uid import MediaStorageDirectoryStorage
+
+    return dataset.file_meta.get("MediaStorageSOPClassUID") == MediaStorageDirectoryStorage
+
+
+def frames_of(file, dataset):
+    """The frames of a file in its order. Its pixels need not have been read."""
+    size = _required(dataset, "Columns"), _required(dataset, "Rows")
+    count = int(dataset.get("NumberOfFrames") or 1)
+    check_components(_required(dataset, "SamplesPerPixel"))
+    stored, bits, high_bit = _stored_type(dataset)
+    check_samples((count, *size[::-1]), stored)
+    photometric = str(dataset.get("PhotometricInterpretation"))
+    if photometric not in _PHOTOMETRIC:
+        raise ValueError(f"expected photometric interpretation {' or '.join(_PHOTOMETRIC)}, got {photometric}")
+    if dataset.get("ModalityLUTSequence"):
+        raise ValueError("expected samples with a rescale slope, got some with a modality LUT")
+    frames = []
+    for number, groups in enumerate(_groups_of(dataset, count)):
+        slope, intercept = _scaling(dataset, groups)
+        direction, position, is_placed, thickness = _place(dataset, groups, number)
+        frames.append(
+            Frame(
+                file=str(file),
+                number=number,
+                count=count,
+                series=str(dataset.get("SeriesInstanceUID") or ""),
+                size=size,
+                stored=stored,
+                bits=bits,
+                high_bit=high_bit,
+                photometric=photometric,
+                slope=slope,
+                intercept=intercept,
+                spacing=_spacing(dataset, groups),
+                thickness=thickness,
+                direction=direction,
+                position=position,
+                is_placed=is_placed,
+            )
+        )
+    return frames
+
+
+def _required(dataset, name):
+    value = dataset.get(name)
+    if value is None:
+        raise ValueError(f"expected an image with the attribute {name}, got none: the file is truncated or damaged")
+    return int(value)
+
+
+def _stored_type(dataset):
+    """The type of stored numbers, how many bits they have, and the highest of these."""
+    allocated = _required(dataset, "BitsAllocated")
+    if "PixelRepresentation" not in dataset:  # as of floating-point pixels
+        if allocated not in (32, 64):
+            raise ValueError(f"expected 32 or 64 bits of floating-point pixels, got {allocated}")
+        return np.dtype(f"f{allocated // 8}"), allocated, allocated - 1
+    if allocated not in (1, 8, 16, 32, 64):
+        raise ValueError(f"expected 1, 8, 16, 32 or 64 bits allocated, got {allocated}")
+    bits, high_bit = _required(dataset, "BitsStored"), _required(dataset, "HighBit")
+    if not 1 <= bits <= high_bit + 1 <= allocated:
+        raise ValueError(f"expected from 1 to {allocated} bits stored, got {bits}, the highest of them {high_bit}")
+    kind = "i" if _required(dataset, "PixelRepresentation") else "u"
+    return np.dtype(f"{kind}{max(allocated // 8, 1)}"), bits, high_bit
+
+
+def _groups_of(dataset, count):
+    """The functional groups of each frame: its own before those that all share."""
+    shared = list(dataset.get("SharedFunctionalGroupsSequence") or ())[:1]
+    each = dataset.get("PerFrameFunctionalGroupsSequence")
+    if not each:
+        return [shared] * count
+    if len(each) != count:
+        raise ValueError(f"expected functional groups of {count} frames, got {len(each)}")
+    return [[own, *shared] for own in each]
+
+
+def _lookup(dataset, groups, sequence, name):
+    """An attribute of a frame in its functional group, or else of the file; None if it is missing or empty."""
+    value = _lookup_group(groups, sequence, name)
+    if value is None:
+        value = dataset.get(name)
+    return None if value == "" else value
+
+
+def _lookup_group(groups, sequence, name):
+    values = (items[0].get(name) for group in groups if (items := group.get(sequence)))
+    return next((value for value in values if value not in (None, "")), None)
+
+
+def _numbers(values, name, count):
+    array = np.array(values, dtype=float).reshape(-1)
+    if array.shape != (count,) or not np.isfinite(array).all():
+        raise ValueError(f"expected {count} finite numbers as {name}, got {array.tolist()}")
+    return array
+
+
+def _scaling(dataset, groups):
+    """Rescale slope and intercept, or the factor of a dose."""
+    slope = _lookup(dataset, groups, "PixelValueTransformationSequence", "RescaleSlope")
+    intercept = _lookup(dataset, groups, "PixelValueTransformationSequence", "RescaleIntercept")
+    if slope is None:
+        slope = dataset.get("DoseGridScaling")
+    return (
+        1.0 if slope is None else float(_numbers(slope, "RescaleSlope", 1)[0]),
+        0.0 if intercept is None else float(_numbers(intercept, "RescaleIntercept", 1)[0]),
+    )
+
+
+def _spacing(dataset, groups):
+    for name in ("PixelSpacing", "ImagerPixelSpacing", "NominalScannedPixelSpacing"):
+        value = _lookup(dataset, groups, "PixelMeasuresSequence", name)
+        if value is not None:
+            y, x = _numbers(value, name, 2)
+            return float(x), float(y)
+    return 1.0, 1.0
+
+
+def _place(dataset, groups, number):
+    """Direction and position of a frame, whether the file tells it, and the distance of slices that it tells."""
+    # Of nuclear medicine, whose files have no functional groups.
+    detector = list(dataset.get("DetectorInformationSequence") or ())[:1]
+    direction = _lookup(dataset, groups, "PlaneOrientationSequence", "ImageOrientationPatient")
+    if direction is None:
+        direction = detector[0].get("ImageOrientationPatient") if detector else None
+    direction = _numbers(direction or (1, 0, 0, 0, 1, 0), "ImageOrientationPatient", 6)
+    lengths = np.linalg.norm(direction.reshape(2, 3), axis=1)
+    if not np.allclose(lengths, 1, atol=0.01) or abs(direction[:3] @ direction[3:]) > 0.01:
+        raise ValueError(f"expected two perpendicular directions as ImageOrientationPatient, got {direction.tolist()}")
+    direction = direction / np.repeat(lengths, 3)
+
+    thickness = _lookup(dataset, groups, "PixelMeasuresSequence", "SpacingBetweenSlices")
+    thickness = 1.0 if thickness is None else float(_numbers(thickness, "SpacingBetweenSlices", 1)[0])
+    position = _lookup_group(groups, "PlanePositionSequence", "ImagePositionPatient")
+    if position is not None:
+        return direction, _numbers(position, "ImagePositionPatient", 3), True, thickness
+    # The position of the first frame, and a distance of each other from it.
+    position = next((found for each in (dataset, *detector) if (found := each.get("ImagePositionPatient"))), None)
+    first = _numbers(position or (0, 0, 0), "ImagePositionPatient", 3)
+    if number:
+        first = first + np.cross(direction[:3], direction[3:]) * _offset(dataset, number, thickness)
+    return direction, first, position is not None, thickness
+
+
+def _offset(dataset, number, thickness):
+    """The distance of a frame from the first, along the normal, in a file that has no position of each frame."""
+    offsets = dataset.get("GridFrameOffsetVector")  # of a dose
+    if offsets is None:
+        return number * thickness
+    offsets = _numbers(offsets, "GridFrameOffsetVector", int(dataset.NumberOfFrames))
+    return offsets[number] - offsets[0]
