@@ -234,12 +234,12 @@ BrickSolid solid_in(const Solid& solid, const Brick& brick, const std::vector<Ha
 BrickSolid solid_in(const Solid& solid, const Brick& brick)
 {
     const Side side = side_of(solid, brick);
-    const auto [has_any, crossing] = clipped(box_of(brick), solid.planes.clip());
-    if (side == Side::outside || !has_any)
+    const Clipped clip = clipped(box_of(brick), solid.planes.clip());
+    if (side == Side::outside || !clip.has_any)
         return {};
-    if (side == Side::unknown || !crossing.empty())
+    if (side == Side::unknown || !clip.crossing.empty())
         return dispatch_degree(solid.volume.degree(),
-                               [&](auto degree) { return solid_in<degree>(solid, brick, crossing); });
+                               [&](auto degree) { return solid_in<degree>(solid, brick, clip.crossing); });
     BrickSolid found;
     found.cells = found.certain = found.inside = solid.cells.cells(brick);
     found.links.fill(found.cells);
