@@ -9,7 +9,8 @@ bin := .venv/bin
 python := $(bin)/python
 # Files of tests run in parallel, each in one process, in the order of tests/python/conftest.py.
 comma := ,
-pytest = $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
+# Each process of tests has a core: threads of NumPy would wait for each other.
+pytest = OPENBLAS_NUM_THREADS=1 $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # What is kept outside of the checkout, also for other checkouts: objects that ccache knows, in builds that begin while it is
 # installed; the Debian 13 of test-debian13-rays; and which trees of bench/ have passed their tests.

@@ -3,9 +3,9 @@
 Blocks of a page share names and a folder, which has the files that the pages speak of (`FILES`).
 
 - ``python`` blocks are executed. A ``text`` block right after one is what it prints; ``...`` stands for anything.
-- ``sh`` blocks are run by bash. `isospline render` without a size gets the options in `RENDER_OPTIONS`. `make` only
-  says what it would do, and `pip` only looks whether the package has the named extras. `isospline view` is ended once
-  its page has been loaded.
+- ``sh`` blocks are run by bash. `make` only says what it would do, and `pip` only looks whether the package has the
+  named extras. `isospline view` is ended once its page has been loaded.
+- For tests, pictures have few pixels and few samples, and ``<!-- small: 96 = 48 -->`` replaces a number in the page.
 - Rows of a table with code in two columns: on the right ours, on the left another library's, if it is installed.
 - ``<!-- skip: next "reason" -->`` before a block leaves it out; ``<!-- invisible-code-block: python -->`` is not shown.
 """
@@ -27,7 +27,7 @@ from pathlib import Path
 import matplotlib
 import matplotlib.figure
 import numpy as np
-from sybil import Region, Sybil
+from sybil import Document, Region
 from sybil.evaluators.python import PythonEvaluator
 from sybil.parsers.markdown import CodeBlockParser, SkipParser
 
@@ -56,7 +56,7 @@ isospline() {{
     case "$1 $* " in
     "view "*) "{sys.executable}" "{__file__}" "$@" ;;
     "render "*" --size "*) command isospline "$@" ;;
-    "render "*) command isospline "$@" $RENDER_OPTIONS ;;
+    "render "*) command isospline "$@" $PICTURES ;;
     *) command isospline "$@" ;;
     esac
 }}
@@ -84,7 +84,7 @@ def run_shell(example):
         encoding="utf-8",
         check=False,
         timeout=LONGEST,
-        env={"RENDER_OPTIONS": "", **os.environ, "PATH": path, "COLUMNS": "100", "PYTHONUTF8": "1"},
+        env={"PICTURES": "", **os.environ, "PATH": path, "COLUMNS": "100", "PYTHONUTF8": "1"},
     )
     assert done.returncode == 0, f"{example.path}:{example.line}:\n{example.parsed}\n{done.stdout}{done.stderr}"
     print(done.stdout)
@@ -132,28 +132,45 @@ def can_run(library):
     return done.returncode == 0
 
 
-SYBIL = Sybil(
-    parsers=[
-        CodeBlockParser("python", Printing(PythonEvaluator())),
-        CodeBlockParser("sh", Printing(run_shell)),
-        CodeBlockParser("text", compare_text),
-        SkipParser(),
-        tables,
-    ],
-    path=str(REPOSITORY),
-)
+PARSERS = [
+    CodeBlockParser("python", Printing(PythonEvaluator())),
+    CodeBlockParser("sh", Printing(run_shell)),
+    CodeBlockParser("text", compare_text),
+    SkipParser(),
+    tables,
+]
 
 
-def run(page, folder):
+def parse(page, small):
+    text = page.read_text(encoding="utf-8")
+    document = Document(made_small(text) if small else text, str(page))
+    for parser in PARSERS:
+        for region in parser(document):
+            document.add(region)
+    return document
+
+
+def made_small(text):
+    """A page whose pictures have few pixels, and few samples in each, and with the numbers that it gives for tests."""
+    for number, small in re.findall(r"<!-- small: (.+?) = (.+?) -->", text):
+        text = re.sub(rf"(?<![\d.]){re.escape(number)}(?![\d.])", small, text)
+    text = re.sub(r"\bsize=\(\d{3,}, \d{3,}\)", "size=(64, 48)", text)
+    text = re.sub(r"--size \d+x\d+", "--size 64x48", text)
+    return re.sub(r"\b(samples=|--samples )\d\d?\b", r"\g<1>2", text)
+
+
+def run(page, folder, small=False):
     """Execute the code of a page in a folder, which gets the files that it speaks of; returns the number of blocks."""
     make_files(folder)
     here = os.getcwd()
     os.chdir(folder)
     same_names = matplotlib.rc_context({"svg.hashsalt": page.stem})  # in SVG files, otherwise random
+    options = unittest.mock.patch.dict(os.environ, {"PICTURES": "--size 64x48"} if small else {})
+    shown = unittest.mock.patch("PIL.ImageShow.show")  # opens a window
     try:
-        with same_names, unittest.mock.patch("PIL.ImageShow.show"):  # opens a window
+        with same_names, options, shown:
             count = 0
-            for example in SYBIL.parse(page).examples():
+            for example in parse(page, small).examples():
                 with contextlib.suppress(unittest.SkipTest):
                     example.evaluate()
                     count += 1

@@ -118,8 +118,8 @@ def test_tables_become_data_frames():
 
 @pytest.mark.slow
 def test_comparison_of_shifted_balls():
-    x, y, z = maps.grid(28, 28, 28)
-    balls = [((x - 12 - shift) ** 2 + (y - 14) ** 2 + (z - 14) ** 2 < 9**2).astype(np.uint8) for shift in (0, 3)]
+    x, y, z = maps.grid(24, 24, 24)
+    balls = [((x - 10 - shift) ** 2 + (y - 12) ** 2 + (z - 12) ** 2 < 8**2).astype(np.uint8) for shift in (0, 3)]
     balls[1][2, 2, 2:6] = 4
     first, second = (Labels(each, spacing=(2, 2, 2)) for each in balls)
     found = first.compare(second)

@@ -34,29 +34,28 @@ def ellipsoid(rng, degree):
 def test_ellipsoids(degree, tolerance):
     special = pytest.importorskip("scipy.special")
     rng = np.random.default_rng(degree)
-    for _ in range(2):
-        surface, axes = ellipsoid(rng, degree)
-        exact = (
-            4 / 3 * math.pi * axes.prod(),
-            4 * math.pi * axes.prod() * special.elliprg(*axes**-2.0),
-            4 * math.pi * special.elliprg(*axes**2.0),
-            4 * math.pi,
-        )
-        for name, expected in zip(NAMES, exact):
-            assert_bounded(getattr(surface, name)(tolerance=tolerance), expected, tolerance)
+    surface, axes = ellipsoid(rng, degree)
+    exact = (
+        4 / 3 * math.pi * axes.prod(),
+        4 * math.pi * axes.prod() * special.elliprg(*axes**-2.0),
+        4 * math.pi * special.elliprg(*axes**2.0),
+        4 * math.pi,
+    )
+    for name, expected in zip(NAMES, exact):
+        assert_bounded(getattr(surface, name)(tolerance=tolerance), expected, tolerance)
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_torus(tolerance):
     """The model differs from the torus by less than the smallest stated error."""
     field = isospline.volumes.torus(0.6, 0.25)
-    surface = isospline.Isosurface(field.volume(96, degree=3), field.level)
-    model = 2e-6
+    surface = isospline.Isosurface(field.volume(64, degree=3), field.level)
+    model = 1e-5
     assert_bounded(surface.enclosed_volume(tolerance=tolerance), 2 * math.pi**2 * 0.6 * 0.25**2, tolerance, model)
     assert_bounded(surface.area(tolerance=tolerance), 4 * math.pi**2 * 0.6 * 0.25, tolerance, 10 * model)
 
 
-def rough(degree, size=18, seed=0):
+def rough(degree, size=12, seed=0):
     ndimage = pytest.importorskip("scipy.ndimage")
     samples = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size,) * 3), 1.0)
     return isospline.Volume(samples / samples.std(), degree=degree, spacing=(0.5, 1, 2))

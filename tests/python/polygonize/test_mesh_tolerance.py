@@ -183,7 +183,9 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
 
 # Near the border, where the padding makes the surface steep, fewer faces go.
 @pytest.mark.slow
-@pytest.mark.parametrize("size, share", [(24, 0.6), pytest.param(36, 0.3, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "size, share", [(16, 0.8), *(pytest.param(*each, marks=pytest.mark.long) for each in ((24, 0.6), (36, 0.3)))]
+)
 def test_simplified_blobs_do_not_cross_themselves(size, share):
     data = ndimage.gaussian_filter(np.random.default_rng(0).normal(size=(size, size, size)), 1.2)
     surface = isospline.Isosurface(isospline.Volume(np.pad(data, 2, constant_values=-1)), 0.02)

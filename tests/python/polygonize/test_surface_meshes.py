@@ -216,9 +216,9 @@ def test_meshes_are_the_same_for_any_number_of_threads(rng):
         ("headsq.mha", 500, {}),
         ("ironprot.vtk", 128, {}),
         ("tooth_103x94x161_uint16.raw", 600, {"shape": (161, 94, 103), "dtype": "<u2"}),
-        ("engine.nii.gz", 80, {}),
-        ("mouse_skull.nrrd", 40, {}),
-        ("bonsai.nii.gz", 40, {}),
+        pytest.param("engine.nii.gz", 80, {}, marks=pytest.mark.long),
+        pytest.param("mouse_skull.nrrd", 40, {}, marks=pytest.mark.long),
+        pytest.param("bonsai.nii.gz", 40, {}, marks=pytest.mark.long),
     ],
 )
 def test_real_volumes_have_closed_meshes(volumes_folder, name, level, options):

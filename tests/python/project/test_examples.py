@@ -94,11 +94,11 @@ def test_common_guesses_of_names_work(run):
 def test_meshes_and_measures_match_the_solids(run):
     part = run("235", samples=48)
     assert part == pytest.approx(1.6**3 / 2, rel=0.1)  # a gyroid halves space
-    volume, area, thickness = run("240")
-    assert volume == pytest.approx(2 * np.pi**2 * 0.5 * 0.24**2, rel=1e-4)
-    assert area == pytest.approx(4 * np.pi**2 * 0.5 * 0.24, rel=1e-4)
+    volume, area, thickness = run("240", samples=40)
+    assert volume == pytest.approx(2 * np.pi**2 * 0.5 * 0.24**2, rel=1e-3)
+    assert area == pytest.approx(4 * np.pi**2 * 0.5 * 0.24, rel=1e-3)
     assert thickness == pytest.approx(0.48, rel=1e-2)
-    distance = run("245")
+    distance = run("245", samples=24)
     assert 0 < distance.mean.value < 0.01 and distance.maximum[0] < 0.01
 
 

@@ -23,13 +23,12 @@ def name_of(page):
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=name_of)
-def test_code_of_page_runs(page, tmp_path, monkeypatch):
+def test_code_of_page_runs(page, tmp_path):
     """The code runs with small pictures; the build of the site renders the pictures of pages in full size."""
     pytest.importorskip("pyvista")
     pytest.importorskip("SimpleITK")
-    monkeypatch.setenv("RENDER_OPTIONS", "--size 160x120")
     blocks = [each for each in FENCE.findall(page.read_text(encoding="utf-8"))[::2] if each in RUN]
-    assert pages.run(page, tmp_path) >= len(blocks)
+    assert pages.run(page, tmp_path, small=True) >= len(blocks)
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=name_of)

@@ -54,11 +54,11 @@ def test_samples_keep_to_cuts_and_an_empty_surface_is_an_error():
 @pytest.mark.slow
 def test_thickness_of_a_torus_and_a_shell():
     field = isospline.volumes.torus(0.6, 0.25)
-    torus = isospline.Isosurface(field.volume(64, degree=3), field.level)
-    points = torus.sample_points(300)["points"]
+    torus = isospline.Isosurface(field.volume(48, degree=3), field.level)
+    points = torus.sample_points(150)["points"]
     for method in ("max_sphere", "ray"):
         # Balls are more sensitive to the spline's difference from the formula: they curve as much as the tube.
-        np.testing.assert_allclose(torus.thickness(points, method=method), 0.5, atol=8e-3)
+        np.testing.assert_allclose(torus.thickness(points, method=method), 0.5, atol=1.6e-2)
 
     # A wall between radii 0.4 and 0.7; measured outwards from its inside, rays and balls are as long as it is thick.
     samples = isospline.volumes.Field(lambda p: -((np.linalg.norm(p, axis=-1) - 0.55) ** 2), None, 0.0).values(80)
@@ -81,13 +81,13 @@ def test_thickness_where_the_solid_is_open_or_capped():
 
 @pytest.mark.slow
 def test_distance_of_spheres():
-    apart = isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1000)
-    assert abs(apart.mean.value - 0.2) < 1e-4 and abs(apart.rms.value - 0.2) < 1e-4
+    apart = isospline.surface_distance(sphere(0.7, 24), sphere(0.5, 24), samples=1000)
+    assert abs(apart.mean.value - 0.2) < 2e-4 and abs(apart.rms.value - 0.2) < 2e-4
     lower, upper = apart.maximum
-    assert lower <= 0.2 + 1e-4 and 0.2 - 1e-4 <= upper <= lower + 0.25 / 16 + 1e-12
+    assert lower <= 0.2 + 2e-4 and 0.2 - 2e-4 <= upper <= lower + 0.25 / 12 + 1e-12
     assert apart.distances.shape == (1000,) and apart.points.shape == (1000, 3)
-    lower, upper = isospline.hausdorff_distance(sphere(0.7), sphere(0.5))
-    assert lower - 1e-4 <= 0.2 <= upper + 1e-4
+    lower, upper = isospline.hausdorff_distance(sphere(0.7, 24), sphere(0.5, 24), tolerance=0.03)
+    assert lower - 2e-4 <= 0.2 <= upper + 2e-4 and upper - lower <= 0.03
 
 
 @pytest.mark.slow
@@ -130,14 +130,14 @@ def test_distances_of_meshes_are_those_of_trimesh(rng):
     ball, box = trimesh.creation.icosphere(2, 0.8), trimesh.creation.box(extents=(1, 2, 0.6))
     one, other = isospline.Mesh(ball.vertices, ball.faces), isospline.Mesh(box.vertices, box.faces)
     for mesh, shape, target, theirs in ((one, ball, other, box), (other, box, one, ball)):
-        apart = isospline.surface_distance(mesh, target, samples=3000)
+        apart = isospline.surface_distance(mesh, target, samples=1000)
         assert trimesh.proximity.closest_point(shape, apart.points)[1].max() < 1e-12
         np.testing.assert_allclose(apart.distances, trimesh.proximity.closest_point(theirs, apart.points)[1], atol=1e-9)
         # The largest distance, from a dense subdivision.
-        dense = shape.subdivide_to_size(0.02)
+        dense = shape.subdivide_to_size(0.04)
         largest = trimesh.proximity.closest_point(theirs, dense.vertices)[1].max()
         lower, upper = apart.maximum
-        assert lower - 1e-9 <= largest + 0.02 and largest <= upper + 1e-9
+        assert lower - 1e-9 <= largest + 0.04 and largest <= upper + 1e-9
         assert upper - lower <= 1e-3 * np.linalg.norm(np.ptp(shape.bounds, axis=0)) + 1e-12
     lower, upper = isospline.hausdorff_distance(one, other, tolerance=1e-4)
     assert upper - lower <= 1e-4 + 1e-12

@@ -237,47 +237,46 @@ def test_a_half_full_volume_is_a_cut_parallelepiped(oblique):
 @pytest.mark.parametrize("inside", ["above", "below"])
 def test_noise_is_closed(degree, inside, rng):
     """Integer noise at a level between samples, in oblique volumes, against SciPy's model and trimesh."""
-    for _ in range(2):
-        samples = rng.integers(0, 9, (8, 7, 6)).astype(float)
-        volume = isospline.Volume(samples, degree=degree, **random_place(rng, True))
-        surface = isospline.Isosurface(volume, 4.5, closed=True, inside=inside)
-        matrix, origin = domain_of(volume)
-        unit = rng.uniform(-0.2, 1.2, (4000, 3))
-        points = unit @ matrix.T + origin
+    samples = rng.integers(0, 9, (7, 6, 5)).astype(float)
+    volume = isospline.Volume(samples, degree=degree, **random_place(rng, True))
+    surface = isospline.Isosurface(volume, 4.5, closed=True, inside=inside)
+    matrix, origin = domain_of(volume)
+    unit = rng.uniform(-0.2, 1.2, (2000, 3))
+    points = unit @ matrix.T + origin
 
-        def model(points, volume=volume, samples=samples):
-            index = (points - volume.affine[:3, 3]) @ np.linalg.inv(volume.affine[:3, :3]).T
-            return scipy.ndimage.map_coordinates(samples, index.T[::-1], order=degree, mode="mirror")
+    def model(points, volume=volume, samples=samples):
+        index = (points - volume.affine[:3, 3]) @ np.linalg.inv(volume.affine[:3, :3]).T
+        return scipy.ndimage.map_coordinates(samples, index.T[::-1], order=degree, mode="mirror")
 
-        value = model(points)
-        expected = ((unit > 0) & (unit < 1)).all(axis=1) & ((value > 4.5) == (inside == "above"))
-        clear = abs(value - 4.5) > 1e-4
-        contains = surface.contains(points)
-        np.testing.assert_array_equal(contains[clear], expected[clear])
-        scene = isospline.Scene([surface])
-        rays = np.hstack([points, rng.normal(size=points.shape)])
-        np.testing.assert_array_equal(scene.count_intersections(rays) % 2 == 1, contains)
-        assert np.isfinite(scene.cast_rays(rays[contains], coherent=True)["t_hit"]).all()
-        mesh = surface.to_mesh().to_trimesh()
-        assert mesh.is_watertight
-        # The surface is nearer than all points on the other side, and not much nearer than those of a fine grid.
-        grid = np.stack(np.meshgrid(*(np.linspace(-0.1, 1.1, 60),) * 3), axis=-1).reshape(-1, 3)
-        value = model(grid @ matrix.T + origin)
-        solid = ((grid > 0) & (grid < 1)).all(axis=1) & ((value > 4.5) == (inside == "above"))
-        near = points[:150][clear[:150]]
-        on_other_side = np.where(
-            contains[:150][clear[:150]],
-            *(scipy.spatial.cKDTree(grid[side] @ matrix.T + origin).query(near)[0] for side in (~solid, solid)),
-        )
-        distances = abs(surface.signed_distance(near))
-        assert (distances <= on_other_side * (1 + 1e-6)).all()
-        edge = 1.2 / 59 * np.linalg.norm(matrix, axis=0).sum()
-        assert (on_other_side - distances < edge).mean() > 0.97
-        on_caps = surface.sample_points(2000)["primitive_ids"] >= volume.cell_count
-        part = 1 - isospline.Isosurface(volume, 4.5, inside=inside).area().value / surface.area().value
-        assert abs(on_caps.mean() - part) < 5 * np.sqrt(part * (1 - part) / 2000)
-        areas = surface.components(measured=True, order=4).areas
-        assert areas.sum() == pytest.approx(surface.area(order=4).value, rel=1e-9)
+    value = model(points)
+    expected = ((unit > 0) & (unit < 1)).all(axis=1) & ((value > 4.5) == (inside == "above"))
+    clear = abs(value - 4.5) > 1e-4
+    contains = surface.contains(points)
+    np.testing.assert_array_equal(contains[clear], expected[clear])
+    scene = isospline.Scene([surface])
+    rays = np.hstack([points, rng.normal(size=points.shape)])
+    np.testing.assert_array_equal(scene.count_intersections(rays) % 2 == 1, contains)
+    assert np.isfinite(scene.cast_rays(rays[contains], coherent=True)["t_hit"]).all()
+    mesh = surface.to_mesh().to_trimesh()
+    assert mesh.is_watertight
+    # The surface is nearer than all points on the other side, and not much nearer than those of a fine grid.
+    grid = np.stack(np.meshgrid(*(np.linspace(-0.1, 1.1, 40),) * 3), axis=-1).reshape(-1, 3)
+    value = model(grid @ matrix.T + origin)
+    solid = ((grid > 0) & (grid < 1)).all(axis=1) & ((value > 4.5) == (inside == "above"))
+    near = points[:150][clear[:150]]
+    on_other_side = np.where(
+        contains[:150][clear[:150]],
+        *(scipy.spatial.cKDTree(grid[side] @ matrix.T + origin).query(near)[0] for side in (~solid, solid)),
+    )
+    distances = abs(surface.signed_distance(near))
+    assert (distances <= on_other_side * (1 + 1e-6)).all()
+    edge = 1.2 / 39 * np.linalg.norm(matrix, axis=0).sum()
+    assert (on_other_side - distances < edge).mean() > 0.97
+    on_caps = surface.sample_points(2000)["primitive_ids"] >= volume.cell_count
+    part = 1 - isospline.Isosurface(volume, 4.5, inside=inside).area(order=4).value / surface.area(order=4).value
+    assert abs(on_caps.mean() - part) < 5 * np.sqrt(part * (1 - part) / 2000)
+    areas = surface.components(measured=True, order=4).areas
+    assert areas.sum() == pytest.approx(surface.area(order=4).value, rel=1e-9)
 
 
 def half_solid(**options):

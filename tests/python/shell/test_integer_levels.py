@@ -14,7 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:level .* (has an empty shell|is 
 CASES = [(degree, largest) for degree in (1, 2, 3) for largest in (2, 4, 50)]
 
 
-def integers(seed, largest, *, smooth, shape=(9, 10, 11)):
+def integers(seed, largest, *, smooth, shape=(7, 8, 9)):
     """Random integers in [0, largest), or smooth ones with plateaus of the same number; in the order z, y, x."""
     rng = np.random.default_rng(seed)
     data = rng.integers(0, largest, shape)
