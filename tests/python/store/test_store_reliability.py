@@ -352,7 +352,7 @@ def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     isospline.convert(data, tmp_path / "threads.zarr", chunk=16, workers=3)
     assert contents(tmp_path / "threads.zarr") == contents(made)
     np.save(tmp_path / "a.npy", data)
-    with distributed.Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as client:
+    with distributed.Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as client:
         path = isospline.convert(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, client=client)
         with pytest.raises(ValueError, match="expected finite numbers"):
             isospline.convert(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
