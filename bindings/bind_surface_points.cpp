@@ -4,14 +4,17 @@
 #include "points.h"
 #include "results.h"
 
+#include "isospline/query/lattice_metric.h"
 #include "isospline/query/sample_surface.h"
 #include "isospline/scene/scene.h"
 #include "isospline/scene/thickness.h"
+#include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,7 +70,11 @@ points : (..., 3) array_like, world units
     On the surface, such as those of `sample_points`. For other points, the nearest points of the surface are used.
 method : {"max_sphere", "ray"}
     "ray" is the length of the inward normal within the solid. "max_sphere" is the diameter of the largest ball in the
-    solid that touches the surface at the point; it is never larger than "ray".
+    solid whose distance from the point is at most `ripple`.
+ripple : float, optional
+    For "max_sphere", world units: the height of ripples of the surface, such as those of noise, that do not matter. By
+    default half of the shortest edge of a voxel. With 0, the ball touches the surface at the point, and the thickness
+    is never larger than that of "ray".
 
 Returns
 -------
@@ -78,16 +85,21 @@ Returns
 Raises
 ------
 ValueError
-    For a point that is not finite or has a coordinate above 1e100, and another method.
+    For a point that is not finite or has a coordinate above 1e100, another method, and a ripple below 0.
 
 Notes
 -----
-The names are those of trimesh.proximity.thickness. The ball shrinks [1]_ until no part of the surface, or
-of a cap, is inside it.
+The names are those of trimesh.proximity.thickness. "max_sphere" is the local thickness of [1]_, for which a ball may be
+`ripple` away from the point: a ball that has to touch a noisy surface at the point is bounded by the ripples beside it.
+The ball shrinks on the inward normal [2]_, and then moves to where it can grow until it is the largest one nearby, to
+a fiftieth of `ripple` or, if that is more, a thousandth of a voxel. On a smooth surface, `ripple` has an effect only
+near edges and where the thickness changes: there, a ball may fit that is larger than the touching one.
 
 References
 ----------
-.. [1] J. Ma, S. W. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
+.. [1] T. Hildebrand, P. Rüegsegger, "A new method for the model-independent assessment of thickness in
+   three-dimensional images", Journal of Microscopy 185, 1997.
+.. [2] J. Ma, S. W. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the normal field",
    The Visual Computer 28, 2012.
 
 Examples
@@ -96,7 +108,7 @@ Examples
 >>> field = isospline.volumes.torus(0.6, 0.25)
 >>> volume = field.volume(48)
 >>> torus = isospline.Isosurface(volume, field.level)
->>> torus.thickness([(0.85, 0, 0), (0, 0.6, 0.25)]).round(3), torus.thickness((0.6, 0, 0.25), method="ray").round(3)
+>>> torus.thickness([(0.85, 0, 0), (0, 0.6, 0.25)]).round(2), torus.thickness((0.6, 0, 0.25), method="ray").round(3)
 (array([0.5, 0.5]), np.float64(0.5))
 )";
 
@@ -137,9 +149,13 @@ py::object sample_points(const Isosurface& surface, std::int64_t count, std::int
 }
 
 py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const py::object& points,
-                              const std::string& word)
+                              const std::string& word, std::optional<double> ripple_height)
 {
     const RowArray rows(points, "points", 3);
+    if (ripple_height)
+        check_not_negative("ripple", *ripple_height);
+    const double shortest_edge = LatticeMetric(surface->volume().lattice_to_world()).shortest_edge;
+    const double ripple = ripple_height.value_or(0.5 * shortest_edge);
     const ThicknessMethod method = as_enum(method_words, word, "method");
     auto result = new_array<double>(rows.leading_shape());
     double* const to = result.mutable_data();
@@ -157,7 +173,7 @@ py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const 
                           std::vector<glm::dvec3> chunk;
                           for (std::size_t row = begin; row < end; ++row)
                               chunk.push_back(rows.vector(row));
-                          find_thickness(*shown, at_level, method, chunk, {to + begin, end - begin});
+                          find_thickness(*shown, at_level, method, ripple, chunk, {to + begin, end - begin});
                       },
                       progress);
               });
@@ -171,7 +187,7 @@ void bind_surface_points(py::module_& module)
     py::class_<Isosurface, std::shared_ptr<Isosurface>>(module.attr("Isosurface"))
         .def("sample_points", &sample_points, py::arg("count"), py::kw_only(), py::arg("seed") = 0, sample_points_doc)
         .def("thickness", &thickness, py::arg("points"), py::kw_only(), py::arg("method") = "max_sphere",
-             thickness_doc);
+             py::arg("ripple") = py::none(), thickness_doc);
 }
 
 } // namespace isospline

@@ -1,6 +1,7 @@
 #include "isospline/scene/thickness.h"
 
-#include "isospline/query/closest_point.h"
+#include "isospline/query/inscribed_ball.h"
+#include "isospline/query/lattice_metric.h"
 
 #include <glm/geometric.hpp>
 
@@ -11,34 +12,8 @@
 
 namespace isospline {
 
-namespace {
-
-/// The radius of the largest ball that touches the surface at a point from inside. `radius` is that of a ball that
-/// contains it.
-double shrunk_ball(ClosestPointFinder& find, const ClosestPoint& at, double radius)
-{
-    constexpr int most_balls = 64;
-    for (int ball = 0; ball < most_balls; ++ball) {
-        const glm::dvec3 center = at.position - radius * at.normal;
-        const ClosestPoint other = find.within(center, radius);
-        const double margin = 1e-7 * radius + other.error;
-        if (!(other.distance < radius - margin))
-            break;
-        // The ball through both points whose centre is on the normal.
-        const glm::dvec3 between = at.position - other.position;
-        const double along = glm::dot(between, at.normal);
-        const double next = glm::dot(between, between) / (2.0 * along);
-        if (!(next > 0.0 && next < radius))
-            break;
-        radius = next;
-    }
-    return radius;
-}
-
-} // namespace
-
 void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surface, ThicknessMethod method,
-                    std::span<const glm::dvec3> points_world, std::span<double> thickness)
+                    double ripple, std::span<const glm::dvec3> points_world, std::span<double> thickness)
 {
     // Rays from the surface inwards.
     ClosestPointFinder find(surface);
@@ -62,7 +37,11 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
         rays[i].origin = scene.offset_position(start, rays[i].direction);
     }
     scene.cast_rays(rays, hits);
-    const double largest = glm::length(scene.bounds().size());
+    const Box bounds = scene.bounds();
+    const double largest = glm::length(bounds.size());
+    const double precision =
+        std::max(1e-3 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge, 0.02 * ripple);
+    ClosestPointFinder find_within_precision(surface, {.tolerance = precision});
     for (std::size_t i = 0; i < points_world.size(); ++i) {
         const bool is_known = glm::length(starts[i].normal) > 0.0;
         thickness[i] = is_known && std::isfinite(hits[i].t)
@@ -71,9 +50,11 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
                                   : std::numeric_limits<double>::quiet_NaN();
         if (method == ThicknessMethod::ray || !is_known)
             continue;
-        const double first = std::min(0.5 * thickness[i], largest), last = shrunk_ball(find, starts[i], first);
-        if (last < first || std::isfinite(thickness[i]))
-            thickness[i] = 2.0 * last;
+        const double ray = std::min(thickness[i], 2.0 * largest);
+        const Ball ball = inscribed_ball(find_within_precision, starts[i], 0.5 * (ray + std::min(ripple, 0.5 * ray)),
+                                         ripple, precision, bounds);
+        if (std::isfinite(thickness[i]) || ball.radius < largest - ripple)
+            thickness[i] = 2.0 * ball.radius;
     }
 }
 

@@ -12,17 +12,14 @@ namespace isospline {
 
 enum class ThicknessMethod {
     ray,       ///< length of the inward normal in the solid
-    max_sphere ///< diameter of the largest ball in the solid that touches the surface there
+    max_sphere ///< diameter of the largest ball in the solid that is nearer to the point than the height of ripples
 };
 
 /// Computes the thickness at the points of the surface that are nearest to the given points in world space. It is
-/// infinite if there is no opposite side. `scene` contains only the surface, with id 0.
-///
-/// Shrinking balls: J. Ma, S. W. Bae, S. Choi, "3D medial axis point approximation using nearest neighbors and the
-/// normal field", The Visual Computer 28, 2012. The first ball contains the largest one. The point of the surface
-/// nearest to a ball's centre gives the next ball, which touches that point. The last ball contains no point of the
-/// surface.
+/// infinite if there is no opposite side. `scene` contains only the surface, with id 0. Balls are found by
+/// inscribed_ball(); `ripple` is the gap there. Their radii are precise to 0.02 ripple or, if that is more, to a
+/// thousandth of the shortest edge of a cell.
 void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surface, ThicknessMethod method,
-                    std::span<const glm::dvec3> points_world, std::span<double> thickness);
+                    double ripple, std::span<const glm::dvec3> points_world, std::span<double> thickness);
 
 } // namespace isospline

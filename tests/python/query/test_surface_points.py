@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from scipy.ndimage import gaussian_filter
 
 import isospline
 
@@ -68,6 +69,47 @@ def test_thickness_of_a_torus_and_a_shell():
         np.testing.assert_allclose(shell.thickness(outer, method=method), 0.3, atol=2e-3)
     inner = outer * (0.4 / 0.7)
     np.testing.assert_allclose(shell.thickness(inner, method="ray"), 0.3, atol=2e-3)
+
+
+def noisy(shape, signed_distance, noise, rng):
+    """A solid where a signed distance in voxels is negative: an edge of one voxel, blurred, of contrast 1."""
+    position = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).astype(float)
+    data = gaussian_filter(np.clip(signed_distance(position) + 0.5, 0, 1), 0.8)
+    data += rng.normal(0, noise, shape)
+    return isospline.Isosurface(isospline.Volume(data), 0.5, inside="below", closed=True, largest=1)
+
+
+@pytest.mark.parametrize("noise", [0, 0.01, 0.04])
+def test_thickness_on_noisy_data(noise, rng):
+    """Balls in ripples are smaller than the ideal one by about the height of two of them."""
+    middle = np.array([11.3, 10.8, 11.1])
+    # The shape, the signed distance, the part of the surface that is far from ends and edges, and the thickness.
+    solids = {
+        "bore": ((26, 22, 22), lambda p: np.hypot(*(p[..., 1:] - middle[:2]).T).T - 7.3, (4, 11, 11), 14.6),
+        "slab": ((24, 24, 14), lambda p: abs(p[..., 2] - 6.6) - 3.4, (7, 7, 7), 6.8),
+        "ball": ((22, 22, 22), lambda p: np.linalg.norm(p - middle, axis=-1) - 8, (11, 11, 11), 16),
+    }
+    for name, (shape, signed_distance, within, thickness) in solids.items():
+        surface = noisy(shape, signed_distance, noise, rng)
+        points = surface.sample_points(400)["points"]
+        index = points[:, ::-1]
+        is_inner = (abs(index - (np.array(shape) - 1) / 2) < within).all(axis=1) & (abs(signed_distance(index)) < 1)
+        found = surface.thickness(points[is_inner][:60]) / thickness
+        assert len(found) > 20 and abs(np.quantile(found, [0.05, 0.5, 0.95]) - 1).max() < 0.02 + noise, name
+
+
+def test_thickness_beside_an_edge():
+    """In a box, a ball that is `ripple` away from a point at distance a from an edge touches both sides of the edge."""
+    box = isospline.Isosurface(isospline.Volume(np.ones((30, 11, 11)), spacing=0.5), 0.0, closed=True)
+    a = np.array([0.2, 0.5, 1.1, 2.5])
+    lower, upper = box.volume.bounds
+    points = lower + np.stack([a, 0 * a, 0 * a + 7], axis=1)
+    for ripple in (0, 0.1, 0.25, 0.4):
+        radius = np.minimum((upper - lower)[0] / 2, a + ripple + np.sqrt(2 * a * ripple + 2 * ripple**2))
+        np.testing.assert_allclose(box.thickness(points, ripple=ripple), 2 * radius, atol=0.03 * ripple + 2e-3)
+    np.testing.assert_array_equal(box.thickness(points), box.thickness(points, ripple=0.25))
+    with pytest.raises(ValueError, match="^ripple: expected a finite number of at least 0, got -1"):
+        box.thickness(points, ripple=-1)
 
 
 def test_thickness_where_the_solid_is_open_or_capped():
