@@ -23,6 +23,7 @@ from .checks import library_of
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
 from .meshio import mesh_from_meshio
+from .single_precision import offset_in_header
 from .trimesh import mesh_from_trimesh
 from .vtk import mesh_from_vtk
 
@@ -44,8 +45,9 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     kept as `Mesh.values`, with its name: the active scalars of VTK's formats, or the first such array of others. Faces
     keep the order of the file, and larger ones are cut into triangles. STL has no vertices but corners of faces, of
     which those with equal positions become one vertex; in other formats, vertices are not merged. If a file has solid
-    cells and no faces, their surface is used. Coordinates are those of the file. A process of its own reads the file,
-    with limits on memory and time.
+    cells and no faces, their surface is used. Coordinates are those of the file, with the offset that `Mesh.write`
+    notes in the header of an STL file far from the origin. A process of its own reads the file, with limits on memory
+    and time.
 
     Parameters
     ----------
@@ -135,7 +137,9 @@ def _arrays_of_trimesh(path, scene):
     arrays, suffix = _arrays(mesh), path.suffix.lower()
     if suffix == ".stl":
         first, places = _equal_rows(mesh.vertices)
-        arrays["vertices"], arrays["faces"] = mesh.vertices[first], places[mesh.faces]
+        with open(path, "rb") as file:
+            offset = offset_in_header(file.read(80))
+        arrays["vertices"], arrays["faces"] = mesh.vertices[first] + offset, places[mesh.faces]
         arrays = {name: arrays[name] for name in ("vertices", "faces")}  # STL has nothing else
     if suffix in (".glb", ".gltf") and mesh.colors is not None:
         arrays["colors"] = linear_to_srgb(mesh.colors)  # trimesh takes the linear colours of glTF for sRGB

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any
 
 import numpy as np
 
 from ..base.parameters import check_path, printable
-from ..base.system import whole_file
+from ..base.system import warn, whole_file
 from .checks import PLY_NAMES, library_of
+from .single_precision import blurred_faces, numbers_of, offset_for, stl_header
 
 
 def to_trimesh(self):
@@ -34,13 +36,19 @@ def to_trimesh(self):
     0.5
     """
     with library_of("Mesh.to_trimesh"):
-        import trimesh
+        return _trimesh_from(self, 0.0)
+
+
+def _trimesh_from(mesh, offset):
+    """A mesh of trimesh, with vertices relative to an offset."""
+    import trimesh
+
     return trimesh.Trimesh(
-        np.array(self.vertices),  # copies, which can be written to: Open3D and others refuse arrays that cannot
-        self.faces.astype(np.int64),
-        vertex_normals=self.normals,
-        vertex_colors=_srgb_colors(self),
-        vertex_attributes=_named_values(self),
+        mesh.vertices - offset,  # a copy, which can be written to: Open3D and others refuse arrays that cannot
+        mesh.faces.astype(np.int64),
+        vertex_normals=mesh.normals,
+        vertex_colors=_srgb_colors(mesh),
+        vertex_attributes=_named_values(mesh),
         process=False,
     )
 
@@ -148,18 +156,29 @@ def write_mesh(self, path):
     ========  ====================================================================  =========
     ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
     ``.ply``  binary; vertices, faces, normals, colours and values, in float64      meshio
-    ``.obj``  text; vertices, faces, normals and colours, 15 decimal places         trimesh
+    ``.obj``  text; vertices, faces, normals and colours, 16 significant digits     trimesh
     ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits    trimesh
     ========  ====================================================================  =========
+
+    STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, it cannot hold the
+    detail of a mesh. Vertices are then written relative to an offset near the mesh. In glTF, the offset is the
+    translation of the mesh's node, in float64, which readers add. STL has no place for it but the 80 bytes of its
+    header: a warning names it, `read_mesh` adds it, other programs show the mesh near their origin.
 
     Parameters
     ----------
     path : str or path-like
 
+    Warns
+    -----
+    UserWarning
+        If STL needs an offset, and if no offset helps: if float32 moves corners of more than 1% of the faces by more
+        than a quarter of their shortest edges, as in a mesh of small parts that are far apart.
+
     Raises
     ------
     ValueError
-        For another suffix, and if the mesh has no faces.
+        For another suffix, if the mesh has no faces, and if float32 cannot hold a coordinate of STL or glTF.
     OSError
         If the file cannot be written.
     ImportError
@@ -177,7 +196,10 @@ def write_mesh(self, path):
     if len(self.faces) == 0:
         raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
     with library_of(f"{printable(path)}: Mesh.write"), whole_file(path) as temporary:
-        write(self, temporary)
+        if write in (_write_stl, _write_glb):
+            write(self, temporary, _checked_offset(self, path))
+        else:
+            write(self, temporary)
 
 
 def write_surface(self, path, tolerance=None, *, progress=None):
@@ -218,17 +240,53 @@ def writer_of(path):
     return writer
 
 
-def _write_trimesh(file_type, **options):
-    def write(mesh, path):
-        converted = mesh.to_trimesh()
-        converted.vertex_attributes.clear()  # glTF has no NaN, and its names begin with an underscore
-        if file_type == "glb" and mesh.colors is not None:
-            converted.visual.vertex_colors = _bytes_of(mesh._colors())  # the standard's COLOR_0 is linear
-        content = converted.export(file_type=file_type, **options)
-        with open(path, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
+def _checked_offset(mesh, path):
+    """The offset of the vertices in a file in single precision, after warnings about what the file does not have."""
+    try:
+        offset = offset_for(mesh.vertices, mesh.faces)
+    except ValueError as error:
+        raise ValueError(f"{printable(path)}: {error} keeps them") from None
+    if offset.any() and writer_of(path) is _write_stl:
+        warn(
+            f"{printable(path)}: the vertices are written relative to ({', '.join(numbers_of(offset))}), which the "
+            f"header names and read_mesh adds: STL has single precision, too little so far from the origin; .ply, .obj "
+            f"and .glb keep the place"
+        )
+    if count := blurred_faces(mesh.vertices, mesh.faces, offset):
+        warn(
+            f"{printable(path)}: rounding to single precision moves corners of {count} of {len(mesh.faces)} faces by "
+            f"more than a quarter of their shortest edges; .ply and .obj keep them"
+        )
+    return offset
 
-    return write
+
+def _write_stl(mesh, path, offset):
+    content = _trimesh_from(mesh, offset).export(file_type="stl")
+    with open(path, "wb") as file:
+        file.write(stl_header(offset) + content[80:] if offset.any() else content)
+
+
+def _write_glb(mesh, path, offset):
+    import trimesh
+
+    converted = _trimesh_from(mesh, offset)
+    converted.vertex_attributes.clear()  # glTF has no NaN, and its names begin with an underscore
+    if mesh.colors is not None:
+        converted.visual.vertex_colors = _bytes_of(mesh._colors())  # the standard's COLOR_0 is linear
+    place = np.eye(4)
+    place[:3, 3] = offset
+    scene = trimesh.Scene()
+    scene.add_geometry(converted, transform=place)
+    with open(path, "wb") as file:
+        file.write(scene.export(file_type="glb", include_normals=True))
+
+
+def _write_obj(mesh, path):
+    # trimesh writes a number of decimal places, for normals and colours, too.
+    size = np.abs(mesh.vertices).max()
+    digits = 15 - min(0, math.floor(math.log10(size))) if size > 0 else 15
+    with open(path, "w", encoding="ascii") as file:
+        file.write(mesh.to_trimesh().export(file_type="obj", include_normals=True, digits=digits))
 
 
 def _write_ply(mesh, path):
@@ -267,10 +325,10 @@ def _bytes_of(colors):
 
 
 _WRITERS = {
-    ".stl": _write_trimesh("stl"),
+    ".stl": _write_stl,
     ".ply": _write_ply,
-    ".obj": _write_trimesh("obj", include_normals=True, digits=15),
-    ".glb": _write_trimesh("glb", include_normals=True),
+    ".obj": _write_obj,
+    ".glb": _write_glb,
 }
 
 #: Suffixes of mesh files that can be written.

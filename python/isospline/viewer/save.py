@@ -8,6 +8,7 @@ import os
 import numpy as np
 
 from .. import _core
+from ..interop.single_precision import offset_for
 from ..picture.cameras import turntable
 from ..picture.video import write_video
 from .bundle import write_bundle
@@ -50,8 +51,11 @@ def save(viewer, what, state, size, options):
             path = os.path.join(folder, "turntable.mp4")
             _write_turntable(viewer, path, state, size, options)
         elif what == "mesh":
-            path = os.path.join(folder, "mesh.stl")
-            _mesh(viewer, state).write(path)
+            mesh = _mesh(viewer, state)
+            # The page shows no warnings, and far from the origin STL does not keep the place.
+            suffix = "ply" if offset_for(mesh.vertices, mesh.faces).any() else "stl"
+            path = os.path.join(folder, f"mesh.{suffix}")
+            mesh.write(path)
         else:
             path = os.path.join(folder, f"picture.{what}")
             layers = ("depth", "normal", "position") if what == "exr" else ()

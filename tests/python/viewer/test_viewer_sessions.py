@@ -50,6 +50,17 @@ def saved(client, what="session"):
     return about["name"], content
 
 
+def test_far_from_the_origin_a_mesh_is_saved_with_its_place(tmp_path):
+    far = isospline.Volume(isospline.volumes.sphere(0.7).values(12), origin=(5e5, 4.5e6, 300))
+    with isospline.view(isospline.Isosurface(far, 0.0), browser=False) as opened:
+        client = Client(opened)
+        name, content = saved(client, "mesh")
+        client.close()
+    (tmp_path / name).write_bytes(content)
+    bounds = isospline.read_mesh(tmp_path / name).bounds
+    np.testing.assert_allclose(bounds.mean(axis=0), np.array([5e5, 4.5e6, 300]) + 5.5, atol=1e-6)
+
+
 def session(sources, level=50.0, **more):
     """The text of a session with an isosurface of each source."""
     objects = [{"id": id, "source": each["key"], "level": level} for id, each in enumerate(sources)]
