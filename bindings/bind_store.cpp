@@ -10,10 +10,13 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <iterator>
 #include <memory>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -53,12 +56,21 @@ py::object paging_of(const Volume& volume)
     return as_result("Paging", paging);
 }
 
+/// Whether a store lacks something or has changed; otherwise the system could not read it.
+bool is_damage(const std::error_code& code)
+{
+    const int damages[] = {EIO, EINVAL, ENOENT, ENOTDIR, EISDIR, ELOOP};
+    return std::find(std::begin(damages), std::end(damages), code.value()) != std::end(damages);
+}
+
 void translate_store_error(std::exception_ptr raised)
 {
     try {
         std::rethrow_exception(std::move(raised));
     } catch (const StoreError& error) {
-        const py::object type = py::reinterpret_borrow<py::object>(PyExc_OSError);
+        const auto damaged = py::module_::import("isospline._core").attr("DamagedStore");
+        const py::object type =
+            is_damage(error.code()) ? py::object(damaged) : py::reinterpret_borrow<py::object>(PyExc_OSError);
         const py::object value = type(error.code().value(), error.text(), error.path1().string());
         PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(value.ptr())), value.ptr());
     }
@@ -68,6 +80,11 @@ void translate_store_error(std::exception_ptr raised)
 
 void bind_store(py::module_& module)
 {
+    // The reader of a damaged file raises a ValueError. Chunks are read in later calls, where an OSError is expected.
+    const py::tuple bases = py::make_tuple(py::handle(PyExc_OSError), py::handle(PyExc_ValueError));
+    module.attr("DamagedStore") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
+        "isospline._core.DamagedStore", "A chunk of a store is missing, truncated or fails its checksum.", bases.ptr(),
+        nullptr));
     py::register_local_exception_translator(translate_store_error);
     module.def("open_sharded_volume", &open_sharded_volume, py::arg("folder"), py::arg("state"), py::arg("shard"),
                py::arg("chunk"), py::arg("ranges"), py::arg("memory_limit"));

@@ -51,6 +51,7 @@ _Layer = Literal[
 INVALID_PRIMITIVE_ID: int
 
 class Cancelled(RuntimeError): ...
+class DamagedStore(OSError, ValueError): ...
 
 class _ModelOptions(TypedDict, total=False):
     degree: int

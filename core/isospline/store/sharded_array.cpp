@@ -113,9 +113,7 @@ public:
             if (count < 0 && errno == EINTR)
                 continue;
             if (count <= 0)
-                fail(count < 0 ? "cannot read " + what + ": " + std::generic_category().message(errno)
-                               : what + " is cut short",
-                     EIO);
+                fail(count < 0 ? "cannot read " + what : what + " is cut short", count < 0 ? errno : EIO);
             done += static_cast<std::size_t>(count);
         }
         return page;

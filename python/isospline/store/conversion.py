@@ -14,10 +14,10 @@ from .._core import Cancelled
 from ..base.parameters import check_path, printable
 from . import layout, ome, tasks
 from .budget import Budget, default_threads
-from .metadata import VERSION, group_attributes
+from .metadata import VERSION, cell_shape, group_attributes
 from .model import FindRange, Model, PrefilterShard, offset_of
 from .pyramid import ReduceShard, SampleShard, level_shapes, origin_shift
-from .ranges import WriteRanges, cell_shape
+from .ranges import WriteRanges
 from .sources.source import Source
 
 #: The fraction of the progress for staging the samples, and the relative costs of the other steps per sample.

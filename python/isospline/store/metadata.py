@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
 import math
 import os
 import stat
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from reprlib import repr as _shown
 from typing import Any
 
 import numpy as np
@@ -22,6 +26,14 @@ VERSION = 2
 
 #: Largest size of a metadata file in bytes.
 _LARGEST_FILE = 1 << 26
+
+_LARGEST_NUMBER = np.finfo(float).max
+
+# The system's errors for a path that the store does not have.
+_ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG)
+
+# Characters of a reason in an error's message; those of other packages may quote all that a file has.
+_LONGEST_REASON = 600
 
 #: Cells along each edge of an octet of bricks. An array of ranges has one item per octet.
 OCTET_SIZE = 16
@@ -94,36 +106,53 @@ def read_metadata(path: str | os.PathLike[str]) -> StoreMetadata:
     Raises
     ------
     OSError
-        If the folder or one of its files of metadata is missing or cannot be read.
+        If the folder is missing, or the system cannot read it.
     ValueError
-        If it is not a store, incomplete, of another version, damaged, or if a link or key leads out of it. The message
-        names the store.
+        If it is not a store, incomplete, of another version, damaged in any way, or if a link or key leads out of it.
+        The message names the store.
     """
     check_path(path)
     root = Path(os.path.realpath(path))
-    try:
+    with errors_name_store(path):
         attributes = group_attributes(root)
         if "time_steps" in attributes:
-            steps = attributes["time_steps"]
-            raise ValueError(f"expected one volume, got a time series of {len(steps)}: open {path}/{steps[0]}")
+            steps = _field(attributes, "time_steps", list)
+            raise ValueError(f"expected one volume, got a time series of {len(steps)}: open {path}/t/0")
         if attributes.get("complete") is not True:
             raise ValueError("expected a complete store, got an incomplete one: run its conversion again to continue")
         levels = _field(attributes, "levels", list)
         if not levels:
             raise ValueError("levels: expected at least one, got none")
         check_links(root)
+        degree = _one_of(attributes, "degree", range(6))
         return StoreMetadata(
             root,
-            _one_of(attributes, "degree", range(6)),
+            degree,
             _one_of(attributes, "boundary", ("mirror", "periodic")),
             _one_of(attributes, "filter", ("interpolate", "none", "smoothing")),
             _number(attributes, "smoothing"),
             _unit(attributes),
             "patient" in attributes and _field(attributes, "patient", bool),
-            tuple(_level(root, number, level) for number, level in enumerate(levels)),
+            tuple(_level(root, degree, number, level) for number, level in enumerate(levels)),
         )
-    except ValueError as error:
-        raise ValueError(f"{printable(path)}: {error}") from error
+
+
+@contextlib.contextmanager
+def errors_name_store(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Name the store in exceptions. All that its content raises becomes a ValueError; errors of the system stay."""
+    try:
+        yield
+    except (OSError, MemoryError, ImportError):
+        raise
+    except Exception as error:
+        reason = str(error).removeprefix(f"{printable(path)}: ") or type(error).__name__
+        shown = reason if len(reason) <= _LONGEST_REASON else f"{reason[:_LONGEST_REASON]}..."
+        raise ValueError(f"{printable(path)}: {shown}") from error
+
+
+def cell_shape(shape: Any, degree: int) -> tuple[int, ...]:
+    """Cells of a model along each axis. For odd degrees, an axis with a single sample has no cells."""
+    return tuple(size if degree % 2 == 0 else size - 1 for size in shape)
 
 
 def group_attributes(root: Path) -> dict[str, Any]:
@@ -139,7 +168,8 @@ def group_attributes(root: Path) -> dict[str, Any]:
         raise ValueError("expected a store that isospline.convert has written, got another Zarr group")
     if found.get("version") != VERSION:
         raise ValueError(
-            f"expected a store of version {VERSION}, got version {found.get('version')!r}: convert its source again"
+            f"expected a store of version {VERSION}, got version {_shown(found.get('version'))}: convert its source "
+            f"again"
         )
     return found
 
@@ -153,29 +183,28 @@ def check_links(root: Path) -> None:
                 raise ValueError(f"{printable(os.path.relpath(entry, root))}: expected no link that leaves the store")
 
 
-def _level(root, number, level):
+def _level(root, degree, number, level):
     name = f"levels[{number}]"
     if not isinstance(level, dict):
-        raise ValueError(f"{name}: expected an object, got {level!r}")
+        raise ValueError(f"{name}: expected an object, got {_shown(level)}")
     try:
         shape = _counts(level, "shape")
         path, ranges = _key(level, "path"), _key(level, "ranges")
         array = _array(root, path)
-        if tuple(array.get("shape", ())) != shape:
-            raise ValueError(f"{path}: expected shape {shape}, got {array.get('shape')!r}")
+        if array.get("shape") != list(shape):
+            raise ValueError(f"{path}: expected shape {shape}, got {_shown(array.get('shape'))}")
         chunk, shard = _sharding(path, array)
-        _check_ranges(shape, path, _array(root, ranges), ranges)
-        direction = np.array(_field(level, "direction", list), dtype=float)
-        if direction.shape != (3, 3) or not np.isfinite(direction).all():
-            raise ValueError(f"direction: expected 3 x 3 finite numbers, got {level['direction']!r}")
+        _check_ranges(shape, degree, _array(root, ranges), ranges)
+        rows = _field(level, "direction", list)
+        if len(rows) != 3:
+            raise ValueError(f"direction: expected 3 x 3 finite numbers, got {_shown(rows)}")
+        direction = np.array([_numbers({"direction": row}, "direction") for row in rows])
         minimum, maximum, offset = (_number(level, field) for field in ("minimum", "maximum", "offset"))
         if minimum > maximum:
             raise ValueError(f"minimum: expected {maximum} at most, got {minimum}")
         spacing, origin = _numbers(level, "spacing"), _numbers(level, "origin")
         if min(spacing) <= 0:
             raise ValueError(f"spacing: expected numbers above 0, got {spacing}")
-    except (TypeError, KeyError) as error:
-        raise ValueError(f"{name}: expected the metadata of a level, got {error}") from error
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return ScaleMetadata(path, ranges, shape, chunk, shard, minimum, maximum, offset, spacing, origin, direction)
@@ -183,37 +212,51 @@ def _level(root, number, level):
 
 def _sharding(path, array):
     """Shapes of chunks and shards, after checking that the array is stored in this version's form."""
-    grid = array.get("chunk_grid", {})
-    codecs = array.get("codecs", [])
-    key = array.get("chunk_key_encoding", {})
-    if array.get("data_type") != "float32":
-        raise ValueError(f"{path}: expected float32, got {array.get('data_type')!r}")
-    if grid.get("name") != "regular" or [codec.get("name") for codec in codecs] != ["sharding_indexed"]:
+    outer, codecs = _storage(path, array, 3)
+    if [codec.get("name") for codec in codecs] != ["sharding_indexed"]:
         raise ValueError(f"{path}: expected a regular grid of shards, got others")
-    separator = key.get("configuration", {}).get("separator", "/")
-    if key.get("name") != "default" or separator != "/":
-        raise ValueError(f"{path}: expected chunks named as c/0/0/0, got others")
-    configuration = codecs[0]["configuration"]
+    configuration = _field(codecs[0], "configuration", dict)
     for field in ("codecs", "index_codecs"):
-        names = [codec.get("name") for codec in configuration[field]]
-        endian = configuration[field][0].get("configuration", {}).get("endian", "little")
-        if names != ["bytes", "crc32c"] or endian != "little":
-            raise ValueError(f"{path}: expected codecs bytes (little) and crc32c, got {names}")
+        _check_codecs(path, _objects(configuration, field))
     if configuration.get("index_location", "end") != "end":
-        raise ValueError(f"{path}: expected the index at a shard's end, got {configuration['index_location']!r}")
-    shard = _counts(grid["configuration"], "chunk_shape")
-    chunk = _counts(configuration, "chunk_shape")
+        raise ValueError(f"{path}: expected the index at a shard's end, got {_shown(configuration['index_location'])}")
+    shard, chunk = _counts(outer, "chunk_shape"), _counts(configuration, "chunk_shape")
     if any(outer % inner for outer, inner in zip(shard, chunk)):
         raise ValueError(f"{path}: expected shards of whole chunks, got {shard} and {chunk}")
     return chunk, shard
 
 
-def _check_ranges(shape, path, array, ranges):
-    got = tuple(array.get("shape", ()))
-    if array.get("data_type") != "float32" or len(got) != 5 or got[3:] != (2, 8):
-        raise ValueError(f"{ranges}: expected float32 of shape (octets z, octets y, octets x, 2, 8), got {got}")
-    if any(abs(count - math.ceil(size / OCTET_SIZE)) > 1 for count, size in zip(got, shape)):
-        raise ValueError(f"{ranges}: expected octets that cover {path} of shape {shape}, got {got}")
+def _check_ranges(shape, degree, array, ranges):
+    """Check that an array is stored in this version's form, and has a range for each octet of a level."""
+    outer, codecs = _storage(ranges, array, 5)
+    _check_codecs(ranges, codecs)
+    _counts(outer, "chunk_shape", 5)
+    octets = [math.ceil(cells / OCTET_SIZE) for cells in cell_shape(shape, degree)]
+    if array.get("shape") != [*octets, 2, 8]:
+        raise ValueError(f"{ranges}: expected shape {(*octets, 2, 8)}, got {_shown(array.get('shape'))}")
+
+
+def _storage(path, array, dimension):
+    """The configuration of an array's regular grid, and its codecs."""
+    if array.get("data_type") != "float32":
+        raise ValueError(f"{path}: expected float32, got {_shown(array.get('data_type'))}")
+    if array.get("storage_transformers"):
+        raise ValueError(f"{path}: expected no storage transformers, got {_shown(array['storage_transformers'])}")
+    grid, key = (_field(array, field, dict) for field in ("chunk_grid", "chunk_key_encoding"))
+    if grid.get("name") != "regular":
+        raise ValueError(f"{path}: expected a regular grid, got {_shown(grid.get('name'))}")
+    options = key.get("configuration", {})
+    if key.get("name") != "default" or not isinstance(options, dict) or options.get("separator", "/") != "/":
+        raise ValueError(f"{path}: expected chunks named as c{'/0' * dimension}, got others")
+    return _field(grid, "configuration", dict), _objects(array, "codecs")
+
+
+def _check_codecs(path, codecs):
+    """Check that items are stored as they are in memory, with a checksum."""
+    names = [codec.get("name") for codec in codecs]
+    options = codecs[0].get("configuration", {}) if codecs else {}
+    if names != ["bytes", "crc32c"] or not isinstance(options, dict) or options.get("endian", "little") != "little":
+        raise ValueError(f"{path}: expected codecs bytes (little) and crc32c, got {_shown(names)}")
 
 
 def _array(root, key):
@@ -229,12 +272,17 @@ def _read_json(root, key):
     name = f"{key}/zarr.json".lstrip("/")
     if not path.is_relative_to(root):
         raise ValueError(f"{name}: expected a file within the store, got a link that leaves it")
-    status = os.stat(path)
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        if error.errno not in _ABSENT:
+            raise
+        raise ValueError(f"{name}: expected a file of JSON, got none") from error
     if not stat.S_ISREG(status.st_mode) or status.st_size > _LARGEST_FILE:
         raise ValueError(f"{name}: expected a file of JSON")
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{name}: expected JSON, got text that cannot be parsed: {error}") from error
     if not isinstance(content, dict):
         raise ValueError(f"{name}: expected an object, got {type(content).__name__}")
@@ -245,22 +293,29 @@ def _key(level, field):
     """The key of an array, which must not lead out of the store."""
     key = _field(level, field, str)
     parts = key.split("/")
-    if any(part in ("", ".", "..") for part in parts) or "\0" in key or "\\" in key:
-        raise ValueError(f"{field}: expected a key within the store, got {key!r}")
+    if any(part in ("", ".", "..") for part in parts) or "\0" in key or "\\" in key or len(key) > 255:
+        raise ValueError(f"{field}: expected a key within the store, got {_shown(key)}")
     return key
 
 
 def _field(container, field, kind):
     value = container.get(field)
     if not isinstance(value, kind):
-        raise ValueError(f"{field}: expected a {kind.__name__}, got {value!r}")
+        raise ValueError(f"{field}: expected a {kind.__name__}, got {_shown(value)}")
     return value
+
+
+def _objects(container, field):
+    values = _field(container, field, list)
+    if not all(isinstance(value, dict) for value in values):
+        raise ValueError(f"{field}: expected a list of objects, got {_shown(values)}")
+    return values
 
 
 def _one_of(container, field, values):
     value = container.get(field)
     if isinstance(value, bool) or value not in values:
-        raise ValueError(f"{field}: expected one of {', '.join(map(str, values))}, got {value!r}")
+        raise ValueError(f"{field}: expected one of {', '.join(map(str, values))}, got {_shown(value)}")
     return value
 
 
@@ -272,21 +327,22 @@ def _unit(attributes):
 
 def _number(container, field):
     value = container.get(field)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{field}: expected a finite number, got {value!r}")
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and -_LARGEST_NUMBER <= value <= _LARGEST_NUMBER):
+        raise ValueError(f"{field}: expected a finite number, got {_shown(value)}")
     return float(value)
 
 
 def _numbers(container, field):
     values = container.get(field)
     if not isinstance(values, list) or len(values) != 3:
-        raise ValueError(f"{field}: expected three numbers, got {values!r}")
+        raise ValueError(f"{field}: expected three numbers, got {_shown(values)}")
     return tuple(_number({field: value}, field) for value in values)
 
 
-def _counts(container, field):
+def _counts(container, field, dimension=3):
     values = container.get(field)
     is_count = isinstance(values, list) and all(type(value) is int and 0 < value < 2**31 for value in values)
-    if not is_count or len(values) != 3:
-        raise ValueError(f"{field}: expected three whole numbers above 0, got {values!r}")
+    if not is_count or len(values) != dimension:
+        raise ValueError(f"{field}: expected {dimension} whole numbers above 0, got {_shown(values)}")
     return tuple(values)

@@ -12,14 +12,9 @@ from numpy.typing import NDArray
 
 from .blocks import read_box_folded
 from .layout import box_of, chunk_path, is_whole_chunk, open_array, read_box, writing
-from .metadata import OCTET_SIZE
+from .metadata import OCTET_SIZE, cell_shape
 
 BRICK_SIZE = OCTET_SIZE // 2
-
-
-def cell_shape(shape: Any, degree: int) -> tuple[int, ...]:
-    """Cells of a model along each axis. For odd degrees, an axis with a single sample has no cells."""
-    return tuple(size if degree % 2 == 0 else size - 1 for size in shape)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ..base.parameters import check_path, printable
 from ..io import VolumeData
 from . import layout
 from .conversion import check_options
-from .metadata import VERSION, group_attributes
+from .metadata import VERSION, errors_name_store, group_attributes
 from .sources import ome_zarr
 from .sources.opening import open_source
 from .sources.source import Source
@@ -104,8 +104,10 @@ def time_steps(path: str | os.PathLike[str]) -> list[Path]:
 
     Raises
     ------
+    OSError
+        If the folder is missing, or the system cannot read it.
     ValueError
-        If `path` is not a store, incomplete, or a key leads out of it. The message names the store.
+        If `path` is not a store, incomplete, damaged, or a key leads out of it. The message names the store.
 
     Examples
     --------
@@ -117,7 +119,7 @@ def time_steps(path: str | os.PathLike[str]) -> list[Path]:
     """
     check_path(path)
     root = Path(os.path.realpath(path))
-    try:
+    with errors_name_store(path):
         attributes = group_attributes(root)
         if attributes.get("complete") is not True:
             raise ValueError("expected a complete store, got an incomplete one: run its conversion again to continue")
@@ -132,5 +134,3 @@ def time_steps(path: str | os.PathLike[str]) -> list[Path]:
             if not Path(os.path.realpath(step)).is_relative_to(root):
                 raise ValueError(f"{step.relative_to(root)}: expected a folder within the store, got a link out of it")
         return steps
-    except ValueError as error:
-        raise ValueError(f"{printable(path)}: {error}") from error

@@ -13,7 +13,7 @@ from ..base.signatures import explained
 from ..io.confinement import check_within
 from .budget import parse_memory
 from .layout import Part, read_ranges
-from .metadata import ScaleMetadata, StoreMetadata, read_metadata
+from .metadata import ScaleMetadata, StoreMetadata, errors_name_store, read_metadata
 
 #: In the order of the C++ enumeration.
 _BOUNDARIES, _FILTERS = ("mirror", "periodic"), ("interpolate", "none", "smoothing")
@@ -56,11 +56,12 @@ def open_volume(
     Raises
     ------
     OSError
-        If a file is missing or cannot be read. Later calls also raise it, if they need a chunk that is missing,
-        truncated or fails its checksum. The message names the chunk and the file.
+        If the folder is missing, or the system cannot read a file.
     ValueError
-        If `path` is not a store, the store is incomplete, or `memory_limit` is too small for it.
-        Also if it is not `within` the folder.
+        If `path` is not a store, the store is incomplete or damaged in any way, or `memory_limit` is too small for it.
+        The message names the store. Also if it is not `within` the folder. Later calls, if they need a chunk that is
+        missing, truncated or fails its checksum, raise an exception that is both a ValueError and an OSError; its
+        message names the chunk and the file.
     """
     check_path(path)
     check_within(path, within, "a path")
@@ -100,7 +101,8 @@ def open_level(
         maximum=level.maximum,
         offset=level.offset,
     )
-    ranges = np.ascontiguousarray(read_ranges(metadata, level, part), np.float32)
-    folder = Path(metadata.path) / level.path
     limit = parse_memory(memory_limit)
-    return _core.open_sharded_volume(folder, state, level.shard[::-1], level.chunk[::-1], ranges, limit)
+    with errors_name_store(metadata.path):
+        ranges = np.ascontiguousarray(read_ranges(metadata, level, part), np.float32)
+        folder = Path(metadata.path) / level.path
+        return _core.open_sharded_volume(folder, state, level.shard[::-1], level.chunk[::-1], ranges, limit)
