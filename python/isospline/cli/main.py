@@ -30,7 +30,7 @@ from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .light_options import LIMITS, TONE, flag, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
 from .output import check_folder, check_output
-from .parser import BAD_INPUT, FAILED, INTERRUPTED, join_negative, make_parser
+from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
 from .picture import Patience, annotations_of, background_of
 from .placement import read_placed
 from .store import Store, opened
@@ -160,8 +160,8 @@ def _render(arguments, write=True):
     check_limits(arguments)
     is_distributed = wants_cluster(arguments)
     if arguments.session:
-        if given(arguments, LIMITS):
-            raise ValueError(f"{flag(given(arguments, LIMITS)[0])} cannot be combined with --session")
+        if others := given(arguments, (*LIMITS, "nan")):
+            raise ValueError(f"{flag(others[0])} cannot be combined with --session")
         with _progress("rendering", arguments) as progress:
             image = session_image(arguments, progress)
         written = write_images(arguments, [0], [image])
@@ -366,7 +366,7 @@ def _volume_or_labels(arguments):
 
 def _read(arguments):
     """The volume that the options specify."""
-    volume = isospline.read_volume(arguments.file, nan=arguments.nan, **_reading(arguments))
+    volume = isospline.read_volume(arguments.file, **_reading(arguments))
     if found := describe_not_finite(volume.data):
         raise ValueError(f"{arguments.file}: expected finite samples, got {found}; --nan VALUE replaces NaN")
     return volume
@@ -380,7 +380,7 @@ def _reading(arguments):
         if dtype is None:
             raise ValueError("--big-endian: expected the type of raw samples, --dtype, with it")
         dtype = dtype.newbyteorder(">")
-    return dict(shape=shape, dtype=dtype, offset=arguments.offset, spacing=arguments.spacing, name=arguments.name)
+    return dict(shape=shape, dtype=dtype, **{name: getattr(arguments, name) for name in OPTIONS_OF_FILES})
 
 
 @contextlib.contextmanager

@@ -345,6 +345,10 @@ def _add_view(command, view):
     group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
 
 
+#: Options of `read_volume` with the same names.
+OPTIONS_OF_FILES = ("offset", "spacing", "name", "nan")
+
+
 def _add_input(command, optional=False):
     command.add_argument(
         "file",
@@ -352,7 +356,7 @@ def _add_input(command, optional=False):
         nargs="?" if optional else None,
         help="a volume, a folder with a DICOM series or TIFF slices, or a store",
     )
-    _add_reading(command).add_argument("--nan", type=float, metavar="VALUE", help="in place of samples that are NaN")
+    _add_reading(command)
 
 
 def _add_reading(command):
@@ -363,7 +367,7 @@ def _add_reading(command):
     group.add_argument("--big-endian", action="store_true", help="raw samples have their high byte first")
     group.add_argument("--offset", type=int, default=0, metavar="BYTES", help="of raw samples in the file")
     group.add_argument("--name", help="the array of a VTK file, or the UID of a DICOM series, to read")
-    return group
+    group.add_argument("--nan", type=float, metavar="VALUE", help="in place of samples that are NaN")
 
 
 def join_negative(arguments):

@@ -32,6 +32,15 @@ def opened(arguments, read):
     return Store(arguments) if is_store(arguments.file) else read(arguments)
 
 
+def check_nan(store, nan):
+    """Refuse a number in place of NaN for a store, which has none."""
+    if nan is not None:
+        raise ValueError(
+            f"--nan: expected none with a store, which has no NaN, got {nan:g} with {store}: give --nan to isospline "
+            f"convert"
+        )
+
+
 class Store:
     """A store in place of a `VolumeData`: samples of its overview, and whether they are of a patient."""
 
@@ -54,6 +63,7 @@ class Store:
             given, held = getattr(arguments, name, default), getattr(self.scales.metadata, name)
             if given not in (default, held):
                 raise ValueError(f"--{name}: expected {held}, as in the store, got {given}")
+        check_nan(arguments.file, arguments.nan)
 
     def to_volume(self, **model):
         """The volume of the data's own resolution; its model is that of the store."""

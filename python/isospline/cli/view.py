@@ -9,7 +9,9 @@ import tempfile
 
 import isospline
 
+from ..store.detail import is_store
 from .picture import ALL, annotations_of, largest_of
+from .store import check_nan
 
 
 def serve(arguments, reading, say):
@@ -24,7 +26,9 @@ def serve(arguments, reading, say):
     for path in arguments.files:
         if not os.path.exists(path):
             raise FileNotFoundError(f"{path}: No such file or directory")
-    read_options = {name: _plain(value) for name, value in reading.items() if value}
+        if is_store(path):
+            check_nan(path, arguments.nan)
+    read_options = {name: _plain(value) for name, value in reading.items() if value or (name, value) == ("nan", 0)}
     uploads = {"upload_limit": arguments.upload_limit, "upload_count": arguments.upload_count}
     viewer = Viewer(host=arguments.host, port=arguments.port, token=arguments.token, **uploads)
     ends = signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C does

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
@@ -35,6 +35,9 @@ FORMATS: dict[str, tuple[str, Any, tuple[str, ...]]] = {
     ".vti": ("VTK XML", vtk.read_xml, ("name",)),
     ".npy": ("NPY", arrays.read_npy, ()),
 }
+
+# Volumes that nibabel opens: of FreeSurfer, and pairs of Analyze and NIfTI.
+_OF_NIBABEL = (".mgz", ".mgh", ".hdr", ".img", ".hdr.gz", ".img.gz")
 
 
 @explained
@@ -65,6 +68,8 @@ def read_volume(
     ``.npy``                      NumPy array [z, y, x]                                      NumPy
     ``.raw``, any with a shape    headerless samples, x fastest                              NumPy
     ============================  =========================================================  ===========
+
+    `Volume.from_nibabel` takes what nibabel reads besides: ``.mgz``, ``.mgh``, and pairs of ``.hdr`` and ``.img``.
 
     Spacing, origin and direction are those of the file. Medical formats have the world of DICOM and ITK, LPS: x, y and
     z run to the patient's left, back (posterior) and head (superior). NIfTI's world, as in nibabel, is RAS; the signs
@@ -134,8 +139,7 @@ def read_volume(
     VolumeData(shape=(3, 4, 5), dtype=uint16, spacing=(1.0, 1.0, 2.5), ..., format='raw', patient=False, unit='')
     """
     given = check_frame(spacing, origin, direction)
-    if nan is not None and not math.isfinite(nan):
-        raise ValueError(f"nan: expected a finite number in place of NaN, got {nan}")
+    check_nan(nan)
     check_path(path)
     path = Path(path)
     check_within(path, within, "a path")
@@ -145,7 +149,7 @@ def read_volume(
         volume = volume.replace(format=volume.format or format)
         volume = volume.replace(**{field: value for field, value in given.items() if value is not None})
         if nan is not None and volume.data.dtype.kind == "f":
-            volume = volume.replace(data=np.where(np.isnan(volume.data), volume.data.dtype.type(nan), volume.data))
+            volume = volume.replace(data=without_nan(volume.data, nan))
         _positive(_numbers(volume.spacing, "spacing", (3,)), "spacing")
         _numbers(volume.origin, "origin", (3,))
         _spanning(_numbers(volume.direction, "direction", (3, 3)), "direction")
@@ -174,6 +178,17 @@ def errors_name(path: str | os.PathLike[str], format: str, extra: str = "io") ->
         raise ValueError(f"{printable(path)}: cannot be read as {format}: {_reason(error)}") from error
 
 
+def check_nan(nan: float | None) -> None:
+    """Check a number in place of NaN; None leaves them."""
+    if nan is not None and not math.isfinite(nan):
+        raise ValueError(f"nan: expected a finite number in place of NaN, got {nan}")
+
+
+def without_nan(samples: NDArray[Any], nan: float) -> NDArray[Any]:
+    """Samples of floating point, with a number in place of NaN."""
+    return np.where(np.isnan(samples), samples.dtype.type(nan), samples)
+
+
 def check_frame(
     spacing: ArrayLike | None, origin: ArrayLike | None, direction: ArrayLike | None
 ) -> dict[str, ArrayLike | None]:
@@ -190,6 +205,11 @@ def _reader(path, shape, dtype, offset, options):
     if path.is_dir():
         if tiff.slices_of(path):
             return "TIFF slices", lambda path: tiff.read_folder(path, within=options["within"])
+        if (path / "zarr.json").is_file():
+            raise ValueError(
+                f"{printable(path)}: expected a file or a folder of images, got a folder of Zarr: open_volume opens a "
+                f"store, and convert makes one of other samples"
+            )
         if not dicom.may_have_slices(path):
             raise ValueError(
                 f"{printable(path)}: expected a folder with a DICOM series or TIFF slices, got one without images"
@@ -208,6 +228,11 @@ def _reader(path, shape, dtype, offset, options):
     if suffix is None:
         if beginning[128:] == b"DICM":
             return "DICOM", dicom.read_file
+        if file_name.endswith(_OF_NIBABEL):
+            raise ValueError(
+                f"{printable(path)}: expected another format, got one that nibabel reads: "
+                f"isospline.Volume.from_nibabel(nibabel.load({printable(path)!r})), or convert it to .nii.gz"
+            )
         raise ValueError(
             f"{printable(path)}: expected a name that ends in {', '.join(FORMATS)} or .raw, a DICOM file, a folder of "
             f"DICOM files or TIFF slices, or the shape and dtype of raw samples"

@@ -13,13 +13,14 @@ from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_type
 from ..base.progress import as_callable, part_of
 from ..base.signatures import explained
-from ..io.read import check_frame
+from ..io.read import check_frame, check_nan
 from . import series
 from .budget import parse_memory
 from .conversion import Conversion, check_out, clear
 from .layout import CHUNK, zarr
 from .model import Model
 from .sources.opening import open_source
+from .sources.source import WithoutNan
 
 
 @explained
@@ -39,6 +40,7 @@ def convert(
     dtype: DTypeLike | None = None,
     offset: int = 0,
     name: str | None = None,
+    nan: float | None = None,
     chunk: int = CHUNK,
     image: bool = True,
     memory_limit: int | str = "2GB",
@@ -74,6 +76,8 @@ def convert(
         Order of the axes of an array.
     shape, dtype, offset, name : optional
         For a path, as in `read_volume`.
+    nan : float, optional
+        Finite number in place of samples that are NaN; by default they are refused.
     chunk : int
         Coefficients along each edge of a chunk, the smallest unit that is read: a multiple of 8, at most 128.
     image : bool
@@ -128,6 +132,7 @@ def convert(
     limit = parse_memory(memory_limit)
     report = as_callable(progress)
     frame = check_frame(spacing, origin, direction)
+    check_nan(nan)
     zarr()  # fail early if missing
     reading = dict(shape=shape, dtype=dtype, offset=offset, name=name)
 
@@ -135,6 +140,7 @@ def convert(
     modelled = {field: getattr(model, field) for field in ("degree", "boundary", "filter", "smoothing")}
 
     def convert(opened, root, overwrite, report):
+        opened = opened if nan is None else WithoutNan(opened, nan)
         place = {field: np.asarray(value, float).tolist() for field, value in opened.move(**given).frame.items()}
         Conversion(opened, root, model, modelled | place, bool(image), report).run(
             int(chunk), limit, workers, client, overwrite

@@ -66,7 +66,9 @@ class FindRange:
         if not (math.isfinite(least) and math.isfinite(greatest)):
             place = np.argwhere(~np.isfinite(samples))[0]
             at = ", ".join(str(first + int(offset)) for (first, _), offset in zip(box, place))
-            raise ValueError(f"source: expected finite numbers, got {samples[tuple(place)]} at [{at}]")
+            got = samples[tuple(place)]
+            hint = "; nan=VALUE, --nan on the command line, replaces NaN" if np.isnan(got) else ""
+            raise ValueError(f"source: expected finite numbers, got {got} at [{at}]{hint}")
         return least, greatest
 
 

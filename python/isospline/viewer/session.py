@@ -18,7 +18,7 @@ FORMAT = "isospline session 2"
 SESSION_SUFFIXES = (".json", ".zip")
 
 # The options of files that a session may have.
-_READ_OPTIONS = ("shape", "dtype", "offset", "spacing", "origin", "direction", "name")
+_READ_OPTIONS = ("shape", "dtype", "offset", "spacing", "origin", "direction", "name", "nan")
 _MODEL_OPTIONS = ("degree", "boundary", "filter", "smoothing")
 
 

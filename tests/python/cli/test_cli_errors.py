@@ -304,3 +304,65 @@ def test_samples_that_are_nan_are_told_and_replaced(tmp_path, capsys, command):
     assert main([*given, "--nan", "0"]) == 0
     capsys.readouterr()
     fails(capsys, 2, "nan: expected a finite number in place of NaN, got inf", *given, "--nan", "inf")
+
+
+@pytest.fixture
+def nan_files(tmp_path):
+    """A file with NaN, and a store of the same samples with zeros in their place."""
+    pytest.importorskip("zarr")
+    data = np.random.default_rng(0).random((12, 12, 12)).astype(np.float32)
+    data[3, 4:6] = np.nan
+    np.save(tmp_path / "map.npy", data)
+    return data, tmp_path / "map.npy", isospline.convert(np.nan_to_num(data), tmp_path / "a.zarr")
+
+
+@pytest.mark.parametrize(
+    "command", [["info"], ["measure"], ["mesh", "-o", "a.ply"], ["render", "-o", "a.png"], ["view"]]
+)
+def test_a_number_in_place_of_nan_is_refused_with_a_store(nan_files, tmp_path, capsys, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    name, *options = command
+    told = r"--nan: expected none with a store, which has no NaN, got 0 with .*a\.zarr: give --nan to isospline convert"
+    fails(capsys, 2, told, name, nan_files[2], *options, "--nan", "0")
+
+
+def test_a_number_in_place_of_nan_is_refused_with_a_session(tmp_path, capsys):
+    given = ["render", "--session", tmp_path / "a.json", "-o", tmp_path / "a.png"]
+    fails(capsys, 2, "--nan cannot be combined with --session", *given, "--nan", "0")
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".nii", ".nii.gz"])
+def test_stores_are_written_with_a_number_in_place_of_nan(nan_files, tmp_path, capsys, suffix):
+    data, path, _ = nan_files
+    if suffix != ".npy":
+        nibabel = pytest.importorskip("nibabel")
+        path = tmp_path / f"map{suffix}"
+        nibabel.save(nibabel.Nifti1Image(data.T, np.diag([-1.0, -1, 1, 1])), path)
+    out = tmp_path / "b.zarr"
+    told = (
+        r"source: expected finite numbers, got nan at \[3, 4, 0\]; nan=VALUE, --nan on the command line, replaces NaN"
+    )
+    fails(capsys, 2, told, "convert", path, out)
+    fails(capsys, 2, "nan: expected a finite number in place of NaN, got inf", "convert", path, out, "--nan", "inf")
+    assert main(["convert", str(path), str(out), "--overwrite", "--nan", "-2.5"]) == 0
+    expected = isospline.Volume(np.where(np.isnan(data), np.float32(-2.5), data))
+    np.testing.assert_allclose(isospline.open_volume(out).coefficients, expected.coefficients, atol=1e-6)
+
+
+def test_the_viewer_reads_files_with_a_number_in_place_of_nan(nan_files, monkeypatch, capsys):
+    from isospline.viewer.session import Session, session_of
+    from isospline.viewer.viewer import Viewer
+
+    data, path, _ = nan_files
+    seen = []
+
+    def end(viewer):
+        (source,) = viewer.document
+        seen.extend([source.item.coefficients, session_of(viewer.document, viewer.state).to_text()])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Viewer, "wait", end)
+    assert main(["view", str(path), "--no-browser", "--level", "0.5", "--nan", "0"]) == 0
+    coefficients, session = seen
+    np.testing.assert_array_equal(coefficients, isospline.Volume(np.nan_to_num(data)).coefficients)
+    assert Session.from_text(session).sources[0].read_options == {"nan": 0.0}

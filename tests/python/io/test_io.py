@@ -1,5 +1,6 @@
 """Reading volumes from files of independent writers. The oracle is their own position of a sample."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from placed_images import DIRECTIONS, ORIGIN, SHAPE, SPACING, directions, itk_image, vtk_image, write_slices
 
+import isospline
 from isospline import read_volume
 
 nibabel = pytest.importorskip("nibabel")
@@ -658,3 +660,28 @@ def test_samples_that_are_nan_are_replaced_when_asked(tmp_path):
     found = read_volume(tmp_path / "a.npy", nan=-5).data
     assert found.dtype == np.float32 and found[1, 2, 3] == -5
     np.testing.assert_array_equal(found.ravel()[:-1], data.ravel()[:-1])
+
+
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # nibabel leaves .mgh open
+@pytest.mark.parametrize("kind, name", [("MGHImage", "a.mgz"), ("MGHImage", "a.mgh"), ("AnalyzeImage", "a.img")])
+def test_other_formats_of_nibabel_are_refused_with_the_remedy(tmp_path, kind, name):
+    data = np.arange(60, dtype=np.float32).reshape(3, 4, 5)
+    nibabel.save(getattr(nibabel, kind)(data, np.diag([2.0, 3, 4, 1])), tmp_path / name)
+    names = [name, "a.hdr"] if name == "a.img" else [name]
+    for each in names:
+        with pytest.raises(
+            ValueError, match=rf"{each}: .*: isospline\.Volume\.from_nibabel\(nibabel\.load\("
+        ) as caught:
+            read_volume(tmp_path / each)
+        (remedy,) = re.findall(r"isospline\.Volume\S+\)", str(caught.value))
+        volume = eval(remedy, {"isospline": isospline, "nibabel": nibabel})
+        image = nibabel.load(tmp_path / each)
+        position = nibabel.affines.apply_affine(image.affine, (1, 2, 3)) * (-1, -1, 1)  # RAS to LPS
+        assert volume.sample([position])[0] == pytest.approx(float(image.dataobj[1, 2, 3]), abs=1e-4)
+
+
+def test_a_folder_of_zarr_is_refused_with_the_remedy(tmp_path):
+    zarr = pytest.importorskip("zarr")
+    zarr.create_group(tmp_path / "a.zarr")
+    with pytest.raises(ValueError, match=r"a\.zarr: .*got a folder of Zarr: open_volume opens a store, and convert"):
+        read_volume(tmp_path / "a.zarr")

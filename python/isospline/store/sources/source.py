@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...io.checks import check_samples
+from ...io.read import without_nan
 from ..layout import slices_of
 
 #: Identifies a source, so that a continued conversion can check that it is still the same.
@@ -84,6 +85,25 @@ class ArraySource(Source):
         if self._axes == "xyz":
             return as_samples(np.asarray(self._array[slices_of(box[::-1])]).T)
         return as_samples(np.asarray(self._array[slices_of(box)]))
+
+
+class WithoutNan(Source):
+    """The samples of another source, with a number in place of NaN."""
+
+    def __init__(self, source: Source, nan: float) -> None:
+        self._source, self._nan = source, float(nan)
+        super().__init__(source.shape, source.dtype, {**source.identity, "nan": self._nan})
+        self.move(**source.frame, unit=source.unit, patient=source.patient)
+
+    def read(self, box: Any) -> NDArray[Any]:
+        samples = self._source.read(box)
+        return without_nan(samples, self._nan) if samples.dtype.kind == "f" else samples
+
+    def working_memory(self, shape: Any) -> int:
+        return self._source.working_memory(shape) + math.prod(shape) * (self.dtype.itemsize + 1)
+
+    def stage(self, path: Any, report: Callable[[float], None]) -> Source:
+        return WithoutNan(self._source.stage(path, report), self._nan)
 
 
 class RawSource(Source):
