@@ -44,7 +44,8 @@ REV ?= c6962fb
 VOLUMES ?=
 
 .PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop build-module test-module test-debian13 test-debian13-rays test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
-    fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint clang format clean packages test-packages
+    fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint lint-types lint-stubs \
+    lint-files clang format clean packages test-packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -64,7 +65,7 @@ test: say-test-time .venv/.installed ## build everything and run the C++ and the
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
-	@$(pytest) -m "not long"
+	@$(pytest) -m "not long and not lint"
 	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
 
 say-test-time:
@@ -213,12 +214,20 @@ clang: test-packages ## Clang's warnings about all C++, as errors
 	@cmake --preset clang > build/clang.log || { cat build/clang.log >&2; exit 1; }
 	@ninja -C build/clang -t targets all | sed -n 's/: CXX_COMPILER__.*//p' | xargs ninja -C build/clang --quiet
 
-lint: .venv/.installed ## check Python, C++ and CMake files, and spelling, as CI does; not clang-tidy
+lint: .venv/.installed ## check types, stubs, files in Python, C++ and CMake, and spelling, as CI does; not clang-tidy
 	@tools/install_packages clang-format
-	@$(bin)/ruff check .
-	@$(bin)/ruff format --check .
+	@$(MAKE) --no-print-directory --output-sync --jobs $$(nproc) lint-types lint-stubs lint-files
+
+lint-types:
 	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy -p isospline
 	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy examples/*.py tests/python/project/typed_user.py
+
+lint-stubs:
+	@$(python) -m pytest -q tests/python/project/test_types.py
+
+lint-files:
+	@$(bin)/ruff check .
+	@$(bin)/ruff format --check .
 	@$(bin)/codespell
 	@git ls-files '*.cmake' '*CMakeLists.txt' | xargs $(bin)/gersemi --check
 	@git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run --Werror

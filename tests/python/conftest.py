@@ -15,7 +15,6 @@ from isospline import volumes
 LONGEST = (
     "test_site",
     "test_pages",
-    "test_types",
     "test_fuzz",
     "test_viewer_page",
     "test_threads",

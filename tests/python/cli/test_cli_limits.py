@@ -42,7 +42,8 @@ def test_a_checkpoint_continues_with_more_samples(ball, picture, checkpoint, cap
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-@pytest.mark.parametrize("has_checkpoint", [True, False])
+# Without a checkpoint, the first sign of work is the line after ten seconds.
+@pytest.mark.parametrize("has_checkpoint", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_kill_and_resume(ball, picture, checkpoint, has_checkpoint, tmp_path):
     """An interrupted and continued run gives the picture of a run without a pause."""
     command = [sys.executable, "-m", "isospline", *arguments(ball, picture, "--samples", 10**6)]

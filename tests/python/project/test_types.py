@@ -1,4 +1,4 @@
-"""Types: pyright accepts examples and a user's script, as mypy does in `make lint`; stubs agree with the module."""
+"""Types, in `make lint`: pyright accepts examples and a user's script, as mypy does; stubs agree with the module."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.lint]
 
 
 @pytest.fixture(scope="module")

@@ -33,6 +33,7 @@ def outputs(path):
     return [output for each in notebook.cells for output in each.get("outputs", ())]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_example_notebook_runs(path):
     found = outputs(path)
