@@ -4,6 +4,53 @@
 
 #include "isospline/util/progress.h"
 
+#include <cstddef>
+#include <exception>
+#include <string>
+#include <string_view>
+
+namespace {
+
+namespace py = pybind11;
+
+constexpr const char* not_initialized =
+    "expected an object made by its class or by a whole pickle, got one that was not initialized";
+
+/// What pybind11 does not guard. Objects without a C++ object, from `Volume.__new__(Volume)` or a pickle without a
+/// state, would get memory that no constructor has seen; they raise TypeError when they are used. Pickles of protocols
+/// 0 and 1, and of objects without a state, would make an object of pybind11's base class, which ends the process.
+void guard_classes(const py::module_& module)
+{
+    py::register_local_exception_translator([](std::exception_ptr error) { // NOLINT: the signature is given
+        try {
+            std::rethrow_exception(error);
+        } catch (const py::cast_error& cause) { // of holders
+            if (std::string_view(cause.what()).find("non-held to held") == std::string_view::npos)
+                throw;
+            PyErr_SetString(PyExc_TypeError, not_initialized);
+        }
+    });
+    const py::object make = py::module_::import("copyreg").attr("__newobj__");
+    for (const auto& [name, value] : module.attr("__dict__").cast<py::dict>()) {
+        if (!PyType_Check(value.ptr()))
+            continue;
+        auto* const type = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr()));
+        if (type == nullptr)
+            continue;
+        type->operator_new = [](std::size_t) -> void* { throw py::type_error(not_initialized); };
+        const bool has_state = value.attr("__dict__").contains("__getstate__");
+        const auto reduce = [make, has_state](const py::object& self) {
+            const py::object own = py::type::of(self);
+            if (!has_state)
+                throw py::type_error(own.attr("__name__").cast<std::string>() + ": cannot be pickled or copied");
+            return py::make_tuple(make, py::make_tuple(own), self.attr("__getstate__")());
+        };
+        py::setattr(value, "__reduce__", py::cpp_function(reduce, py::name("__reduce__"), py::is_method(value)));
+    }
+}
+
+} // namespace
+
 PYBIND11_MODULE(_core, module)
 {
     module.doc() = "Isosurfaces of B-spline volume models, ray traced exactly in Embree.";
@@ -38,4 +85,5 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_path_tracer(module);
     isospline::bind_store(module);
     isospline::bind_state(module);
+    guard_classes(module);
 }

@@ -4,6 +4,8 @@ import concurrent.futures
 import copy
 import multiprocessing
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -342,3 +344,54 @@ def test_dask_casts_rays_on_processes():
     tasks = [dask.delayed(first_hits)(scene, each) for each in np.array_split(rays, 3)]
     found = dask.compute(*tasks, scheduler="processes", num_workers=2)
     np.testing.assert_array_equal(np.concatenate([hits.t_hit for hits in found]), scene.cast_rays(rays).t_hit)
+
+
+UNMADE = """
+import pickle, sys
+import isospline
+from isospline import _core
+
+surface = isospline.Isosurface(isospline.volumes.sphere().volume(6), 0.0)
+for protocol in (0, 1):
+    for each in (surface, surface.volume, isospline.Scene(surface)):
+        assert type(pickle.loads(pickle.dumps(each, protocol))) is type(each)
+kinds = [each for each in vars(_core).values() if type(each).__name__ == "pybind11_type"]
+assert len(kinds) > 25
+accepting = {
+    "Volume": lambda volume: isospline.Isosurface(volume, 0.0),
+    "Isosurface": isospline.Scene,
+    "Mesh": isospline.Scene,
+    "Phong": lambda light: isospline.render(surface, light=light, size=(2, 2)),
+    "PerspectiveCamera": lambda camera: isospline.render(surface, camera, size=(2, 2)),
+}
+names, uses = [], 0
+for kind in kinds:
+    stateless = b"\\x80\\x04c" + f"{kind.__module__}\\n{kind.__qualname__}\\n".encode() + b")\\x81."
+    for each in (kind.__new__(kind), pickle.loads(stateless)):
+        for protocol in (0, 2):
+            try:
+                pickle.dumps(each, protocol)
+            except TypeError as error:
+                assert "not initialized" in str(error) or "cannot be pickled" in str(error), error
+        for name, member in vars(kind).items():
+            if isinstance(member, property):
+                try:
+                    getattr(each, name)
+                except TypeError as error:
+                    assert str(error).endswith("got one that was not initialized"), error
+                    uses += 1
+    if kind.__name__ in accepting:
+        try:
+            accepting[kind.__name__](kind.__new__(kind))
+        except TypeError as error:
+            assert "not initialized" in str(error), error
+            names.append(kind.__name__)
+assert sorted(names) == sorted(accepting), names
+assert uses > 100, uses
+"""
+
+
+def test_objects_that_were_never_initialized_raise():
+    """From `__new__` alone, or from a pickle without a state."""
+    done = subprocess.run([sys.executable, "-c", UNMADE], capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, (done.returncode, done.stderr)
