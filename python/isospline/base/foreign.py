@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
+import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,10 @@ else:
 
 @functools.cache
 def tables() -> dict[str, dict[str, dict[str, str]]]:
-    """The "names" of the module and its classes and the "keywords" of calls, with what is meant by each line."""
+    """The "names" of the module and its classes and the "keywords" of calls, with what is meant by each line.
+
+    The keywords of "any" are those of all calls that have the parameter with which the meaning begins.
+    """
     with open(Path(__file__).with_suffix(".toml"), "rb") as file:
         return tomllib.load(file)
 
@@ -28,16 +32,49 @@ def _meaning(kind: str, owner: str, name: str) -> str | None:
 
 def meaning_of_name(owner: str, name: str, known: list[str]) -> str | None:
     """What is probably meant by an unknown name of the module or of a class."""
-    meant = _meaning("names", owner, name)
-    if meant is None:
-        close = difflib.get_close_matches(name, [each for each in known if not each.startswith("_")], 1, 0.75)
-        meant = close[0] if close else None
-    return meant
+    public = [each for each in known if not each.startswith("_")]
+    return _meaning("names", owner, name) or close_name(name, public)
 
 
-def meaning_of_keyword(call: str, keyword: str) -> str | None:
-    """What is probably meant by an unknown keyword of a call."""
-    return _meaning("keywords", call, keyword)
+def meaning_of_keyword(call: str, keyword: str, parameters: Iterable[str] = ()) -> str | None:
+    """What is probably meant by an unknown keyword of a call, by its lines; given its parameters, by those of all."""
+    if not parameters:
+        return _meaning("keywords", call, keyword)
+    meaning = _meaning("keywords", "any", keyword.lower())
+    return meaning if meaning and parameter_of(meaning) in parameters else None
+
+
+def parameter_of(meaning: str) -> str:
+    """The parameter with which the meaning of a keyword begins."""
+    return re.split(r"\W", meaning, maxsplit=1)[0]
+
+
+def close_name(name: str, known: Iterable[str]) -> str | None:
+    """The only known name of which a name is a misspelling, or None.
+
+    That is, without underscores and the difference of capitals: the same letters, or one letter too many, too few,
+    wrong, or in the place of its neighbour. The first letter is right, and in words of up to four letters none is
+    wrong, as this would often make another word. Similar words, such as labels and largest, mean different things.
+    """
+    found = [each for each in known if _is_misspelling(_letters(name), _letters(each))]
+    return found[0] if len(found) == 1 else None
+
+
+def _letters(name: str) -> str:
+    return name.lower().replace("_", "")
+
+
+def _is_misspelling(name: str, right: str) -> bool:
+    if name == right:
+        return True
+    if name[:1] != right[:1] or min(len(name), len(right)) < 4 or abs(len(name) - len(right)) > 1:
+        return False
+    place = next((i for i, (a, b) in enumerate(zip(name, right)) if a != b), min(len(name), len(right)))
+    rest, right_rest = name[place:], right[place:]
+    if len(name) != len(right):  # a letter too many or too few
+        return rest[1:] == right_rest or rest == right_rest[1:]
+    is_swapped = rest[:2] == right_rest[:2][::-1] and rest[2:] == right_rest[2:]
+    return is_swapped or (rest[1:] == right_rest[1:] and len(name) > 4)
 
 
 def unknown_name(owner: str, name: str, known: list[str], is_module: bool = False) -> AttributeError:
@@ -69,6 +106,7 @@ def table_of_names() -> str:
             rows.append(f"| {theirs} | `{meaning}` |")
     for call, table in tables()["keywords"].items():
         for names, meaning in table.items():
-            theirs = ", ".join(f"{call}({name}=)" for name in names.split(", "))
+            place = "" if call == "any" else call
+            theirs = ", ".join(f"{place}({name}=)" if place else f"{name}=" for name in names.split(", "))
             rows.append(f"| {theirs} | `{meaning}` |")
     return "\n".join(rows)

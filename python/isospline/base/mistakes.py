@@ -2,91 +2,47 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
+import numbers
+import os
+import re
 
-from .foreign import meaning_of_keyword
+import numpy as np
 
-# Names of our parameters in other libraries.
-_SYNONYMS = {
-    "colour": "color",
-    "fov": "field_of_view",
-    "yfov": "field_of_view",
-    "view_angle": "field_of_view",
-    "position": "eye",
-    "origin": "eye",
-    "look_at": "target",
-    "lookat": "target",
-    "focal_point": "target",
-    "view_up": "up",
-    "viewup": "up",
-    "vup": "up",
-    "isovalue": "level",
-    "iso": "level",
-    "value": "level",
-    "threshold": "level",
-    "contour_level": "level",
-    "resolution": "size",
-    "window_size": "size",
-    "shape": "size",
-    "imsize": "size",
-    "spp": "samples",
-    "bg": "background",
-    "background_color": "background",
-    "alpha": "opacity",
-    "triangles": "faces",
-    "indices": "faces",
-    "points": "vertices",
-    "affine": "direction",
-    "order": "degree",
-    "colormap": "cmap",
-    "clim": "limits",
-    "vmin": "limits",
-    "vmax": "limits",
-    "camera_position": "view",
-    "callback": "progress",
-    "framerate": "fps",
-    "path": "filename",
-    "filename": "path",
-    "file": "path",
-    "voxel_size": "spacing",
-    "voxelsize": "spacing",
-    "tmin": "t_near",
-    "tmax": "t_far",
-    "tnear": "t_near",
-    "tfar": "t_far",
-    "geometries": "objects",
-    "meshes": "objects",
-}
+from .foreign import close_name, meaning_of_keyword
 
-# What was probably meant by a value of this type for this parameter.
-_MEANINGS = {
-    ("scene", "Volume"): "Scene([Isosurface(volume, level)])",
-    ("light", "Material"): "light=PathTracer(material) or light=Studio(material=...)",
-    ("light", "str"): "light=Studio(), light=Phong() or light=PathTracer()",
-    ("light", "DirectionalLight"): "light=Phong(lights=[DirectionalLight(...)])",
-    ("light", "PositionalLight"): "light=Phong(lights=[PositionalLight(...)])",
-    ("light", "EnvironmentLight"): "light=PathTracer(lights=[EnvironmentLight(...)])",
-    ("light", "RectangleLight"): "light=PathTracer(lights=[RectangleLight(...)])",
-    ("light", "SphereLight"): "light=PathTracer(lights=[SphereLight(...)])",
-    ("light", "list"): "light=Phong(lights=[...]) or light=PathTracer(lights=[...])",
-    ("material", "Phong"): "Material(color=...)",
-    ("scene", "str"): "render(read_volume(path))",
-    ("camera", "tuple"): 'camera_for(scene, view="front")',
-    ("camera", "str"): "camera_for(scene, view=...)",
-    ("images", "ndarray"): "the images that render() returns",
-    ("volume", "Isosurface"): "surface.volume",
-    ("data", "Image"): "Volume.from_sitk(image)",
-    ("data", "Nifti1Image"): "Volume.from_nibabel(image)",
-    ("data", "vtkImageData"): "Volume.from_vtk(image_data)",
-    ("data", "ImageData"): "Volume.from_pyvista(image_data)",
-    ("data", "VolumeData"): "data.to_volume()",
-    ("data", "str"): "read_volume(path).to_volume()",
-    ("data", "PosixPath"): "read_volume(path).to_volume()",
-    ("volume", "Image"): "Volume.from_sitk(image)",
-    ("volume", "Nifti1Image"): "Volume.from_nibabel(image)",
-    ("volume", "ImageData"): "Volume.from_pyvista(image_data)",
-    ("volume", "str"): "read_volume(path).to_volume()",
+# What was probably meant by a value for a parameter: the parameter; the value's type, with its package; a word that the
+# expected value must have, as several functions have a parameter of this name; and the meaning.
+_MEANINGS = (
+    ("scene", "isospline.Volume", "", "Scene([Isosurface(volume, level)])"),
+    ("scene", "isospline.VolumeData", "", "Scene([Isosurface(data, level)])"),
+    ("scene", "path", "", "Scene([Isosurface(read_volume(path), level)])"),
+    ("material", "isospline.Phong", "Material", "Material(color=...)"),
+    ("camera", "builtins.str", "PerspectiveCamera", "camera_for(scene, view=...)"),
+    ("images", "numpy.ndarray", "Image", "the images that render() returns"),
+    ("volume", "isospline.Isosurface", "colours", "ColorByVolume(other), with a volume that varies on the surface"),
+    ("volume", "isospline.Isosurface", "", "surface.volume"),
+    ("volume", "SimpleITK.Image", "", "Volume.from_sitk(image)"),
+    ("volume", "nibabel.Nifti1Image", "", "Volume.from_nibabel(image)"),
+    ("volume", "pyvista.ImageData", "", "Volume.from_pyvista(image_data)"),
+    ("volume", "vtkmodules.vtkImageData", "", "Volume.from_vtk(image_data)"),
+    ("volume", "path", "", "read_volume(path)"),
+    ("data", "SimpleITK.Image", "three-dimensional", "Volume.from_sitk(image)"),
+    ("data", "nibabel.Nifti1Image", "three-dimensional", "Volume.from_nibabel(image)"),
+    ("data", "pyvista.ImageData", "three-dimensional", "Volume.from_pyvista(image_data)"),
+    ("data", "vtkmodules.vtkImageData", "three-dimensional", "Volume.from_vtk(image_data)"),
+    ("data", "isospline.VolumeData", "three-dimensional", "data.to_volume()"),
+    ("data", "path", "three-dimensional", "read_volume(path).to_volume()"),
+    ("data", "path", "", "read_volume(path)"),
+)
+
+# Lights that have a lamp.
+_LIGHTS_OF = {
+    "DirectionalLight": ("Phong", "PathTracer"),
+    "PositionalLight": ("Phong", "PathTracer"),
+    "EnvironmentLight": ("PathTracer",),
+    "RectangleLight": ("PathTracer",),
+    "SphereLight": ("PathTracer",),
 }
 
 
@@ -122,29 +78,75 @@ def _full_name(kind):
 
 def sentence(parameter, expected, value, meaning=None):
     """`parameter: expected ..., got ...`, and what was probably meant."""
-    meaning = meaning or _meaning(parameter, value)
+    meaning = meaning or _meaning(parameter, expected, value)
     hint = f"; did you mean {meaning}?" if meaning else ""
     return f"{parameter}: expected {expected}, got {described(value)}{hint}"
 
 
-def _meaning(parameter, value):
+def _meaning(parameter, expected, value):
+    """What was probably meant, if the function takes it; `expected` is what it takes, in words."""
     if inspect.isclass(value):
-        return f"{value.__name__}(...)"
-    if parameter == "size" and isinstance(value, int) and not isinstance(value, bool):
+        return f"{value.__name__}(...)" if _has_word(expected, value.__name__) else None
+    if parameter == "size" and isinstance(value, int) and not isinstance(value, bool) and value > 0:
         return f"({value}, {value})"
-    if parameter in ("size", "shape") and isinstance(value, (tuple, list)) and len(value) == 2:
-        return None
-    for kind in type(value).__mro__:
-        if (parameter, kind.__name__) in _MEANINGS:
-            return _MEANINGS[parameter, kind.__name__]
+    if parameter == "light":
+        return _light_of(expected, value)
+    if (
+        parameter == "camera"
+        and isinstance(value, (tuple, list, np.ndarray))
+        and _has_word(expected, "PerspectiveCamera")
+    ):
+        return _camera_of(value)
+    kinds = _kinds(value)
+    for name, kind, word, meaning in _MEANINGS:
+        if name == parameter and kind in kinds and word in expected:
+            return meaning
     return None
 
 
+def _has_word(text, word):
+    return re.search(rf"\b{word}\b", text) is not None
+
+
+def _kinds(value):
+    """The types of a value with their packages; paths are one type."""
+    kinds = [f"{kind.__module__.partition('.')[0]}.{kind.__name__}" for kind in type(value).__mro__]
+    return [*kinds, "path"] if isinstance(value, (str, os.PathLike)) else kinds
+
+
+def _light_of(expected, value):
+    """The lights that have a lamp, several lamps or a material."""
+    lamps = list(value) if isinstance(value, (tuple, list)) else [value]
+    names = [type(each).__name__ for each in lamps]
+    if isinstance(value, str):
+        meanings = {"Studio": "Studio()", "Phong": "Phong()", "PathTracer": "PathTracer()"}
+    elif names == ["Material"] and lamps[0] is value:
+        meanings = {"PathTracer": "PathTracer(material)", "Studio": "Studio(material=material)"}
+    elif names and all(name in _LIGHTS_OF for name in names):
+        lights = "..." if lamps[0] is not value else f"{names[0]}(...)"
+        common = [light for light in ("Phong", "PathTracer") if all(light in _LIGHTS_OF[name] for name in names)]
+        meanings = {light: f"{light}(lights=[{lights}])" for light in common}
+    else:
+        return None
+    return " or ".join(f"light={meaning}" for light, meaning in meanings.items() if _has_word(expected, light)) or None
+
+
+def _camera_of(value):
+    """The camera of an eye, or of an eye, a target and the direction up."""
+    try:
+        shape = np.shape(value)
+    except ValueError:  # ragged
+        return None
+    meanings = {(3,): "PerspectiveCamera(eye, target)", (3, 3): "PerspectiveCamera.from_pyvista(camera_position)"}
+    return meanings.get(shape)
+
+
 def refuse_images(data):
-    """Refuse images of other libraries: NumPy would treat them as arrays and lose their place in the world."""
-    meaning = _meaning("data", data)
-    if meaning is not None and meaning.startswith("Volume.from_"):
-        raise TypeError(sentence("data", "a three-dimensional array of real numbers", data))
+    """Refuse images: NumPy would treat volumes as arrays and lose their place in the world, and pictures as volumes."""
+    expected, kinds = "a three-dimensional array of real numbers", _kinds(data)
+    is_volume = "path" not in kinds and _meaning("data", expected, data) is not None
+    if is_volume or "isospline.Image" in kinds or "PIL.Image" in kinds:
+        raise TypeError(sentence("data", expected, data))
 
 
 def wrong_call(name, signature, positional, keywords):
@@ -160,10 +162,11 @@ def wrong_call(name, signature, positional, keywords):
     if len(positional) > len(by_position) and inspect.Parameter.VAR_POSITIONAL not in takes_any:
         extra = positional[len(by_position)]
         places = ", ".join(each.name for each in by_position) or "no arguments"
-        meaning = f"; did you mean {by_keyword[0]}={described(extra)}?" if len(by_keyword) == 1 else ""
+        meaning = _meaning_of_extra(name, parameters, by_position, positional)
+        hint = f"; did you mean {meaning}?" if meaning else ""
         others = f" and the keywords {', '.join(by_keyword)}" if by_keyword else ""
         place = f"in position {len(by_position) + 1}"
-        return f"{name}: expected {places} by position{others}, got {described(extra)} {place}{meaning}"
+        return f"{name}: expected {places} by position{others}, got {described(extra)} {place}{hint}"
     for each in by_position[: len(positional)]:
         if each.name in keywords:
             return f"{each.name}: expected one value for this parameter of {name}, got two, by position and by keyword"
@@ -174,12 +177,60 @@ def wrong_call(name, signature, positional, keywords):
     return None
 
 
+def _meaning_of_extra(name, parameters, by_position, positional):
+    """What was probably meant by the first of too many positional arguments."""
+    extra = positional[len(by_position)]
+    if len(by_position) == 1 and all(_is_item_of(by_position[0].annotation, each) for each in positional):
+        return f"one list, {name}([...])"
+    by_keyword = [each for each in parameters.values() if each.kind is each.KEYWORD_ONLY]
+    if len(by_keyword) != 1 or not _fits(by_keyword[0].annotation, extra):
+        return None
+    plain = isinstance(extra, (bool, numbers.Number, str, tuple, list))
+    return f"{by_keyword[0].name}={described(extra) if plain else '...'}"
+
+
+def _options(annotation):
+    """The members of a union, from the text of an annotation: ``float or (3,) float``, ``int | None``."""
+    text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
+    return [option.strip("' ") for option in re.split(r"\||\bor\b|,(?![^\[(]*[\])])", text)]
+
+
+def _is_item_of(annotation, value):
+    """Whether a parameter takes an iterable or a sequence of the type of a value."""
+    items = re.match(r"(?:iterable|sequence) of (.+)", annotation) if isinstance(annotation, str) else None
+    return items is not None and _has_word(items[1], type(value).__name__)
+
+
+def _fits(annotation, value):
+    """Whether a value has the type of a parameter, by the text of its annotation. False if it may not."""
+    options = _options(annotation)
+    if isinstance(value, (bool, np.bool_)):
+        return "bool" in options
+    if isinstance(value, numbers.Real):
+        return "float" in options or ("int" in options and isinstance(value, numbers.Integral))
+    if isinstance(value, str):
+        return "str" in options or any(option.startswith("Literal") and repr(value) in option for option in options)
+    if isinstance(value, (tuple, list, np.ndarray)):
+        shape = np.shape(value) if all(isinstance(each, numbers.Real) for each in value) else None
+        return any(shape == _shape_of(option) for option in options if _shape_of(option))
+    if callable(value) and not inspect.isclass(value):
+        return any(option in ("callable", "_Progress") for option in options)
+    return any(kind.__name__ in options for kind in type(value).__mro__[:-1])
+
+
+def _shape_of(option):
+    """The shape of numbers: (3,) of ``(3,) float`` and (2,) of ``tuple[float, float]``."""
+    if tuple_of := re.fullmatch(r"tuple\[((?:float|int)(?:, (?:float|int))*)\]", option):
+        return (tuple_of[1].count(",") + 1,)
+    array_of = re.match(r"\((\d+),\) ", option)
+    return (int(array_of[1]),) if array_of else None
+
+
 def _unknown_keyword(name, keyword, parameters):
-    meant = meaning_of_keyword(name.rpartition(".")[2], keyword)
+    meant = meaning_of_keyword(name, keyword)
     if meant is not None:
         return f"{keyword}: unknown keyword of {name}; did you mean {meant}?"
-    synonym = _SYNONYMS.get(keyword.lower())
-    close = [synonym] if synonym in parameters else difflib.get_close_matches(keyword.lower(), parameters, 1)
-    meaning = f"; did you mean {close[0]}?" if close else ""
+    meant = meaning_of_keyword(name, keyword, parameters) or close_name(keyword, parameters)
+    meaning = f"; did you mean {meant}?" if meant else ""
     expected = f"a parameter of {name} ({', '.join(parameters)})" if parameters else f"no parameter, as {name} has none"
     return f"{keyword}: expected {expected}, got an unknown keyword{meaning}"

@@ -11,8 +11,8 @@ from ..base.mistakes import sentence
 _MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}
 
 
-def as_volume(value, parameter):
-    """A volume; also from a `VolumeData` or an array indexed [z, y, x]."""
+def as_volume(value, parameter, purpose=""):
+    """A volume; also from a `VolumeData` or an array indexed [z, y, x]. `purpose` says in errors what it is for."""
     from ..io import VolumeData
 
     if isinstance(value, Volume):
@@ -21,7 +21,7 @@ def as_volume(value, parameter):
         return value.to_volume()
     if isinstance(value, np.ndarray) and value.ndim in (3, 4):
         return VolumeData(value).to_volume()
-    raise TypeError(sentence(parameter, "a Volume, a VolumeData or a three-dimensional array", value))
+    raise TypeError(sentence(parameter, f"a Volume, a VolumeData or a three-dimensional array{purpose}", value))
 
 
 def as_mesh(value, parameter):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Material
+from ..base.foreign import close_name
 from ..base.mistakes import sentence
 from ..colors import linear_to_srgb
 
@@ -115,9 +115,8 @@ def find(segments: tuple[Segment, ...], label: Any) -> Segment:
         numbers = " and ".join(str(each.number) for each in found)
         raise ValueError(f"label: expected a name that one label has, got {label!r} of {numbers}: use the number")
     if not found:
-        names = {each.name.lower(): each.name for each in segments}
-        close = difflib.get_close_matches(label.lower(), names, 1)
-        meant = f"; did you mean {names[close[0]]!r}?" if close else ""
+        close = close_name(label, [each.name for each in segments])
+        meant = f"; did you mean {close!r}?" if close else ""
         raise ValueError(f"label: expected the name of a label, got {label!r}{meant}")
     return found[0]
 

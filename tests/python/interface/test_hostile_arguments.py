@@ -26,10 +26,11 @@ def volume():
 )
 def test_none_is_not_an_object(wrong, got):
     data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
+    colors = f"{data} whose values give the colours"
     shown = "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array"
     for call, message in (
-        (lambda: isospline.ColorByVolume(wrong), data),
-        (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), data),
+        (lambda: isospline.ColorByVolume(wrong), colors),
+        (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), colors),
         (lambda: isospline.Isosurface(wrong, 1.0), data),
         (lambda: isospline.research.VoxelHopper(wrong), "surface: expected an Isosurface"),
         (

@@ -40,7 +40,7 @@ MISTAKES = {
     "a file in place of a scene": (
         lambda s: isospline.ProgressiveRenderer("ct.nii.gz", s.camera),
         "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array, got 'ct.nii.gz'",
-        "render(read_volume(path))",
+        "Scene([Isosurface(read_volume(path), level)])",
     ),
     "one number for a size": (
         lambda s: isospline.render(s.scene, s.camera, size=128),
@@ -137,7 +137,7 @@ MISTAKES = {
     "a position as camera": (
         lambda s: isospline.render(s.scene, (0, -5, 0)),
         "camera: expected a PerspectiveCamera, a",
-        "camera_for(",
+        "PerspectiveCamera(eye, target)",
     ),
     "a dict of names": (
         lambda s: isospline.PathTracer(materials={"skin": isospline.Material()}),
@@ -169,6 +169,36 @@ MISTAKES = {
         lambda s: isospline.Scene([s.volume]),
         "obj: expected an Isosurface, a Mesh, or a mesh of",
         None,
+    ),
+    "a surface to colour by": (
+        lambda s: isospline.ColorByVolume(s.surface),
+        "volume: expected a Volume, a VolumeData or a three-dimensional array whose values give the colours, got",
+        "ColorByVolume(other), with a volume that varies on the surface",
+    ),
+    "a surface in place of its volume": (
+        lambda s: isospline.Isosurface(s.surface, 0.0),
+        "volume: expected a Volume, a VolumeData or a three-dimensional array, got Isosurface",
+        "surface.volume",
+    ),
+    "a volume with a place in the world": (
+        lambda s: isospline.Volume(isospline.VolumeData(np.zeros((3, 3, 3)), spacing=(1, 1, 2))),
+        "data: expected a three-dimensional array of real numbers, got VolumeData",
+        "data.to_volume()",
+    ),
+    "a picture in place of a volume": (
+        lambda s: isospline.Volume(isospline.render(s.scene, s.camera, size=(4, 4))),
+        "data: expected a three-dimensional array of real numbers, got isospline.Image",
+        None,
+    ),
+    "surfaces not in a list": (
+        lambda s: isospline.Scene(s.surface, s.surface),
+        "Scene: expected objects by position and the keywords build_quality, got Isosurface in position 2",
+        "one list, Scene([...])",
+    ),
+    "the colour of another library": (
+        lambda s: isospline.Material(base_color="red"),
+        "base_color: unknown keyword of Material",
+        "color",
     ),
     "text as progress": (
         lambda s: isospline.Volume(np.zeros((3, 3, 3)), progress="bar"),
