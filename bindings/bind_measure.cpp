@@ -8,6 +8,7 @@
 #include "isospline/math/clipped_box.h"
 #include "isospline/measure/component_measures.h"
 #include "isospline/measure/integrals.h"
+#include "isospline/query/sample_mask.h"
 #include "isospline/query/solid.h"
 #include "isospline/util/error.h"
 
@@ -281,18 +282,26 @@ py::object components(const Isosurface& surface, bool measured, std::optional<do
 }
 
 constexpr const char* to_mask_doc =
-    R"(The samples of the solid, as a mask for another surface of the volume, which then has only parts in this solid.
+    R"(The samples that are in the solid, as bool array.
+
+Sums and means of the mask, and of data in it, are those of the samples of the solid: ``to_mask().mean()`` of pores is
+the porosity by counting. `enclosed_volume` is more precise.
 
 Parameters
 ----------
+whole_cells : bool
+    Whether to return the samples of all cells that contain a part of the solid instead: their centres (degree 2) or
+    their corners (odd degrees). As `mask` of another surface of the volume, this keeps all of the other one that is in
+    this solid. These are more samples than those in the solid.
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
 
 Returns
 -------
 bool array of the volume's shape
-    True at the centres (degree 2) or at the corners (odd degrees) of all cells that contain a part of the solid that
-    `mask` and `largest` keep. `clip` is ignored.
+    True where a sample's position is in the solid, as `mask`, `largest` and `clip` leave it. f is compared with the
+    level there: a sample where it equals the level is in the solid if that is above. Samples on a plane of `clip` and
+    at the border of the volume can be in the solid.
 
 Examples
 --------
@@ -306,17 +315,23 @@ The bones in a body, without the table on which it lies:
 >>> samples[(x - 16) ** 2 + (y - 16) ** 2 + (z - 20) ** 2 < 36] = 700  # a bone
 >>> volume = isospline.Volume(samples)
 >>> body = isospline.Isosurface(volume, -500, largest=1)
->>> bones = isospline.Isosurface(volume, 300, mask=body.to_mask())
+>>> bones = isospline.Isosurface(volume, 300, mask=body.to_mask(whole_cells=True))
 >>> len(isospline.Isosurface(volume, 300).components().bounds), len(bones.components().bounds)
 (2, 1)
+
+The samples of a body, counted:
+
+>>> int(body.to_mask().sum()), int((samples[9:] > -500).sum())
+(22528, 22528)
 )";
 
-py::array_t<bool> to_mask(const Isosurface& surface, const py::object& progress)
+py::array_t<bool> to_mask(const Isosurface& surface, bool whole_cells, const py::object& progress)
 {
     const auto snapshot = surface.snapshot();
     Mask mask;
-    long_call("to find the cells of a solid", progress,
-              [&](const Progress& report) { mask = mask_of(solid_of(*snapshot), report); });
+    long_call("to find the samples of a solid", progress, [&](const Progress& report) {
+        mask = whole_cells ? mask_of_cells(solid_of(*snapshot), report) : samples_inside(*snapshot, report);
+    });
     const Volume& volume = snapshot->volume();
     auto array = new_grid<bool>(volume.shape(), volume.options().axes);
     std::copy(mask.begin(), mask.end(), array.mutable_data());
@@ -360,7 +375,8 @@ void bind_measure(py::module_& module)
     surface.def("components", &components, py::kw_only(), py::arg("measured") = false,
                 py::arg("tolerance") = py::none(), py::arg("order") = py::none(), py::arg("progress") = py::none(),
                 components_doc);
-    surface.def("to_mask", &to_mask, py::kw_only(), py::arg("progress") = py::none(), to_mask_doc);
+    surface.def("to_mask", &to_mask, py::kw_only(), py::arg("whole_cells") = false, py::arg("progress") = py::none(),
+                to_mask_doc);
 }
 
 } // namespace isospline

@@ -173,7 +173,7 @@ def default_levels(suggested: list[float], minimum: float, patient: bool) -> tup
 
 def body_mask(volume: _core.Volume, level: float) -> NDArray[np.bool_]:
     """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
-    return _core.Isosurface(volume, level, largest=1).to_mask()
+    return _core.Isosurface(volume, level, largest=1).to_mask(whole_cells=True)
 
 
 def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:

@@ -127,7 +127,7 @@ def calls(o, folder):
         ("Isosurface.components", surface.components, {"measured": True, "order": 3, "progress": None}),
         ("Isosurface.sample_points", surface.sample_points, {"count": 5, "seed": 1}),
         ("Isosurface.thickness", surface.thickness, {"points": points, "method": "ray"}),
-        ("Isosurface.to_mask", surface.to_mask, {"progress": None}),
+        ("Isosurface.to_mask", surface.to_mask, {"whole_cells": True, "progress": None}),
         (
             "Isosurface.to_mesh",
             surface.to_mesh,

@@ -164,12 +164,11 @@ private:
 
 } // namespace
 
-Mask mask_of(const Solid& solid, const Progress& progress)
+Mask mask_of_cells(const Solid& solid, const Progress& progress)
 {
     const glm::ivec3 cell_shape = solid.volume.cell_shape(), shape = solid.volume.shape();
-    const Solid unclipped{solid.volume, solid.ranges, solid.threshold, solid.sign, solid.cells, {}};
     const CellSet cells(
-        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(unclipped, brick).cells; },
+        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(solid, brick).cells; },
         part_of(progress, 0.0, 0.8));
     const int before = solid.volume.degree() % 2; // a sample is a corner of the cells before and after it, or a centre
     Mask mask(static_cast<std::size_t>(place_count(shape)));

@@ -14,9 +14,8 @@
 namespace isospline {
 
 /// The samples of the cells that contain a part of the solid: those at their centres for even degrees, those at their
-/// corners for odd degrees. As a mask of a surface, it keeps these cells; for odd degrees, also cells between them. The
-/// clip is ignored.
-Mask mask_of(const Solid& solid, const Progress& progress = {});
+/// corners for odd degrees. As a mask of a surface, it keeps these cells; for odd degrees, also cells between them.
+Mask mask_of_cells(const Solid& solid, const Progress& progress = {});
 
 /// Cells of a component that are connected within one brick.
 struct ComponentPiece {

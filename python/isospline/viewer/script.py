@@ -49,7 +49,9 @@ def _object(state, each):
         return each.source
     options = "" if each.largest is None else f", largest={each.largest}"
     if each.body_level is not None:
-        options += f", mask=isospline.Isosurface({each.source}, {each.body_level!r}, largest=1).to_mask()"
+        options += (
+            f", mask=isospline.Isosurface({each.source}, {each.body_level!r}, largest=1).to_mask(whole_cells=True)"
+        )
     if each.closed:
         options += ", closed=True"
     if state.clip.kind != "none":

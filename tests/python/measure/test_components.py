@@ -365,7 +365,7 @@ def test_the_mask_of_a_piece_keeps_what_is_in_it(degree, axes):
     whole = isospline.Isosurface(volume, 0.0)
     pieces = whole.components()
     largest = isospline.Isosurface(volume, 0.0, largest=1)
-    mask = largest.to_mask()
+    mask = largest.to_mask(whole_cells=True)
     assert mask.shape == samples.shape and mask.dtype == bool
     inner = isospline.Isosurface(volume, 1.0)  # a smaller ball in each of the balls
     kept = isospline.Isosurface(volume, 1.0, mask=mask)
@@ -376,11 +376,11 @@ def test_the_mask_of_a_piece_keeps_what_is_in_it(degree, axes):
         labels, counts = solid_labels(ball_samples())
         of_cells = ndimage.binary_dilation(labels == 1 + counts.argmax(), np.ones((3, 3, 3)))
         np.testing.assert_array_equal(mask if axes == "zyx" else mask.transpose(), of_cells)
-    below = isospline.Isosurface(volume, 0.0, inside="below").to_mask()
-    above = whole.to_mask()
+    below = isospline.Isosurface(volume, 0.0, inside="below").to_mask(whole_cells=True)
+    above = whole.to_mask(whole_cells=True)
     assert (below | above).all()
     with pytest.raises(Exception, match="cancelled"):
-        whole.to_mask(progress=lambda done: False)
+        whole.to_mask(whole_cells=True, progress=lambda done: False)
 
 
 def test_the_command_line_lists_and_keeps_them(tmp_path, capsys):

@@ -109,8 +109,13 @@ def test_a_clip_cuts_a_dumbbell_in_two_and_changes_measures():
     half = isospline.Isosurface(volume, 0, clip=isospline.HalfSpace((23, 0, 0), (-1, 0, 0)))
     assert len(check_measures(half).areas) == 1
     assert half.components().bounds[0, 1, 0] == 23
-    # A mask is a set of whole cells, and knows no clip.
-    np.testing.assert_array_equal(surface.to_mask(), isospline.Isosurface(volume, 0).to_mask())
+    # Masks end at the clip: exactly, or with the cells that it cuts.
+    whole = isospline.Isosurface(volume, 0)
+    places = np.indices(volume.shape)[::-1].reshape(3, -1).T
+    samples = (whole.contains(places) & surface.contains(places)).reshape(volume.shape)
+    np.testing.assert_array_equal(surface.to_mask(), samples)
+    cells = surface.to_mask(whole_cells=True)
+    assert (cells >= samples).all() and cells.sum() < whole.to_mask(whole_cells=True).sum()
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
