@@ -169,6 +169,7 @@ std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& 
     return scene;
 }
 
+template <RayCaster::Contact contact>
 py::object cast_rays(Scene& scene, const py::object& rays, const py::object& directions, double t_near, double t_far,
                      bool coherent, bool certify, const py::object& outputs, const py::object& dtype,
                      const py::object& out)
@@ -188,7 +189,7 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         if (!coherent)
             given.sort_for(*snapshot, &SeenBy::camera);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
-            RayCaster caster(*snapshot, kind, parts);
+            RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
             given.for_each_packet(begin, end, caster.width(),
                                   [&](const RayPacket& packet, std::size_t first, const auto& places) {
@@ -200,6 +201,14 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         });
     });
     return as_result("Hits", certify ? certificates->added_to(arrays.to_dict()) : arrays.to_dict());
+}
+
+/// For RayMeshIntersector: first contacts of rays, with triangles that they touch as well.
+py::object cast_touching_rays(Scene& scene, const py::object& rays)
+{
+    return cast_rays<RayCaster::Contact::touch>(scene, rays, py::none(), 0.0, std::numeric_limits<double>::infinity(),
+                                                false, false, py::make_tuple("t_hit", "geometry_ids", "primitive_ids"),
+                                                py::none(), py::none());
 }
 
 py::array test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
@@ -256,10 +265,11 @@ void bind_scene(py::module_& module)
     py::class_<Scene>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
              py::arg("build_quality") = "medium")
-        .def("cast_rays", &cast_rays, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
-             py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
+        .def("cast_rays", &cast_rays<RayCaster::Contact::crossing>, py::arg("rays"), py::arg("directions") = py::none(),
+             py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
              py::arg("coherent") = false, py::arg("certify") = false, py::arg("outputs") = default_hit_outputs(),
              py::arg("dtype") = py::none(), py::arg("out") = py::none(), cast_rays_doc)
+        .def("_cast_touching_rays", &cast_touching_rays, py::arg("rays"))
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
              py::arg("coherent") = false, py::arg("certify") = false, test_occlusions_doc)

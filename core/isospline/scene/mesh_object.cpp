@@ -75,16 +75,14 @@ Box MeshObject::box(unsigned int primitive) const
     return {glm::min(glm::min(a, b), c) - centre_ - box_margin_, glm::max(glm::max(a, b), c) - centre_ + box_margin_};
 }
 
-std::optional<TriangleHit> MeshObject::hit_within(const TriangleRay& ray, std::uint32_t primitive) const
+std::optional<TriangleHit> MeshObject::hit_within(const TriangleRay& ray, std::uint32_t primitive, bool touches) const
 {
     const Triangle candidate = triangle(primitive);
     const Passage found = passage(ray.origin, ray.direction, candidate);
-    if (found == Passage::none)
-        return std::nullopt;
-    const TriangleHit hit = triangle_hit(ray, candidate, found);
-    if (!ray.has(hit.t))
-        return std::nullopt;
-    return hit;
+    if (found != Passage::none)
+        if (const TriangleHit hit = triangle_hit(ray, candidate, found); ray.has(hit.t))
+            return hit;
+    return touches ? triangle_touch(ray, candidate) : std::nullopt;
 }
 
 bool MeshObject::is_before(const TriangleRay& ray, const TriangleHit& first, std::uint64_t first_primitive,
@@ -110,7 +108,7 @@ void MeshObject::intersect_one(const RTCIntersectFunctionNArguments& arguments) 
     auto& query = static_cast<RayQuery&>(*arguments.context);
     const std::uint32_t slot = query.instID[0], primitive = arguments.primID;
     query.enter_mesh(slot);
-    const std::optional<TriangleHit> found = hit_within(query.in_mesh, primitive);
+    const std::optional<TriangleHit> found = hit_within(query.in_mesh, primitive, query.touches_meshes);
     if (!found)
         return;
     if (query.all != nullptr) {
@@ -146,7 +144,7 @@ void MeshObject::intersect_packet(const RTCIntersectFunctionNArguments& argument
 bool MeshObject::is_occluded(unsigned int primitive, RayQuery& query) const
 {
     query.enter_mesh(query.instID[0]);
-    return hit_within(query.in_mesh, primitive).has_value();
+    return hit_within(query.in_mesh, primitive, query.touches_meshes).has_value();
 }
 
 LaneMask MeshObject::occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const

@@ -54,8 +54,9 @@ private:
     /// Adds a triangle to the first hits in meshes; returns that in this mesh.
     const MeshHit& add(const TriangleRay& ray, std::uint32_t slot, std::uint32_t primitive, const TriangleHit& hit,
                        MeshHits& to) const;
-    /// The hit of a triangle within the limits of a ray, if there is one.
-    std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive) const;
+    /// The hit of a triangle within the limits of a ray, if there is one; with `touches`, also where the ray touches
+    /// it.
+    std::optional<TriangleHit> hit_within(const TriangleRay& ray, std::uint32_t primitive, bool touches) const;
 
     Box box(unsigned int primitive) const;
     void intersect_one(const RTCIntersectFunctionNArguments& arguments) const;

@@ -236,9 +236,10 @@ LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
     return packet.occluded;
 }
 
-RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts)
+RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
     : impl_(std::make_unique<Impl>(*scene.impl_, parts))
 {
+    impl_->query.touches_meshes = contact == Contact::touch;
     if (rays == Rays::incoherent)
         return;
     impl_->packet_size = Device::shared().packet_size();

@@ -22,7 +22,13 @@ public:
     /// The parts of a hit that are set: t, uv and ids, or all.
     enum class Parts { t_and_ids, all };
 
-    explicit RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts = Parts::all);
+    /// What hits a triangle: crossings, of which a closed mesh has one on each edge, or also touches, on whichever side
+    /// of an edge or corner a ray passes it within rounding; see triangle_touch(). Isosurfaces have crossings alone.
+    enum class Contact { crossing, touch };
+
+    /// Touches are for cast() of incoherent rays alone.
+    explicit RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts = Parts::all,
+                       Contact contact = Contact::crossing);
     ~RayCaster();
     RayCaster(const RayCaster&) = delete;
     RayCaster& operator=(const RayCaster&) = delete;

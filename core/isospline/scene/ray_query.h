@@ -235,7 +235,8 @@ struct RayQuery : Query {
     RootInCell nearest; ///< the nearest hit so far, if there is one
     double nearest_given = 0.0;
     HitIds nearest_ids;
-    double t_limit = 0.0; ///< roots beyond it do not matter
+    double t_limit = 0.0;        ///< roots beyond it do not matter
+    bool touches_meshes = false; ///< whether touches of triangles are hits, too
     std::uint32_t cached_slot = RTC_INVALID_GEOMETRY_ID;
     LatticeRay in_lattice; ///< limited to the part that its planes keep
     bool clip_leaves_any = false;

@@ -2,9 +2,16 @@
 
 #include "isospline/math/expansion.h"
 
+#include <glm/common.hpp>
+
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 
 namespace isospline {
 
@@ -136,6 +143,50 @@ TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passa
     if (!(weight_error < 0.5 * sum && t_error < largest_t_error * extent && std::abs(t) > t_error))
         return exact_hit(ray, triangle, passage);
     return {t * ray.scale, t_error * ray.scale, {weight_b / sum, weight_c / sum}, passage == Passage::against_normal};
+}
+
+std::optional<TriangleHit> triangle_touch(const TriangleRay& ray, const Triangle& triangle)
+{
+    const auto size = [](const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); };
+    const glm::dvec3& d = ray.direction;
+    const double inverse_square = 1.0 / glm::dot(d, d);
+    const double tolerance =
+        touch_tolerance * (size(ray.origin) + std::max({size(triangle.a), size(triangle.b), size(triangle.c)}));
+
+    // The corners: t of the nearest point of the line, and the way from there to the corner.
+    const std::array<glm::dvec3, 3> corners{triangle.a - ray.origin, triangle.b - ray.origin, triangle.c - ray.origin};
+    std::array<double, 3> t_corner{};
+    std::array<glm::dvec3, 3> beside{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        t_corner[i] = glm::dot(corners[i], d) * inverse_square;
+        beside[i] = corners[i] - t_corner[i] * d;
+    }
+
+    // The nearest place of the edges, and how wide the triangle is as seen along the line.
+    double nearest = std::numeric_limits<double>::infinity(), t = 0.0, longest = 0.0;
+    glm::dvec2 uv(0.0);
+    constexpr std::array<glm::dvec2, 3> uv_corner{glm::dvec2(0.0, 0.0), glm::dvec2(1.0, 0.0), glm::dvec2(0.0, 1.0)};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t next = (i + 1) % 3;
+        const glm::dvec3 edge = beside[next] - beside[i];
+        const double square = glm::dot(edge, edge);
+        longest = std::max(longest, std::sqrt(square));
+        const double s = square > 0.0 ? std::clamp(-glm::dot(beside[i], edge) / square, 0.0, 1.0) : 0.0;
+        if (const double distance = glm::length(beside[i] + s * edge); distance < nearest) {
+            nearest = distance;
+            t = glm::mix(t_corner[i], t_corner[next], s);
+            uv = glm::mix(uv_corner[i], uv_corner[next], s);
+        }
+    }
+    const glm::dvec3 seen = glm::cross(beside[1] - beside[0], beside[2] - beside[0]);
+    if (!(nearest <= tolerance) || glm::length(seen) <= 2.0 * tolerance * longest)
+        return std::nullopt;
+
+    const double t_error = tolerance * std::sqrt(inverse_square) * ray.scale;
+    t *= ray.scale;
+    if (t < ray.t_near - t_error || t > ray.t_far + t_error)
+        return std::nullopt;
+    return TriangleHit{std::clamp(t, ray.t_near, ray.t_far), t_error, uv, glm::dot(seen, d) < 0.0};
 }
 
 std::weak_ordering exact_order(const TriangleRay& ray, const Triangle& first, const Triangle& second)

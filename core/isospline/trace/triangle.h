@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <compare>
+#include <optional>
 
 namespace isospline {
 
@@ -82,6 +83,15 @@ inline Passage passage(const glm::dvec3& origin, const glm::dvec3& direction, co
 /// Where a ray, of any length, crosses a triangle that its line goes through. The error of t is at most 2^-24 of the
 /// triangle's extent.
 TriangleHit triangle_hit(const TriangleRay& ray, const Triangle& triangle, Passage passage);
+
+/// Where a ray touches a triangle's edges, if its line passes them within rounding, on whichever side: at a distance of
+/// at most touch_tolerance times the sum of the largest components of its origin and of the corners. For queries that
+/// count touches, beside passage(). A triangle that is seen edge-on along the line, within rounding, is not touched:
+/// one whose plane contains the line, or one without area.
+std::optional<TriangleHit> triangle_touch(const TriangleRay& ray, const Triangle& triangle);
+
+/// More than the rounding errors of the distance of a line from an edge.
+inline constexpr double touch_tolerance = 32.0 * 0x1p-53;
 
 /// Which of two triangles on a line it meets first, computed exactly; triangles in one plane are equivalent.
 std::weak_ordering exact_order(const TriangleRay& ray, const Triangle& first, const Triangle& second);

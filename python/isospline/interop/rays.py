@@ -20,9 +20,20 @@ class RayMeshIntersector:
     """Ray queries with the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, for isosurfaces as well.
 
     Code written for ``mesh.ray`` of trimesh works with it, and it can replace that attribute of a trimesh mesh:
-    ``mesh.ray = RayMeshIntersector(mesh)``. Each crossing is found once, even on an edge, in double precision, and the
-    crossings of a ray are sorted along it. Rays whose direction is zero miss. Copies share the geometry. It can be
-    pickled if the geometry can, as meshes of trimesh can.
+    ``mesh.ray = RayMeshIntersector(mesh)``. Rays are intersected in double precision, and rays whose direction is zero
+    miss. Copies share the geometry. It can be pickled if the geometry can, as meshes of trimesh can.
+
+    There are two questions about a ray that meets a triangle of a mesh just at an edge or corner:
+
+    - What it hits. `intersects_any`, `intersects_first` and the others with ``multiple_hits=False`` count touches: a
+      ray that meets any triangle, its edges and corners included, hits it, on all sides of a body alike. Rays that
+      pass within rounding touch, too: their distance is at most 3.6e-15 times the sum of the largest coordinates of the
+      origin and of the corners. A ray in the plane of a triangle does not hit that, as in trimesh, but its neighbours.
+    - What it crosses. Lists, with ``multiple_hits=True``, have crossings: each is found once, even on an edge, so that
+      rays through closed meshes enter and leave in turn. A ray along the silhouette of a body crosses it twice or not
+      at all, and one in the plane of a triangle does not cross that triangle. `contains_points` counts these crossings.
+
+    For isosurfaces both are the same.
 
     Parameters
     ----------
@@ -107,7 +118,7 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (N, 3) array_like, world units
             Directions need not have length one.
         multiple_hits : bool
-            Whether to return all crossings of a ray, or only the first one.
+            Whether to return all crossings of a ray, or only the first hit, which may be a touch.
         max_hits : int, optional
             The largest number of crossings of a ray; the first ones are returned.
         return_locations : bool
@@ -130,7 +141,7 @@ class RayMeshIntersector:
                 first = np.arange(len(t)) - crossings["ray_splits"][index_ray] < max_hits
                 index_ray, index_tri, t = index_ray[first], index_tri[first], t[first]
         else:
-            hits = self.scene.cast_rays(rays)
+            hits = self.scene._cast_touching_rays(rays)
             index_ray = np.flatnonzero(hits["geometry_ids"] != INVALID_ID)
             index_tri, t = hits["primitive_ids"][index_ray], hits["t_hit"][index_ray]
         index_tri = index_tri.astype(np.int64)
@@ -146,26 +157,23 @@ class RayMeshIntersector:
         *,
         max_hits: int | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-        """Find the crossings of rays: locations, index_ray and index_tri of `intersects_id`, in this order."""
+        """The locations, index_ray and index_tri of `intersects_id`, in this order."""
         index_tri, index_ray, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True, max_hits=max_hits
         )
         return locations, index_ray, index_tri
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int64]:
-        """(N,) int64 array: the first face or cell of each ray; -1 if it misses."""
+        """(N,) int64 array: the first face or cell that each ray crosses or touches; -1 if it misses."""
         rays, rows, count = _rays(ray_origins, ray_directions)
         first = np.full(count, -1, dtype=np.int64)
-        hits = self.scene.cast_rays(rays)
+        hits = self.scene._cast_touching_rays(rays)
         first[rows] = np.where(hits["geometry_ids"] == INVALID_ID, -1, hits["primitive_ids"].astype(np.int64))
         return first
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
-        """(N,) bool array: whether each ray crosses anything."""
-        rays, rows, count = _rays(ray_origins, ray_directions)
-        crosses = np.zeros(count, dtype=np.bool_)
-        crosses[rows] = self.scene.test_occlusions(rays)
-        return crosses
+        """(N,) bool array: whether each ray crosses or touches anything."""
+        return self.intersects_first(ray_origins, ray_directions) >= 0
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are inside of any object. Rays from them then cross its surface an odd number of times.
