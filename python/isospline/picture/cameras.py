@@ -142,12 +142,27 @@ def turntable(
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
+    return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin)
+
+
+def turn(
+    extent: Extent,
+    count: int,
+    view: View,
+    up: ArrayLike | None,
+    projection: Projection,
+    field_of_view: float,
+    size: tuple[int, int],
+    margin: float = 0.05,
+) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+    """The cameras of `turntable`; the extent is asked for before each of them."""
     check_count(count)
-    extent = extent_of(scene)
     direction, natural_up = direction_of(view)
     axis = np.asarray(natural_up if up is None else up, dtype=float)
-    sides = [_turned(direction, axis, 2 * math.pi * step / count) for step in range(int(count))]
-    fits = [_Fit(extent, side, axis, projection, field_of_view, size, margin) for side in sides]
+    fits = []
+    for step in range(int(count)):
+        side = _turned(direction, axis, 2 * math.pi * step / count)
+        fits.append(_Fit(extent, side, axis, projection, field_of_view, size, margin))
 
     # At the farthest distance, all is visible from every side.
     center = extent(np.eye(3)).mean(axis=1)

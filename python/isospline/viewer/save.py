@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..interop.single_precision import offset_for
-from ..picture.cameras import turntable
+from ..picture.cameras import extent_of, turn
 from ..picture.video import write_video
 from .bundle import write_bundle
 from .picture import FINAL_SAMPLES, Stage
@@ -99,15 +99,15 @@ def _write_turntable(viewer, path, state, size, options):
     towards = np.subtract(camera.eye, camera.target)
     with viewer.making() as maker:
         maker.geometry_ids(state)
-        cameras = turntable(
-            maker.scene,
-            count,
-            view=towards,
-            up=_axis(camera.up),
-            projection=camera.projection,
-            field_of_view=camera.field_of_view,
-            size=even,
-        )
+
+        whole = extent_of(maker.scene)
+
+        def extent(directions):
+            if viewer.is_closed:
+                raise _core.Cancelled("the viewer was closed")
+            return whole(directions)
+
+        cameras = turn(extent, count, towards, _axis(camera.up), camera.projection, camera.field_of_view, even)
 
         def images():
             for number, each in enumerate(cameras):
@@ -127,4 +127,10 @@ def _axis(up):
 
 
 def _progress(viewer, title, begin=0.0, share=1.0):
-    return lambda fraction: viewer.tell(title, begin + share * fraction) and None
+    """Tells the pages; the task is cancelled when the viewer closes."""
+
+    def progress(fraction):
+        viewer.tell(title, begin + share * fraction)
+        return not viewer.is_closed
+
+    return progress

@@ -238,6 +238,11 @@ class Viewer:
         while not self._closed.wait(0.2):
             pass
 
+    @property
+    def is_closed(self):
+        """Whether it is closed or closing: long tasks end then."""
+        return self._closed.is_set()
+
     def close(self) -> None:
         """Close the windows and stop listening."""
         if self._closed.is_set():
@@ -246,7 +251,7 @@ class Viewer:
         self._server.close()
         for window in self.windows():
             window.close()
-        self._workers.shutdown(wait=True)
+        self._workers.shutdown(wait=True, cancel_futures=True)
         self.uploads.remove()
 
     def __enter__(self) -> Viewer:

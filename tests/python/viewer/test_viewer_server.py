@@ -254,3 +254,33 @@ def test_isosurfaces_of_scenes_are_shown_where_transforms_put_them(mirrored):
         np.testing.assert_allclose(got.t_hit, expected.t_hit, atol=1e-9)
         np.testing.assert_array_equal(got.primitive_ids, expected.primitive_ids)
         np.testing.assert_allclose(got.primitive_normals, expected.primitive_normals, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("work", ["picks", "cameras of a turntable", "pictures of a turntable"])
+def test_queued_work_does_not_delay_the_end(ball, work, ending):
+    """The work takes minutes. The end takes tenths of a second, and more on a busy machine."""
+    command = [sys.executable, "-m", "isospline", "view", str(ball), "--no-browser"]
+    running = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", preexec_fn=obey_signals
+    )
+    try:
+        running.url = running.stdout.readline().strip()
+        client = Client(running)
+        client.receive("frame")
+        if work == "picks":
+            for _ in range(10_000):
+                client.send(type="pick", x=32, y=24)
+            client.receive("measurement")
+        else:
+            options = {"pictures": 100_000} if work.startswith("cameras") else {"pictures": 50, "samples": 2000}
+            client.send(type="save", what="turntable", options=options)
+            if work.startswith("pictures"):
+                client.receive("progress")
+        running.send_signal(ending)
+        _, errors = running.communicate(timeout=20)
+    finally:
+        running.kill()
+    assert running.returncode == 0 and errors == "isospline: Ctrl-C ends the viewer\n"
+    client.close()
