@@ -17,6 +17,8 @@ from isospline.base import foreign, mistakes
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from fuzz import call_table
 
+pytest.importorskip("zarr")  # some of the hints are about stores
+
 pytestmark = pytest.mark.filterwarnings("ignore:light")
 NAMES, KEYWORDS = foreign.tables()["names"], foreign.tables()["keywords"]
 
