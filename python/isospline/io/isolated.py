@@ -4,22 +4,24 @@ A damaged or hostile file may crash a library, or make it use all memory or run 
 the caller gets an exception. One server process per caller imports the libraries once and forks a process for each
 call, so that calls take milliseconds and no file can affect the next one. Where the kernel has Landlock, these read
 little else than the file, and write nothing. Results come back as JSON, and arrays in
-memory that both processes map; nothing that the process sends is executed.
+memory that both processes map, or as a stream of bytes; nothing that the process sends is executed.
 """
 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import json
 import mmap
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +41,7 @@ _BEGIN = (
 )
 # Libraries would start threads, with which processes cannot be forked safely.
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB")}
+_KILLED = "the system ended the reader, most likely for lack of memory"
 ERRORS = {
     kind.__name__: kind for kind in (ValueError, TypeError, MemoryError, OSError, ModuleNotFoundError, RuntimeError)
 }
@@ -63,8 +66,57 @@ def call(
     **arguments
         What JSON can hold.
     """
+    request = _request(function, path, readable, arguments)
+    with _shared_file() as file, _SERVERS.connect(request, libraries, file.fileno()) as connection:
+        return _result(_answer(connection, request["seconds"]), request["seconds"], file)
+
+
+@contextlib.contextmanager
+def stream(function: str, path: Path, **arguments: Any) -> Iterator[Stream]:
+    """The bytes that ``function(path, output, **arguments)`` writes, called in a process of its own.
+
+    ``output`` is a file. The stream is to be read to its end. Exceptions of the function are raised here, at the latest
+    at the end of the context. The limit of time on the clock is that of each part of the stream.
+    """
+    request = {**_request(function, path, None, arguments), "streams": True}
+    read, write = os.pipe()
+    with os.fdopen(read, "rb", buffering=0) as file:
+        try:
+            connection = _SERVERS.connect(request, "", write)
+        finally:
+            os.close(write)
+        with connection:
+            stream = Stream(file, connection, request["seconds"])
+            yield stream
+            file.close()
+            stream.finish()
+
+
+class Stream:
+    """Bytes that a process sends."""
+
+    def __init__(self, file: Any, connection: socket.socket, seconds: float) -> None:
+        self._file, self._connection, self._seconds, self._is_finished = file, connection, seconds, False
+        self._poll = select.poll()
+        self._poll.register(file, select.POLLIN)
+
+    def readinto(self, content: memoryview) -> int:
+        """Read into a buffer; returns the number of bytes, 0 at the end."""
+        if not self._poll.poll(1000 * CLOCK * self._seconds):
+            raise _late(self._seconds)
+        return self._file.readinto(content) or self.finish()
+
+    def finish(self) -> int:
+        """Raise the exception of the process, if it had one, after it has ended; returns 0, no bytes."""
+        if not self._is_finished:
+            self._is_finished = True
+            _result(_answer(self._connection, self._seconds), self._seconds)
+        return 0
+
+
+def _request(function, path, readable, arguments):
     seconds = SECONDS + SECONDS_OF_BYTE * _size(path)
-    request = {
+    return {
         "function": function,
         "arguments": {"path": os.path.abspath(path), **arguments},
         "readable": _surroundings(path) if readable is None else list(readable),
@@ -72,12 +124,6 @@ def call(
         "seconds": seconds,
         "clock": CLOCK * seconds,
     }
-    with _shared_file() as file:
-        for last in (False, True):
-            answer = _SERVERS.ask(json.dumps(request).encode(), libraries, file.fileno(), 2 * CLOCK * seconds)
-            if answer or last:
-                break
-        return _result(answer, file, seconds)
 
 
 class _Servers:
@@ -100,27 +146,29 @@ class _Servers:
             self._process.returncode = 0  # it is not a child of this process, which need not wait for it
             self._process = None
 
-    def ask(self, request, libraries, shared, timeout):
-        """The bytes of the answer; none if the server ended meanwhile, which it does when it is not needed."""
-        here, there = socket.socketpair()
-        with here:
-            with there, self._lock:
-                message = libraries.encode().ljust(MESSAGE)
-                fds = [there.fileno(), shared]
-                try:
-                    socket.send_fds(self._server(), [message], fds)
-                except (BrokenPipeError, ConnectionResetError):
-                    self._start()
-                    socket.send_fds(self._server(), [message], fds)
-            here.settimeout(timeout)
-            answer = bytearray()
+    def connect(self, request, libraries, shared):
+        """A connection to the process for a request, after it has begun."""
+        for _ in range(2):  # the server may end meanwhile, which it does when it is not needed
+            here, there = socket.socketpair()
             try:
-                here.sendall(request + b"\n")
-                while len(answer) < RESULT_LIMIT and (part := here.recv(1 << 16)):
-                    answer += part
-            except (BrokenPipeError, ConnectionResetError):
-                pass
-            return bytes(answer)
+                with there, self._lock:
+                    message = libraries.encode().ljust(MESSAGE)
+                    fds = [there.fileno(), shared]
+                    try:
+                        socket.send_fds(self._server(), [message], fds)
+                    except (BrokenPipeError, ConnectionResetError):
+                        self._start()
+                        socket.send_fds(self._server(), [message], fds)
+                here.settimeout(2 * request["clock"])
+                with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+                    here.sendall(json.dumps(request).encode() + b"\n")
+                    if here.recv(1):
+                        return here
+            except BaseException:
+                here.close()
+                raise
+            here.close()
+        raise MemoryError(_KILLED)
 
     def _server(self):
         if self._control is None:
@@ -183,7 +231,24 @@ def _shared_file():
     return tempfile.TemporaryFile(buffering=0)
 
 
-def _result(answer, file, seconds):
+def _answer(connection, seconds):
+    """The bytes of the answer, to its end."""
+    answer = bytearray()
+    try:
+        while len(answer) < RESULT_LIMIT and (part := connection.recv(1 << 16)):
+            answer += part
+    except (BrokenPipeError, ConnectionResetError):
+        pass
+    except TimeoutError:
+        raise _late(seconds) from None
+    return bytes(answer)
+
+
+def _late(seconds):
+    return ValueError(f"the reader found no end in {seconds:.0f} s: the file is damaged")
+
+
+def _result(answer, seconds, file=None):
     """The result of a call; or its exception, or a ValueError for a process that died."""
     lines = answer.split(b"\n")
     try:
@@ -193,21 +258,25 @@ def _result(answer, file, seconds):
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"expected an answer of the reader, got {error}") from error
     if is_late or number == signal.SIGXCPU:
-        raise ValueError(f"the reader found no end in {seconds:.0f} s: the file is damaged")
+        raise _late(seconds)
     if number == signal.SIGKILL:
-        raise MemoryError("the system ended the reader, most likely for lack of memory")
+        raise MemoryError(_KILLED)
     if number or not isinstance(result, dict):
         name = signal.Signals(number).name if number else "no result"
         raise ValueError(f"the reader crashed ({name}): the file is damaged")
     if "error" in result:
         raise _exception(result["error"])
+    return _with_arrays(result["value"], _mapped(file) if file else b"")
+
+
+def _mapped(file):
+    """The content of a file that the process cannot make shorter."""
     size = os.fstat(file.fileno()).st_size
     import fcntl  # of POSIX alone
 
     if hasattr(fcntl, "F_ADD_SEALS"):
         fcntl.fcntl(file.fileno(), fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
-    shared = mmap.mmap(file.fileno(), size) if size else b""
-    return _with_arrays(result["value"], shared)
+    return mmap.mmap(file.fileno(), size) if size else b""
 
 
 def _exception(error):

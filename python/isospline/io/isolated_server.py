@@ -54,6 +54,7 @@ def serve(number: int) -> None:
 def _watch(caller, shared):
     """Fork the reading process, wait for it, and report how it ended; end it after its time and with its caller."""
     request = json.loads(caller.makefile("rb").readline())
+    caller.sendall(b"\n")
     end, held = os.pipe()
     reader = os.fork()
     if reader == 0:
@@ -65,7 +66,7 @@ def _watch(caller, shared):
     poll = select.poll()
     poll.register(end, select.POLLIN)
     poll.register(caller, select.POLLHUP)
-    events = dict(poll.poll(1000 * request["clock"]))
+    events = dict(poll.poll(1000 * request["clock"] if "streams" not in request else None))
     if end not in events:
         os.kill(reader, signal.SIGKILL)
     os.waitid(os.P_PID, reader, os.WEXITED | os.WNOWAIT)
@@ -83,7 +84,12 @@ def _read(request, caller, shared):
     try:
         landlock.read_only(request["readable"])
         module, name = request["function"].split(":")
-        result = getattr(importlib.import_module(module), name)(**request["arguments"])
+        read = getattr(importlib.import_module(module), name)
+        if "streams" in request:
+            with open(shared, "wb") as output:
+                result = read(output=output, **request["arguments"])
+        else:
+            result = read(**request["arguments"])
         answer = {"value": _without_arrays(result, shared)}
     except Exception as error:
         answer = {

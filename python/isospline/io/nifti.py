@@ -9,11 +9,15 @@ from __future__ import annotations
 import gzip
 import math
 import os
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from . import isolated
 from .checks import check_components, check_samples
-from .packed import drain
+from .packed import check_skip, read_samples
 from .volume_data import VolumeData
 
 # The world of NIfTI is RAS, the world of DICOM and ITK is LPS.
@@ -26,42 +30,87 @@ _UNITS = {"meter": "m", "mm": "mm", "micron": "µm"}
 _HEADER = 540
 
 
+class Header(NamedTuple):
+    """What a header tells: shape [x, y, z, ...] and type of the samples, their first byte, their scaling and place."""
+
+    shape: list[int]
+    dtype: str
+    begin: int
+    slope: float
+    inter: float
+    affine: NDArray[np.float64]
+    patient: bool
+    unit: str
+
+
+class Scaling:
+    """The scaling of NIfTI, as in nibabel."""
+
+    def __init__(self, slope: float, inter: float) -> None:
+        self._slope, self._inter = np.float64(slope), np.float64(inter)
+
+    def __call__(self, samples: NDArray[Any]) -> NDArray[Any]:
+        from nibabel.volumeutils import apply_read_scaling
+
+        return apply_read_scaling(samples, self._slope, self._inter)
+
+
 def read(path, load=None):
     """Read a NIfTI file; its sform, or otherwise its qform, gives the place of the samples.
 
-    `load`, if given, gets nibabel's proxy of the samples and their shape [x, y, z], and returns the data.
+    `load`, if given, gets the path, the byte where the samples begin in the decompressed file, their shape [z, y, x]
+    and type, their compression and their scaling, both None without, and returns the data.
     """
-    import nibabel
+    header = Header(**isolated.call("isospline.io.nifti:load_header", Path(path), "nibabel"))
+    compression = "gzip" if _is_compressed(path) else None
+    scaling = Scaling(header.slope, header.inter) if (header.slope, header.inter) != (1, 0) else None
+    shape, dtype = tuple(_without_series(header.shape))[::-1], np.dtype(header.dtype)
+    check_samples(shape, float if scaling else dtype, mapped=load or not (scaling or compression))
+    if load is not None:
+        data = load(path, header.begin, shape, dtype, compression, scaling)
+    else:
+        if compression is not None:
+            data = read_samples([(path, 0, header.begin)], shape, dtype, compression)
+        else:
+            data = np.memmap(path, dtype, "c", header.begin, shape)
+        data = data if scaling is None else scaling(data)
+    data = VolumeData.from_affine(data, LPS_FROM_RAS @ header.affine)
+    return data.replace(patient=header.patient, unit=header.unit)
 
-    if str(path).lower().endswith(".gz"):
-        return _read_gzip(path, load)
-    image = nibabel.load(path)
-    if not isinstance(image, _nifti_types()):
-        raise ValueError(f"expected a NIfTI file, got a {type(image).__name__}")
-    # A pair's header without its samples; nibabel would read the header's bytes as samples.
-    if image.dataobj.offset < image.header.template_dtype.itemsize:
-        raise ValueError("expected samples after the header, got the header of a pair of files")
-    # nibabel allocates memory for all samples in the header before it checks that they exist.
-    expected = image.dataobj.offset + math.prod(image.shape) * image.get_data_dtype().itemsize
-    if (size := os.path.getsize(path)) < expected:
-        raise ValueError(f"expected {expected} bytes, got {size} bytes: the file is truncated")
-    return to_volume_data(image, load)
 
-
-def _read_gzip(path, load):
-    """Read a compressed file to its end, where its checksum is: nibabel stops after the last sample."""
-    import nibabel
-
-    with gzip.open(path) as stream:
+def load_header(path):
+    """The fields of a `Header`, for `isolated.call`."""
+    with (gzip.open if _is_compressed(path) else open)(path, "rb") as stream:
         beginning = stream.read(_HEADER)
-        kind = next((kind for kind in _nifti_types() if kind.header_class.may_contain_header(beginning)), None)
-        if kind is None:
-            raise ValueError("expected a NIfTI file")
-        stream.seek(0)
-        data = to_volume_data(kind.from_file_map({"image": nibabel.FileHolder(str(path), stream)}), load)
-        if load is None:
-            drain(stream)
-    return data
+    kind = next((kind for kind in _nifti_types() if kind.header_class.may_contain_header(beginning)), None)
+    if kind is None:
+        raise ValueError("expected a NIfTI file")
+    # Extensions after the header are not read: they may expand to any size.
+    header = kind.header_class(beginning[: kind.header_class.template_dtype.itemsize])
+    shape, dtype, begin = header.get_data_shape(), header.get_data_dtype(), header.get_data_offset()
+    # A pair's header without its samples; the header's bytes would be read as samples.
+    if begin < header.template_dtype.itemsize:
+        raise ValueError("expected samples after the header, got the header of a pair of files")
+    check_components(len(dtype.names or "1"))
+    expected = begin + math.prod(map(int, shape)) * dtype.itemsize
+    if _is_compressed(path):
+        check_skip(begin)
+    elif (size := os.path.getsize(path)) < expected:
+        raise ValueError(f"expected {expected} bytes, got {size} bytes: the file is truncated")
+    slope, inter = header.get_slope_inter()
+    return {
+        "shape": [int(count) for count in shape],
+        "dtype": dtype.str,
+        "begin": int(begin),
+        "slope": 1.0 if slope is None else float(slope),
+        "inter": 0.0 if inter is None else float(inter),
+        "affine": np.asarray(header.get_best_affine(), np.float64),
+        **_about(header),
+    }
+
+
+def _is_compressed(path):
+    return str(path).lower().endswith(".gz")
 
 
 def _nifti_types():
@@ -70,7 +119,7 @@ def _nifti_types():
     return nibabel.Nifti1Image, nibabel.Nifti2Image
 
 
-def to_volume_data(image, load=None):
+def to_volume_data(image):
     """The samples and the place, in LPS, of any nibabel image; nibabel's world is RAS for all formats."""
     import nibabel
 
@@ -80,21 +129,23 @@ def to_volume_data(image, load=None):
     check_components(len(dtype.names or "1"))
     if image.affine is None:
         raise ValueError("expected an affine, the place of the samples, got None")
-    # A single volume may be stored as a series of one.
-    shape = image.shape[:3] if all(count == 1 for count in image.shape[3:]) else image.shape
+    shape = _without_series(image.shape)
     scaled = in_file and (getattr(stored, "slope", 1), getattr(stored, "inter", 0)) != (1, 0)
     compressed = in_file and str(image.get_filename()).lower().endswith(COMPRESSED)
-    check_samples(shape[::-1], float if scaled else dtype, mapped=load or not (scaled or compressed))
+    check_samples(shape[::-1], float if scaled else dtype, mapped=not (scaled or compressed))
 
-    data = load(stored, shape) if load else np.asanyarray(stored).reshape(shape, order="F").T
-    patient, unit = _is_patient(image), ""
-    if isinstance(image, _nifti_types()):
-        unit = _UNITS.get(image.header.get_xyzt_units()[0], "")
-    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(patient=patient, unit=unit)
+    data = np.asanyarray(stored).reshape(shape, order="F").T
+    # Formats that are not NIfTI have a patient's world.
+    about = _about(image.header) if isinstance(image, _nifti_types()) else {"patient": True, "unit": ""}
+    return VolumeData.from_affine(data, LPS_FROM_RAS @ image.affine).replace(**about)
 
 
-def _is_patient(image):
-    """Whether the world is a patient's: by NIfTI's codes; always for the other formats that nibabel reads."""
-    if not isinstance(image, _nifti_types()):
-        return True
-    return int(image.header["sform_code"]) > 0 or int(image.header["qform_code"]) > 0
+def _without_series(shape):
+    """The shape without further axes of length one: a single volume may be stored as a series of one."""
+    return shape[:3] if all(count == 1 for count in shape[3:]) else shape
+
+
+def _about(header):
+    """Whether the world is a patient's, by NIfTI's codes, and the unit of lengths."""
+    patient = int(header["sform_code"]) > 0 or int(header["qform_code"]) > 0
+    return {"patient": patient, "unit": _UNITS.get(header.get_xyzt_units()[0], "")}

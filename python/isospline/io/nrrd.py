@@ -16,7 +16,7 @@ import numpy as np
 from . import itk
 from .checks import check_file, utf8
 from .confinement import check_within
-from .packed import read_samples
+from .packed import check_skip, read_samples
 
 _TEXTS = ("ascii", "text", "txt")
 _COMPRESSIONS = {"raw": None, "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"}
@@ -213,6 +213,8 @@ def _parts(files, begin, header, size):
     compressed = _COMPRESSIONS[header["encoding"].lower()] is not None
     if compressed and skipped < 0:
         raise ValueError("expected byte skip of at least 0 for compressed samples, got -1")
+    if compressed:
+        check_skip(skipped)
     parts = []
     for file in files:
         length = check_file(file)

@@ -1,4 +1,7 @@
-"""Reads samples as a file stores them, compressed or not, to the end and including the checksum."""
+"""Reads samples as a file stores them, compressed or not, to the end and including the checksum.
+
+Compressed samples are decompressed in a process of their own.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,16 @@ import bz2
 import contextlib
 import gzip
 import zlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import isolated
+
 _BLOCK = 1 << 20
+#: The most bytes that are decompressed before the samples: of NIfTI's header with its extensions, NRRD's byte skip.
+SKIP_LIMIT = 1 << 26
 
 
 def read_samples(parts, shape, dtype, compression=None):
@@ -36,20 +44,58 @@ def read_samples(parts, shape, dtype, compression=None):
     if rest:
         raise ValueError(f"expected files of equal size, got {len(parts)} for {len(content)} bytes of samples")
     for number, (path, begin, skipped) in enumerate(parts):
-        with opened(path, begin, compression) as stream:
-            skip(stream, skipped)
+        with opened(path, begin, compression, skipped, size) as stream:
             fill(stream, content[number * size : (number + 1) * size])
-            if compression is not None:
-                drain(stream)
     return data.astype(data.dtype.newbyteorder("="), copy=False)
 
 
+def check_skip(count):
+    """Check the number of bytes that a header promises between it and compressed samples: all are decompressed."""
+    if count > SKIP_LIMIT:
+        raise ValueError(f"expected at most {SKIP_LIMIT} bytes before compressed samples, got {count}")
+
+
 @contextlib.contextmanager
-def opened(path, begin, compression):
-    """The stream that begins at a byte of a file, decompressed."""
+def opened(path, begin, compression, skipped, size):
+    """The stream of `size` bytes after those to skip; a process of its own decompresses it, and checks its end."""
+    if compression is None:
+        with open(path, "rb") as file:
+            file.seek(begin + skipped)
+            yield file
+    else:
+        about = {"begin": begin, "compression": compression, "skipped": skipped, "size": size}
+        with isolated.stream("isospline.io.packed:decompress", Path(path), **about) as stream:
+            yield stream
+
+
+def decompress(path, output, begin, compression, skipped, size):
+    """Write `size` decompressed bytes to a file, for `isolated.stream`, and check that the stream ends then.
+
+    No more is decompressed than these, those to skip and one block: a small file may expand to any size.
+    """
     with open(path, "rb") as file:
         file.seek(begin)
-        yield _STREAMS[compression](file)
+        stream = _STREAMS[compression](file)
+        for _ in _blocks(stream, skipped, "before samples"):
+            pass
+        for content in _blocks(stream, size, "of samples"):
+            output.write(content)
+        beyond = 0
+        while content := stream.read(_BLOCK):  # to the end, where the checksum is
+            beyond += len(content)
+            if beyond > _BLOCK:
+                raise ValueError(f"expected {size} bytes of samples, got at least {size + beyond}: the file is damaged")
+
+
+def _blocks(stream, count, what):
+    """This number of bytes of a stream, block by block."""
+    done = 0
+    while done < count:
+        content = stream.read(min(count - done, _BLOCK))
+        if not content:
+            raise ValueError(f"expected {count} bytes {what}, got {done} bytes: the file is truncated")
+        done += len(content)
+        yield content
 
 
 def fill(stream, content):
@@ -62,33 +108,12 @@ def fill(stream, content):
         done += count
 
 
-def skip(stream, count):
-    """Skip this number of bytes."""
-    while count > 0:
-        content = stream.read(min(count, _BLOCK))
-        if not content:
-            raise ValueError("expected samples after the bytes to skip: the file is truncated")
-        count -= len(content)
-
-
-def drain(stream):
-    """Read a compressed stream to its end, where the checksum is."""
-    while stream.read(_BLOCK):
-        pass
-
-
 class _Inflated:
     """A stream compressed by zlib or gzip: MetaImage allows both."""
 
     def __init__(self, file):
         self._file = file
         self._inflate = zlib.decompressobj(wbits=32 + zlib.MAX_WBITS)
-
-    def readinto(self, content):
-        """Read into a buffer; returns the number of bytes, 0 at the end."""
-        data = self.read(len(content))
-        content[: len(data)] = data
-        return len(data)
 
     def read(self, count):
         """At most `count` bytes; none at the end of the stream, where its length and checksum are checked."""
@@ -102,8 +127,7 @@ class _Inflated:
         return b""
 
 
-_STREAMS: dict[str | None, Any] = {
-    None: lambda file: file,
+_STREAMS: dict[str, Any] = {
     "gzip": lambda file: gzip.GzipFile(fileobj=file, mode="rb"),
     "bzip2": bz2.BZ2File,
     "zlib": _Inflated,

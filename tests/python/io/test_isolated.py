@@ -50,6 +50,12 @@ def connected(path, port):
 def lazily(path):
     import sqlite3, xml.dom.minidom, zoneinfo
     return str(zoneinfo.ZoneInfo("UTC")) + sqlite3.connect(":memory:").execute("select 'a'").fetchone()[0]
+def count(path, output, blocks, then=None):
+    for number in range(blocks):
+        output.write(bytes([number]) * 1000)
+    output.flush()
+    then and globals()[then](path)
+def broken(path): raise ValueError("some reason")
 def noise(path): print("noise"); sys.stderr.write("noise"); return 1
 """
 
@@ -174,6 +180,50 @@ def test_a_crash_and_a_lack_of_memory_are_exceptions(call, monkeypatch, name, ki
     with pytest.raises(kind, match=message):
         call(name)
     assert call("pid") not in (os.getpid(), isolated._SERVERS._process.pid)
+
+
+def read_stream(path, size, **arguments):
+    content = bytearray(size)
+    with isolated.stream("some_readers:count", path, **arguments) as stream:
+        done = 0
+        while done < size and (got := stream.readinto(memoryview(content)[done:])):
+            done += got
+    return bytes(content[:done])
+
+
+def test_bytes_come_as_a_stream(call, tmp_path):
+    expected = b"".join(bytes([number]) * 1000 for number in range(200))
+    assert read_stream(tmp_path, 200_000, blocks=200) == expected
+    assert read_stream(tmp_path, 300_000, blocks=200) == expected
+    assert read_stream(tmp_path, 300_000, blocks=0) == b""
+
+
+@pytest.mark.parametrize(
+    "then, message", [("broken", "some reason"), ("segfault", r"the reader crashed \(SIGSEGV\): the file is damaged")]
+)
+def test_a_stream_ends_with_the_exception_of_the_reader(call, tmp_path, then, message):
+    for size in (5000, 9000):  # it is not lost if all bytes were read before
+        with pytest.raises(ValueError, match=message):
+            read_stream(tmp_path, size, blocks=5, then=then)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("then", ["spin", "sleep"])
+def test_a_stream_has_limited_time(call, tmp_path, monkeypatch, then):
+    monkeypatch.setattr(isolated, "SECONDS", 1.0)
+    monkeypatch.setattr(isolated, "CLOCK", 2.0)
+    for size in (5000, 9000):
+        with pytest.raises(ValueError, match="the reader found no end in 1 s: the file is damaged"):
+            read_stream(tmp_path, size, blocks=5, then=then)
+
+
+def test_a_stream_that_is_left_early_ends_its_process(call, tmp_path):
+    call("pid")
+    others = set(descendants())
+    with pytest.raises(KeyError), isolated.stream("some_readers:count", tmp_path, blocks=250, then="sleep") as stream:
+        stream.readinto(memoryview(bytearray(10)))
+        raise KeyError
+    wait_for(lambda: set(descendants()) <= others)
 
 
 @pytest.mark.slow

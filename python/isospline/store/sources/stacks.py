@@ -107,15 +107,13 @@ class PackedSource(StackSource):
             start = max(first - number * each, 0)
             if start >= each:
                 continue
-            with packed.opened(path, begin, self._compression) as stream:
-                packed.skip(stream, skipped + start * size)
+            left = (each - start) * size
+            with packed.opened(path, begin, self._compression, skipped + start * size, left) as stream:
                 for _ in range(start, each):
                     content = bytearray(size)
                     packed.fill(stream, memoryview(content))
                     samples = np.frombuffer(content, self._stored_type).reshape(self.shape[1:])
                     yield as_samples(self._scaled(samples))
-                if self._compression is not None:
-                    packed.drain(stream)
 
 
 class ScaledSource(RawSource):
@@ -141,27 +139,11 @@ def open_packed(parts: Any, shape: Any, dtype: Any, compression: str | None) -> 
     return PackedSource(parts, shape, dtype, compression)
 
 
-def open_nifti(proxy: Any, shape: Any) -> Source:
-    """A source of the samples of nibabel's proxy, of shape [x, y, z]."""
-    scaling = None if (proxy.slope, proxy.inter) == (1, 0) else Scaling(proxy.slope, proxy.inter)
-    path = proxy.file_like if isinstance(proxy.file_like, (str, os.PathLike)) else proxy.file_like.name
-    if str(path).lower().endswith(".gz"):
-        return PackedSource([(path, 0, proxy.offset)], shape[::-1], proxy.dtype, "gzip", scaling)
-    if scaling is None:
-        return RawSource(path, shape[::-1], proxy.dtype, proxy.offset)
-    return ScaledSource(path, shape[::-1], proxy.dtype, proxy.offset, scaling)
-
-
-class Scaling:
-    """The scaling of NIfTI, as in nibabel."""
-
-    def __init__(self, slope: float, inter: float) -> None:
-        self._slope, self._inter = np.float64(slope), np.float64(inter)
-
-    def __call__(self, samples: NDArray[Any]) -> NDArray[Any]:
-        from nibabel.volumeutils import apply_read_scaling
-
-        return apply_read_scaling(samples, self._slope, self._inter)
+def open_nifti(path: Any, begin: int, shape: Any, dtype: Any, compression: str | None, scaling: Any) -> Source:
+    """A source of the samples that `nifti.read` would read."""
+    if compression is not None:
+        return PackedSource([(path, 0, begin)], shape, dtype, compression, scaling)
+    return ScaledSource(path, shape, dtype, begin, scaling) if scaling else RawSource(path, shape, dtype, begin)
 
 
 def open_tiff(path: Path) -> Source:
