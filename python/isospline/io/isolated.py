@@ -3,8 +3,9 @@
 A damaged or hostile file may crash a library, or make it use all memory or run without end. Then the process ends, and
 the caller gets an exception. One server process per caller imports the libraries once and forks a process for each
 call, so that calls take milliseconds and no file can affect the next one. Where the kernel has Landlock, these read
-little else than the file, and write nothing. Results come back as JSON, and arrays in
-memory that both processes map, or as a stream of bytes; nothing that the process sends is executed.
+little else than the file, and write nothing; where libseccomp is installed, they reach no socket and no other process.
+Results come back as JSON, and arrays in memory that both processes map, or as a stream of bytes; nothing that the
+process sends is executed.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from typing import Any
 import numpy as np
 
 from ..base.system import child_environment
+from . import landlock, seccomp
 from .checks import available_memory
 
 #: Seconds of processor time for any file, and for each byte of it; the time on the clock may be several times as long.
@@ -124,6 +126,19 @@ def _request(function, path, readable, arguments):
         "seconds": seconds,
         "clock": CLOCK * seconds,
     }
+
+
+def unconfined() -> str:
+    """What does not confine the processes on this system, with the remedy; empty if nothing is missing."""
+    reasons = []
+    if landlock.version() == 0:
+        reasons.append(
+            "without Landlock it can read and write your files (Linux 5.13 or later has it, containers may forbid it)"
+        )
+    if not seccomp.is_available():
+        reasons.append("without libseccomp it can reach sockets and other processes (Debian: apt install libseccomp2)")
+    remedy = "open only files that you trust"
+    return f"the process that reads files is not fully confined: {'; '.join((*reasons, remedy))}" if reasons else ""
 
 
 class _Servers:

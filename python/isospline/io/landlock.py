@@ -1,4 +1,4 @@
-"""Confines the calling process with Landlock: it reads some files only, writes none and opens no connection.
+"""Confines the calling process with Landlock: it reads some files only, writes none and opens no TCP connection.
 
 Landlock is part of Linux from 5.13 on. Rules hold for all later opens, also of processes that this one starts; files
 that are open already can still be used. See landlock(7).
@@ -22,6 +22,7 @@ _EXECUTE, _READ_FILE, _READ_FOLDER = 1, 4, 8
 #: Rights over files that each version of the interface knows, by their number; later versions have the last one's.
 _RIGHTS_OF_VERSION = {1: 13, 2: 14, 3: 15, 4: 15, 5: 16}
 _CONNECTIONS = 3  # of TCP: bind, connect; from version 4 on
+_SCOPES = 3  # abstract Unix sockets and signals of processes that are not confined; from version 6 on
 
 #: What Python and libraries need: programs, shared libraries, time zones, the number of processors.
 _SYSTEM = (
@@ -31,7 +32,7 @@ _SYSTEM = (
 
 
 class _Ruleset(ctypes.Structure):
-    _fields_ = (("files", ctypes.c_uint64), ("connections", ctypes.c_uint64))
+    _fields_ = (("files", ctypes.c_uint64), ("connections", ctypes.c_uint64), ("scopes", ctypes.c_uint64))
 
 
 class _Rule(ctypes.Structure):
@@ -62,8 +63,9 @@ def read_only(paths: Iterable[str | os.PathLike[str]]) -> bool:
     if offered == 0:
         return False
     files = (1 << _RIGHTS_OF_VERSION.get(offered, _RIGHTS_OF_VERSION[5])) - 1
-    ruleset = _Ruleset(files, _CONNECTIONS if offered >= 4 else 0)
-    size = ctypes.sizeof(_Ruleset) if offered >= 4 else ctypes.sizeof(ctypes.c_uint64)
+    ruleset = _Ruleset(files, _CONNECTIONS if offered >= 4 else 0, _SCOPES if offered >= 6 else 0)
+    known = 3 if offered >= 6 else 2 if offered >= 4 else 1  # fields of the structure
+    size = known * ctypes.sizeof(ctypes.c_uint64)
     descriptor = _call(_CREATE_RULESET, ctypes.byref(ruleset), ctypes.c_size_t(size), 0)
     try:
         for path in {os.path.realpath(each) for each in (*paths, *_SYSTEM, *_packages())}:

@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
+from ..base.system import warn
+from ..io import isolated
 from ..picture.cameras import camera_for
 from ..picture.views import DEFAULT_VIEW
 from .bundle import bundle_sizes, is_bundle, unpack
@@ -45,6 +47,8 @@ class Viewer:
     """
 
     def __init__(self, *, host="127.0.0.1", port=0, token=None, upload_limit=UPLOAD_LIMIT, upload_count=UPLOAD_COUNT):
+        if missing := isolated.unconfined():
+            warn(missing)
         self.document = Document()
         self._lock = threading.RLock()
         self._state = ViewState()

@@ -13,7 +13,9 @@ import websockets.exceptions
 from viewer_client import Client, connect, get, port_of, token_of
 
 import isospline
+from isospline.io import landlock
 from isospline.viewer.cell import cell
+from isospline.viewer.viewer import Viewer
 
 VARIABLE = "ISOSPLINE_TOKEN"
 
@@ -281,3 +283,13 @@ def test_many_wrong_requests_at_once(viewer):
         thread.join()
     with connect(viewer):
         pass
+
+
+# Files
+
+
+def test_a_viewer_warns_once_of_what_does_not_confine_the_readers(monkeypatch):
+    monkeypatch.setattr(landlock, "version", lambda: 0)
+    with pytest.warns(UserWarning, match="without Landlock it can read and write your files") as caught, Viewer():
+        pass
+    assert len(caught) == 1

@@ -1,0 +1,98 @@
+"""Denies system calls to the calling process that Landlock does not, with a filter that libseccomp makes.
+
+The process opens no socket, changes no attribute of a file, and reaches no other process. What it denies fails with
+EPERM, also in processes that this one starts. libseccomp is a package of the system, which most have. See seccomp(2).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+
+_ALLOW, _DENY = 0x7FFF0000, 0x00050001  # with EPERM
+_NOT_EQUAL = 1
+
+#: System calls that are denied. Those that the kernel or the processor do not have are left out.
+_DENIED = """
+    socket connect bind listen accept accept4 sendto sendmsg sendmmsg
+    chmod fchmod fchmodat fchmodat2 chown fchown lchown fchownat utime utimes futimesat utimensat
+    setxattr lsetxattr fsetxattr setxattrat removexattr lremovexattr fremovexattr removexattrat file_setattr
+    tkill rt_sigqueueinfo rt_tgsigqueueinfo pidfd_open pidfd_send_signal pidfd_getfd
+    ptrace process_vm_readv process_vm_writev process_madvise process_mrelease kcmp setsid setpgid
+    setpriority ioprio_set sched_setscheduler sched_setparam sched_setattr
+    shmget shmat shmctl semget semop semtimedop semctl msgget msgsnd msgrcv msgctl mq_open mq_unlink
+    mount umount umount2 mount_setattr move_mount open_tree fsopen fsconfig fsmount fspick pivot_root chroot
+    unshare setns name_to_handle_at open_by_handle_at fanotify_init quotactl quotactl_fd swapon swapoff acct
+    io_uring_setup io_uring_enter io_uring_register bpf perf_event_open userfaultfd add_key request_key keyctl
+    init_module finit_module delete_module kexec_load kexec_file_load reboot syslog
+    settimeofday clock_settime clock_adjtime adjtimex sethostname setdomainname iopl ioperm personality
+"""
+#: System calls that are denied if they are for other processes: their first argument, by the value that is allowed.
+_DENIED_FOR_OTHERS = {"kill": os.getpid, "tgkill": os.getpid, "prlimit64": lambda: 0, "sched_setaffinity": lambda: 0}
+
+
+class _Comparison(ctypes.Structure):
+    _fields_ = (
+        ("argument", ctypes.c_uint),
+        ("operator", ctypes.c_int),
+        ("value", ctypes.c_uint64),
+        ("unused", ctypes.c_uint64),
+    )
+
+
+def is_available() -> bool:
+    """Whether libseccomp is installed, and the kernel has filters."""
+    library = _library()
+    return library is not None and library.seccomp_api_get() > 0
+
+
+def deny() -> bool:
+    """Deny the system calls to this process, and those that it starts.
+
+    Returns
+    -------
+    bool
+        Whether it could be done.
+
+    Raises
+    ------
+    OSError
+        If it can in general, but the kernel refuses this.
+    """
+    library = _library()
+    if library is None or library.seccomp_api_get() == 0:
+        return False
+    rules: list[tuple[str, tuple[_Comparison, ...]]] = [(name, ()) for name in _DENIED.split()]
+    for name, allowed in _DENIED_FOR_OTHERS.items():
+        rules.append((name, (_Comparison(0, _NOT_EQUAL, allowed(), 0),)))
+    context = ctypes.c_void_p(library.seccomp_init(_ALLOW))
+    try:
+        for name, comparisons in rules:
+            number = library.seccomp_syscall_resolve_name(name.encode())
+            if number >= 0:
+                array = (_Comparison * len(comparisons))(*comparisons)
+                _check(library.seccomp_rule_add_array(context, _DENY, number, len(comparisons), array))
+        _check(library.seccomp_load(context))
+    finally:
+        library.seccomp_release(context)
+    return True
+
+
+def _library():
+    """The library, whose version 2.4 or later is needed; None without it."""
+    try:
+        library = ctypes.CDLL("libseccomp.so.2")
+        library.seccomp_api_get.restype = ctypes.c_uint
+    except (OSError, AttributeError):
+        return None
+    library.seccomp_init.argtypes, library.seccomp_init.restype = (ctypes.c_uint32,), ctypes.c_void_p
+    library.seccomp_release.restype = None
+    library.seccomp_rule_add_array.argtypes = (
+        ctypes.c_void_p, ctypes.c_uint32, ctypes.c_int, ctypes.c_uint, ctypes.POINTER(_Comparison),
+    )  # fmt: skip
+    return library
+
+
+def _check(result):
+    if result < 0:
+        raise OSError(-result, os.strerror(-result))
