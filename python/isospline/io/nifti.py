@@ -26,8 +26,8 @@ LPS_FROM_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 COMPRESSED = (".gz", ".mgz", ".bz2", ".zst")
 # Units of NIfTI, by their names in nibabel.
 _UNITS = {"meter": "m", "mm": "mm", "micron": "µm"}
-# Bytes of the longer one of both headers.
-_HEADER = 540
+# Bytes of the longer one of both headers, and of the beginning of a file that is searched for extensions.
+_HEADER, _EXTENSIONS = 540, 1 << 20
 
 
 class Header(NamedTuple):
@@ -80,13 +80,7 @@ def read(path, load=None):
 
 def load_header(path):
     """The fields of a `Header`, for `isolated.call`."""
-    with (gzip.open if _is_compressed(path) else open)(path, "rb") as stream:
-        beginning = stream.read(_HEADER)
-    kind = next((kind for kind in _nifti_types() if kind.header_class.may_contain_header(beginning)), None)
-    if kind is None:
-        raise ValueError("expected a NIfTI file")
-    # Extensions after the header are not read: they may expand to any size.
-    header = kind.header_class(beginning[: kind.header_class.template_dtype.itemsize])
+    header, _ = _beginning(path, _HEADER)
     shape, dtype, begin = header.get_data_shape(), header.get_data_dtype(), header.get_data_offset()
     # A pair's header without its samples; the header's bytes would be read as samples.
     if begin < header.template_dtype.itemsize:
@@ -107,6 +101,30 @@ def load_header(path):
         "affine": np.asarray(header.get_best_affine(), np.float64),
         **_about(header),
     }
+
+
+def read_extensions(path):
+    """The text of the extensions of a header, of at most 1 MiB."""
+    return isolated.call("isospline.io.nifti:load_extensions", Path(path), "nibabel")
+
+
+def load_extensions(path):
+    """The same, for `isolated.call`."""
+    header, content = _beginning(path, _EXTENSIONS)
+    if content[:1] != b"\x01":
+        return ""
+    return content[4 : max(4, header.get_data_offset() - header.template_dtype.itemsize)].decode("utf-8", "replace")
+
+
+def _beginning(path, count):
+    """The header of a file, and what follows it in its first bytes: what comes later may expand to any size."""
+    with (gzip.open if _is_compressed(path) else open)(path, "rb") as stream:
+        content = stream.read(count)
+    kind = next((kind.header_class for kind in _nifti_types() if kind.header_class.may_contain_header(content)), None)
+    if kind is None:
+        raise ValueError("expected a NIfTI file")
+    size = kind.template_dtype.itemsize
+    return kind(content[:size]), content[size:]
 
 
 def _is_compressed(path):

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import gzip
 import html
 import os
 import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..base.parameters import check_path
-from ..io import VolumeData, nrrd, read_volume
+from ..io import VolumeData, nifti, nrrd, read_volume
 from ..io.confinement import check_within
 from ..io.read import check_frame, errors_name
 from .segments import Given, Segment, categorical_color, srgb
-
-# Bytes at the beginning of a NIfTI file that may hold a table of labels.
-_EXTENSIONS = 1 << 20
 
 
 def read(path: str | os.PathLike[str], **place: Any) -> tuple[VolumeData, list[Segment] | dict[int, Given]]:
@@ -79,20 +73,8 @@ def _slicer_segments(values: dict[str, str]) -> list[Segment]:
 
 def _nifti_labels(path: Path) -> dict[int, Given]:
     """The table of labels in a header extension, as TotalSegmentator and Connectome Workbench write it."""
-    try:
-        with gzip.open(path) if path.name.lower().endswith(".gz") else open(path, "rb") as file:
-            head = file.read(_EXTENSIONS)
-    except OSError:
-        return {}
-    size = int.from_bytes(head[:4], "little")
-    order = "little" if size in (348, 540) else "big"
-    size = int.from_bytes(head[:4], order)  # type: ignore[arg-type]
-    if size not in (348, 540) or head[size : size + 1] != b"\x01":
-        return {}
-    offset = np.frombuffer(head, "<f4" if order == "little" else ">f4", 1, 108)[0] if size == 348 else 0
-    if size == 540:
-        offset = int.from_bytes(head[168:176], order)  # type: ignore[arg-type]
-    text = head[size + 4 : int(np.clip(offset, 0, len(head)))].decode("utf-8", "replace")
+    with errors_name(path, "NIfTI"):
+        text = nifti.read_extensions(path)
     found = {}
     for attributes, name in re.findall(r"<Label\b([^>]*)>(.*?)</Label>", text, re.DOTALL):
         fields = dict(re.findall(r'(\w+)\s*=\s*"([^"]*)"', attributes))
