@@ -114,5 +114,5 @@ def test_only_label_maps_are_told(rng, volumes_folder):
 @pytest.mark.parametrize("shape", [(0, 3, 6), (3, 0, 6), (3, 6, 0)])
 def test_data_without_samples_are_refused_before_they_are_compared_with_labels(shape):
     for function in (isospline.Volume, isospline.render, lambda data: isospline.VolumeData(data).to_volume()):
-        with pytest.raises(ValueError, match=r"data: expected at least one sample along each axis, got shape"):
+        with pytest.raises(ValueError, match=r"data: expected at least one sample along each axis"):
             function(np.zeros(shape, np.uint8))

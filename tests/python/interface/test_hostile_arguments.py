@@ -100,10 +100,10 @@ def test_counts_are_whole_numbers_from_one_on():
     )
     for call in calls:
         for wrong in (0, -1, 1.5, np.nan, np.inf, 1e308, 2**31):
-            with pytest.raises(ValueError, match="^count: expected a whole number of at least 1(, and .*)?, got"):
+            with pytest.raises(ValueError, match="^count: expected a whole number of at least 1(, and .*)?"):
                 call(count=wrong)
         for wrong in (None, "3", [3]):
-            with pytest.raises(TypeError, match="^count: expected a whole number, got"):
+            with pytest.raises(TypeError, match="^count: expected a whole number"):
                 call(count=wrong)
         call(count=2)
 
@@ -119,7 +119,7 @@ def test_images_are_written_to_paths():
     camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
     image = isospline.render(isospline.Scene(), camera, size=(4, 4))
     for wrong in (None, 3, b"a.png"):
-        with pytest.raises(TypeError, match="^path: expected a str or path-like, got"):
+        with pytest.raises(TypeError, match="^path: expected a str or path-like"):
             image.write(wrong)
     with pytest.raises(ValueError, match="^path: expected a name without null characters"):
         image.write("a\0.png")

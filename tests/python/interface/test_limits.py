@@ -14,9 +14,9 @@ def repeated(item, *shape):
 
 def test_meshes_that_embree_cannot_count():
     triangle = np.eye(3)
-    with pytest.raises(ValueError, match="^faces: expected at most 4294967295, got 4294967296"):
+    with pytest.raises(ValueError, match="^faces: expected at most 4294967295"):
         isospline.Mesh(triangle, repeated((0, 1, 2), MANY))
-    with pytest.raises(ValueError, match="^vertices: expected at most 4294967295, got 4294967296"):
+    with pytest.raises(ValueError, match="^vertices: expected at most 4294967295"):
         isospline.Mesh(repeated((0.0, 1.0, 2.0), MANY), [(0, 1, 2)])
     for name in ("normals", "colors"):
         with pytest.raises(ValueError, match=f"^{name}: expected at most 4294967295, got 4294967296"):
@@ -30,7 +30,7 @@ def test_volumes_whose_bytes_64_bits_do_not_count(degree, slices):
 
 
 def test_axes_that_are_too_long():
-    with pytest.raises(ValueError, match="^data: expected at most 268435456 samples along an axis, got 4294967297"):
+    with pytest.raises(ValueError, match="^data: expected at most 268435456 samples along an axis"):
         isospline.Volume(repeated(np.uint8(1), MANY + 1, 1, 1))
 
 
@@ -44,7 +44,7 @@ def test_isosurfaces_of_cells_that_16_bits_do_not_count(degree, axis):
         np.moveaxis(samples, axis, 0)[-1] = 1
         return isospline.Isosurface(isospline.Volume(samples, degree=degree), 0.9)
 
-    with pytest.raises(ValueError, match="^volume: expected at most 65535 cells along each axis, got .*6553[67]"):
+    with pytest.raises(ValueError, match="^volume: expected at most 65535 cells along each axis"):
         surface(65536)
     longest = surface(65535)
     rays = np.full((1, 6), 0.5)
@@ -74,6 +74,6 @@ def test_samples_that_an_int_does_not_count():
     scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -5, 0), (0, 0, 0))
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(4, 4), light=isospline.PathTracer())
     renderer.step(2)
-    with pytest.raises(ValueError, match="^samples: expected at most 2147483645 more, got 2147483646"):
+    with pytest.raises(ValueError, match="^samples: expected at most 2147483645 more"):
         renderer.step(2**31 - 2)
     assert renderer.samples == 2

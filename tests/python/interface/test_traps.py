@@ -33,7 +33,7 @@ def test_scenes_of_placed_objects():
     same_hits(isospline.Scene([ball, (mesh, move)]), expected)
     same_hits(isospline.Scene([[ball, None], (mesh, move.tolist())]), expected)
     np.testing.assert_array_equal(isospline.Scene([(mesh, move)]).transform(0), move)
-    with pytest.raises(ValueError, match=r"^transform: expected shape \(4, 4\), got \(3, 3\)"):
+    with pytest.raises(ValueError, match=r"^transform: expected shape \(4, 4\)"):
         isospline.Scene([(mesh, np.eye(3))])
 
 
@@ -70,7 +70,7 @@ def test_light_by_objects():
     assert isospline.render(scene, light={ball: red, 1: outline}, **options) == expected
     mixed = isospline.render(scene, light={ball: red, 1: outline, 2: isospline.Phong()}, **options)
     assert mixed == isospline.render(scene, light={0: red, 1: outline}, **options) != expected
-    with pytest.raises(ValueError, match="^light: expected isosurfaces and meshes of the scene, got one that is not"):
+    with pytest.raises(ValueError, match="^light: expected isosurfaces and meshes of the scene"):
         isospline.render(scene, light={sphere(): red}, **options)
 
 

@@ -128,9 +128,9 @@ def test_of_grids_the_faces_are_taken_or_else_the_surface():
 
 def test_pyvista_objects_without_faces_are_refused():
     for shape in (pyvista.PolyData(), pyvista.Line(), pyvista.PolyData(TETRAHEDRON)):
-        with pytest.raises(ValueError, match="mesh: expected faces, got none"):
+        with pytest.raises(ValueError, match="mesh: expected faces"):
             isospline.Mesh.from_pyvista(shape)
-    with pytest.raises(TypeError, match=r"mesh: expected a surface or a grid .*, got pyvista.*\.ImageData"):
+    with pytest.raises(TypeError, match=r"mesh: expected a surface or a grid"):
         isospline.Mesh.from_pyvista(pyvista.ImageData())
 
 
@@ -168,7 +168,7 @@ def test_meshio_faces_of_all_kinds_are_cut_into_triangles():
 
 def test_meshio_mesh_without_faces_is_refused():
     for cells in ([], [("line", [(0, 1)])]):
-        with pytest.raises(ValueError, match="mesh: expected faces, got none"):
+        with pytest.raises(ValueError, match="mesh: expected faces"):
             isospline.Mesh.from_meshio(meshio.Mesh(TETRAHEDRON, cells))
 
 

@@ -264,15 +264,15 @@ def test_no_rays_have_no_crossings():
 
 def test_bad_rays_and_geometry_are_refused():
     rays = RayMeshIntersector(trimesh.creation.box())
-    with pytest.raises(ValueError, match=r"ray_origins: expected shape \(N, 3\), got \(3,\)"):
+    with pytest.raises(ValueError, match=r"ray_origins: expected shape \(N, 3\)"):
         rays.intersects_first((0, 0, 0), (1, 0, 0))
-    with pytest.raises(ValueError, match="ray_directions: expected as many as ray_origins, 2, got 1"):
+    with pytest.raises(ValueError, match="ray_directions: expected as many as ray_origins, 2"):
         rays.intersects_any(np.zeros((2, 3)), np.ones((1, 3)))
-    with pytest.raises(ValueError, match=r"points: expected shape \(N, 3\), got \(4, 2\)"):
+    with pytest.raises(ValueError, match=r"points: expected shape \(N, 3\)"):
         rays.contains_points(np.zeros((4, 2)))
-    with pytest.raises(ValueError, match="rays: expected finite origins and directions, got nan"):
+    with pytest.raises(ValueError, match="rays: expected finite origins and directions"):
         rays.intersects_id(np.zeros((1, 3)), np.full((1, 3), np.nan))
-    with pytest.raises(TypeError, match="geometry: expected a Scene, an Isosurface, .*, got ndarray"):
+    with pytest.raises(TypeError, match="geometry: expected a Scene, an Isosurface"):
         RayMeshIntersector(np.zeros((3, 3)))
-    with pytest.raises(TypeError, match=r"mesh: expected a trimesh.Trimesh .*, got trimesh.*PointCloud"):
+    with pytest.raises(TypeError, match=r"mesh: expected a trimesh.Trimesh"):
         RayMeshIntersector(trimesh.PointCloud(np.zeros((3, 3))))

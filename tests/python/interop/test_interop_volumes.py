@@ -54,13 +54,13 @@ def test_sitk_series_of_one_is_a_volume(data):
 
 def test_sitk_images_that_are_no_volume_are_refused(data):
     make = isospline.Volume.from_sitk
-    with pytest.raises(ValueError, match="image: expected three dimensions, got 2: 7 x 6"):
+    with pytest.raises(ValueError, match="image: expected three dimensions"):
         make(SimpleITK.GetImageFromArray(data[0]))
-    with pytest.raises(ValueError, match="image: expected three dimensions, got 4: 7 x 6 x 5 x 2"):
+    with pytest.raises(ValueError, match="image: expected three dimensions"):
         make(SimpleITK.JoinSeries([itk_image(data), itk_image(data)]))
-    with pytest.raises(ValueError, match="image: expected one number a sample, got 3"):
+    with pytest.raises(ValueError, match="image: expected one number a sample"):
         make(SimpleITK.Image([4, 4, 4], SimpleITK.sitkVectorFloat32, 3))
-    with pytest.raises(ValueError, match="image: expected real numbers, got complex"):
+    with pytest.raises(ValueError, match="image: expected real numbers"):
         make(SimpleITK.Image([4, 4, 4], SimpleITK.sitkComplexFloat32))
 
 
@@ -96,14 +96,14 @@ def test_nibabel_is_where_the_file_is(tmp_path, data):
 
 def test_nibabel_images_that_are_no_volume_are_refused(data):
     make = isospline.Volume.from_nibabel
-    with pytest.raises(ValueError, match="image: expected three dimensions, got 4: 7 x 6 x 5 x 2"):
+    with pytest.raises(ValueError, match="image: expected three dimensions"):
         make(nibabel.Nifti1Image(np.stack([data.T, data.T], axis=-1), np.eye(4)))
     with pytest.raises(ValueError, match="image: expected an affine"):
         make(nibabel.Nifti1Image(data.T, None))
-    with pytest.raises(ValueError, match="image: expected real numbers, got complex64"):
+    with pytest.raises(ValueError, match="image: expected real numbers"):
         make(nibabel.Nifti1Image(data.T.astype(np.complex64), np.eye(4)))
     colours = np.zeros(SHAPE, [("R", "u1"), ("G", "u1"), ("B", "u1")])
-    with pytest.raises(ValueError, match="image: expected one number a sample, got 3"):
+    with pytest.raises(ValueError, match="image: expected one number a sample"):
         make(nibabel.Nifti1Image(colours, np.eye(4)))
 
 
@@ -152,12 +152,12 @@ def test_pyvista_array_is_the_active_one_or_the_named_one(data):
         assert isospline.Volume.from_pyvista(image).sample(center) == pytest.approx(data[1, 2, 3] + offset, abs=1e-5)
         named = isospline.Volume.from_pyvista(image, name)
         assert named.sample(center) == pytest.approx(data[1, 2, 3] + offset, abs=1e-5)
-    with pytest.raises(ValueError, match="image_data: expected an array named third, got first, second"):
+    with pytest.raises(ValueError, match="image_data: expected an array named third"):
         isospline.Volume.from_pyvista(image, scalars="third")
     image["vectors"] = np.zeros((data.size, 3))
-    with pytest.raises(ValueError, match="image_data: expected one number a sample, got 3"):
+    with pytest.raises(ValueError, match="image_data: expected one number a sample"):
         isospline.Volume.from_pyvista(image, scalars="vectors")
-    with pytest.raises(ValueError, match="image_data: expected one array of samples, or its name, got none"):
+    with pytest.raises(ValueError, match="image_data: expected one array of samples, or its name"):
         isospline.Volume.from_pyvista(pyvista.ImageData(dimensions=(3, 3, 3)))
 
 
@@ -222,9 +222,9 @@ def test_xarray_coordinates_may_be_rounded_but_not_uneven(data):
     volume = isospline.Volume.from_xarray(array([0, 0.333, 0.667, 1, 1.333]))
     assert (volume.spacing[2], volume.origin[2]) == (pytest.approx(0.33325), 0)
     for wrong in ([0, 1, 2, 4, 8], [1, 1, 1, 1, 1], [0, 1, np.nan, 3, 4], [0, 1, 2, 3, np.inf]):
-        with pytest.raises(ValueError, match="array: expected finite and evenly spaced coordinates of z, got"):
+        with pytest.raises(ValueError, match="array: expected finite and evenly spaced coordinates of z"):
             isospline.Volume.from_xarray(array(wrong))
-    with pytest.raises(ValueError, match="array: expected numbers as coordinates of z, got datetime64"):
+    with pytest.raises(ValueError, match="array: expected numbers as coordinates of z"):
         isospline.Volume.from_xarray(array(np.arange(5).astype("datetime64[s]")))
 
 
@@ -235,9 +235,9 @@ def test_xarray_of_other_dimensions_is_refused(data):
     for dims in ("zyx", ("x", "y"), ("x", "x", "y"), ("x", "y", "b")):
         with pytest.raises(ValueError, match="dims: expected three dimensions of"):
             make(xarray.DataArray(data, dims=tuple("zyx")), dims=dims)
-    with pytest.raises(ValueError, match="array: expected three dimensions, got 4"):
+    with pytest.raises(ValueError, match="array: expected three dimensions"):
         make(xarray.DataArray(np.stack([data, data]), dims=tuple("tzyx")))
-    with pytest.raises(TypeError, match=r"array: expected an xarray.DataArray, got xarray.*\.Dataset"):
+    with pytest.raises(TypeError, match=r"array: expected an xarray.DataArray"):
         make(xarray.Dataset())
 
 
@@ -277,7 +277,7 @@ def test_other_objects_options_and_samples_are_refused(data, name):
         with pytest.raises(TypeError, match="expected none, as"):
             make(objects(data)[name], **option)
     data[1, 2, 3] = np.nan
-    with pytest.raises(ValueError, match="data: expected finite numbers, got nan"):
+    with pytest.raises(ValueError, match="data: expected finite numbers"):
         make(objects(data)[name])
 
 

@@ -653,9 +653,7 @@ def test_samples_that_are_nan_are_replaced_when_asked(tmp_path):
     data = np.arange(24, dtype=np.float32).reshape(2, 3, 4)
     data[1, 2, 3] = np.nan
     np.save(tmp_path / "a.npy", data)
-    with pytest.raises(
-        ValueError, match=r"^data: expected finite samples, got 1 of 24 .* at \[1, 2, 3\]; read_volume\("
-    ):
+    with pytest.raises(ValueError, match=r"^data: expected finite samples"):
         read_volume(tmp_path / "a.npy").to_volume()
     found = read_volume(tmp_path / "a.npy", nan=-5).data
     assert found.dtype == np.float32 and found[1, 2, 3] == -5

@@ -65,7 +65,7 @@ def test_counts_need_no_integrals(degree):
     assert np.all(np.diff(counted.inside_counts) <= 0)
     for name, array in counted.items():
         np.testing.assert_array_equal(array, measured[name])  # balls of different sizes have the same order
-    with pytest.raises(AttributeError, match="^areas: expected measured=True for it, got a result with bounds"):
+    with pytest.raises(AttributeError, match="^areas: expected measured=True for it"):
         counted.areas
 
 
@@ -316,7 +316,7 @@ def test_pickles_and_copies_keep_it():
 
 @pytest.mark.parametrize("given", [0, -1])
 def test_a_number_that_keeps_nothing_is_refused(given):
-    with pytest.raises(ValueError, match=f"^largest: expected a number of at least 1, or None, got {given}$"):
+    with pytest.raises(ValueError, match="^largest: expected a number of at least 1, or None"):
         ball_surface(largest=given)
 
 

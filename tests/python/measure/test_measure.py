@@ -169,7 +169,7 @@ def test_noise_against_counting(rng):
 def test_bad_input():
     surface = ball()
     for order in (1, 11):
-        with pytest.raises(ValueError, match=f"order: expected 2 to 10, got {order}"):
+        with pytest.raises(ValueError, match="order: expected 2 to 10"):
             surface.area(order=order)
     flat = isospline.Isosurface(isospline.Volume(np.arange(64.0).reshape(4, 4, 4), degree=1), 31.3)
     with pytest.raises(ValueError, match="degree: expected 2 or 3 of a volume whose surfaces have curvatures"):

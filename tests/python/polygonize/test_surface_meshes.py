@@ -328,7 +328,7 @@ def test_libraries_get_the_mesh(ball):
 
 def test_names_of_files_are_checked_before_the_work(ball, tmp_path):
     for name in ("ball.xyz", "ball", "ball.stl.gz"):
-        with pytest.raises(ValueError, match=r"path: expected a name that ends in \.stl, \.ply, \.obj, \.glb, got"):
+        with pytest.raises(ValueError, match=r"path: expected a name that ends in \.stl, \.ply, \.obj, \.glb"):
             ball.write(tmp_path / name)
     with pytest.raises(FileNotFoundError):
         ball.write(tmp_path / "no folder" / "ball.stl")

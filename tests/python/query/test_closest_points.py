@@ -408,11 +408,11 @@ def test_bad_input():
     for query in (surface.closest_points, surface.signed_distance):
         with pytest.raises(ValueError, match=r"points: expected shape \(..., 3\)"):
             query(np.zeros((3, 2)))
-        with pytest.raises(ValueError, match=r"points: expected finite numbers, got \(0, inf, 0\) in point 1"):
+        with pytest.raises(ValueError, match=r"points: expected finite numbers"):
             query([(0, 0, 0), (0, np.inf, 0)])
         with pytest.raises(ValueError, match="points: expected coordinates of at most 1e100"):
             query((0, 1e101, 0))
-        with pytest.raises(ValueError, match="max_distance: expected a number of at least 0, got -1"):
+        with pytest.raises(ValueError, match="max_distance: expected a number of at least 0"):
             query((0, 0, 0), max_distance=-1)
-        with pytest.raises(ValueError, match="tolerance: expected a finite number above 0, got 0"):
+        with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
             query((0, 0, 0), tolerance=0)

@@ -105,7 +105,7 @@ def test_open3d_names(rng):
     np.testing.assert_array_equal(occupancy, scene.occupancy(points))
     closest = scene.compute_closest_points(query_points=points)
     assert {"points", "geometry_ids", "primitive_ids", "primitive_uvs", "primitive_normals"} <= closest.keys()
-    with pytest.raises(ValueError, match="nsamples: expected an odd number above 0, got 2"):
+    with pytest.raises(ValueError, match="nsamples: expected an odd number above 0"):
         scene.compute_occupancy(points, 2)
 
 
@@ -114,7 +114,7 @@ def test_bad_input():
     for query in (scene.closest_points, scene.signed_distance, scene.occupancy):
         with pytest.raises(ValueError, match=r"points: expected shape \(..., 3\)"):
             query(np.zeros((3, 2)))
-        with pytest.raises(ValueError, match=r"points: expected finite numbers, got \(0, inf, 0\) in point 1"):
+        with pytest.raises(ValueError, match=r"points: expected finite numbers"):
             query([(0, 0, 0), (0, np.inf, 0)])
-    with pytest.raises(ValueError, match="max_distance: expected a number of at least 0, got -1"):
+    with pytest.raises(ValueError, match="max_distance: expected a number of at least 0"):
         scene.closest_points((0, 0, 0), max_distance=-1)

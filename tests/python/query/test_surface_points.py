@@ -46,9 +46,9 @@ def test_samples_keep_to_cuts_and_an_empty_surface_is_an_error():
         empty = sphere(0.7).with_level(1e6)
     with pytest.raises(ValueError, match="surface: expected one with points to sample"):
         empty.sample_points(1)
-    with pytest.raises(ValueError, match="count: expected a number of at least 0, got -1"):
+    with pytest.raises(ValueError, match="count: expected a number of at least 0"):
         sphere(0.7).sample_points(-1)
-    with pytest.raises(ValueError, match="seed: expected 0 to 4294967295, got -1"):
+    with pytest.raises(ValueError, match="seed: expected 0 to 4294967295"):
         sphere(0.7).sample_points(1, seed=-1)
 
 
@@ -108,7 +108,7 @@ def test_thickness_beside_an_edge():
         radius = np.minimum((upper - lower)[0] / 2, a + ripple + np.sqrt(2 * a * ripple + 2 * ripple**2))
         np.testing.assert_allclose(box.thickness(points, ripple=ripple), 2 * radius, atol=0.03 * ripple + 2e-3)
     np.testing.assert_array_equal(box.thickness(points), box.thickness(points, ripple=0.25))
-    with pytest.raises(ValueError, match="^ripple: expected a finite number of at least 0, got -1"):
+    with pytest.raises(ValueError, match="^ripple: expected a finite number of at least 0"):
         box.thickness(points, ripple=-1)
 
 
@@ -196,20 +196,18 @@ def test_meshes_without_area_have_no_distances():
     flat = isospline.Mesh([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])
     none = isospline.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
     for mesh in (flat, none):
-        with pytest.raises(
-            ValueError, match="^surface: expected a surface with points to sample, got a mesh without area"
-        ):
+        with pytest.raises(ValueError, match="^surface: expected a surface with points to sample"):
             isospline.surface_distance(mesh, sphere(0.7))
-    with pytest.raises(ValueError, match="^other: expected a surface with points, got one without"):
+    with pytest.raises(ValueError, match="^other: expected a surface with points"):
         isospline.surface_distance(sphere(0.7), none)
 
 
 def test_bad_distances():
-    with pytest.raises(TypeError, match="other: expected an Isosurface, a Mesh or a Scene, got int"):
+    with pytest.raises(TypeError, match="other: expected an Isosurface, a Mesh or a Scene"):
         isospline.surface_distance(sphere(0.7), 3)
-    with pytest.raises(TypeError, match="surface: expected an Isosurface or a Mesh, got int"):
+    with pytest.raises(TypeError, match="surface: expected an Isosurface or a Mesh"):
         isospline.surface_distance(3, sphere(0.7))
-    with pytest.raises(ValueError, match="samples: expected at least 2, got 1"):
+    with pytest.raises(ValueError, match="samples: expected at least 2"):
         isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1)
-    with pytest.raises(ValueError, match="tolerance: expected a finite number above 0, got 0"):
+    with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
         isospline.surface_distance(sphere(0.7), sphere(0.5), tolerance=0)

@@ -93,7 +93,7 @@ def test_a_crop_keeps_its_place_in_pickles_copies_and_files(scene, camera, tmp_p
 @pytest.mark.parametrize("window", [(-1, 0, 4, 4), (0, 0, 0, 4), (60, 0, 2, 4), (0, 0, 4, 2**31 - 1), (0, 47, 1, 1)])
 @pytest.mark.parametrize("look", [{}, {"light": isospline.PathTracer()}])
 def test_crops_beyond_the_picture_are_refused(scene, camera, window, look):
-    with pytest.raises(ValueError, match="^crop: expected columns and rows within 61 x 47 pixels, got"):
+    with pytest.raises(ValueError, match="^crop: expected columns and rows within 61 x 47 pixels"):
         isospline.render(scene, camera, size=SIZE, crop=window, **look)
 
 

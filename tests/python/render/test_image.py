@@ -95,7 +95,7 @@ def test_an_image_of_8_bits_is_the_linear_one_encoded(camera, tmp_path, integrat
     np.testing.assert_array_equal(np.asarray(PIL.Image.open(tmp_path / "image.png")), srgb)
     with pytest.raises(AttributeError, match="^color: expected render.*linear.* got an image of 8-bit sRGB$"):
         encoded.color
-    with pytest.raises(ValueError, match="^image: expected one of linear colour, got one of 8-bit sRGB"):
+    with pytest.raises(ValueError, match="^image: expected one of linear colour"):
         encoded.write(tmp_path / "image.exr")
     assert os.listdir(tmp_path) == ["image.png"]
 

@@ -291,7 +291,7 @@ def test_levels_change_while_the_scene_lives():
 
     np.testing.assert_allclose(radii(), 8, rtol=1e-6)
     for bad in (np.nan, np.inf):
-        with pytest.raises(ValueError, match=f"^level: expected a finite number, got {bad}"):
+        with pytest.raises(ValueError, match="^level: expected a finite number"):
             surface.level = bad
         np.testing.assert_allclose(radii(), 8, rtol=1e-6)
     with pytest.warns(UserWarning, match="level"):

@@ -303,7 +303,7 @@ def test_bad_ids(call):
     ]:
         with pytest.raises(ValueError, match=f"^{expected}{got}$"):
             call(scene, bad)
-    with pytest.raises(TypeError, match="geometry_id: expected an int, got 1.0"):
+    with pytest.raises(TypeError, match="geometry_id: expected an int"):
         call(scene, 1.0)
     assert scene.ids == [1]
 
@@ -316,7 +316,7 @@ def test_removed_ids_in_hits_and_shading():
         scene.secondary_rays(DOWN, hits, [(0, 0, 1)])
     scene.add(triangle())
     camera = isospline.camera_for(scene)
-    with pytest.raises(ValueError, match="light: expected geometry ids of objects in the scene, got 0"):
+    with pytest.raises(ValueError, match="light: expected geometry ids of objects in the scene"):
         render(scene, camera, size=(8, 8), light={0: isospline.Phong()})
 
 

@@ -103,5 +103,5 @@ def test_a_background_keeps_its_colour():
 def test_bad_options_are_named(call, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         call(picture())
-    with pytest.raises(TypeError, match="^exposure: expected a number, got 'bright'"):
+    with pytest.raises(TypeError, match="^exposure: expected a number"):
         picture().tone_map(exposure="bright")

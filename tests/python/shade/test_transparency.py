@@ -351,9 +351,9 @@ def test_bad_silhouettes(model):
     thin = model(opacity=0.25, silhouette_opacity=1, silhouette_exponent=2)
     assert "opacity=0.25, silhouette_opacity=1, silhouette_exponent=2" in repr(thin)
     assert model().silhouette_opacity is None and thin.replace(silhouette_opacity=None).silhouette_opacity is None
-    with pytest.raises(ValueError, match="^silhouette_opacity: expected a number from 0 to 1, got 1.1"):
+    with pytest.raises(ValueError, match="^silhouette_opacity: expected a number from 0 to 1"):
         model(silhouette_opacity=1.1)
-    with pytest.raises(ValueError, match="^silhouette_exponent: expected a finite number above 0, got 0"):
+    with pytest.raises(ValueError, match="^silhouette_exponent: expected a finite number above 0"):
         model(silhouette_exponent=0)
 
 
@@ -361,5 +361,5 @@ def test_bad_silhouettes(model):
 @pytest.mark.parametrize("opacity", [-0.1, 1.1, np.nan])
 def test_bad_opacity(model, opacity):
     assert model(opacity=0.25).opacity == 0.25 and "opacity=0.25" in repr(model(opacity=0.25))
-    with pytest.raises(ValueError, match="^opacity: expected a number from 0 to 1, got "):
+    with pytest.raises(ValueError, match="^opacity: expected a number from 0 to 1"):
         model(opacity=opacity)

@@ -330,9 +330,7 @@ def test_primitive_ids_and_normals_of_the_border():
 
 
 def test_capping_needs_a_cut():
-    with pytest.raises(
-        ValueError, match="^capped: expected a clip whose cuts are capped, or closed=True .*, got neither"
-    ):
+    with pytest.raises(ValueError, match="^capped: expected a clip whose cuts are capped, or closed=True"):
         half_solid(capped=True)
     half_solid(capped=True, closed=True)
 

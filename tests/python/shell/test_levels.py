@@ -88,7 +88,7 @@ def test_histogram_of_a_wide_range_keeps_the_mean(rng):
 
 
 def test_bad_input_is_refused():
-    with pytest.raises(ValueError, match="data: expected samples, got none"):
+    with pytest.raises(ValueError, match="data: expected samples"):
         suggest_levels([])
     with pytest.raises(ValueError, match="finite"):
         suggest_levels([0.0, np.nan])
@@ -96,7 +96,7 @@ def test_bad_input_is_refused():
         suggest_levels([0.0, np.inf])
     with pytest.raises(TypeError, match="complex"):
         suggest_levels([1j])
-    with pytest.raises(ValueError, match="count: expected a whole number of at least 1, got 0"):
+    with pytest.raises(ValueError, match="count: expected a whole number of at least 1"):
         suggest_levels([1, 2], 0)
 
 

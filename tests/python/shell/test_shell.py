@@ -318,7 +318,7 @@ def test_options_are_checked(rng, options, error, message):
 @pytest.mark.parametrize("degree", [0, 4, 5])
 def test_degree_must_have_an_intersector(rng, degree):
     volume = isospline.Volume(random_data(rng, (4, 5, 6)), degree=degree)
-    with pytest.raises(ValueError, match=f"volume: expected a degree of 1, 2 or 3, got {degree}"):
+    with pytest.raises(ValueError, match="volume: expected a degree of 1, 2 or 3"):
         isospline.Isosurface(volume, 0.0)
 
 
@@ -331,7 +331,7 @@ def test_odd_degrees_need_two_samples(rng, degree):
 
 def test_volume_must_be_one():
     for volume in (None, np.zeros((3, 3)), "volume", 3):
-        with pytest.raises(TypeError, match="^volume: expected a Volume, a VolumeData or .*, got"):
+        with pytest.raises(TypeError, match="^volume: expected a Volume, a VolumeData or"):
             isospline.Isosurface(volume, 0.0)
 
 

@@ -152,7 +152,7 @@ def test_a_damaged_series_is_refused(tmp_path):
     store = isospline.convert(np.zeros((2, 8, 8, 8)), tmp_path / "a.zarr")
     path = store / "zarr.json"
     tree = json.loads(path.read_text(encoding="utf-8"))
-    with pytest.raises(ValueError, match=r"a\.zarr: expected one volume, got a time series of 2: open .*a\.zarr/t/0"):
+    with pytest.raises(ValueError, match=r"a\.zarr: expected one volume"):
         isospline.open_volume(store)
     for value in (7, None, {}, "t/0", [7], [None, {}], ["t/1", "t/0"], [["t/0"]]):
         path.write_text(json.dumps(changed(tree, ("attributes", "isospline", "time_steps"), value)), encoding="utf-8")

@@ -142,7 +142,7 @@ def test_scales(store):
     assert np.abs(coarse.sample(points) - fine.sample(points)).max() < 0.05 * (fine.maximum - fine.minimum)
     levels = len(isospline.store.read_metadata(store).scales)
     for wrong in (-1, levels, 0.5):
-        with pytest.raises(ValueError, match=f"scale: expected 0 to {levels - 1}, got {wrong}"):
+        with pytest.raises(ValueError, match=f"scale: expected 0 to {levels - 1}"):
             isospline.open_volume(store, scale=wrong)
 
 

@@ -263,7 +263,7 @@ def test_a_bundle_has_a_size_that_a_page_can_receive(client, viewer, monkeypatch
 
 def test_a_text_session_of_uploads_is_refused(client, viewer, tmp_path):
     assert not client.uploaded({"other.npy": npy(BALL)})
-    with pytest.raises(ValueError, match=r"^session: expected files that stay, got other\.npy of an upload"):
+    with pytest.raises(ValueError, match=r"^session: expected files that stay"):
         write_session(tmp_path / "session.json", session_of(viewer.document, viewer.state))
 
 

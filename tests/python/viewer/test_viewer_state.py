@@ -120,7 +120,7 @@ def test_sessions_move_with_their_folder(opened, folder, tmp_path_factory):
 def test_sessions_need_objects_from_files():
     document = Document()
     source = document.add(source_of(np.random.default_rng(0).normal(size=(6, 6, 6))))
-    with pytest.raises(ValueError, match="^session: expected objects that were read from files, got source1"):
+    with pytest.raises(ValueError, match="^session: expected objects that were read from files"):
         session_of(document, ViewState().with_new_object(source.key, 0.0))
 
 
@@ -159,7 +159,7 @@ def test_states_know_their_objects():
     assert state.objects[0].color != state.objects[1].color
     assert state.without_object(0).with_new_object("a", 3.0).objects[-1].id == 2
     assert state.with_object(1, level=5).object(1).level == 5
-    with pytest.raises(ValueError, match="id: expected the id of an object in the view, got 7"):
+    with pytest.raises(ValueError, match="id: expected the id of an object in the view"):
         state.with_object(7, level=5)
 
 
