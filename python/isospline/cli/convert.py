@@ -40,6 +40,9 @@ def add_convert(commands, convert, add_reading, numbers):
     )
     group.add_argument("--chunk", type=int, default=32, metavar="N", help="coefficients along its edges (default 32)")
     group.add_argument(
+        "--shard", type=int, metavar="N", help="coefficients along the edges of a file of chunks, at most"
+    )
+    group.add_argument(
         "--memory-limit", default="2GB", metavar="SIZE", help="largest memory of the process (default 2GB)"
     )
     group.add_argument(
@@ -54,7 +57,8 @@ def run(arguments, reading, progress, say):
     begin = time.perf_counter()
     options = {name: getattr(arguments, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
     options |= {
-        name: getattr(arguments, name) for name in ("origin", "chunk", "image", "memory_limit", "workers", "overwrite")
+        name: getattr(arguments, name)
+        for name in ("origin", "chunk", "shard", "image", "memory_limit", "workers", "overwrite")
     }
     direction = arguments.direction and [arguments.direction[row : row + 3] for row in (0, 3, 6)]
     try:

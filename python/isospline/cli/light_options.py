@@ -167,13 +167,13 @@ def _environment(arguments):
         if rotation is not None:
             raise ValueError(f"--environment-rotation: expected an image in --environment, got {rotation:g} without")
         return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
-    upright = _upright(arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation)
+    upright = upright_rotation(arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation)
     return isospline.EnvironmentLight(
         intensity, image=isospline.read_environment(sky), rotation=upright, visible=visible
     )
 
 
-def _upright(up, degrees):
+def upright_rotation(up, degrees):
     """The shortest rotation from z to a direction, after a turn about z."""
     import numpy as np
 

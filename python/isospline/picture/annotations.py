@@ -125,7 +125,7 @@ def _title(rule, unit):
 _PLAIN = str.maketrans({"−": "-", "²": "^2", "³": "^3", "µ": "u", "μ": "u"})
 
 
-def _font(image):
+def font_for(image):
     from PIL import ImageFont
 
     return ImageFont.load_default(max(10, round(min(image.size) / 30)))
@@ -181,7 +181,7 @@ class Drawing:
         self._image = image
         self._sheet = Pillow.new("L", image.size)
         self._draw = ImageDraw.Draw(self._sheet)
-        self._font = _font(image)
+        self._font = font_for(image)
         self._bars = np.zeros(image.size[::-1])
         self.line_height = self._font.getbbox("0")[3] * 1.4
 

@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 from ..base.parameters import check_count
-from .layout import SHARD_CHUNKS, shard_edge
+from .layout import shard_edge
 from .pyramid import reduction_memory
 
 _POWERS = {"": 0, "k": 1, "m": 2, "g": 3, "t": 4}
@@ -43,20 +43,24 @@ class Budget:
         The model to compute from them.
     chunk : int
         Coefficients along each edge of a chunk.
+    shard_chunks : int
+        Largest number of chunks along each edge of a shard.
     is_remote : bool
         Whether other processes compute the blocks; their memory is not known.
     """
 
-    def __init__(self, limit: int, threads: int, source: Any, model: Any, chunk: int, is_remote: bool) -> None:
+    def __init__(
+        self, limit: int, threads: int, source: Any, model: Any, chunk: int, shard_chunks: int, is_remote: bool
+    ) -> None:
         self._limit, self._threads, self._source, self._model = limit, threads, source, model
-        self._chunk, self._reach = chunk, model.reach
+        self._chunk, self._shard_chunks, self._reach = chunk, shard_chunks, model.reach
         import psutil  # only if it is needed: it is slow to import
 
         self._begin = _OVERHEAD + (_PROCESS if is_remote else psutil.Process().memory_info().rss)
 
     def shard(self) -> tuple[int, ...]:
-        """The largest shard that the limit allows to process, of at most 8 chunks along each edge."""
-        for chunks in range(SHARD_CHUNKS, 0, -1):
+        """The largest shard that the limit allows to process."""
+        for chunks in range(self._shard_chunks, 0, -1):
             edges = tuple(shard_edge(size, self._chunk, chunks) for size in self._source.shape)
             if self._free() >= self.needed(edges):
                 return edges

@@ -37,12 +37,14 @@ class Conversion:
         self._shapes = level_shapes(source.shape, model.degree, model.boundary)
         self._begin, self._spent, self._total = 0.0, 0.0, 1.0
 
-    def run(self, chunk: int, memory_limit: int, workers: int | None, client: Any, overwrite: bool) -> None:
+    def run(
+        self, chunk: int, shard_chunks: int, memory_limit: int, workers: int | None, client: Any, overwrite: bool
+    ) -> None:
         """Do all steps that are not done yet."""
         threads = workers or default_threads()
         if client is not None:
             threads = max(client.nthreads().values(), default=1)
-        budget = Budget(memory_limit, threads, self._source, self._model, chunk, is_remote=client is not None)
+        budget = Budget(memory_limit, threads, self._source, self._model, chunk, shard_chunks, client is not None)
         budget.shard()  # raises if the limit is too small, before anything is written
         with _locked(self._root):
             if overwrite:

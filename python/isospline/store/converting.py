@@ -17,7 +17,7 @@ from ..io.read import check_frame, check_nan
 from . import series
 from .budget import parse_memory
 from .conversion import Conversion, check_out, clear
-from .layout import CHUNK, zarr
+from .layout import CHUNK, SHARD_CHUNKS, zarr
 from .model import Model
 from .sources.opening import open_source
 from .sources.source import WithoutNan
@@ -42,6 +42,7 @@ def convert(
     name: str | None = None,
     nan: float | None = None,
     chunk: int = CHUNK,
+    shard: int | None = None,
     image: bool = True,
     memory_limit: int | str = "2GB",
     workers: int | None = None,
@@ -80,6 +81,9 @@ def convert(
         Finite number in place of samples that are NaN; by default they are refused.
     chunk : int
         Coefficients along each edge of a chunk, the smallest unit that is read: a multiple of 8, at most 128.
+    shard : int, optional
+        The largest number of coefficients along each edge of a shard, a file of chunks: a multiple of `chunk`, at most
+        and by default 8 chunks, if the memory limit allows it. Each block of the work is a shard.
     image : bool
         Whether to write the samples for other programs. Without them, the store is smaller, and not an OME-Zarr image.
     memory_limit : int or str
@@ -123,6 +127,10 @@ def convert(
     check_type(chunk, "chunk", (int, np.integer), "a whole number")
     if not 8 <= chunk <= 128 or chunk % 8:
         raise ValueError(f"chunk: expected a multiple of 8 from 8 to 128, got {chunk}")
+    if shard is not None:
+        check_type(shard, "shard", (int, np.integer), "a whole number or None")
+        if not chunk <= shard <= SHARD_CHUNKS * chunk or shard % chunk:
+            raise ValueError(f"shard: expected a multiple of the chunk, {chunk} to {SHARD_CHUNKS * chunk}, got {shard}")
     if workers is not None:
         check_count(workers, "workers")
     if client is not None and not (hasattr(client, "nthreads") and hasattr(client, "map")):
@@ -143,7 +151,7 @@ def convert(
         opened = opened if nan is None else WithoutNan(opened, nan)
         place = {field: np.asarray(value, float).tolist() for field, value in opened.move(**given).frame.items()}
         Conversion(opened, root, model, modelled | place, bool(image), report).run(
-            int(chunk), limit, workers, client, overwrite
+            int(chunk), SHARD_CHUNKS if shard is None else int(shard // chunk), limit, workers, client, overwrite
         )
 
     steps = series.steps_of(source, axes, reading)

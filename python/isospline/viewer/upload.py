@@ -41,6 +41,11 @@ class Uploads:
         self._temporary = None
         self._used = {}  # bytes and files by folder
 
+    @property
+    def path(self):
+        """The folder that has all of them; None before the first."""
+        return self._temporary and self._temporary.path
+
     def folder(self, sizes=()):
         """A new folder for files of some sizes. It is removed with the viewer, or by `discard`.
 

@@ -1,6 +1,7 @@
 """Pictures for which no option is given: studio light, the level and the pieces that are worth looking at."""
 
 import re
+import time
 import types
 
 import numpy as np
@@ -108,9 +109,11 @@ def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
             types.SimpleNamespace(**{**vars(options), **changes}), handed_on.append, said.append
         )
         patience(0.5)
-        patience._begin -= 4
-        for fraction in (0.5, 0.75, 1.0):
-            patience(fraction)
+        later = time.perf_counter() + 4
+        with monkeypatch.context() as patch:
+            patch.setattr(time, "perf_counter", lambda later=later: later)
+            for fraction in (0.5, 0.75, 1.0):
+                patience(fraction)
         assert handed_on == [0.5, 0.5, 0.75, 1.0] and len(said) == expected
     monkeypatch.setattr(cli_picture, "PATIENCE", 0.0)
     assert main(["render", str(ball), "-l", "0", "--size", "160x120", "-o", str(picture)]) == 0

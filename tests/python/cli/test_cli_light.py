@@ -94,13 +94,13 @@ def test_environments_of_files(ball, picture, sky):
 @pytest.mark.parametrize("up", [(0, 0, -1), (0, 1, 0), (1, 2, 3)])
 def test_the_sky_is_upwards(ball, picture, sky, up):
     """The zenith of the file is in the direction of --up, and the rotation is about it."""
-    from isospline.cli.light_options import _upright
+    from isospline.cli.light_options import upright_rotation
 
-    rotation = _upright(up, 40)
+    rotation = upright_rotation(up, 40)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(rotation) == pytest.approx(1)
     np.testing.assert_allclose(rotation[:, 2], up / np.linalg.norm(up), atol=1e-12)
-    np.testing.assert_allclose(_upright(up, 0) @ about_z(40), rotation, atol=1e-12)
+    np.testing.assert_allclose(upright_rotation(up, 0) @ about_z(40), rotation, atol=1e-12)
     text = ",".join(map(str, up))
     got = draw(
         ball,

@@ -7,7 +7,7 @@ from spheres import mesh_sphere, sphere
 
 import isospline
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import _font, scale_bar, ticks
+from isospline.picture.annotations import font_for, scale_bar, ticks
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
@@ -153,6 +153,6 @@ def test_marks_have_letters_that_the_font_has(monkeypatch):
     marks = dict(annotate=("colorbar", "scale_bar"), unit="µm")
     image = isospline.render(sphere(), size=SIZE, light=shading, **marks)
     assert "-0.1" in drawn and "gaussian curvature (1/um^2)" in drawn
-    font = _font(image)
+    font = font_for(image)
     missing = bytes(font.getmask("\ue000"))
     assert not [letter for words in drawn for letter in words if bytes(font.getmask(letter)) == missing]

@@ -19,12 +19,9 @@ import isospline
 zarr = pytest.importorskip("zarr")
 
 from isospline.store import layout, read_metadata, read_ranges
-from isospline.store.model import PrefilterShard
-from isospline.store.pyramid import ReduceShard
-from isospline.store.ranges import WriteRanges
 
 #: Shards of 16^3, so that a small volume has many.
-SMALL = {"chunk": 16, "workers": 1}
+SMALL = {"chunk": 16, "shard": 16, "workers": 1}
 
 
 SHAPE = (24, 40, 70)
@@ -33,13 +30,6 @@ SHAPE = (24, 40, 70)
 @pytest.fixture(scope="module")
 def data():
     return np.random.default_rng(0).integers(0, 255, SHAPE).astype(np.uint8)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small_shards():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("isospline.store.budget.SHARD_CHUNKS", 1)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -60,21 +50,18 @@ def contents(path):
     }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("after", [0, 7, 31, 62])
-def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monkeypatch, after):
+def stopped(data, path, after=1, **options):
+    """Begin a conversion, and cancel it when `progress` is called for the time after `after`."""
     count = itertools.count()
-    for kind in (PrefilterShard, WriteRanges, ReduceShard):
+    with pytest.raises(isospline.Cancelled):
+        isospline.convert(data, path, **options, progress=lambda _: next(count) < after)
 
-        def call(self, index, call=kind.__call__):
-            if next(count) == after:
-                raise KeyboardInterrupt
-            return call(self, index)
 
-        monkeypatch.setattr(kind, "__call__", call)
+@pytest.mark.slow
+@pytest.mark.parametrize("after, files", [(1, 0), (38, 16), (64, 64), (100, 100)])
+def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, after, files):
     path = tmp_path / "b.zarr"
-    with pytest.raises(KeyboardInterrupt):
-        isospline.convert(data, path, **SMALL)
+    stopped(data, path, after, **SMALL)
     with pytest.raises(ValueError, match=r"b\.zarr: expected a complete store"):
         read_metadata(path)
     # A file that a killed process was writing.
@@ -83,19 +70,13 @@ def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, monk
     isospline.convert(data, path, **SMALL)
     assert contents(path) == contents(made)
     assert all(file.stat().st_mtime_ns == changed for file, changed in times.items() if file.suffix != ".partial")
-    assert len(times) >= after
+    assert len(times) >= files
 
 
 @pytest.mark.slow
-def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
-    def stop(self, index):
-        raise KeyboardInterrupt
-
+def test_options_that_differ_are_refused(data, tmp_path):
     path = tmp_path / "a.zarr"
-    with monkeypatch.context() as patch:
-        patch.setattr(PrefilterShard, "__call__", stop)
-        with pytest.raises(KeyboardInterrupt):
-            isospline.convert(data, path, **SMALL)
+    stopped(data, path, 40, **SMALL)
     for options, name in (
         ({"degree": 3}, "degree"),
         ({"boundary": "periodic"}, "boundary"),
@@ -115,6 +96,12 @@ def test_options_that_differ_are_refused(data, tmp_path, monkeypatch):
         isospline.convert(data, path, **SMALL)
     isospline.convert(data, path, **SMALL, degree=3, overwrite=True)
     assert read_metadata(path).degree == 3
+
+
+@pytest.mark.parametrize("shard", [0, 8, 24, 144, 33])
+def test_bad_shards(data, tmp_path, shard):
+    with pytest.raises(ValueError, match="^shard: expected a multiple of the chunk, 16 to 128"):
+        isospline.convert(data, tmp_path / "a.zarr", chunk=16, shard=shard)
 
 
 def test_nothing_but_a_store_is_overwritten(data, tmp_path):
@@ -289,13 +276,12 @@ def test_folders_that_are_no_stores_are_refused(store, tmp_path):
             read_metadata(store)
 
 
-def test_one_process_at_a_time_writes_a_store(data, tmp_path, monkeypatch):
-    def begin_again(self, index):
+def test_one_process_at_a_time_writes_a_store(data, tmp_path):
+    def begin_again(_):
         isospline.convert(data, tmp_path / "a.zarr")
 
-    monkeypatch.setattr(PrefilterShard, "__call__", begin_again)
     with pytest.raises(ValueError, match="expected a store that no other process is writing"):
-        isospline.convert(data, tmp_path / "a.zarr")
+        isospline.convert(data, tmp_path / "a.zarr", progress=begin_again)
 
 
 @pytest.mark.slow
@@ -349,11 +335,11 @@ def test_progress_grows_to_one_and_cancels(data, tmp_path):
 @pytest.mark.slow
 def test_dask_and_a_cluster_write_the_same(data, made, tmp_path):
     distributed = pytest.importorskip("distributed")
-    isospline.convert(data, tmp_path / "threads.zarr", chunk=16, workers=3)
+    isospline.convert(data, tmp_path / "threads.zarr", **SMALL | {"workers": 3})
     assert contents(tmp_path / "threads.zarr") == contents(made)
     np.save(tmp_path / "a.npy", data)
     with distributed.Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0") as client:
-        path = isospline.convert(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, client=client)
+        path = isospline.convert(tmp_path / "a.npy", tmp_path / "cluster.zarr", chunk=16, shard=16, client=client)
         with pytest.raises(ValueError, match="expected finite numbers"):
             isospline.convert(np.full((9, 9, 9), np.inf), tmp_path / "bad.zarr", client=client)
     assert contents(path) == contents(made)

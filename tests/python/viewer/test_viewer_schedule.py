@@ -19,7 +19,8 @@ def wait_for(condition, seconds=10):
 class Recorder:
     """Records the requests instead of drawing; a pass runs until it is released or cancelled."""
 
-    def __init__(self, passes=(1, 4), hold=False, **options):
+    def __init__(self, passes=(1, 4), hold=False, seconds=0.0, **options):
+        self.seconds, self.answers = seconds, []
         self.frames, self.errors, self.cancelled, self.drawing = [], [], [], []
         self.let_go = threading.Event()
         if not hold:
@@ -31,6 +32,8 @@ class Recorder:
 
     def draw(self, state, stage, progress):
         self.drawing.append((state, stage))
+        time.sleep(self.seconds)
+        self.answers.append(progress(0.5))
         if state == "broken":
             raise ValueError("broken state")
         while stage is not None and not self.let_go.wait(0.001):
@@ -71,9 +74,7 @@ def test_a_request_cancels_the_passes_at_once(make):
 
 
 def test_states_in_between_are_skipped_but_the_newest_is_shown(make):
-    recorder = make(passes=(), in_flight=1000)
-    draw = recorder.draw
-    recorder.scheduler._draw = lambda *arguments: (time.sleep(0.01), draw(*arguments))[1]
+    recorder = make(passes=(), in_flight=1000, seconds=0.01)
     for number in range(100):
         recorder.scheduler.request(number)
         time.sleep(0.001)
@@ -84,20 +85,12 @@ def test_states_in_between_are_skipped_but_the_newest_is_shown(make):
 
 def test_a_moving_frame_is_never_cancelled(make):
     """During continuous movement, every started frame is shown."""
-    recorder = make(passes=(), in_flight=1000)
-    answers = []
-
-    def draw(state, stage, progress):
-        time.sleep(0.005)
-        answers.append(progress(0.5))
-        return state, stage
-
-    recorder.scheduler._draw = draw
+    recorder = make(passes=(), in_flight=1000, seconds=0.005)
     for number in range(50):
         recorder.scheduler.request(number)
         time.sleep(0.001)
     wait_for(lambda: recorder.frames and recorder.frames[-1][0] == 49)
-    assert all(answers) and len(recorder.frames) == len(answers)
+    assert all(recorder.answers) and len(recorder.frames) == len(recorder.answers)
 
 
 def test_frames_wait_for_those_that_have_not_arrived(make):
@@ -132,11 +125,12 @@ def test_an_error_is_reported_and_the_next_state_drawn(make):
 
 
 def test_closing_ends_a_pass(make):
+    others = set(threading.enumerate())
     recorder = make(hold=True)
     recorder.scheduler.request("a")
     wait_for(lambda: ("a", 1) in recorder.drawing)
     recorder.scheduler.close()
-    assert not recorder.scheduler._thread.is_alive() and ("a", 1) not in recorder.frames
+    assert set(threading.enumerate()) <= others and ("a", 1) not in recorder.frames
 
 
 @pytest.mark.parametrize("fixed", [0.0, 0.01, 0.02])

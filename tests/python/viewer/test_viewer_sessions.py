@@ -179,7 +179,7 @@ def test_an_uploaded_session_reaches_no_file_outside(viewer, client, tmp_path, n
 def test_a_bundle_is_unpacked_into_its_folder(client, viewer, files):
     errors = client.uploaded({"a.zip": zipped({"session.json": session([]), **files})})
     assert "expected names inside the bundle" in errors
-    assert not list(os.scandir(viewer.uploads._temporary.path))
+    assert not list(os.scandir(viewer.uploads.path))
 
 
 def test_a_bundle_counts_with_what_it_holds(ball):

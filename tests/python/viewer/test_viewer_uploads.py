@@ -45,7 +45,7 @@ def secret(tmp_path):
 
 def uploads_of(viewer):
     """The files in the folder of uploads."""
-    folder = viewer.uploads._temporary.path
+    folder = viewer.uploads.path
     return sorted(path for path in pathlib.Path(folder).rglob("*") if path.is_file())
 
 
@@ -365,4 +365,4 @@ def test_uploads_count_again_after_they_are_discarded():
 def test_a_socket_without_a_token_uploads_nothing(viewer):
     with pytest.raises(websockets.exceptions.InvalidStatus, match="403"):
         connect(viewer, query="")
-    assert viewer.uploads._temporary is None
+    assert viewer.uploads.path is None
