@@ -207,7 +207,8 @@ sanitize-thread: test-packages
 	@echo "== Running the threaded C++ tests under ThreadSanitizer"
 	@ISOSPLINE_THREADS_SECONDS=60 ctest --preset tsan
 
-# Clang looks at one SIMD target of each source, and generates no code, so nothing is linked.
+# Clang compiles one SIMD target of each source, without optimization, and nothing is linked. Code takes it 15% longer than
+# a look at the syntax, but ccache knows it the next time.
 clang: test-packages ## Clang's warnings about all C++, as errors
 	@tools/install_packages clang
 	@echo "== Checking all C++ with Clang"
@@ -253,7 +254,8 @@ packages:
 test-packages:
 	@tools/install_packages packages.txt tests/packages.txt
 
-pip = $(python) -m pip install -q --disable-pip-version-check
+# Modules are compiled when they are first imported: most of those of large packages never are.
+pip = $(python) -m pip install -q --disable-pip-version-check --no-compile
 
 .venv/.requirements: pyproject.toml | packages
 	@if ! $(python) -c "" 2>/dev/null; then \
