@@ -166,26 +166,14 @@ private:
 
 Mask mask_of_cells(const Solid& solid, const Progress& progress)
 {
-    const glm::ivec3 cell_shape = solid.volume.cell_shape(), shape = solid.volume.shape();
     const CellSet cells(
-        cell_shape, [&](std::size_t, const Brick& brick) { return solid_in(solid, brick).cells; },
+        solid.volume.cell_shape(), [&](std::size_t, const Brick& brick) { return solid_in(solid, brick).cells; },
         part_of(progress, 0.0, 0.8));
-    const int before = solid.volume.degree() % 2; // a sample is a corner of the cells before and after it, or a centre
-    Mask mask(static_cast<std::size_t>(place_count(shape)));
-    parallel_for(
-        static_cast<std::size_t>(shape.z), 1,
-        [&](std::size_t begin, std::size_t end) {
-            for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-                for (int y = 0; y < shape.y; ++y)
-                    for (int x = 0; x < shape.x; ++x) {
-                        const glm::ivec3 sample(x, y, z);
-                        const glm::ivec3 first = glm::max(sample - before, glm::ivec3(0));
-                        const glm::ivec3 last = glm::min(sample, cell_shape - 1);
-                        mask[static_cast<std::size_t>(place_in(shape, sample))] = cells.contains_any(first, last);
-                    }
-        },
-        part_of(progress, 0.8, 1.0));
-    return mask;
+    const auto is_kept = [&](const glm::ivec3& sample) {
+        const auto [first, last] = solid.volume.cells_with(sample);
+        return cells.contains_any(first, last);
+    };
+    return make_mask(solid.volume.shape(), is_kept, part_of(progress, 0.8, 1.0));
 }
 
 Components::Components(const Solid& solid, const Progress& progress) : cell_shape_(solid.volume.cell_shape())

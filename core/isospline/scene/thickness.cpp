@@ -37,18 +37,25 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
         rays[i].origin = scene.offset_position(start, rays[i].direction);
     }
     scene.cast_rays(rays, hits);
+    const auto is_known = [&](std::size_t i) { return glm::length(starts[i].normal) > 0.0; };
+    for (std::size_t i = 0; i < points_world.size(); ++i) {
+        if (!is_known(i))
+            thickness[i] = std::numeric_limits<double>::quiet_NaN();
+        else if (std::isfinite(hits[i].t))
+            thickness[i] = hits[i].t + glm::length(rays[i].origin - starts[i].position);
+        else
+            thickness[i] = std::numeric_limits<double>::infinity();
+    }
+    if (method == ThicknessMethod::ray)
+        return;
+
     const Box bounds = scene.bounds();
     const double largest = glm::length(bounds.size());
     const double precision =
         std::max(1e-3 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge, 0.02 * ripple);
     ClosestPointFinder find_within_precision(surface, {.tolerance = precision});
     for (std::size_t i = 0; i < points_world.size(); ++i) {
-        const bool is_known = glm::length(starts[i].normal) > 0.0;
-        thickness[i] = is_known && std::isfinite(hits[i].t)
-                           ? hits[i].t + glm::length(rays[i].origin - starts[i].position)
-                       : is_known ? std::numeric_limits<double>::infinity()
-                                  : std::numeric_limits<double>::quiet_NaN();
-        if (method == ThicknessMethod::ray || !is_known)
+        if (!is_known(i))
             continue;
         const double ray = std::min(thickness[i], 2.0 * largest);
         const Ball ball = inscribed_ball(find_within_precision, starts[i], 0.5 * (ray + std::min(ripple, 0.5 * ray)),

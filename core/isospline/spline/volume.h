@@ -9,6 +9,7 @@
 #include "isospline/spline/samples.h"
 #include "isospline/util/progress.h"
 
+#include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +19,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace isospline {
@@ -85,6 +87,12 @@ public:
     std::uint64_t primitive_id(const glm::ivec3& cell) const { return place_in(cell_shape(), cell); }
     /// The cell of a primitive id below cell_count().
     glm::ivec3 cell_at(std::uint64_t primitive_id) const { return at_place(cell_shape(), primitive_id); }
+    /// The first and the last cell, along each axis, of those that contain a sample, also on their border: the one of
+    /// which it is the centre for even degrees, those of which it is a corner for odd ones.
+    std::pair<glm::ivec3, glm::ivec3> cells_with(const glm::ivec3& sample) const
+    {
+        return {glm::max(sample - degree() % 2, glm::ivec3(0)), glm::min(sample, cell_shape() - 1)};
+    }
     /// Smallest and largest sample.
     double minimum() const { return minimum_; }
     double maximum() const { return maximum_; }

@@ -99,7 +99,6 @@ def _write_turntable(viewer, path, state, size, options):
     towards = np.subtract(camera.eye, camera.target)
     with viewer.making() as maker:
         maker.geometry_ids(state)
-
         whole = extent_of(maker.scene)
 
         def extent(directions):
@@ -127,7 +126,7 @@ def _axis(up):
 
 
 def _progress(viewer, title, begin=0.0, share=1.0):
-    """Tells the pages; the task is cancelled when the viewer closes."""
+    """A callable that shows a task's progress on the pages, and cancels the task when the viewer closes."""
 
     def progress(fraction):
         viewer.tell(title, begin + share * fraction)
