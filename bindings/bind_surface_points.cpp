@@ -92,8 +92,8 @@ Notes
 The names are those of trimesh.proximity.thickness. "max_sphere" is the local thickness of [1]_, for which a ball may be
 `ripple` away from the point: a ball that has to touch a noisy surface at the point is bounded by the ripples beside it.
 The ball shrinks on the inward normal [2]_, and then moves to where it can grow until it is the largest one nearby, to
-a fiftieth of `ripple` or, if that is more, a thousandth of a voxel. On a smooth surface, `ripple` has an effect only
-near edges and where the thickness changes: there, a ball may fit that is larger than the touching one.
+a fiftieth of `ripple`, kept between a thousandth and a hundredth of a voxel. On a smooth surface, `ripple` has an
+effect only near edges and where the thickness changes: there, a ball may fit that is larger than the touching one.
 
 References
 ----------

@@ -51,8 +51,8 @@ void find_thickness(const SceneSnapshot& scene, const IsosurfaceSnapshot& surfac
 
     const Box bounds = scene.bounds();
     const double largest = glm::length(bounds.size());
-    const double precision =
-        std::max(1e-3 * LatticeMetric(surface.volume().lattice_to_world()).shortest_edge, 0.02 * ripple);
+    const double edge = LatticeMetric(surface.volume().lattice_to_world()).shortest_edge;
+    const double precision = std::clamp(0.02 * ripple, 1e-3 * edge, 1e-2 * edge);
     ClosestPointFinder find_within_precision(surface, {.tolerance = precision});
     for (std::size_t i = 0; i < points_world.size(); ++i) {
         if (!is_known(i))

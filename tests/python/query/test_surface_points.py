@@ -108,6 +108,7 @@ def test_thickness_beside_an_edge():
         radius = np.minimum((upper - lower)[0] / 2, a + ripple + np.sqrt(2 * a * ripple + 2 * ripple**2))
         np.testing.assert_allclose(box.thickness(points, ripple=ripple), 2 * radius, atol=0.03 * ripple + 2e-3)
     np.testing.assert_array_equal(box.thickness(points), box.thickness(points, ripple=0.25))
+    np.testing.assert_allclose(box.thickness(points, ripple=1e6), (upper - lower)[0], atol=0.02)  # anywhere in the box
     with pytest.raises(ValueError, match="^ripple: expected a finite number of at least 0"):
         box.thickness(points, ripple=-1)
 
