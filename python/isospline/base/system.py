@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import signal
 import sys
+import threading
 import warnings
 from collections.abc import Iterator
 
@@ -26,6 +28,23 @@ def child_environment(**variables: str) -> dict[str, str]:
     """The environment of this process without this package's own variables, one of which is the viewer's token."""
     inherited = {name: value for name, value in os.environ.items() if not name.startswith("ISOSPLINE_")}
     return {**inherited, **variables}
+
+
+@contextlib.contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Delay Ctrl-C to the end of the context. Within `subprocess.Popen` it leaves a process that nobody holds."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    received = []
+    signal.signal(signal.SIGINT, lambda *arguments: received.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if received:
+            handler(*received[0])
 
 
 @contextlib.contextmanager

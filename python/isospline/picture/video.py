@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 from ..base.parameters import check_path, check_type
 from ..base.signatures import explained
-from ..base.system import child_environment, whole_file
+from ..base.system import child_environment, uninterrupted, whole_file
 from .image import Image, over_black, row_bands
 
 
@@ -106,16 +106,18 @@ def write_video(
         "mp4",
     ]
     with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
-        # In a session of its own, so that only this process receives Ctrl-C.
-        process = subprocess.Popen(
-            [*command, temporary],
-            stdin=subprocess.PIPE,
-            stderr=complaints,
-            start_new_session=True,
-            env=child_environment(),
-        )
-        assert process.stdin is not None  # it is a pipe
+        process = None
         try:
+            with uninterrupted():
+                # In a session of its own, so that only this process receives Ctrl-C.
+                process = subprocess.Popen(
+                    [*command, temporary],
+                    stdin=subprocess.PIPE,
+                    stderr=complaints,
+                    start_new_session=True,
+                    env=child_environment(),
+                )
+            assert process.stdin is not None  # it is a pipe
             with contextlib.suppress(BrokenPipeError), process.stdin:
                 for image in itertools.chain([first], images):
                     check_type(image, "images", Image, "an isospline.Image each")
@@ -129,8 +131,9 @@ def write_video(
                 reason = "; ".join(complaints.read().decode(errors="replace").split("\n")).strip("; ")
                 raise _system_error(reason or f"exit code {process.returncode}", process.returncode)
         finally:
-            process.kill()
-            process.wait()
+            if process is not None:
+                with process:
+                    process.kill()
 
 
 def _system_error(reason: str, code: int) -> OSError:

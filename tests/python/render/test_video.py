@@ -166,6 +166,22 @@ def test_interrupting_leaves_no_video(tmp_path, ball):
     assert [path.name for path in tmp_path.iterdir()] == ["ball.npy"]
 
 
+def test_an_interruption_while_ffmpeg_starts_leaves_no_video(tmp_path, monkeypatch, images):
+    ffmpeg.get_ffmpeg_exe()  # it starts FFmpeg once, too
+    begin, started = subprocess.Popen, []
+
+    def interrupted(*arguments, **options):
+        started.append(begin(*arguments, **options))
+        signal.raise_signal(signal.SIGINT)
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        isospline.write_video(tmp_path / "a.mp4", images)
+    assert started[-1].poll() is not None
+    assert not os.listdir(tmp_path)
+
+
 @pytest.fixture
 def ball(tmp_path):
     np.save(tmp_path / "ball.npy", volumes.sphere(0.7).values(20))
