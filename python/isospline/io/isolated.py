@@ -50,7 +50,13 @@ ERRORS = {
 
 
 def call(
-    function: str, path: Path, libraries: str = "", *, readable: Sequence[str] | None = None, **arguments: Any
+    function: str,
+    path: Path,
+    libraries: str = "",
+    *,
+    readable: Sequence[str] | None = None,
+    size: int = 0,
+    **arguments: Any,
 ) -> Any:
     """Call ``function(path, **arguments)`` in a process of its own.
 
@@ -59,16 +65,18 @@ def call(
     function : str
         A function, as ``"isospline.io.vtk:load"``. It returns what JSON can hold, and arrays of numbers.
     path : Path
-        A file or a folder; its size determines the limit of time.
+        A file or a folder.
     libraries : str
         Names of the packages to import before the call, separated by blanks.
     readable : sequence of str, optional
         The files and folders that the process may read, if the kernel has Landlock; by default, the folder of the file,
         or the folder itself, with the targets of its symbolic links.
+    size : int
+        Bytes of the result, if they are known. They and the size of the file determine the limit of time.
     **arguments
         What JSON can hold.
     """
-    request = _request(function, path, readable, arguments)
+    request = _request(function, path, readable, arguments, size)
     with _shared_file() as file, _SERVERS.connect(request, libraries, file.fileno()) as connection:
         return _result(_answer(connection, request["seconds"]), request["seconds"], file)
 
@@ -116,8 +124,8 @@ class Stream:
         return 0
 
 
-def _request(function, path, readable, arguments):
-    seconds = SECONDS + SECONDS_OF_BYTE * _size(path)
+def _request(function, path, readable, arguments, size=0):
+    seconds = SECONDS + SECONDS_OF_BYTE * (_size(path) + size)
     return {
         "function": function,
         "arguments": {"path": os.path.abspath(path), **arguments},

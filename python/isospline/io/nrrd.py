@@ -9,11 +9,12 @@ import math
 import os
 import re
 import tempfile
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import itk
+from . import isolated, itk
 from .checks import check_file, utf8
 from .confinement import check_within
 from .packed import check_skip, read_samples
@@ -76,48 +77,24 @@ def read(path, load=read_samples, *, within=None, layered=False):
     about: dict[str, Any] = {"unit": min(units) if len(units) == 1 else ""}
     about["patient"] = header.get("space", "").lower() in _PATIENT_SPACES
     if encoding in _TEXTS:
-        return checked.to_volume_data(_read_text(files[0], begin, shape, dtype)).replace(**about)
+        return checked.to_volume_data(_read("load_text", files[0], begin, shape, dtype)).replace(**about)
     if dtype.itemsize > 1:
         order = header.get("endian", "").lower()
         if order not in ("little", "big"):
             raise ValueError(f"expected endian little or big, got {order or 'none'}")
         dtype = dtype.newbyteorder("<" if order == "little" else ">")
     if encoding == "hex":
-        data = _read_hex(files[0], begin, shape, dtype)
+        data = _read("load_hex", files[0], begin, shape, dtype)
     else:
         parts = _parts(files, begin, header, math.prod(shape) * dtype.itemsize)
         data = load(parts, shape, dtype, _COMPRESSIONS[encoding])
     return checked.to_volume_data(data).replace(**about)
 
 
-def _read_text(file, begin, shape, dtype):
-    """Read samples stored as text, separated by blanks."""
-    with open(file, "rb") as opened:
-        opened.seek(begin)
-        words = opened.read().split()
-    count = math.prod(shape)
-    if len(words) != count:
-        raise ValueError(f"expected {count} samples, got {len(words)}: the file is truncated or damaged")
-    kind = float if dtype.kind == "f" else int
-    try:
-        return np.array([kind(word) for word in words], dtype).reshape(shape)
-    except (ValueError, OverflowError):
-        raise ValueError(f"expected samples of {dtype}, got others: the file is damaged") from None
-
-
-def _read_hex(file, begin, shape, dtype):
-    """Samples as pairs of hexadecimal digits, a byte each."""
-    with open(file, "rb") as opened:
-        opened.seek(begin)
-        words = opened.read().decode("latin-1")
-    try:
-        content = bytes.fromhex(words)
-    except ValueError:
-        raise ValueError("expected hexadecimal digits: the file is damaged") from None
-    size = math.prod(shape) * dtype.itemsize
-    if len(content) != size:
-        raise ValueError(f"expected {size} bytes of samples, got {len(content)}: the file is truncated or damaged")
-    return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="), copy=False)
+def _read(function, file, begin, shape, dtype):
+    """Read samples as text in a process of its own, as they take many times the memory of the file."""
+    place = {"begin": begin, "shape": shape, "dtype": dtype.str}
+    return isolated.call(f"isospline.io.nrrd:{function}", Path(file), **place)
 
 
 def _check_by_itk(fields, layers, mapped):
@@ -244,3 +221,38 @@ def _integer(fields, name, default=None):
     if not re.fullmatch(r"[+-]?\d{1,18}", word):
         raise ValueError(f"expected {name} to be a whole number, got {word}")
     return int(word)
+
+
+# What follows runs in the process of its own.
+
+
+def load_text(path, begin, shape, dtype):
+    """Samples as text, separated by blanks."""
+    dtype = np.dtype(dtype)
+    with open(path, "rb") as opened:
+        opened.seek(begin)
+        words = opened.read().split()
+    count = math.prod(shape)
+    if len(words) != count:
+        raise ValueError(f"expected {count} samples, got {len(words)}: the file is truncated or damaged")
+    kind = float if dtype.kind == "f" else int
+    try:
+        return np.array([kind(word) for word in words], dtype).reshape(shape)
+    except (ValueError, OverflowError):
+        raise ValueError(f"expected samples of {dtype}, got others: the file is damaged") from None
+
+
+def load_hex(path, begin, shape, dtype):
+    """Samples as pairs of hexadecimal digits, a byte each."""
+    dtype = np.dtype(dtype)
+    with open(path, "rb") as opened:
+        opened.seek(begin)
+        words = opened.read().decode("latin-1")
+    try:
+        content = bytes.fromhex(words)
+    except ValueError:
+        raise ValueError("expected hexadecimal digits: the file is damaged") from None
+    size = math.prod(shape) * dtype.itemsize
+    if len(content) != size:
+        raise ValueError(f"expected {size} bytes of samples, got {len(content)}: the file is truncated or damaged")
+    return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="), copy=False)

@@ -1,7 +1,8 @@
 """Denies system calls to the calling process that Landlock does not, with a filter that libseccomp makes.
 
-The process opens no socket, changes no attribute of a file, and reaches no other process. What it denies fails with
-EPERM, also in processes that this one starts. libseccomp is a package of the system, which most have. See seccomp(2).
+The process reaches nobody by a socket, changes no attribute of a file, and reaches no other process. What is denied
+fails with EPERM, also in processes that this one starts. libseccomp is a package of the system, which most have. See
+seccomp(2).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ _NOT_EQUAL = 1
 
 #: System calls that are denied. Those that the kernel or the processor do not have are left out.
 _DENIED = """
-    socket connect bind listen accept accept4 sendto sendmsg sendmmsg
+    socket connect bind listen accept accept4 sendmsg sendmmsg
     chmod fchmod fchmodat fchmodat2 chown fchown lchown fchownat utime utimes futimesat utimensat
     setxattr lsetxattr fsetxattr setxattrat removexattr lremovexattr fremovexattr removexattrat file_setattr
     tkill rt_sigqueueinfo rt_tgsigqueueinfo pidfd_open pidfd_send_signal pidfd_getfd
@@ -27,8 +28,15 @@ _DENIED = """
     init_module finit_module delete_module kexec_load kexec_file_load reboot syslog
     settimeofday clock_settime clock_adjtime adjtimex sethostname setdomainname iopl ioperm personality
 """
-#: System calls that are denied if they are for other processes: their first argument, by the value that is allowed.
-_DENIED_FOR_OTHERS = {"kill": os.getpid, "tgkill": os.getpid, "prlimit64": lambda: 0, "sched_setaffinity": lambda: 0}
+#: System calls that are denied unless one of their arguments has one value: that argument's position, and the value.
+#: They are allowed for this process alone; sendto, between the two ends of a pair of sockets, which asyncio makes.
+_DENIED_UNLESS = {
+    "kill": (0, os.getpid),
+    "tgkill": (0, os.getpid),
+    "prlimit64": (0, lambda: 0),
+    "sched_setaffinity": (0, lambda: 0),
+    "sendto": (4, lambda: 0),
+}
 
 
 class _Comparison(ctypes.Structure):
@@ -63,8 +71,8 @@ def deny() -> bool:
     if library is None or library.seccomp_api_get() == 0:
         return False
     rules: list[tuple[str, tuple[_Comparison, ...]]] = [(name, ()) for name in _DENIED.split()]
-    for name, allowed in _DENIED_FOR_OTHERS.items():
-        rules.append((name, (_Comparison(0, _NOT_EQUAL, allowed(), 0),)))
+    for name, (argument, allowed) in _DENIED_UNLESS.items():
+        rules.append((name, (_Comparison(argument, _NOT_EQUAL, allowed(), 0),)))
     context = ctypes.c_void_p(library.seccomp_init(_ALLOW))
     try:
         for name, comparisons in rules:

@@ -18,6 +18,7 @@ def tcp(port): socket.create_connection(("127.0.0.1", port))
 def listen(port): socket.create_server(("127.0.0.1", 0))
 def unix(name): socket.socket(socket.AF_UNIX).connect(name)
 def pair(): socket.socketpair()[0].sendmsg([b"a"])
+def datagram(name): socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)[0].sendto(b"a", name)
 def chmod(file): os.chmod(file, 0o777)
 def chown(file): os.chown(file, os.getuid(), os.getgid())
 def utime(file): os.utime(file, (1, 1))
@@ -83,6 +84,9 @@ def test_no_socket_is_opened(probe, tmp_path):
         for name in names:
             probe("unix", name=name)
         probe("pair")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
+            receiver.bind(str(tmp_path / "receiver"))
+            probe("datagram", name=str(tmp_path / "receiver"))
         for each in (datagrams, server, by_path, abstract):
             each.settimeout(0)
         with pytest.raises(BlockingIOError):

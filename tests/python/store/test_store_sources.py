@@ -259,6 +259,30 @@ def test_hdf5_datasets(data, tmp_path):
         open_source(f"{tmp_path}/a.h5:/nothing", "zyx", READING)
 
 
+def test_virtual_datasets_of_hdf5(data, tmp_path):
+    (tmp_path / "parts").mkdir()
+    layout = h5py.VirtualLayout(data.shape, data.dtype)
+    for number, samples in enumerate(data):
+        with h5py.File(tmp_path / f"parts/{number}.h5", "w") as file:
+            file["a"] = samples
+        layout[number] = h5py.VirtualSource(f"parts/{number}.h5", "a", samples.shape)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.create_virtual_dataset("a", layout)
+    check(opened(tmp_path / "a.h5", tmp_path), data)
+    (tmp_path / "parts/3.h5").unlink()  # h5py reads zeros in its place
+    with pytest.raises(ValueError, match=r"a\.h5: .*expected the file parts/3\.h5"):
+        open_source(tmp_path / "a.h5", "zyx", READING)
+
+
+def test_a_chunk_beyond_memory_is_an_error(tmp_path):
+    shape = (1 << 14,) * 3
+    zarr.create_array(tmp_path / "a.zarr", shape=shape, chunks=shape, dtype="u1", compressors=None, fill_value=1)
+    (tmp_path / "a.zarr/c/0/0").mkdir(parents=True)
+    (tmp_path / "a.zarr/c/0/0/0").write_bytes(b"")
+    with pytest.raises((MemoryError, ValueError), match=r"a\.zarr"):
+        open_source(tmp_path / "a.zarr", "zyx", READING).read(BOX)
+
+
 @pytest.mark.parametrize("key", ["", "scan"])
 def test_n5_datasets(data, tmp_path, key):
     folder = tmp_path / "a.n5" / key / "s0"
@@ -296,7 +320,7 @@ def test_a_broken_chunk_is_named(data, tmp_path, kind):
         content = bytearray(path.read_bytes())
         content[place.byte_offset + 4] ^= 1
         path.write_bytes(content)
-    with pytest.raises(ValueError, match=rf"a\.{kind}.*chunk \(1, 0, 1\) \(z, y, x\) cannot be read: "):
+    with pytest.raises(ValueError, match=rf"a\.{kind}.*chunk \(1, 0, 1\) cannot be read: "):
         open_source(path, "zyx", READING).read([(0, 6), (0, 7), (0, 8)])
     with pytest.raises(ValueError, match=r"chunk \(1, 0, 1\)"):
         isospline.convert(path, tmp_path / "store.zarr")

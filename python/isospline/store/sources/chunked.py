@@ -1,13 +1,10 @@
-"""Arrays in chunks: Zarr 2 and 3, OME-Zarr, HDF5 and N5. They are reopened for each box."""
+"""Arrays in chunks: Zarr 2 and 3, OME-Zarr, HDF5 and N5. They are read box by box, in a process of its own each."""
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import json
 import math
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.parameters import printable
-from ..layout import zarr
+from ...io import isolated
+from . import chunk_reader
 from .source import Identity, Source, as_samples
 
 #: Chunks that are decoded at a time: zarr-python's default.
 _CONCURRENCY = 10
-
 
 #: The positions of z, y and x among the axes of an array.
 ORDERS = {"zyx": (0, 1, 2), "xyz": (2, 1, 0)}
@@ -33,6 +30,8 @@ class ChunkedSource(Source):
     ----------
     path : Path
         The file or folder.
+    format : {"zarr", "hdf5", "n5"}
+        How it is stored.
     key : str
         Key of the array in it.
     axes : sequence of int
@@ -41,22 +40,21 @@ class ChunkedSource(Source):
         The item of each other axis.
     """
 
-    def __init__(self, path: Any, key: str = "", axes: Any = (0, 1, 2), fixed: Any = None) -> None:
-        self._path, self._key, self._axes, self._fixed = Path(path), key, tuple(axes), dict(fixed or {})
-        with self._opened() as array:
-            shape, dtype = tuple(array.shape), _dtype_of(array)
-            self._chunks = tuple(_chunks_of(array))
+    def __init__(self, path: Any, format: str, key: str = "", axes: Any = (0, 1, 2), fixed: Any = None) -> None:
+        self._path, self._format, self._key = Path(path), format, key
+        self._axes, self._fixed = tuple(axes), dict(fixed or {})
+        node = load("load_node", self._path, format, key=key)
+        if "shape" not in node:
+            raise ValueError(f"{self.name}: expected an array, got a group")
+        shape, self._chunks = node["shape"], node["chunks"]
         if sorted((*self._axes, *self._fixed)) != list(range(len(shape))):
-            raise ValueError(f"{self.name}: expected an array of three dimensions, got shape {shape}")
-        super().__init__([shape[axis] for axis in self._axes], dtype, self._identify())
+            raise ValueError(f"{self.name}: expected an array of three dimensions, got shape {tuple(shape)}")
+        super().__init__([shape[axis] for axis in self._axes], node["dtype"], self._identify())
 
     @property
     def name(self) -> str:
         """The name in messages."""
         return f"{printable(self._path)}{':/' + self._key if self._key else ''}"
-
-    def _opened(self) -> Any:
-        raise NotImplementedError
 
     def _identify(self) -> Identity:
         # A folder has too many chunks to look at; its metadata show whether the array was written again.
@@ -71,85 +69,28 @@ class ChunkedSource(Source):
         }
 
     def read(self, box: Any) -> NDArray[Any]:
-        try:
-            with self._opened() as array:
-                return self._read(array, box)
-        except Exception as error:
-            raise self._named(box, error) from error
-
-    def _read(self, array, box):
-        index: list[Any] = [self._fixed.get(axis) for axis in range(len(array.shape))]
+        index: list[Any] = [self._fixed.get(axis) for axis in range(len(self._chunks))]
         for axis, (first, last) in zip(self._axes, box):
-            index[axis] = slice(first, last)
-        samples = np.asarray(array[tuple(index)])
+            index[axis] = (int(first), int(last))
+        size = math.prod(last - first for first, last in box) * self.dtype.itemsize
+        try:
+            samples = load("load_box", self._path, self._format, size=size, key=self._key, index=index)
+        except ValueError as error:
+            raise ValueError(f"{self.name}: {error}") from error
         return as_samples(samples.transpose(np.argsort(np.argsort(self._axes))))
-
-    def _named(self, box, error):
-        """An error that names the first chunk that cannot be read."""
-        edges = [self._chunks[axis] for axis in self._axes]
-        covered = [range(first // edge, math.ceil(last / edge)) for (first, last), edge in zip(box, edges)]
-        for chunk in itertools.product(*covered):
-            part = [
-                (max(at * edge, first), min((at + 1) * edge, last))
-                for at, edge, (first, last) in zip(chunk, edges, box)
-            ]
-            try:
-                with self._opened() as array:
-                    self._read(array, part)
-            except Exception as cause:
-                text = " ".join(str(cause).split()) or type(cause).__name__
-                return ValueError(f"{self.name}: chunk {chunk} (z, y, x) cannot be read: {text}")
-        return error
 
     def working_memory(self, shape: Any) -> int:
         chunks = math.prod(math.ceil(edge / self._chunks[axis]) + 1 for edge, axis in zip(shape, self._axes))
         at_a_time = min(chunks, _CONCURRENCY) * math.prod(self._chunks) * self.dtype.itemsize
-        return super().working_memory(shape) + 2 * at_a_time
+        return 2 * (super().working_memory(shape) + at_a_time)
 
 
-class ZarrSource(ChunkedSource):
-    """An array of Zarr 2 or 3."""
-
-    @contextlib.contextmanager
-    def _opened(self) -> Iterator[Any]:
-        yield zarr().open_array(str(self._path), path=self._key, mode="r")
-
-
-class Hdf5Source(ChunkedSource):
-    """A dataset of an HDF5 file."""
-
-    @contextlib.contextmanager
-    def _opened(self) -> Iterator[Any]:
-        with open_hdf5(self._path) as file:
-            yield file[self._key]
-
-
-class N5Source(ChunkedSource):
-    """A dataset of N5, by TensorStore; its axes are x, y, z."""
-
-    @contextlib.contextmanager
-    def _opened(self) -> Iterator[Any]:
-        tensorstore = _imported("tensorstore")
-        kvstore = {"driver": "file", "path": str(self._path / self._key) + "/"}
-        array = tensorstore.open({"driver": "n5", "kvstore": kvstore}, open=True, read=True).result()
-        yield _TensorStoreArray(array)
-
-
-class _TensorStoreArray:
-    """An array of TensorStore, read when it is indexed."""
-
-    def __init__(self, array):
-        self.shape, self.dtype = array.shape, array.dtype.numpy_dtype
-        self.chunks = array.chunk_layout.read_chunk.shape
-        self._array = array
-
-    def __getitem__(self, index):
-        return self._array[index].read().result()
-
-
-def open_hdf5(path: Any) -> Any:
-    """Open an HDF5 file for reading."""
-    return _imported("h5py").File(path, "r")
+def load(function: str, path: Path, format: str, *, size: int = 0, **arguments: Any) -> Any:
+    """Call a function of `chunk_reader` in a process of its own; `size` is that of the samples in bytes."""
+    # A virtual dataset of HDF5 consists of other files.
+    readable = isolated.referenced(None) if format == "hdf5" else None
+    name, library = f"{chunk_reader.__name__}:{function}", chunk_reader.LIBRARIES[format]
+    return isolated.call(name, path, library, readable=readable, size=size, format=format, **arguments)
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -161,26 +102,3 @@ def read_json(path: Path) -> dict[str, Any]:
     except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise ValueError(f"{printable(path)}: expected JSON, got text that cannot be parsed: {error}") from error
     return content if isinstance(content, dict) else {}
-
-
-def _imported(name):
-    import importlib
-
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise ModuleNotFoundError(
-            f"reading this format needs the package {error.name}: pip install isospline[store]", name=error.name
-        ) from error
-
-
-def _dtype_of(array):
-    dtype = np.dtype(array.dtype)
-    if dtype.kind not in "biuf":
-        raise ValueError(f"expected real numbers, got {dtype}")
-    return dtype
-
-
-def _chunks_of(array):
-    """Edges of the chunks that are read at a time. HDF5 may store a dataset contiguously; any part can then be read."""
-    return array.chunks or (1,) * len(array.shape)

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...base.parameters import printable
 from .. import ome
-from ..layout import zarr
 from ..metadata import read_metadata
-from .chunked import ORDERS, ChunkedSource, N5Source, ZarrSource, read_json
+from .chunked import ORDERS, ChunkedSource, load, read_json
 
 #: Files that identify a folder of Zarr or N5.
 ZARR_FILES, N5_FILE = ("zarr.json", ".zarray", ".zgroup"), "attributes.json"
@@ -36,35 +35,35 @@ def open_zarr(
 
     Also returns the number of its time steps, or None for a volume.
     """
-    node = zarr().open(str(path), path=name or "", mode="r")
-    if "isospline" in node.attrs and "ome" not in node.attrs:
+    node = load("load_node", path, "zarr", key=name or "")
+    attributes = node["attributes"]
+    if "isospline" in attributes and "ome" not in attributes:
         raise ValueError(f"{printable(path)}: expected samples, got a store without them: open it with open_volume")
-    if hasattr(node, "chunks"):
-        return ZarrSource(path, name or "", ORDERS[axes]), None
-    image = _multiscale(node)
+    if "shape" in node:
+        return ChunkedSource(path, "zarr", name or "", ORDERS[axes]), None
+    image = _multiscale(attributes)
     if image is None:
-        keys = sorted(node.array_keys())
+        keys = node["arrays"]
         if len(keys) != 1:
             raise ValueError(f"{printable(path)}: expected {_MULTISCALES}, got arrays {', '.join(keys) or 'none'}")
-        return ZarrSource(path, f"{name}/{keys[0]}" if name else keys[0], ORDERS[axes]), None
+        return ChunkedSource(path, "zarr", f"{name}/{keys[0]}" if name else keys[0], ORDERS[axes]), None
     if axes != "zyx":
         raise ValueError(f'axes: expected "zyx" for an image that names its axes, got "{axes}"')
-    source, steps = _open_multiscale(path, name, node, image, time)
-    if "isospline" in node.attrs:  # a store tells its directions, which OME-Zarr cannot
+    source, steps = _open_multiscale(path, name, image, time)
+    if "isospline" in attributes:  # a store tells its directions, which OME-Zarr cannot
         store = read_metadata(path if name is None else path / name)
         finest = store.scales[0]
         source.move(origin=finest.origin, direction=finest.direction, patient=store.patient)
     return source, steps
 
 
-def _multiscale(node):
+def _multiscale(attributes):
     """The first multiscale image in a group's attributes, of OME-Zarr 0.5 or an earlier version."""
-    attributes = dict(node.attrs)
     images = attributes.get("ome", attributes).get("multiscales")
     return images[0] if isinstance(images, list) and images and isinstance(images[0], dict) else None
 
 
-def _open_multiscale(path, name, node, image, time):
+def _open_multiscale(path, name, image, time):
     try:
         axes = [axis if isinstance(axis, dict) else {"name": axis} for axis in image.get("axes", list("tczyx"))]
         names = [str(axis["name"]) for axis in axes]
@@ -75,7 +74,7 @@ def _open_multiscale(path, name, node, image, time):
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ValueError(f"{printable(path)}: expected multiscales with axes z, y and x, got {error}") from error
     key = f"{name}/{key}" if name else key
-    shape = node[image["datasets"][finest]["path"]].shape
+    shape = load("load_node", path, "zarr", key=key)["shape"]
     others = {axis: 0 for axis in range(len(names)) if axis not in space}
     steps = None
     for axis in others:
@@ -87,7 +86,7 @@ def _open_multiscale(path, name, node, image, time):
     units = {axes[axis].get("unit") for axis in space}
     if len(units) > 1:
         raise ValueError(f"{printable(path)}: expected one unit along z, y and x, got {', '.join(map(str, units))}")
-    source = ZarrSource(path, key, space, others)
+    source = ChunkedSource(path, "zarr", key, space, others)
     unit = units.pop()
     origin = np.array([float(translation[axis]) for axis in reversed(space)])
     spacing = tuple(float(scale[axis]) for axis in reversed(space))
@@ -111,7 +110,7 @@ def _transformation(dataset, image, dimension):
     return scale, translation
 
 
-def open_n5(path: Path, name: str | None) -> N5Source:
+def open_n5(path: Path, name: str | None) -> ChunkedSource:
     """A dataset of N5, or the finest level, s0, of a multiscale one."""
     key = name or ""
     attributes = read_json(path / key / N5_FILE)
@@ -122,7 +121,7 @@ def open_n5(path: Path, name: str | None) -> N5Source:
         attributes = read_json(path / key / N5_FILE)
     if "dimensions" not in attributes:
         raise ValueError(f'{printable(path)}: expected a dataset of N5, or a group of levels s0, s1, ...; name="KEY"')
-    source = N5Source(path, key, (2, 1, 0))
+    source = ChunkedSource(path, "n5", key, (2, 1, 0))  # its axes are x, y, z
     # n5-ij and BigDataViewer write pixelResolution, or resolution and units, both x first.
     found = {**group, **attributes}
     pixel = found.get("pixelResolution")

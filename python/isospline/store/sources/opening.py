@@ -17,7 +17,7 @@ from ...io.checks import check_file
 from ...io.read import errors_name
 from ..ome import name_of_unit
 from . import ome_zarr, stacks
-from .chunked import ORDERS, Hdf5Source, open_hdf5
+from .chunked import ORDERS, ChunkedSource, load
 from .source import ArraySource, RawSource, Source
 
 #: Formats whose readers can return the samples' places in the file instead of the samples.
@@ -63,7 +63,7 @@ def _of_path(given, axes, reading):
     suffix = path.name.lower()
     if suffix.endswith(_HDF5) and reading["shape"] is None:
         with errors_name(path, "HDF5", "store"):
-            return Hdf5Source(path, _dataset(path, name), ORDERS[axes])
+            return ChunkedSource(path, "hdf5", _dataset(path, name), ORDERS[axes])
     if suffix.endswith(".npy") and reading["shape"] is None:
         return _of_array(read_volume(path, **reading).data, axes)
     _check_axes(given, axes)
@@ -101,19 +101,15 @@ def _check_axes(path, axes):
 
 def _dataset(path, name):
     """The dataset of a file with this name, or the only one of three dimensions."""
-    with open_hdf5(path) as file:
-        found: list[str] = []
-        file.visititems(lambda key, item: found.append(key) if len(getattr(item, "shape", ())) == 3 else None)
-        if name:
-            if name.strip("/") not in file:
-                raise ValueError(f"expected a dataset {name}, got {', '.join(found) or 'none of three dimensions'}")
-            return name.strip("/")
-        if len(found) != 1:
-            raise ValueError(
-                f"expected one dataset of three dimensions, or its name, {printable(path)}:/NAME, got "
-                f"{', '.join(found) or 'none'}"
-            )
-        return found[0]
+    if name:
+        return name.strip("/")
+    found = load("load_node", path, "hdf5", key="/")["arrays"]
+    if len(found) != 1:
+        raise ValueError(
+            f"expected one dataset of three dimensions, or its name, {printable(path)}:/NAME, got "
+            f"{', '.join(found) or 'none'}"
+        )
+    return found[0]
 
 
 def _of_volume_data(data):
