@@ -37,7 +37,8 @@ def run(part):
     log = REPOSITORY / "out" / "long" / f"{part}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     commit = output_of("git", "rev-parse", "--short=10", "HEAD")
-    changed = " with changes" if output_of("git", "status", "--porcelain", "--untracked-files=no") else ""
+    others = ("--", ".", f":!{PAGE.relative_to(REPOSITORY)}")  # this page changes with each part
+    changed = " with changes" if output_of("git", "status", "--porcelain", "--untracked-files=no", *others) else ""
     print(f"== {part}: {command} (log: {log})", flush=True)
     began = time.monotonic()
     with log.open("w", encoding="utf-8") as file:
