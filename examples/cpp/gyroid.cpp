@@ -51,7 +51,7 @@ void run()
     if (hit)
         std::printf("hit at t = %.6f, normal (%.3f, %.3f, %.3f)\n", hit.t, hit.normal.x, hit.normal.y, hit.normal.z);
 
-    // Another level takes about a millisecond. Snapshots that exist keep theirs.
+    // Another level takes some milliseconds. Snapshots that exist keep theirs.
     surface->set_level(0.3);
     scene.snapshot()->cast_rays({&ray, 1}, {&hit, 1});
     if (hit)

@@ -22,7 +22,7 @@ struct UserGeometry;
 
 class IsosurfaceObject final : public Object {
 public:
-    /// The draft is built in about a millisecond: a box an octet of bricks, and rays make what they need. The settled
+    /// The draft is built in some milliseconds: a box an octet of bricks, and rays make what they need. The settled
     /// index has a box around each leaf. Rays find the same hits in both, the settled one faster.
     enum class Index { draft, settled };
 

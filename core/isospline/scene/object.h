@@ -75,7 +75,7 @@ public:
     /// Sorts crossings of one instance, which are in ascending order of t, into the order in which the ray meets them,
     /// where t is rounded too much to decide it.
     virtual void settle_order(std::span<Crossing>, const Ray&, const Placement&) const {}
-    /// Like Scene::offset_position(), in a scene of this frame.
+    /// Like SceneSnapshot::offset_position(), in a scene of this frame.
     virtual glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards, const RayFrame& frame,
                                        const Placement& placement) const = 0;
 

@@ -309,7 +309,7 @@ def _add_view(command, view):
         "--level",
         type=float,
         action="append",
-        help="of every volume; may be repeated; by default the first suggested one",
+        help=f"of every volume; may be repeated; {_LEVEL}",
     )
     add_largest(command)
     command.add_argument("--session", metavar="FILE", help="a session saved by the viewer, to continue")

@@ -77,7 +77,7 @@ def cap_color(state, each, document):
 class PictureMaker:
     """Renders states; each thread has its own.
 
-    Between states, only the differences are applied to the scene: a new level takes a millisecond, a new cut needs a
+    Between states, only the differences are applied to the scene: a new level takes milliseconds, a new cut needs a
     new isosurface of the same volume.
     """
 

@@ -40,7 +40,7 @@ def view(
         transforms: the volume of a transformed isosurface is copied into the scene's world. Cuts, slices and positions
         use that world.
     levels : sequence of float, optional
-        Levels of volumes; by default the first one of `suggest_levels`.
+        Levels of volumes; by default the first one of `suggest_levels`, of a patient's CT the first above water.
     host : str
         The address to listen on; by default only this machine can connect.
     port : int
