@@ -43,7 +43,7 @@ BENCH ?=
 REV ?= c6962fb
 VOLUMES ?=
 
-.PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop build-module test-module test-debian13 test-debian13-rays test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
+.PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop stubs build-module test-module test-debian13 test-debian13-rays test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
     fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint lint-types lint-stubs \
     lint-files clang format clean packages test-packages
 
@@ -86,6 +86,9 @@ test-fast: .venv/.linked ## build what has changed and run the fast tests, a min
 	@$(pytest) tests/python -m "not slow and not long"
 
 develop: .venv/.linked ## build the package and link it into .venv: edits of Python files need no installation
+
+stubs: .venv/.linked ## write python/isospline/_core.pyi from the compiled module and tools/stub_overlay.pyi
+	@$(python) tools/write_stub.py
 
 # The rows of the benchmark run once for each state of bench/.
 bench_key = $(cache)/bench-$(shell git rev-parse HEAD:bench)$(if $(shell git status --porcelain bench),-changed)

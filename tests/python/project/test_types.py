@@ -70,6 +70,14 @@ def test_mypy_sees_mistakes(run, repository, tmp_path):
     assert [int(line.split(":")[1]) for line in said if "error:" in line] == [2, 3, 4, 5, 6, 7]
 
 
+def test_the_tool_writes_the_stub(repository, tmp_path):
+    pytest.importorskip("pybind11_stubgen")
+    written = tmp_path / "_core.pyi"
+    subprocess.run([sys.executable, repository / "tools" / "write_stub.py", written], check=True)
+    committed = repository / "python" / "isospline" / "_core.pyi"
+    assert written.read_text(encoding="utf-8") == committed.read_text(encoding="utf-8"), "run make stubs"
+
+
 def test_stub_says_what_the_module_has(run, repository, tmp_path):
     pytest.importorskip("mypy")
     settings = "--mypy-config-file", repository / "pyproject.toml"
