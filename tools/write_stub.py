@@ -216,7 +216,7 @@ def stub():
         raise SystemExit(f"{OVERLAY.name}: nothing has the names {unused}")
     text = "\n".join(
         [
-            '"""Types of the compiled module, written by `make stub`; its docstrings have the rest."""\n',
+            '"""Types of the compiled module, written by `make stubs`; its docstrings have the rest."""\n',
             *overlay.splitlines()[begin - 1 : end - 1],
             *(f"class {family}({writer.bases[family]}): ..." for family in writer.families),
             ast.unparse(ast.fix_missing_locations(ast.Module([*constants, *classes, *functions], []))),

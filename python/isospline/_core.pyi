@@ -1,4 +1,4 @@
-"""Types of the compiled module, written by `make stub`; its docstrings have the rest."""
+"""Types of the compiled module, written by `make stubs`; its docstrings have the rest."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
