@@ -8,7 +8,6 @@
 #include "isospline/math/clipped_box.h"
 #include "isospline/measure/component_measures.h"
 #include "isospline/measure/integrals.h"
-#include "isospline/query/sample_mask.h"
 #include "isospline/query/solid.h"
 #include "isospline/util/error.h"
 

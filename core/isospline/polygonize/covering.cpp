@@ -3,7 +3,6 @@
 #include "isospline/math/affine.h"
 #include "isospline/math/point_triangle.h"
 #include "isospline/polygonize/cells_in_question.h"
-#include "isospline/polygonize/convex_hull_clip.h"
 #include "isospline/polygonize/face_octree.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/util/parallel.h"

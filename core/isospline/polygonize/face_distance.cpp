@@ -1,7 +1,7 @@
 #include "isospline/polygonize/face_distance.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/polygonize/part_of_cell.h"
+#include "isospline/query/surface_box.h"
 #include "isospline/util/parallel.h"
 
 #include <glm/common.hpp>

@@ -1,6 +1,6 @@
 // Halving of edges by a TetrahedronMesher.
-#include "isospline/polygonize/part_of_cell.h"
 #include "isospline/polygonize/tetrahedron_mesher.h"
+#include "isospline/query/surface_box.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>

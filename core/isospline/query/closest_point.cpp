@@ -2,7 +2,6 @@
 
 #include "isospline/math/affine.h"
 #include "isospline/query/foot_proof.h"
-#include "isospline/query/on_surface.h"
 #include "isospline/query/surface_box.h"
 #include "isospline/query/surface_descent.h"
 #include "isospline/shell/cell_tree.h"

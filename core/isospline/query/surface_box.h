@@ -1,4 +1,5 @@
-// A part of a cell with f - level on it, and a lower bound on the distance of its surface from a point.
+// A part of a cell with f - level on it, a slab around its surface, and a lower bound on the distance of the surface
+// from a point.
 #pragma once
 
 #include "isospline/cell/coefficients.h"
@@ -15,9 +16,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <vector>
 
 namespace isospline {
 
@@ -59,6 +62,27 @@ inline SurfaceBox<Degree> half_of(const SurfaceBox<Degree>& box, int axis, bool 
     if (upper)
         half.lower[axis] += half.size[axis];
     return half;
+}
+
+/// The part of a cell from `lower` to `upper`, in local coordinates; `box` is the whole cell.
+template <int Degree>
+inline SurfaceBox<Degree> part_of_cell(SurfaceBox<Degree> box, const glm::dvec3& lower, const glm::dvec3& upper)
+{
+    for (int axis = 0; axis < 3; ++axis) {
+        // De Casteljau's algorithm: the part below the upper end, and of that, the part above the lower end.
+        const double until = upper[axis], from = lower[axis] / upper[axis];
+        map_rows<Degree>(box.b, axis, [until, from](Bernstein<Degree>& b) {
+            for (std::size_t round = 1; round <= Degree; ++round)
+                for (std::size_t i = Degree; i >= round; --i)
+                    b[i] = (1.0 - until) * b[i - 1] + until * b[i];
+            for (std::size_t round = 1; round <= Degree; ++round)
+                for (std::size_t i = 0; i + round <= Degree; ++i)
+                    b[i] = (1.0 - from) * b[i] + from * b[i + 1];
+        });
+    }
+    box.lower = lower;
+    box.size = upper - lower;
+    return box;
 }
 
 /// The points t of the unit cube with lower <= <normal, t> <= upper.
@@ -127,6 +151,55 @@ inline double least_over(const UnitSlab& slab, const glm::dvec3& cost)
         gain[cheapest] = 0.0;
     }
     return total;
+}
+
+/// Points whose convex hull is the part of the unit cube in a slab.
+inline void points_of_slab(const UnitSlab& slab, std::vector<glm::dvec3>& points)
+{
+    points.clear();
+    for (int corner = 0; corner < 8; ++corner)
+        for (int axis = 0; axis < 3; ++axis) {
+            if ((corner >> axis & 1) != 0)
+                continue;
+            // The part of an edge of the cube.
+            const glm::dvec3 from(corner & 1, corner >> 1 & 1, corner >> 2);
+            const double at_begin = glm::dot(slab.normal, from), change = slab.normal[axis];
+            double begin = 0.0, end = 1.0;
+            if (change != 0.0) {
+                const double first = (slab.lower - at_begin) / change, second = (slab.upper - at_begin) / change;
+                begin = std::max(begin, std::min(first, second));
+                end = std::min(end, std::max(first, second));
+            } else if (at_begin < slab.lower || at_begin > slab.upper) {
+                continue;
+            }
+            if (begin > end)
+                continue;
+            for (const double t : {begin, end}) {
+                glm::dvec3 point = from;
+                point[axis] += t;
+                if (points.empty() || points.back() != point)
+                    points.push_back(point);
+            }
+        }
+}
+
+/// Replaces points by ones whose convex hull is that of the points, cut by a half-space <normal, x> >= offset. Leaves
+/// the points as they are, a larger hull, if there would be too many.
+inline void clip_hull(std::vector<glm::dvec3>& points, const glm::dvec3& normal, double offset)
+{
+    constexpr std::size_t most = 64;
+    std::vector<glm::dvec3> kept, outside;
+    for (const glm::dvec3& point : points)
+        (glm::dot(normal, point) >= offset ? kept : outside).push_back(point);
+    if (outside.empty() || kept.size() * (outside.size() + 1) > most)
+        return;
+    const std::size_t inside_count = kept.size();
+    for (std::size_t i = 0; i < inside_count; ++i)
+        for (const glm::dvec3& point : outside) {
+            const double above = glm::dot(normal, kept[i]) - offset, below = glm::dot(normal, point) - offset;
+            kept.push_back(kept[i] + (above / (above - below)) * (point - kept[i]));
+        }
+    points.swap(kept);
 }
 
 /// A half-space relative to a point: the x with <normal, L (x - point)> >= offset; the normal has length one.

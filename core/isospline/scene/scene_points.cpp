@@ -1,7 +1,7 @@
 #include "isospline/scene/scene_points.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/query/closest_on_triangle.h"
+#include "isospline/math/point_triangle.h"
 #include "isospline/query/contains.h"
 #include "isospline/scene/scene_snapshot_impl.h"
 

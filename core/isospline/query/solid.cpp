@@ -1,4 +1,4 @@
-#include "isospline/query/sample_mask.h"
+#include "isospline/query/solid.h"
 
 #include "isospline/trace/point_side.h"
 

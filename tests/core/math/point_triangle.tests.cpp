@@ -1,13 +1,13 @@
 #include "catch.h"
 
-#include "isospline/query/closest_on_triangle.h"
+#include "isospline/math/point_triangle.h"
 
 #include <algorithm>
 #include <random>
 
 using namespace isospline;
 
-TEST_CASE("no point of a triangle is nearer, even if its corners are collinear", "[query]")
+TEST_CASE("no point of a triangle is nearer, even if its corners are collinear", "[math]")
 {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> number(-1.0, 1.0);
