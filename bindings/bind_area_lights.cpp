@@ -84,7 +84,9 @@ visible : bool
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite, and for a matrix that is not a rotation.
+    For numbers that are negative or not finite, an image of another shape, and a matrix that is not a rotation.
+TypeError
+    If both `radiance` and `image` are panoramas.
 
 Examples
 --------

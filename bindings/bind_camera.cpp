@@ -119,7 +119,7 @@ aperture_radius : float, optional
 f_number, focal_length : float, optional
     Instead of the radius: N and f of a lens whose aperture has the diameter f / N; f in world units.
 focus_distance : float, optional
-    From the eye to the plane in focus, along the viewing direction; by default to the target.
+    From the eye to the plane in focus, along the viewing direction, world units; by default to the target.
 
 Returns
 -------
@@ -180,22 +180,22 @@ Parameters
 eye : (3,) float
     E, world units.
 right, down : (3,) float
-    Edges of the image: along its whole width, and along its whole height.
+    Edges of the image, world units: along its whole width, and along its whole height.
 corner, center : (3,) float
-    The top left corner of the image, or its centre. Give one of them.
+    The top left corner of the image, or its centre, world units. Give one of them.
 distortion : (4,), (5,), (8,) or (12,) float, optional
-    Distortion of the lens, in OpenCV's order: an object that appears at P is on the ray of another point of the plane.
-    See `from_opencv`.
+    Distortion of the lens, in OpenCV's order; see `from_opencv`. The ray of the image point P then goes through the
+    point of the plane that the lens shows at P.
 
 Raises
 ------
 ValueError
     For edges that are zero or parallel, an eye in the plane, numbers that are not finite, a distortion that folds the
-    image.
+    image, and unless exactly one of `corner` and `center` is given.
 
 References
 ----------
-P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 3.
+P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001, section 3.
 
 Examples
 --------

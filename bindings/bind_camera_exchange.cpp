@@ -93,9 +93,14 @@ size : (int, int), optional
 Returns
 -------
 camera_position : three tuples
-    For `Plotter.camera_position`.
+    Position, focal point and view up, for `Plotter.camera_position`.
 view_angle : float
-    For `Plotter.camera.view_angle`.
+    Vertical, degrees, for `Plotter.camera.view_angle`.
+
+Raises
+------
+ValueError
+    If the field of view is not vertical and `size` is None.
 )";
 
 constexpr const char* orthographic_from_pyvista_doc = R"(The camera of a PyVista plotter in parallel projection.
@@ -117,9 +122,9 @@ constexpr const char* orthographic_to_pyvista_doc = R"(The camera for a PyVista 
 Returns
 -------
 camera_position : three tuples
-    For `Plotter.camera_position`.
+    Position, focal point and view up, for `Plotter.camera_position`.
 parallel_scale : float
-    For `Plotter.camera.parallel_scale`.
+    Half of the height of the image, world units, for `Plotter.camera.parallel_scale`.
 )";
 
 // OpenCV.
@@ -211,8 +216,9 @@ ProjectionPlaneCamera
 Raises
 ------
 ValueError
-    For a K of another form, an R that is not a rotation, numbers that are not finite, a tilted sensor (the last two of
-    14 coefficients), and a distortion that folds the image, which happens if its polynomial is not monotonic there.
+    For a K of another form, an R that is not a rotation, a `size` of None, numbers that are not finite, a tilted sensor
+    (the last two of 14 coefficients), and a distortion that folds the image, because its polynomial is not monotonic
+    there.
 
 Examples
 --------

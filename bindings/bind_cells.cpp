@@ -39,7 +39,7 @@ Returns
 Raises
 ------
 ValueError
-    For an id that does not belong to a cell.
+    For an id that does not belong to a cell, such as that of a cap or of a miss.
 TypeError
     For ids that are not integers.
 

@@ -27,6 +27,11 @@ point : (3,) array_like, world units
 normal : (3,) array_like
     Points to the side that is kept; any length except zero.
 
+Raises
+------
+ValueError
+    For a normal of zero, and numbers that are not finite.
+
 Examples
 --------
 >>> import isospline
@@ -40,6 +45,11 @@ Parameters
 ----------
 minimum, maximum : (3,) array_like, world units
     Its corners; the minimum is below the maximum along each axis. Sides may be at infinity.
+
+Raises
+------
+ValueError
+    For a maximum that is not above the minimum, and for NaN.
 
 Examples
 --------

@@ -105,8 +105,8 @@ volume : Volume, VolumeData or (nz, ny, nx) array
     Any volume of any degree; it need not be the volume of the surface. Outside of its domain, it continues by its
     boundary rule.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
-    interpolated linearly in light.
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
 limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest sample.
 transform : (4, 4) array_like, optional
@@ -115,7 +115,8 @@ transform : (4, 4) array_like, optional
 Raises
 ------
 ValueError
-    For limits that are equal or not finite, an unknown map, a transform that is singular or not affine.
+    For limits that are equal or not finite, an unknown map, a transform that is singular or not affine. Also if all
+    samples are the same and there are no limits.
 
 Examples
 --------
@@ -158,8 +159,8 @@ Parameters
 kind : {"mean", "gaussian", "maximum", "minimum"}
     Mean or Gaussian curvature, or a principal one.
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
-    interpolated linearly in light.
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
 limits : (float, float)
     Curvatures of the first and of the last colour, in 1 / world unit; for Gaussian curvature, in 1 / world unit^2.
 
@@ -198,10 +199,11 @@ void bind_by_depth(py::module_& module)
 Parameters
 ----------
 cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or colours at equal steps. Colours between are
-    interpolated linearly in light.
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
 limits : (float, float), optional
-    Depths of the first and of the last colour, as in `Image.depth`; by default those of the corners of the scene's box.
+    Depths of the first and of the last colour, world units, as in `Image.depth`; by default the smallest and the
+    largest depth of the corners of the scene's box.
 
 Raises
 ------

@@ -71,13 +71,19 @@ Parameters
 rays, directions, t_near, t_far
     As in `list_intersections`.
 certify : bool
-    Returns what is proven of the number, as `cast_rays` does: whether it is odd.
+    Returns instead whether the number is proven to be odd; for the scenes of `cast_rays` with `certify`.
 
 Returns
 -------
 (...) int32 array, or uint8 array
-    With `certify`, 0 for a number that is proven to be even, 1 for one that is proven to be odd, and 2 for one that is
-    undecided, because an end of the ray, or of its part in the volume, is on a surface to within rounding.
+    The number of crossings. With `certify`, 0 for a number that is proven to be even, 1 for one that is proven to be
+    odd, and 2 for one that is undecided, because an end of the ray, or of its part in the volume, is on a surface to
+    within rounding.
+
+Raises
+------
+ValueError, TypeError
+    As in `cast_rays`.
 )";
 
 /// All crossings of the rays of one chunk.

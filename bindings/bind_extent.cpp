@@ -29,8 +29,13 @@ directions : (..., 3) array_like of numbers
 Returns
 -------
 (..., 2) float64 array
-    The smallest and the largest product. For isosurfaces they exceed the exact ones by less than two cells.
-    inf and -inf if no object is visible.
+    The smallest and the largest product; world units if n has unit length. For isosurfaces, the interval may be wider
+    than the exact one, by less than two cells at each end. inf and -inf if no object is visible.
+
+Raises
+------
+ValueError
+    For a direction that is not finite.
 
 Examples
 --------

@@ -38,6 +38,11 @@ surface : Isosurface
 strides : bool
     Whether empty bricks of 8 x 8 x 8 voxels are crossed in one step, as the octree that the paper suggests does.
 
+Raises
+------
+ValueError
+    For a surface that is capped or closed.
+
 Notes
 -----
 The paper observes that the average hop is "about 0.653" of a voxel's edge long, and leaves the exact value to the
@@ -75,6 +80,8 @@ t_near, t_far : float
     Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
 outputs : sequence of str
     Names of the arrays to return, as in `Scene.cast_rays`.
+dtype : dtype, optional
+    Type of arrays of real numbers, float64 or float32; by default that of the rays.
 
 Returns
 -------
@@ -84,7 +91,8 @@ Hits
 Raises
 ------
 ValueError
-    If `rays` has another shape, an origin or direction is not finite, a direction is zero, or the limits are NaN.
+    If `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
+    output name is unknown, or `dtype` is another type.
 TypeError
     If `rays` does not hold real numbers.
 )";
@@ -199,7 +207,7 @@ void bind_hopper(py::module_& module)
         .def_property_readonly(
             "strides", [](const FollowingHopper& following) { return following.options().strides; },
             "Whether empty bricks are crossed at once.")
-        .def_property_readonly("memory", &memory, "Bytes held by the binary array and its index.")
+        .def_property_readonly("memory", &memory, "Bytes held by the binary array and its index, at the current level.")
         .def("__repr__", [](const FollowingHopper& following) {
             return std::string("VoxelHopper(strides=") + (following.options().strides ? "True" : "False") + ")";
         });

@@ -50,8 +50,8 @@ mask : bool array of the volume's shape, optional
 largest : int, optional
     Keeps this number of connected components of the solid, those with the largest volumes, see `components`; by
     default all are kept. Components are found again whenever the level is set.
-clip : HalfSpace, Box or a sequence of them, optional
-    In the volume's world space. Everything outside of any of them is cut away; cuts are straight.
+clip : HalfSpace, Box or a list or tuple of them, optional
+    In the volume's world space. Only the part inside of all of them is kept. The cuts are planes.
 capped : bool
     Whether the solid is closed where `clip` cuts it: the parts of the cut's plane in the solid are caps, faces that
     belong to the surface. Hits on them have the plane's normal. Their primitive ids begin at ``volume.cell_count`` and
@@ -77,12 +77,23 @@ progress : callable, optional
 Warns
 -----
 UserWarning
-    If the shell is empty, for example because the level is out of the data's range: all rays miss.
+    If the shell is empty and there are no caps, for example because the level is out of the data's range. All rays
+    then miss.
+
+Raises
+------
+ValueError
+    For a volume of another degree, or with too few samples; a level that is not finite; a mask of another shape; a
+    `largest` below 1; an opacity out of range; and `capped` without a clip, unless `closed` is True.
+TypeError
+    For a mask of another type, another type of `clip`, and a color, opacity or name together with a material.
+Cancelled
+    If `progress` cancels.
 
 Notes
 -----
-A change of `level` reuses the coefficients and visits only the bricks that straddle the new level. Any thread may set
-it; running queries continue with the level that they began with.
+A change of `level` reuses the coefficients and visits only the bricks whose ranges of values contain the new level. Any
+thread may set it; running queries continue with the level that they began with.
 
 References
 ----------
@@ -288,9 +299,10 @@ void bind_isosurface(py::module_& module)
              py::arg("material") = py::none(), py::arg("color") = py::none(), py::arg("opacity") = py::none(),
              py::arg("name") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
-             "A new surface of the same volume, with the same options. Both share the data derived from the volume.")
+             "A surface of the same volume at another level, with the same options. Both share the volume's data.")
         .def("_for_research", &for_research, py::arg("method"), py::arg("prune_depth"), py::arg("prune_border"))
-        .def_property("level", &Isosurface::level, &set_level, "The value of the model on the surface; may be set.")
+        .def_property("level", &Isosurface::level, &set_level,
+                      "The value of the model on the surface, a finite number; may be set.")
         .def_property_readonly(
             "shell", [](const std::shared_ptr<Isosurface>& surface) { return ShellView{surface->snapshot()}; },
             "The cells that may contain a part of the surface at its current level.")

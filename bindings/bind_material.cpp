@@ -43,8 +43,8 @@ color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal o
 metallic, roughness, specular : float
     0 to 1. A roughness below 0.03 counts as 0.03. For path tracing.
 cap_color : as color, optional
-    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default the colour. The camera sees a
-    rule, such as ``ColorByVolume(volume, "gray")``, without light: its colours are those of its colour bar.
+    Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default `color`. A rule, such as
+    ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 opacity : float
     0 to 1. Path tracers draw all surfaces opaque.
 silhouette_opacity, silhouette_exponent : float
@@ -55,7 +55,7 @@ name : str
 Raises
 ------
 ValueError
-    For numbers outside of these ranges.
+    For numbers outside of these ranges, and unknown names of colours.
 
 Notes
 -----
@@ -132,6 +132,7 @@ void bind_material(py::module_& module)
 Parameters
 ----------
 to_viewer, to_light : (..., 3) array_like
+    Both of the same shape.
 
 Returns
 -------
@@ -141,7 +142,7 @@ Returns
 Raises
 ------
 ValueError
-    If the colour is a rule, because it then depends on the point.
+    If the colour is a rule, because it then depends on the point, and for different shapes.
 )")
         .def("__repr__", [](const Material& material) {
             return "Material(" + to_text(material.color) + ", metallic=" + to_text(material.metallic) +

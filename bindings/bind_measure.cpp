@@ -99,6 +99,11 @@ Returns
 Measurement
     Its error is estimated as in `enclosed_volume`.
 
+Raises
+------
+ValueError
+    As in `enclosed_volume`.
+
 Examples
 --------
 >>> import math
@@ -130,7 +135,7 @@ Measurement
 Raises
 ------
 ValueError
-    For a volume of degree 1, whose surfaces have creases.
+    For a volume of degree 1, whose surfaces have creases, and as in `enclosed_volume`.
 )";
 
 constexpr const char* gaussian_curvature_doc = R"(The integral of the Gaussian curvature over the surface.
@@ -153,7 +158,7 @@ Measurement
 Raises
 ------
 ValueError
-    For a volume of degree 1, whose surfaces have creases.
+    For a volume of degree 1, whose surfaces have creases, and as in `enclosed_volume`.
 
 Examples
 --------

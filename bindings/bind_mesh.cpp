@@ -28,9 +28,8 @@ constexpr const char* mesh_doc = R"(A triangle mesh.
 Parameters
 ----------
 vertices : (V, 3) array_like of numbers, world units
-    Positions; single precision is enough, double precision is kept. Or, without faces, a mesh of trimesh, PyVista, VTK
-    or meshio.
-faces : (F, 3) array_like of integers
+    Positions, kept in double precision. Or, without faces, a mesh of trimesh, PyVista, VTK or meshio.
+faces : (F, 3) array_like of integers, optional
     Rows of `vertices`. Seen from outside, the corners of a face are in counter-clockwise order.
 normals : (V, 3) array_like of numbers, optional
     Outward normals at the vertices, of any length. They are interpolated across each face for shading. Ray queries
@@ -59,6 +58,9 @@ Raises
 ValueError
     If a vertex is not finite, a face refers to a vertex that does not exist, normals or colours are not finite or not
     one for each vertex, values are not one for each vertex, or a colour is outside of 0 to 1.
+TypeError
+    If the faces are not integers, or missing for an array of vertices. Also for a color, opacity or name together with
+    a material.
 
 Examples
 --------

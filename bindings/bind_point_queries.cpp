@@ -53,7 +53,7 @@ Returns
 Raises
 ------
 ValueError
-    For a point that is not finite.
+    For a point that is not finite. With `certify`, for a surface with `clip`, `mask` or `largest`, and a closed one.
 
 Examples
 --------
@@ -90,7 +90,8 @@ ClosestPoints
 Raises
 ------
 ValueError
-    For a point that is not finite or has a coordinate above 1e100, and for a negative distance or tolerance.
+    For a point that is not finite or has a coordinate above 1e100, a `max_distance` below 0, and a tolerance that is
+    not above 0.
 
 Notes
 -----
@@ -136,8 +137,13 @@ max_distance, tolerance : float, world units
 Returns
 -------
 (...) float64 array
-    The distance from `closest_points`, with a sign from `contains`; plus or minus infinity if the surface is farther
-    away than `max_distance`.
+    The distance from `closest_points`, world units, with a sign from `contains`; plus or minus infinity if the surface
+    is farther away than `max_distance`.
+
+Raises
+------
+ValueError
+    As in `closest_points`.
 
 Warns
 -----

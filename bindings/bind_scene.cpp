@@ -117,22 +117,23 @@ Hits
 
     ``statuses``: (...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if it is undecided, because the
     ray begins, ends or touches the surface closer to it than the bound of all rounding.
-    ``t_bounds``: (..., 2) float64. There is no point of the surface between t_near and the first. The ray of a hit
-    crosses the surface at or before the second. Both are inf for a miss, the second if the ray is undecided.
+    ``t_bounds``: (..., 2) float64, a lower and an upper bound of the first crossing's t. There is no point of the
+    surface between t_near and the lower bound. The ray of a hit crosses the surface at or before the upper bound. For a
+    miss, both are inf; for an undecided ray, the upper bound is inf.
 
 Raises
 ------
 ValueError
     If `rays` has another shape, an origin or direction is not finite, a direction is zero, the limits are NaN, an
-    output name is unknown, or `dtype` is another type. If rays are to be certified, and the scene has an object for
-    which they cannot be.
+    output name is unknown, `dtype` is another type, or an array of `out` has another shape, cannot be written to, or is
+    not among `outputs`. With `certify`, if the scene has a visible object for which nothing can be proven.
 TypeError
-    If `rays` does not hold real numbers.
+    If `rays` does not hold real numbers, or an array of `out` has another type.
 )";
 
 constexpr const char* test_occlusions_doc = R"(Whether each ray crosses anything; stops at the first crossing found.
 
-It only sees objects that cast shadows, see `visibility`; the other queries see those that are visible.
+It sees the objects that cast shadows; the other queries see those that are visible, see `set_visibility`.
 
 Parameters
 ----------
@@ -146,13 +147,18 @@ coherent : bool
     Traces consecutive rays in SIMD packets, as in `cast_rays`. This is faster for rays that are close together, as
     those from neighbouring points to one light. The result is the same.
 certify : bool
-    Returns what is proven, as `cast_rays` does.
+    Returns instead what is proven. The conditions of `cast_rays` hold for the objects that cast shadows.
 
 Returns
 -------
 (...) bool array, or uint8 array
-    With `certify`, 1 for a ray that is proven to cross a surface, 0 for one that is proven to cross none, and 2 for one
-    that is undecided.
+    True if the ray crosses something. With `certify`, 1 for a ray that is proven to cross a surface, 0 for one that is
+    proven to cross none, and 2 for one that is undecided.
+
+Raises
+------
+ValueError, TypeError
+    As in `cast_rays`.
 )";
 
 const EnumWords<BuildQuality> quality_words{
@@ -291,7 +297,8 @@ void bind_scene(py::module_& module)
         .def("__repr__", [](const Scene& scene) { return "Scene(" + std::to_string(scene.count()) + " objects)"; });
 
     module.def("set_thread_count", &set_thread_count, py::arg("count"),
-               "Limits the number of threads of all long operations from now on; 0 means all cores of the machine.");
+               "Limits the number of threads of all long operations from now on. The default is 0: one thread for each "
+               "processor that this process may use. A negative number raises a ValueError.");
     module.def("thread_count", &thread_count, "Number of threads that a long operation may use.");
 }
 

@@ -41,6 +41,8 @@ Raises
 ------
 ValueError
     If the transform is not finite, not affine or singular.
+TypeError
+    For another type of object.
 
 Examples
 --------

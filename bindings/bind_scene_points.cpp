@@ -29,7 +29,7 @@ Parameters
 ----------
 points : (..., 3) array_like, world units
 max_distance : float, world units
-    Parts farther away are not searched.
+    Parts that are farther away are not searched.
 tolerance : float, world units, optional
     As in `Isosurface.closest_points`.
 
@@ -73,7 +73,13 @@ max_distance, tolerance : float, world units
 Returns
 -------
 (...) float64 array
-    The distance from `closest_points`, with a sign from `occupancy`.
+    The distance from `closest_points`, world units, with a sign from `occupancy`; plus or minus infinity if nothing is
+    within `max_distance`.
+
+Raises
+------
+ValueError
+    As in `closest_points`.
 
 Examples
 --------
@@ -271,7 +277,8 @@ void bind_scene_points(py::module_& module)
                 return occupancy(scene, query_points).attr("astype")("float32");
             },
             py::arg("query_points"), py::arg("nsamples") = 1,
-            "Open3D's name for `occupancy`, as float32: 1 inside, 0 outside. `nsamples` has no effect.");
+            "Open3D's name for `occupancy`, as float32: 1 inside, 0 outside. `nsamples`, an odd number, has no\n"
+            "effect.");
 }
 
 } // namespace isospline

@@ -18,27 +18,28 @@ constexpr const char* secondary_rays_doc = R"(Rays that leave the surface at hit
 
 A ray that begins exactly at a hit would often hit the same surface again because of rounding, which is known as shadow
 acne. These rays begin a small distance off the surface, on the side that they go to. The distance is a proven bound on
-the rounding, so the user need not choose it: about 1e-13 to 1e-11 of a voxel for isosurfaces, and about 1e-13 of the
+the rounding, and needs no parameter: about 1e-13 to 1e-11 of a voxel for isosurfaces, and about 1e-13 of the
 scene's size for meshes.
 
 Parameters
 ----------
-rays : (..., 6) array_like
+rays : (..., 6) array_like, world units
     The rays that were given to `cast_rays`.
-hits : dict
+hits : Hits
     The result of `cast_rays`, with its default outputs in float64. Every ray must have hit.
 directions : (..., 3) array_like
-    Directions of the new rays, one for each hit; any length except zero.
+    Directions of the new rays in world space, one for each hit; any length except zero.
 
 Returns
 -------
 (..., 6) float64 array
-    Rays for `cast_rays` and `test_occlusions`: origin and direction.
+    Rays for `cast_rays` and `test_occlusions`: origin and direction, world units.
 
 Raises
 ------
 ValueError
-    For shapes that do not fit, a ray that missed, ids that the scene does not have, and numbers that are not finite.
+    For shapes that do not fit, a ray that missed, hits in float32 or without one of these outputs, ids that the scene
+    does not have, and directions that are zero or not finite.
 
 Examples
 --------

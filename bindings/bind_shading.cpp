@@ -44,6 +44,11 @@ position : (3,) float
     World units.
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
+
+Raises
+------
+ValueError
+    For numbers that are not finite, and a negative intensity.
 )")
         .def(py::init([](const py::object& position, const py::object& intensity) {
                  const PositionalLight light{as_vector(position, "position"), as_color(intensity, "intensity")};
@@ -66,6 +71,11 @@ direction : (3,) float or str
     `camera_for`, such as "left".
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
+
+Raises
+------
+ValueError
+    For numbers that are not finite, a direction of zero, an unknown side, and a negative intensity.
 )")
         .def(py::init([](py::object direction, const py::object& intensity) {
                  if (py::isinstance<py::str>(direction))
@@ -96,8 +106,8 @@ highlights have the colour of the light.
 
 Parameters
 ----------
-color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Colour of the surface, a name or sRGB from 0 to 1, or a rule for it. The colours of a mesh's vertices are
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Colour of the surface: a name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are
     multiplied by it.
 ambient, diffuse, specular : float
     The coefficients k_a, k_d and k_s, at least 0.
@@ -121,7 +131,7 @@ silhouette_opacity : float, optional
     against the ray. By default it is `opacity` everywhere.
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
-cap_color : the same, optional
+cap_color : as color, optional
     Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default that of the surface. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
@@ -132,7 +142,7 @@ ValueError
 
 References
 ----------
-P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6;
+P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001, section 6;
 D. S. Kay, D. Greenberg, "Transparency for computer synthesized images", SIGGRAPH 1979 (opacity at silhouettes).
 
 Examples
@@ -195,9 +205,9 @@ Parameters
 ----------
 exponent : float
     n_o, at least 0; the larger, the thinner the lines.
-color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Colour of the lines, a name or sRGB from 0 to 1, or a rule for it.
-surface_color : the same
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Colour of the lines: a name, sRGB from 0 to 1, or a rule.
+surface_color : as color
     Colour of the surface between the lines. The colours of a mesh's vertices are multiplied by it.
 opacity : float
     0 to 1; below 1, objects behind show through, see `render`.
@@ -207,7 +217,7 @@ silhouette_opacity : float, optional
     against the ray. By default it is `opacity` everywhere.
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
-cap_color : the same, optional
+cap_color : as color, optional
     Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default `surface_color`. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 
@@ -218,7 +228,7 @@ ValueError
 
 References
 ----------
-P. Thevenaz, M. Unser, "High-quality isosurface rendering with exact gradient", section 6;
+P. Thévenaz, M. Unser, "High-quality isosurface rendering with exact gradient", ICIP 2001, section 6;
 D. S. Kay, D. Greenberg, "Transparency for computer synthesized images", SIGGRAPH 1979 (opacity at silhouettes).
 
 Examples
@@ -265,9 +275,9 @@ Parameters
 samples : int
     Rays per hit, 1 to 65536.
 distance : float
-    World units; surfaces farther away hide nothing.
-color : float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
-    Colour of the surface, a name or sRGB from 0 to 1, or a rule for it. The colours of a mesh's vertices are
+    World units, above 0; surfaces farther away hide nothing.
+color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+    Colour of the surface: a name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are
     multiplied by it.
 opacity : float
     0 to 1; below 1, objects behind show through, see `render`.
@@ -277,7 +287,7 @@ silhouette_opacity : float, optional
     against the ray. By default it is `opacity` everywhere.
 silhouette_exponent : float
     Above 0; the larger, the thinner the silhouette.
-cap_color : the same, optional
+cap_color : as color, optional
     Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default that of the surface. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 

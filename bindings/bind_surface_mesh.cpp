@@ -26,8 +26,8 @@ constexpr const char* to_mesh_doc = R"(A triangle mesh of the surface, with its 
 
 .. math:: |f(\mathbf{v}) - f_0| \approx 0 \text{ for every vertex } \mathbf{v} \text{ that is not on a cap}
 
-The mesh is a manifold: an edge has two faces, or one where the surface ends, which is at the border of the volume if
-it is not closed, at cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is
+The mesh is a manifold. An edge has two faces, or one where the surface ends: at the border of the volume if it is not
+closed, at cuts by `mask`, and at a `clip` that is not capped. If the surface is closed, the mesh is
 watertight for all samples. Faces are counter-clockwise as seen from outside. Normals are exact. On caps they are
 those of the planes; at vertices that a cap shares with the surface, those of the surface.
 
@@ -51,20 +51,20 @@ Mesh
 float
     With `return_distance`: a proven bound, in world units. No point of the mesh is farther from the surface and its
     caps, and none of their points, but for parts that are left out, is farther from the mesh.
-dict
+MeshReport
     With `return_report`:
 
     - ``distance``: as above.
-    - ``left_out``: parts of the surface that may be farther than the tolerance from the mesh. ``positions`` is an
-      (N, 3) array, the centres of boxes around them in world space; ``sizes`` an (N, 3) array, the sizes of the boxes
-      along the volume's axes; ``distances`` an (N,) array, the largest distance from the mesh, all in world units.
+    - ``left_out``: parts of the surface that may be farther than the tolerance from the mesh, in boxes. All numbers are
+      float64 in world units. ``positions``, (N, 3): centres of the boxes. ``sizes``, (N, 3): sizes of the boxes along
+      the volume's axes. ``distances``, (N,): bounds on the distances of the parts from the mesh.
     - ``self_intersections``: the number of pairs of faces that meet elsewhere than at common vertices and edges, by
       exact arithmetic.
 
 Raises
 ------
 ValueError
-    For a tolerance that is not positive.
+    For a tolerance that is not positive, `return_distance` or `return_report` without one, and both of them together.
 
 Warns
 -----

@@ -36,14 +36,14 @@ seed : int
 
 Returns
 -------
-dict
-    `points`, (count, 3) float64: on the surface, to about 1e-12 of a voxel. `primitive_ids`, (count,) uint64: of the
-    cells and caps. `primitive_normals`, (count, 3) float64: unit, outward.
+SurfaceSamples
+    `points`, (count, 3) float64: on the surface, world units, to about 1e-12 of a voxel. `primitive_ids`, (count,)
+    uint64: of the cells and caps. `primitive_normals`, (count, 3) float64: unit, outward.
 
 Raises
 ------
 ValueError
-    For a count below 0, a seed out of range, and a surface without points.
+    For a count below 0, a seed out of range, and, unless the count is 0, a surface without points.
 
 Notes
 -----

@@ -43,8 +43,9 @@ spacing : float or (3,) array_like, world units
     Distance between samples along x, y and z; one number for all three.
 origin : (3,) array_like, world units
     Position of sample (0, 0, 0).
-direction : (3, 3) array_like
-    Its columns are the directions of the axes x, y and z in the world, as in ITK and VTK.
+direction : (3, 3) array_like, optional
+    Its columns are the directions of the axes x, y and z in the world, as in ITK and VTK; linearly independent. By
+    default, they are those of the world.
 degree : int
     Degree n of the B-spline, 0 to 5. Isosurfaces need 1, 2 or 3.
 boundary : {"mirror", "periodic"}
@@ -60,7 +61,7 @@ filter : {"interpolate", "none", "smoothing"}
     with :math:`\lambda` = `smoothing` and x in samples. For degree 0, the roughness is the sum of the squared
     differences of neighbours.
 smoothing : float
-    Weight of the roughness, 0 to 1e9; only for filter="smoothing".
+    Weight of the roughness, 0 to 1e9; 0 unless filter="smoothing".
 axes : {"zyx", "xyz"}
     Order of the axes of `data`: "zyx" as in NumPy arrays from ITK, VTK, tifffile and zarr, "xyz" as in arrays from
     nibabel. Points, directions and spacing are always (x, y, z).
@@ -76,8 +77,8 @@ Raises
 TypeError
     For samples that are complex, objects or text.
 ValueError
-    For samples that are not three-dimensional, empty, or not finite (the message names the first such index), and for
-    any other parameter out of range.
+    For samples that are not three-dimensional, empty, or not finite (the message names the first index), and for any
+    other parameter out of range.
 MemoryError
     Raised at the beginning if the coefficients would not fit into memory.
 
@@ -110,12 +111,18 @@ Parameters
 points : (..., 3) float array, world units
     Positions x, y, z.
 derivative : {0, 1, 2}
-    0 for values, 1 for gradients, 2 for Hessians, by world coordinates. Derivatives that do not exist for the degree
-    are zero.
+    0 for values, 1 for gradients, 2 for Hessians, by world coordinates. For degree 0 all derivatives are zero; for
+    degree 1, second derivatives along one axis of the volume are zero.
 
 Returns
 -------
 (...), (..., 3) or (..., 3, 3) float64 array
+    In values, values per world unit, or values per world unit squared.
+
+Raises
+------
+ValueError
+    For points of another shape, and another `derivative`.
 
 Examples
 --------

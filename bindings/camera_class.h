@@ -61,9 +61,9 @@ size : (int, int)
 Returns
 -------
 (height, width, 6) float64 array
-    Origins and directions, world units, of the pixels from the top left one. A perspective camera's directions
-    are as long as a step of one along the viewing direction takes, so that t is the depth; those of a projection
-    plane end on the plane; all others are of unit length. Through a lens, it is the rays through its centre.
+    Origins and directions, world units; the first pixel is the top left one. A direction of a perspective camera
+    has the component 1 along the viewing direction, so that t is the depth. A direction of a projection plane goes
+    from the eye to the plane. All others have unit length. With a lens, these are the rays through its centre.
 )")
         .def_property_readonly(
             "world_to_camera",
