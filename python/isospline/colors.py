@@ -98,6 +98,11 @@ def named_color(name: str, parameter: str = "color", takes_opacity: bool = False
     Names are those of CSS, such as "white" and "rebeccapurple", "#rgb" and "#rrggbb", the letters "rgbcmykw" and
     "tab:blue" of matplotlib and, if that is installed, all its other names: "xkcd:sky blue", "C3", "0.5".
 
+    Raises
+    ------
+    ValueError
+        For an unknown name, and for one with an opacity that is not allowed.
+
     Examples
     --------
     >>> from isospline.colors import named_color
@@ -208,7 +213,9 @@ def color_map(cmap: Any) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        For an unknown name and for an array of another shape.
+        For an unknown name, for an array of another shape, and for colours outside of 0 to 1.
+    TypeError
+        For what is neither a name, nor a map, nor an array of colours.
     ImportError
         For a name other than "viridis" and "coolwarm" if matplotlib is not installed.
 
@@ -260,13 +267,19 @@ def ridges_and_valleys(
     Parameters
     ----------
     curvature : float
-        Mean curvature at which the full colour is reached, 1 / world unit: half the inverse of the radius of an edge.
+        Mean curvature at which the full colour is reached, in 1 / world unit; not 0. A rounded edge of radius r has the
+        mean curvature 1 / (2 r).
     color, ridge, valley : float, (3,) float or str
         Colours, sRGB from 0 to 1, or names.
 
     Returns
     -------
     ColorByCurvature
+
+    Raises
+    ------
+    ValueError
+        For a curvature that is 0 or not finite, and for a colour that is unknown or outside of 0 to 1.
 
     Examples
     --------

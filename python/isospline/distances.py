@@ -36,10 +36,10 @@ def surface_distance(
     samples : int
         Points of the surface for the mean, the root mean square and the map.
     seed : int
-        Seed of the samples.
+        Seed of the samples, 0 to 2^32 - 1.
     tolerance : float, world units, optional
-        Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel. Of two
-        isosurfaces, those of `surface` count. Between two meshes, it is a thousandth of the diagonal of the bounds of
+        Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel, of
+        `surface` if both are isosurfaces. If neither is one, it is a thousandth of the diagonal of the bounds of
         `surface`.
 
     Returns
@@ -49,7 +49,9 @@ def surface_distance(
     Raises
     ------
     ValueError
-        For fewer than two samples, a tolerance that is not positive, and a surface without points.
+        For fewer than two samples, a seed out of range, a tolerance that is not positive, and a surface without points.
+    TypeError
+        For objects of other types.
 
     Notes
     -----
@@ -113,6 +115,13 @@ def hausdorff_distance(
     -------
     (float, float), world units
         A lower and an upper bound.
+
+    Raises
+    ------
+    ValueError
+        For a tolerance that is not positive, and a surface without points.
+    TypeError
+        For objects of other types.
 
     Examples
     --------

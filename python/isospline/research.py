@@ -52,6 +52,11 @@ def isosurface(
     -------
     Isosurface
 
+    Raises
+    ------
+    ValueError
+        For another method, a `prune_depth` out of range, and as `Isosurface` does.
+
     Examples
     --------
     >>> import isospline

@@ -95,14 +95,18 @@ class Field:
         Parameters
         ----------
         shape : int or (int, int, int)
-            Values along z, y and x.
+            Values along z, y and x; one number for all three.
         dtype : dtype
             Type of the result; the field is evaluated in float64.
 
         Returns
         -------
-        ndarray
-            Array of the given shape.
+        (nz, ny, nx) array
+
+        Raises
+        ------
+        ValueError
+            For another number of axes, and for counts below 1.
         """
         z, y, x = (-1 + (np.arange(count) + 0.5) * (2 / count) for count in _shape(shape))
         data = np.empty((len(z), len(y), len(x)), dtype)
@@ -120,7 +124,7 @@ class Field:
         Parameters
         ----------
         shape : int or (int, int, int)
-            Values along z, y and x.
+            As in `values`.
         **options
             Options of `isospline.Volume`, such as ``degree=3``.
 
@@ -171,7 +175,7 @@ def _field(function: Callable[..., Field]) -> Callable[..., Field]:
 @_field
 @explained
 def sphere(radius: float = 0.7) -> Field:
-    r"""Ball: :math:`f = r^2 - |x|^2`, above 0 inside."""
+    r"""Ball of the `radius` r: :math:`f = r^2 - |x|^2`, above 0 inside."""
 
     def value(points):
         return radius**2 - (points**2).sum(-1)
@@ -185,7 +189,10 @@ def sphere(radius: float = 0.7) -> Field:
 @_field
 @explained
 def torus(major: float = 0.6, minor: float = 0.25) -> Field:
-    r"""Torus around z: :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`, above 0 inside."""
+    r"""Torus around z, of the radii R (`major`) and r (`minor`): :math:`f = r^2 - (\sqrt{x^2 + y^2} - R)^2 - z^2`.
+
+    It is above 0 inside.
+    """
 
     def value(points):
         x, y, z = np.moveaxis(points, -1, 0)
@@ -228,7 +235,8 @@ def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
     .. math:: f = \frac{1 - \sin(\pi z / 2) + \alpha (1 + \rho(\sqrt{x^2 + y^2}))}{2 (1 + \alpha)}, \quad
               \rho(r) = \cos(2 \pi f_M \cos(\pi r / 2))
 
-    Its published form: :math:`f_M = 6`, :math:`\alpha = 1/4`, 40 samples an axis, level 1/2.
+    with :math:`f_M` = `frequency` and :math:`\alpha` = `alpha`. Its published form: :math:`f_M = 6`,
+    :math:`\alpha = 1/4`, 40 samples an axis, level 1/2.
     """
 
     def value(points):
@@ -249,7 +257,10 @@ def marschner_lobb(frequency: float = 6.0, alpha: float = 0.25) -> Field:
 @_field
 @explained
 def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
-    r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, centres within [-0.7, 0.7]^3."""
+    r"""Random Gaussian blobs: :math:`f = \sum_i \exp(-|x - c_i|^2 / 2 w^2)`, with w = `width`.
+
+    The `count` centres are uniform in [-0.7, 0.7]^3.
+    """
     check_count(count)
     centers = np.random.default_rng(seed).uniform(-0.7, 0.7, (count, 3))
 
@@ -271,7 +282,7 @@ def blobs(count: int = 24, seed: int = 0, width: float = 0.12) -> Field:
 def waves(count: int = 32, seed: int = 0, frequency: float = 20.0) -> Field:
     r"""Random waves, a noise of limited band: :math:`f = \sqrt{2 / m} \sum_i \cos(\langle k_i, x \rangle + \phi_i)`.
 
-    The m = `count` wave vectors are uniform in the ball of radius `frequency`; mean 0 and variance 1.
+    The m = `count` wave vectors are uniform in the ball of radius `frequency`. The mean is 0 and the variance 1.
     """
     check_count(count)
     generator = np.random.default_rng(seed)
@@ -300,8 +311,8 @@ def heart(periods: float = 7.0, thickness: float = 0.55, sharpness: float = 25.0
               h = 1 - |u|^2 + u_z \sqrt[3]{u_x^2 + u_y^2 / 20 + \epsilon}, \quad
               w = \frac{1}{4} ((\tau (1 + e^{-6 (x + 0.15)}))^2 - g^2)
 
-    with the heart h after Taubin's sextic, :math:`u = (1.18 x, 1.6 y, 1.18 (z + 0.1))`, the gyroid g of `periods`
-    periods, its `thickness` :math:`\tau`, and a soft minimum of `sharpness` k.
+    with the heart h after Taubin's sextic, :math:`u = (1.18 x, 1.6 y, 1.18 (z + 0.1))`, :math:`\epsilon = 10^{-4}`, the
+    gyroid g of `periods` periods, its `thickness` :math:`\tau`, and a soft minimum of `sharpness` k.
     """
     scale, shift, epsilon = np.array([1.18, 1.6, 1.18]), np.array([0.0, 0.0, 0.1]), 1e-4
     lattice = gyroid(periods)

@@ -18,9 +18,10 @@ from .signatures import explained_methods
 class Measurement:
     """A measured number with an estimate of its error.
 
-    ``float(measurement)`` is the number. Measurements can be added, subtracted, multiplied, divided and raised to
-    powers, with each other and with numbers. Errors are propagated to first order, and as if those of two measurements
-    had the same sign: measurements of one surface are not independent. They are ordered by their numbers.
+    ``float(measurement)`` is the number. Measurements can be added, subtracted, multiplied and divided, with each other
+    and with numbers, and raised to powers that are numbers. Errors are propagated to first order. Those of two
+    measurements are added, because measurements of one surface are not independent. Measurements are ordered by their
+    numbers; they are equal if their numbers and their errors are.
 
     Parameters
     ----------

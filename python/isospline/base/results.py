@@ -158,7 +158,7 @@ class Hits(Table):
     )
     t_bounds: NDArray[np.float64] = _item(
         "t_bounds",
-        "(..., 2) proven bounds of the first crossing's t: inf, inf for a miss; inf is the second if undecided.",
+        "(..., 2) float64, proven bounds of the first crossing's t: both inf for a miss; upper one inf if undecided.",
         ("lower", "upper"),
         option="certify=True",
     )
@@ -281,20 +281,30 @@ class LabelComparison(Table):
     numbers: NDArray[np.int64] = _item("numbers", "(N,) int64: numbers of labels, of the first map if it has them.")
     names: NDArray[np.str_] = _item("names", "(N,) str: their names.")
     dice: NDArray[np.float64] = _item("dice", "(N,) float64: Dice coefficients of the voxels, from 0 to 1.")
-    hausdorff_lower: NDArray[np.float64] = _item("hausdorff_lower", "(N,) float64: bounds on Hausdorff distances.")
-    hausdorff_upper: NDArray[np.float64] = _item("hausdorff_upper", "(N,) float64: bounds on Hausdorff distances.")
+    hausdorff_lower: NDArray[np.float64] = _item(
+        "hausdorff_lower", "(N,) float64, world units: lower bounds on Hausdorff distances."
+    )
+    hausdorff_upper: NDArray[np.float64] = _item(
+        "hausdorff_upper", "(N,) float64, world units: upper bounds on Hausdorff distances."
+    )
     mean_distances: NDArray[np.float64] = _item(
         "mean_distances", "(N,) float64, world units: mean distance of both surfaces' points from the other surface."
     )
-    mean_errors: NDArray[np.float64] = _item("mean_errors", "(N,) float64: standard errors of `mean_distances`.")
+    mean_errors: NDArray[np.float64] = _item(
+        "mean_errors", "(N,) float64, world units: standard errors of `mean_distances`."
+    )
 
 
 class LeftOut(Table):
     """Parts of a surface that a mesh leaves out, in `MeshReport`."""
 
     positions: NDArray[np.float64] = _item("positions", "(N, 3) float64: centres of boxes, world units.", _XYZ)
-    sizes: NDArray[np.float64] = _item("sizes", "(N, 3) float64: edges of these boxes.", _XYZ)
-    distances: NDArray[np.float64] = _item("distances", "(N,) float64: bounds on their distances from the mesh.")
+    sizes: NDArray[np.float64] = _item(
+        "sizes", "(N, 3) float64: edges of these boxes along the volume's axes, world units.", _XYZ
+    )
+    distances: NDArray[np.float64] = _item(
+        "distances", "(N,) float64: bounds on their distances from the mesh, world units."
+    )
 
 
 class MeshReport(Result):
@@ -313,7 +323,7 @@ class SurfaceDistance(Result):
     )
     rms: Measurement = _item("rms", "Measurement, world units: the root mean square.")
     maximum: tuple[float, float] = _item(
-        "maximum", "A lower and an upper bound on the largest distance: the one-sided Hausdorff distance."
+        "maximum", "A lower and an upper bound on the largest distance, world units: the one-sided Hausdorff distance."
     )
     points: NDArray[np.float64] = _item("points", "(N, 3) float64, world units: points, uniform by area.")
     distances: NDArray[np.float64] = _item("distances", "(N,) float64, world units: their distances.")

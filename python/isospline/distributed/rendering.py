@@ -52,7 +52,7 @@ def render(
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
         The camera; by default as in `isospline.render`.
     level : float, optional
-        Level of the isosurface, if `scene` is the folder of a store.
+        Level of the isosurface; needed if `scene` is the folder of a store.
     client : dask.distributed.Client, optional
         The cluster to use; each worker needs this version of isospline. By default, a cluster of processes is started
         on this machine, and stopped at the end.
@@ -85,6 +85,8 @@ def render(
         Without the packages of ``pip install isospline[distributed]``.
     ValueError
         As in `isospline.render`, and for a scene that cannot be rendered by parts.
+    TypeError
+        For the folder of a store without a level.
     distributed.KilledWorker
         If a task has ended several workers.
 

@@ -43,11 +43,10 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
 
     Normals and colours of vertices are kept, except colours of 16 bits in glTF. One array with one number a vertex is
     kept as `Mesh.values`, with its name: the active scalars of VTK's formats, or the first such array of others. Faces
-    keep the order of the file, and larger ones are cut into triangles. STL has no vertices but corners of faces, of
-    which those with equal positions become one vertex; in other formats, vertices are not merged. If a file has solid
-    cells and no faces, their surface is used. Coordinates are those of the file, with the offset that `Mesh.write`
-    notes in the header of an STL file far from the origin. A process of its own reads the file, with limits on memory
-    and time.
+    keep the order of the file. Faces of more than three corners are cut into triangles. In STL, corners with equal
+    positions become one vertex; in other formats, vertices are not merged. If a file has solid cells and no faces,
+    their surface is used. Coordinates are those of the file, plus the offset that `Mesh.write` notes in the header of
+    an STL file far from the origin. A process of its own reads the file, with limits on memory and time.
 
     Parameters
     ----------

@@ -151,19 +151,19 @@ def surface_to_pyvista(self, tolerance=None):
 def write_mesh(self, path):
     """Write the mesh to a file, completely or not at all.
 
-    ========  ====================================================================  =========
-    suffix    contents                                                              by
-    ========  ====================================================================  =========
-    ``.stl``  binary; the corners of each face in float32, nothing else             trimesh
-    ``.ply``  binary; vertices, faces, normals, colours and values, in float64      meshio
-    ``.obj``  text; vertices, faces, normals and colours, 16 significant digits     trimesh
-    ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits    trimesh
-    ========  ====================================================================  =========
+    ========  =====================================================================  =========
+    suffix    contents                                                               by
+    ========  =====================================================================  =========
+    ``.stl``  binary; the corners of each face in float32, nothing else              trimesh
+    ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
+    ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      trimesh
+    ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits     trimesh
+    ========  =====================================================================  =========
 
-    STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, it cannot hold the
+    STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, float32 cannot hold the
     detail of a mesh. Vertices are then written relative to an offset near the mesh. In glTF, the offset is the
-    translation of the mesh's node, in float64, which readers add. STL has no place for it but the 80 bytes of its
-    header: a warning names it, `read_mesh` adds it, other programs show the mesh near their origin.
+    translation of the mesh's node, in float64, which readers add. In STL, only the 80 bytes of the header have room for
+    it: a warning names the offset, `read_mesh` adds it, and other programs show the mesh near the origin.
 
     Parameters
     ----------

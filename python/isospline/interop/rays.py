@@ -132,6 +132,11 @@ class RayMeshIntersector:
             Row of the ray, ascending; crossings of one ray are in their order along it.
         locations : (M, 3) float64 array, world units
             Only with `return_locations`.
+
+        Raises
+        ------
+        ValueError
+            For different numbers of origins and directions, and numbers that are not finite.
         """
         rays, rows, _ = _rays(ray_origins, ray_directions)
         if multiple_hits:

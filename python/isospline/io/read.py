@@ -115,7 +115,8 @@ def read_volume(
     Warns
     -----
     UserWarning
-        If neighbouring slices of a raw file differ so much that the shape is probably wrong.
+        If neighbouring slices of a raw file differ so much that the shape is probably wrong, and if an OME-TIFF file
+        has no spacing along z.
 
     Raises
     ------
@@ -123,8 +124,8 @@ def read_volume(
         If the file is missing or cannot be read.
     ValueError
         If the file has none of these formats, is truncated or otherwise broken, or does not contain a volume of real
-        numbers but colours, vectors, a flat picture or a time series. Also if a file is not `within` the folder. The
-        message names the path.
+        numbers but colours, vectors, a flat picture or a time series. Also if a file is not `within` the folder, and
+        for an invalid place or `nan`. The message names the path or the parameter.
     MemoryError
         If the samples would not fit into memory; raised before they are read.
     ImportError

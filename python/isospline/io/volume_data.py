@@ -72,7 +72,13 @@ class VolumeData:
 
     @classmethod
     def from_affine(cls, data: NDArray[Any], affine: ArrayLike, format: str = "") -> VolumeData:
-        """Split a (4, 4) or (3, 4) matrix from index (x, y, z, 1) to world into spacing, direction and origin."""
+        """Split a (4, 4) or (3, 4) matrix from index (x, y, z, 1) to world into spacing, direction and origin.
+
+        Raises
+        ------
+        ValueError
+            For a matrix of another shape, numbers that are not finite, and a column of zeros.
+        """
         try:
             whole = np.asarray(affine, dtype=float)
         except (TypeError, ValueError):
@@ -117,7 +123,7 @@ class VolumeData:
         return affine
 
     def position(self, index: ArrayLike) -> NDArray[np.float64]:
-        """World positions of (..., 3) indices, (x, y, z)."""
+        """World positions, (..., 3) float64 array, of (..., 3) indices (x, y, z), which need not be whole."""
         affine = self.affine
         return np.asarray(index, dtype=float) @ affine[:3, :3].T + affine[:3, 3]
 
@@ -126,7 +132,18 @@ class VolumeData:
         return replace(self, **fields)
 
     def to_volume(self, **options: Unpack[_ModelOptions]) -> Volume:
-        """Model the samples: ``isospline.Volume(data.data, **{**data.frame, **options})``."""
+        """Model the samples: ``isospline.Volume(data.data, **{**data.frame, **options})``.
+
+        Warns
+        -----
+        UserWarning
+            If the samples look like labels of segments, whose isosurfaces mean nothing: use `Labels`.
+
+        Raises
+        ------
+        ValueError, TypeError, MemoryError
+            As `Volume` does.
+        """
         from .._core import Volume
 
         warn_of_labels(self.data)

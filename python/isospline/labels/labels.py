@@ -35,12 +35,17 @@ class Labels:
     spacing, origin, direction : optional
         The place in the world, as in `VolumeData`; by default that of `data`.
     names : dict, optional
-        Names by number, ``{1: "liver"}``, or numbers by name, as in nnU-Net's dataset.json. Other labels are called
-        "label 2".
+        Names by number, ``{1: "liver"}``, or numbers by name, as in nnU-Net's dataset.json. Other labels are called by
+        their number, such as "label 2".
     colors : dict, optional
-        Colours by number or name. Others are those of the file, or of a categorical map.
+        Colours by number or name, each as in `Material`. Others are those of the file, or of a categorical map.
     background : int
         The number that is no label.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For an array that has not three dimensions of whole numbers, and for another type of a parameter.
 
     See Also
     --------
@@ -221,8 +226,8 @@ class Labels:
         smoothing : float, voxels
             Standard deviation of the smoothing, from 0.5 to 4. A voxel's edge is the cube root of its volume: all axes
             are smoothed over the same length.
-        progress : callable, bool, optional
-            Called with the finished fraction.
+        progress : callable or True, optional
+            Called with the finished fraction, and cannot cancel. True shows a bar.
         **options
             Of `Isosurface`, such as ``opacity=`` or ``clip=``. By default, the name and the colour are the label's.
 
@@ -233,7 +238,8 @@ class Labels:
         Raises
         ------
         ValueError
-            If no label has this name or number.
+            If no label, or more than one, has this name, if no label has this number, and for a `smoothing` out of
+            range.
 
         Notes
         -----
@@ -340,8 +346,8 @@ class Labels:
             The other map, with the same shape and place.
         labels : sequence of str or int, optional
             Labels of this map; by default all labels of both maps.
-        by : str
-            Labels correspond by "number" or by "name".
+        by : {"number", "name"}
+            What corresponding labels have in common.
         smoothing, progress
             As in `surface`.
 
@@ -349,6 +355,11 @@ class Labels:
         -------
         LabelComparison
             A label that is in one map only has the Dice coefficient 0, and distances of NaN.
+
+        Raises
+        ------
+        ValueError
+            For maps of different shapes or places, for repeated names if `by` is "name", and as in `surface`.
         """
         if not isinstance(other, Labels):
             raise TypeError(sentence("other", "Labels", other))

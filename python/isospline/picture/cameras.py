@@ -48,8 +48,8 @@ def camera_for(
     Parameters
     ----------
     scene : Scene, Isosurface, Mesh, list of these, anything else that has bounds, or (2, 3) float
-        The scene, or the lower and the upper corner of a box, in world units. For objects other than the first three,
-        the box is fitted.
+        The scene, or the lower and the upper corner of a box, in world units. Of other objects that have bounds, their
+        box is fitted.
     view : str or (3,) float
         The side of the eye: a vector towards the eye, or a name. By convention, objects face -y, z is upwards, and left
         is their own left, +x.
@@ -79,7 +79,7 @@ def camera_for(
     size : (int, int)
         Width and height of the image; only their ratio counts.
     margin : float
-        Fraction of the image to leave free, at least 0 and below 1.
+        Fraction of the image's width and height to leave free, both sides together; at least 0 and below 1.
 
     Returns
     -------
@@ -88,7 +88,8 @@ def camera_for(
     Raises
     ------
     ValueError
-        For an unknown view or projection, an empty box, a scene without surfaces, and values that cameras refuse.
+        For an unknown view or projection, an empty box, a scene without visible surfaces, and values that cameras
+        refuse.
 
     Examples
     --------
@@ -119,7 +120,7 @@ def turntable(
 
     Parameters
     ----------
-    scene : Scene, Isosurface, Mesh, or anything else that has bounds, or (2, 3) float
+    scene : Scene, Isosurface, Mesh, list of these, anything else that has bounds, or (2, 3) float
         As in `camera_for`.
     count : int
         Number of cameras of the whole turn, at least 1.

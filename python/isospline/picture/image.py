@@ -92,8 +92,9 @@ class Image:
     )
     gradient_magnitude: NDArray[np.float32] = _layer(
         "gradient_magnitude",
-        """(height, width) float32 array, value /
-        world unit: length of the gradient of an isosurface's model; zero for meshes and if the ray hit nothing.
+        """(height, width) float32 array: length of the gradient of an isosurface's model.
+
+        In values per world unit; zero for meshes and if the ray hit nothing.
         """,
     )
     curvature: NDArray[np.float32] = _layer(
@@ -106,17 +107,17 @@ class Image:
     )
     ambient_occlusion: NDArray[np.float32] = _layer(
         "ambient_occlusion",
-        """(height, width) float32 array: how open the
-        surroundings are, from 0 to 1: the integral of `AmbientOcclusion` for a white surface; zero if the ray hit
-        nothing.
+        """(height, width) float32 array: how open the surroundings are, from 0 to 1.
+
+        This is the integral of `AmbientOcclusion`; zero if the ray hit nothing.
         """,
     )
     direct: NDArray[np.float32] = _layer(
         "direct",
-        """(height, width, 3) float32 array: the part of `color` of one hit.
+        """(height, width, 3) float32 array: direct light, a part of `color`.
 
-        For a path traced image: the light that was scattered at most once, including visible lights. The rest is
-        indirect light, scattered between surfaces.
+        Of a path traced image: the light that was scattered at most once, including visible lights. The rest of `color`
+        is indirect light, scattered between surfaces.
         """,
     )
     variance: NDArray[np.float32] = _layer(
@@ -180,7 +181,7 @@ class Image:
     def world_to_ndc(self) -> NDArray[np.float64] | None:
         """(4, 4) float64 array of the camera, for column vectors; see `PerspectiveCamera.world_to_ndc`.
 
-        None for a panorama.
+        None for a panorama and for a lens with distortion.
         """
         return self._arrays.world_to_ndc
 
@@ -222,12 +223,19 @@ class Image:
             "neutral" is Khronos' curve for physically based materials: it keeps the colours of surfaces, and maps
             highlights smoothly below 1. "aces" is the film-like fit of ACES, which adds contrast. "linear" clips at 1.
         exposure : float
-            Stops: the light is first multiplied by ``2**exposure``.
+            Stops, from -64 to 64: the light is first multiplied by ``2**exposure``.
 
         Returns
         -------
         Image
             A new image with linear colour from 0 to 1, the same alpha and the same layers.
+
+        Raises
+        ------
+        ValueError
+            For another curve, and an exposure out of range.
+        AttributeError
+            For an image of 8-bit sRGB; the same holds for `over` and `denoise`.
 
         References
         ----------
@@ -252,7 +260,7 @@ class Image:
 
         Parameters
         ----------
-        background : str, float, (3,) float, (4,) float
+        background : str, float, (3,) float, (4,) float or None
             As in `render`. Applied after `tone_map`, the background keeps its colour.
 
         Returns
@@ -296,11 +304,10 @@ class Image:
             Ends in ``.exr`` for OpenEXR, with the channels R G B A, channels of the image's layers, and the camera's
             matrices in the header; in ``.png`` for 8-bit sRGB colour; or in ``.jpg`` or ``.jpeg`` for the same over
             black, without alpha. An OpenEXR file of a crop has the picture as its display window and the crop as its
-            data window. Channels of layers are Z (depth),
-            P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R albedo.G albedo.B, gradient_magnitude,
-            curvature.mean curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G
-            variance.B, certified, id.geometry, and id.primitive and id.primitive_high; a primitive id is
-            ``id.primitive + 2**32 * id.primitive_high``.
+            data window. Channels of layers are Z (depth), P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R
+            albedo.G albedo.B, gradient_magnitude, curvature.mean curvature.gaussian, ambient_occlusion, direct.R
+            direct.G direct.B, variance.R variance.G variance.B, certified, id.geometry, and id.primitive and
+            id.primitive_high; a primitive id is ``id.primitive + 2**32 * id.primitive_high``.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
         quality : int
@@ -309,7 +316,7 @@ class Image:
         Raises
         ------
         ValueError
-            For another suffix, and for an OpenEXR file of an image with 8-bit sRGB.
+            For another suffix, a quality out of range, and an OpenEXR file of an image with 8-bit sRGB.
         OSError
             If the file cannot be written.
         """

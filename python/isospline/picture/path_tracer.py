@@ -39,12 +39,13 @@ class PathTracer:
     max_bounces : int
         Number of hits at which a path scatters, at least 0.
     seed : int
-        A different seed gives different noise.
+        A whole number from 0 to 2^32 - 1. A different seed gives different noise.
 
     Raises
     ------
     ValueError
-        For negative bounces and more than one environment. When rendering, for an object that the scene does not have.
+        For negative bounces, a seed out of range, and more than one environment. When rendering, for an object that the
+        scene does not have.
 
     Examples
     --------

@@ -171,6 +171,8 @@ class ProgressiveRenderer:
             If no limit is given, and for limits out of range.
         Cancelled
             If `progress` stopped it.
+        RuntimeError
+            If the scene has changed since the first step: call `reset`.
         OSError
             If the checkpoint cannot be written.
         """

@@ -52,7 +52,7 @@ def render(
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
         The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene.
     level : float, optional
-        Of a volume; by default the one that `isospline render` suggests.
+        Of a volume; by default the one that the command `isospline render` chooses.
     light : Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings, optional
         The light of the whole scene; by default ``Phong()``. A `Studio` has soft shadows on a ground and tone mapping;
         it is the default of the command line. A `PathTracer` has the variance of its noise as a layer. A dict has
@@ -105,8 +105,11 @@ def render(
     Raises
     ------
     ValueError
-        For an invalid size, background or number of rays, for an unknown name of a layer, and for a geometry id of a
-        light or material that is not in the scene.
+        For an invalid size, crop, background or number of rays; for a layer that is unknown, or that the light or the
+        objects do not have; for options that exclude each other, such as a crop and a legend; for an object or geometry
+        id of a light or material that is not in the scene; without a camera, for a scene without visible surfaces.
+    TypeError
+        For another type of light.
     Cancelled
         If `progress` cancelled it.
 

@@ -22,7 +22,7 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
     ----------
     shown : Scene, Isosurface, Mesh, Volume, VolumeData, (nz, ny, nx) array, or sequence of isosurfaces and meshes
     level : float, optional
-        Of a volume; by default the one that `isospline render` suggests.
+        Of a volume; by default the one that the command `isospline render` chooses.
     """
     is_array = isinstance(shown, np.ndarray)
     if isinstance(shown, (_core.Volume, VolumeData)) or (is_array and shown.ndim in (3, 4)):

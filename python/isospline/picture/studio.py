@@ -62,13 +62,18 @@ class Studio:
     up : (3,) float
         The direction away from the ground.
     light_samples : int
-        Points on the key light, and directions to the sky, for each ray of a pixel.
+        Points on the key light, and directions to the sky, for each ray of a pixel; 1 to 65536.
     fast : bool
         Leaves out shadows, sky and ground; takes a tenth of the time or less.
     material : Material, optional
         For objects that have no material of their own; by default white.
     materials : dict of object or geometry id to Material
         For these objects of the scene; replaces their own.
+
+    Raises
+    ------
+    ValueError
+        For numbers outside of these ranges, and an `up` of zero.
 
     Examples
     --------

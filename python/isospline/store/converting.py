@@ -70,7 +70,7 @@ def convert(
     out : str or path-like
         The folder of the store, which is created.
     degree, boundary, filter, smoothing
-        Parameters of the model, as in `Volume`.
+        Parameters of the model, as in `Volume`; the degree is 0 to 5.
     spacing, origin, direction : optional
         Replace those of the source.
     axes : {"zyx", "xyz"}
@@ -87,7 +87,8 @@ def convert(
     image : bool
         Whether to write the samples for other programs. Without them, the store is smaller, and not an OME-Zarr image.
     memory_limit : int or str
-        Bytes that this process may use, or a text such as ``"2GB"``; with a client, bytes of each worker.
+        Bytes that this process may use, including those that it already uses, or a text such as ``"2GB"``; with a
+        client, bytes of each worker.
     workers : int, optional
         Largest number of blocks at a time; by default one for each processor, if the memory is sufficient.
     client : dask.distributed.Client, optional
@@ -99,16 +100,20 @@ def convert(
 
     Returns
     -------
-    Path
+    pathlib.Path
         The store's folder.
 
     Raises
     ------
     OSError
-        If the source cannot be read or the store cannot be written, for example because the disk is full.
+        If the source cannot be read or the store cannot be written, for example because the disk is full. A
+        FileExistsError if `out` is a complete store, unless `overwrite` is True, or something else than a store.
     ValueError
-        For samples that are not finite (the message names the first such index of a block), for a memory limit that is
-        too small for a single block, for the store of another conversion, and for any other parameter out of range.
+        For samples that are not finite (the message names the first index of a block), for a memory limit that is too
+        small for a single block, for a conversion that was begun with other options, and for any other parameter out of
+        range.
+    TypeError
+        For another type of source or parameter.
     ImportError
         If Zarr is not installed: ``pip install isospline[store]``.
 

@@ -42,6 +42,11 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
     -------
     int
         For `open_volume`: 0 is the finest scale.
+
+    Raises
+    ------
+    OSError, ValueError
+        For a folder that is not a complete store, as `open_volume` does.
     """
     metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
     try:

@@ -48,7 +48,7 @@ class ScaleMetadata:
     path, ranges : str
         Keys of the arrays of coefficients and of ranges in the store.
     shape, chunk, shard : (int, int, int)
-        Coefficients along z, y and x of the level, of one chunk and of one file.
+        Coefficients along z, y and x of the scale, of one chunk and of one shard, a file of chunks.
     minimum, maximum : float
         The smallest and the largest sample.
     offset : float
@@ -83,7 +83,7 @@ class StoreMetadata:
     degree, boundary, filter, smoothing
         The parameters of the model, as in a `Volume`.
     unit : str
-        Of world coordinates, as in a `Volume`; empty if unknown.
+        Unit of world coordinates, as in a `Volume`; empty if unknown.
     patient : bool
         Whether the world is a patient's, as in a `Volume`.
     scales : tuple of ScaleMetadata

@@ -58,9 +58,9 @@ def open_volume(
     OSError
         If the folder is missing, or the system cannot read a file.
     ValueError
-        If `path` is not a store, the store is incomplete or damaged in any way, or `memory_limit` is too small for it.
-        The message names the store. Also if it is not `within` the folder. Later calls, if they need a chunk that is
-        missing, truncated or fails its checksum, raise an exception that is both a ValueError and an OSError; its
+        If `path` is not a store of one volume, the store is incomplete or damaged in any way, it has no such scale, or
+        `memory_limit` is too small for it. Also if it is not `within` the folder. Later calls raise an exception that
+        is both a ValueError and an OSError if they need a chunk that is missing, truncated or fails its checksum; its
         message names the chunk and the file.
     """
     check_path(path)

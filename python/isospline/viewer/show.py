@@ -69,7 +69,7 @@ def view(
     ImportError
         Without the package websockets: ``pip install isospline[view]``.
     OSError, ValueError
-        For a file that cannot be read, and for a port that is in use.
+        For a file that cannot be read, a port that is in use, and a parameter out of range.
 
     Examples
     --------
