@@ -46,8 +46,8 @@ Returns
 -------
 Measurement
     Volume of the spline model. Its error is an estimate from the differences between rules, see the notes; the true
-    one is usually far smaller. It is at most `tolerance` times the value, unless parts that are too small to be
-    resolved, or as sharp as noise, do not let it become so small.
+    one is usually far smaller. It is at most `tolerance` times the value, except where parts of the surface are too
+    small to be resolved or as sharp as noise.
 
 Raises
 ------
@@ -57,12 +57,13 @@ ValueError
 Notes
 -----
 For a tolerance, lines along the axes are cut with the surface exactly, at the nodes of Gauss-Legendre rules over the
-faces of cells. The errors of cells mostly cancel, because the lines continue in the next cell. So the stated error is
-the difference between the sums over all bricks by the rule and by a coarser one, the larger of two, plus three times
-the root of the sum over all bricks of the squared differences. Solids of less than 1000 cells, and tolerances
-that lines do not reach, need quadrature in every cell [1]_: where the surface is smooth, its error falls geometrically
-with the order. Its stated error is the sum, over all parts of cells, of the difference from the rules of one
-or two nodes less, whichever is larger, plus a bound on parts that were too small to be resolved.
+faces of cells. The errors of cells mostly cancel, because the lines continue in the next cell. The stated error has two
+terms. One is the difference between the sums over all bricks by the rule and by a coarser rule; there are two coarser
+rules, and the larger difference counts. The other is about three times the root of the sum over all bricks of the
+squared differences. Solids of less than 1000 cells, and tolerances that lines do not reach, need quadrature in every
+cell [1]_: where the surface is smooth, its error falls geometrically with the order. Its stated error is the sum over
+all parts of cells of the difference from the rules with one and two nodes less, whichever is larger, plus a bound on
+parts that were too small to be resolved.
 The model itself differs from a smooth sampled function by O(h^2) at degree 1 and O(h^4) at degrees 2 and 3, where h is
 the spacing.
 
@@ -178,12 +179,12 @@ A component is a connected piece of the solid with all of its surface, including
 share a face are connected if the solid reaches that face. All parts of the solid in one cell count as connected, so two
 separate pieces are one component if they pass through the same cell.
 
-The solid is the one that `mask`, `largest` and `clip` keep. A clip that cuts a piece in two makes two components, as in
-VTK a clip before a connectivity filter does.
+The solid is the one that `mask`, `largest` and `clip` keep. A clip that cuts a piece in two makes two components, like
+a clip filter before a connectivity filter in VTK.
 
 Pieces can have no volume: a plate on which f is the level and, at degree 1, samples that equal the level among lower
-ones. At degrees 2 and 3, points and curves where f only touches the level are no pieces, because rounding decides
-whether it does.
+ones. At degrees 2 and 3, points and curves where f only touches the level are not pieces, because rounding decides
+whether f reaches the level there.
 
 Parameters
 ----------
@@ -197,8 +198,9 @@ tolerance, order, progress
 Returns
 -------
 Components
-    One item a component: `bounds`, `cell_counts`, `inside_counts` and, if measured, `enclosed_volumes`, `areas` and
-    their errors. Volumes and areas add up to `enclosed_volume` and `area`, which include caps.
+    Arrays with one item for each component: `bounds`, `cell_counts`, `inside_counts` and, if measured,
+    `enclosed_volumes`, `areas` and their errors. Volumes and areas add up to `enclosed_volume` and `area`, which
+    include caps.
 
 Raises
 ------

@@ -290,7 +290,7 @@ void bind_scene(py::module_& module)
         .def_property_readonly(
             "build_count", [](Scene& scene) { return snapshot_of(scene)->build_count(); },
             "Number of acceleration structures of isosurfaces and meshes that have been built so far. Each new "
-            "object and each new level adds one; other changes add none.")
+            "object and each new level adds one; other changes and settled indexes add none.")
         .def_property_readonly(
             "build_quality", [](const Scene& scene) { return to_word(quality_words, scene.build_options().quality); },
             "How Embree's acceleration structures are built: \"low\", \"medium\" or \"high\".")

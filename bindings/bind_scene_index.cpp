@@ -16,9 +16,9 @@ constexpr const char* settle_doc = R"(Builds the settled indexes of the isosurfa
 
 A settled index has a box of Embree around each 2 x 2 x 2 cells, as tight as the surface in them allows. It takes
 about 0.1 s to build for a volume of 256^3 samples, and rays that are traced one by one are a third faster than in the
-draft, which a new level begins with. Without this call, it is built in the background when so many rays have been cast
-at one level that it pays, about 500 for each 8 x 8 x 8 cells that the surface crosses, and the next queries use it.
-Hits are the same in both, bit for bit. Surfaces of stores keep the draft.
+draft, which a new level begins with. Without this call, it is built in the background after about 500 rays at one level
+for each 8 x 8 x 8 cells that the surface crosses, and the next queries use it. Hits are the same in both, bit for bit.
+Surfaces of stores keep the draft.
 
 Parameters
 ----------
@@ -55,8 +55,10 @@ void bind_scene_index(py::module_& module)
 {
     py::class_<Scene>(module.attr("Scene"))
         .def("settle", &settle, py::kw_only(), py::arg("progress") = py::none(), settle_doc)
-        .def_property_readonly("is_settled", &Scene::is_settled,
-                               "Whether rays use settled indexes wherever there are any; see `settle`.");
+        .def_property_readonly(
+            "is_settled", &Scene::is_settled,
+            "Whether rays use settled indexes wherever there are any; see `settle`. False before the first\n"
+            "query.");
 }
 
 } // namespace isospline

@@ -25,28 +25,48 @@ def add_convert(commands, convert, add_reading, numbers):
     add_reading(command)
     group = command.add_argument_group("place")
     group.add_argument("--origin", type=numbers(3), metavar="X,Y,Z", help="instead of the file's")
-    group.add_argument("--direction", type=numbers(9), metavar="ROWS", help="3 x 3 numbers, instead of the file's")
+    group.add_argument(
+        "--direction", type=numbers(9), metavar="ROWS", help="3 x 3 numbers, instead of the file's; columns are axes"
+    )
     group.add_argument("--axes", choices=("zyx", "xyz"), default="zyx", help="of an array in .npy, Zarr or HDF5")
     group = command.add_argument_group("model")
     group.add_argument("--degree", type=int, choices=range(6), default=2, help="of the spline (default 2)")
     group.add_argument(
         "--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples continue outside"
     )
-    group.add_argument("--filter", choices=("interpolate", "none", "smoothing"), default="interpolate")
-    group.add_argument("--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of --filter smoothing")
+    group.add_argument(
+        "--filter",
+        choices=("interpolate", "none", "smoothing"),
+        default="interpolate",
+        help="pass through the samples (default), use them as coefficients, or smooth them",
+    )
+    group.add_argument(
+        "--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of the roughness, for --filter smoothing"
+    )
     group = command.add_argument_group("work")
     group.add_argument(
         "--no-image", dest="image", action="store_false", help="leave out the samples, which other programs show"
     )
-    group.add_argument("--chunk", type=int, default=32, metavar="N", help="coefficients along its edges (default 32)")
     group.add_argument(
-        "--shard", type=int, metavar="N", help="coefficients along the edges of a file of chunks, at most"
+        "--chunk", type=int, default=32, metavar="N", help="coefficients along the edges of a chunk (default 32)"
     )
     group.add_argument(
-        "--memory-limit", default="2GB", metavar="SIZE", help="largest memory of the process (default 2GB)"
+        "--shard",
+        type=int,
+        metavar="N",
+        help="most coefficients along the edges of a file of chunks; by default 8 chunks, if memory suffices",
     )
     group.add_argument(
-        "--workers", type=int, metavar="N", help="largest number of blocks at a time; by default one per processor"
+        "--memory-limit",
+        default="2GB",
+        metavar="SIZE",
+        help="most memory of the process, or of each worker of --scheduler (default 2GB)",
+    )
+    group.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="most blocks at a time; by default one for each processor, if memory suffices",
     )
     group.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that computes the blocks, tcp://...")
     group.add_argument("--overwrite", action="store_true", help="replace an existing store")

@@ -44,7 +44,11 @@ def add_labels(command):
         "--label", action="append", metavar="NAME", help="this label alone, by its name or number; may be repeated"
     )
     group.add_argument(
-        "--label-smoothing", type=float, default=1.5, metavar="VOXELS", help="standard deviation (default 1.5)"
+        "--label-smoothing",
+        type=float,
+        default=1.5,
+        metavar="VOXELS",
+        help="standard deviation of the smoothing, 0.5 to 4 (default 1.5)",
     )
     return group
 

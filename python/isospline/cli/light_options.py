@@ -198,7 +198,7 @@ def add_silhouettes(group):
         action="append",
         metavar="A",
         help="opacity where a surface turns away from the eye, 0 to 1, such as 1 for a visible edge; "
-        "repeated, of each level and then of each mesh; by default that of --opacity",
+        "repeated, for each level and then for each mesh; by default that of --opacity; not for path-trace",
     )
     group.add_argument(
         "--silhouette-exponent", type=float, metavar="N", help="the larger, the thinner the silhouette (default 3)"
@@ -217,10 +217,10 @@ def add_materials(group):
             type=float,
             action="append",
             metavar="X",
-            help=f"{text}; repeated, of each level and then of each mesh; for path-trace",
+            help=f"{text}; repeated, for each level and then for each mesh; for path-trace",
         )
-    group.add_argument("--max-bounces", type=int, metavar="N", help="of a path of path-trace (default 16)")
-    group.add_argument("--seed", type=int, metavar="N", help="seed of the noise of path-trace")
+    group.add_argument("--max-bounces", type=int, metavar="N", help="of a path, for path-trace (default 16)")
+    group.add_argument("--seed", type=int, metavar="N", help="of the noise of path-trace (default 0)")
 
 
 def add_ground(group, color):
@@ -235,12 +235,14 @@ def add_ground(group, color):
 
 def add_tone(group):
     """The keyword arguments of `Image.tone_map`."""
-    group.add_argument("--exposure", type=float, metavar="STOPS", help="twice the light for each stop (default 0)")
+    group.add_argument(
+        "--exposure", type=float, metavar="STOPS", help="twice the light for each stop (default 0); not for studio"
+    )
     group.add_argument(
         "--tone-map",
         choices=CURVES,
         help="how light that is too bright for displays is compressed: neutral keeps colours, "
-        "aces is like film, linear (default) clips; the background keeps its colour",
+        "aces is like film, linear (default) clips; the background keeps its colour; not for studio, which does it",
     )
 
 

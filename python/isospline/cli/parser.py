@@ -24,7 +24,7 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 # What is shown, written or measured by default.
 _LEVEL = "by default the first suggested one, of a patient's CT the first above water"
-_LARGEST = "all; without --level, all except small specks of noise"
+_LARGEST = "all; without --level, all except specks of noise and, of a patient's CT, except what is not the body"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -75,17 +75,17 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "by default a vertex on every edge of a cell that the surface crosses",
     )
     _add_model(group, _LARGEST)
-    group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
     _add_cuts(command)
     add_memory_limit(command)
 
-    command = commands.add_parser("measure", help="print volume, area and curvature of an isosurface")
+    command = commands.add_parser("measure", help="print volume, area, curvature and components of an isosurface")
     _add_input(command)
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.add_argument("--json", action="store_true", help="print JSON")
     command.add_argument("-o", "--output", metavar="OUT", help="write the table of a label map: .csv")
     command.add_argument("--tolerance", type=float, metavar="T", help="largest relative errors (default 1e-4)")
-    command.add_argument("--order", type=int, metavar="N", help="instead of --tolerance: nodes of quadrature, 2 to 10")
+    command.add_argument("--order", type=int, metavar="N", help="instead of --tolerance: nodes along axes, 2 to 10")
     command.set_defaults(run=measure)
     group = command.add_argument_group("surface")
     group.add_argument(
@@ -108,7 +108,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     command.add_argument(
         "--session",
         metavar="FILE",
-        help="a session saved by the viewer, in place of FILE and options of surfaces, cuts, view, light",
+        help="a session saved by the viewer, in place of FILE and of options of surfaces, cuts, view and light",
     )
     command.add_argument(
         "-o",
@@ -165,12 +165,16 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         metavar="AXIS",
         help="the upward direction in the picture, +x to -z or X,Y,Z: -z if slices run from head to feet",
     )
-    group.add_argument("--projection", choices=("perspective", "orthographic"), default="perspective")
+    group.add_argument(
+        "--projection", choices=("perspective", "orthographic"), default="perspective", help="by default perspective"
+    )
     group.add_argument("--field-of-view", type=float, default=30.0, metavar="DEGREES", help="vertical (default 30)")
     group.add_argument("--turntable", type=int, metavar="N", help="N pictures, or a video of them, from all around")
     group.add_argument("--fps", type=float, default=30.0, metavar="N", help="frames per second of a video (default 30)")
-    group.add_argument("--aperture", type=float, metavar="RADIUS", help="of a lens, for depth of field; world units")
-    group.add_argument("--focus", type=float, metavar="DISTANCE", help="of the plane in focus; by default the middle")
+    group.add_argument("--aperture", type=float, metavar="RADIUS", help="of a lens, world units, for depth of field")
+    group.add_argument(
+        "--focus", type=float, metavar="DISTANCE", help="of the plane in focus, world units; by default the middle"
+    )
     group.add_argument("--samples", type=int, metavar="N", help="rays per pixel (default 4, studio 8, path-trace 64)")
     add_picture_options(group)
     group.add_argument("--denoise", action="store_true", help="remove the noise of --light path-trace")
@@ -181,7 +185,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         metavar="COLOR",
         help="a name, #rrggbb, R,G,B or R,G,B,A from 0 to 1, or none; by default light in studio light, else black",
     )
-    group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
     add_cluster_options(group)
 
     group = command.add_argument_group("light and colour")
@@ -199,7 +203,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "X,Y,Z,INTENSITY, as DirectionalLight; may be repeated; by default "
         "two that move with the camera, for path-trace a uniform sky",
     )
-    group.add_argument("--shadows", action="store_true", help="cast shadows with --light phong")
+    group.add_argument("--shadows", action="store_true", help="surfaces cast shadows; for --light phong")
     group.add_argument(
         "--environment",
         metavar="SKY",
@@ -230,8 +234,16 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         "--color-by", metavar="WHAT", help=f"normal, depth, {', '.join(CURVATURES)}, or a file with another volume"
     )
     group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib for --color-by")
-    group.add_argument("--limits", type=cli_types.numbers(2), metavar="A,B", help="values of its first and last colour")
-    group.add_argument("--exponent", type=float, default=2.0, metavar="N", help="of outline (default 2)")
+    group.add_argument(
+        "--limits", type=cli_types.numbers(2), metavar="A,B", help="values of the first and the last colour of --cmap"
+    )
+    group.add_argument(
+        "--exponent",
+        type=float,
+        default=2.0,
+        metavar="N",
+        help="of --light outline; the larger, the thinner its lines (default 2)",
+    )
 
     add_limits(command)
     add_store_options(command)
@@ -242,7 +254,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         type=cli_types.layers,
         default=(),
         metavar="NAME,NAME",
-        help=f"layers to store besides colour: {', '.join(LAYERS)}; direct and variance with path-trace only",
+        help=f"layers to store besides colour: {', '.join(LAYERS)}; direct and variance for path-trace only",
     )
     group.add_argument(
         "--ambient-occlusion-samples",
@@ -265,7 +277,9 @@ def _add_model(group, largest):
         default="interpolate",
         help="pass through the samples (default), use them as coefficients, or smooth them",
     )
-    group.add_argument("--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of --filter smoothing")
+    group.add_argument(
+        "--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of the roughness, for --filter smoothing"
+    )
     group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
     add_largest(group, largest)
 
@@ -301,7 +315,7 @@ def _add_cuts(command, closes=False):
 
 def _add_view(command, view):
     command.add_argument(
-        "files", metavar="FILE", nargs="*", help="volumes, meshes (by their suffix), and folders of slices"
+        "files", metavar="FILE", nargs="*", help="volumes, meshes (by their suffix), stores, and folders of slices"
     )
     command.set_defaults(run=view)
     command.add_argument(
@@ -311,7 +325,7 @@ def _add_view(command, view):
         action="append",
         help=f"of every volume; may be repeated; {_LEVEL}",
     )
-    add_largest(command)
+    add_largest(command, "all; without --level, of a patient's CT only the body")
     command.add_argument("--session", metavar="FILE", help="a session saved by the viewer, to continue")
     command.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
     _add_reading(command)
@@ -342,7 +356,7 @@ def _add_view(command, view):
         metavar="N",
         help="the largest number of uploaded files (default 10000)",
     )
-    group.add_argument("--threads", type=int, metavar="N", help="to use; by default all")
+    group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
 
 
 #: Options of `read_volume` with the same names.
@@ -365,9 +379,9 @@ def _add_reading(command):
     group.add_argument("--shape", type=cli_types.counts, metavar="X,Y,Z", help="samples of a raw file, x fastest")
     group.add_argument("--dtype", type=cli_types.dtype, metavar="TYPE", help="of raw samples, such as uint16")
     group.add_argument("--big-endian", action="store_true", help="raw samples have their high byte first")
-    group.add_argument("--offset", type=int, default=0, metavar="BYTES", help="of raw samples in the file")
+    group.add_argument("--offset", type=int, default=0, metavar="BYTES", help="before the samples of a raw file")
     group.add_argument("--name", help="the array of a VTK file, or the UID of a DICOM series, to read")
-    group.add_argument("--nan", type=float, metavar="VALUE", help="in place of samples that are NaN")
+    group.add_argument("--nan", type=float, metavar="VALUE", help="number in place of samples that are NaN")
 
 
 def join_negative(arguments):

@@ -15,7 +15,7 @@ def add_memory_limit(command):
     """The option of all commands for volumes that stay in a store; returns its group."""
     group = command.add_argument_group("store", "a folder that isospline convert has written")
     group.add_argument(
-        "--memory-limit", default="4GB", metavar="SIZE", help="of chunks and bricks in memory (default 4GB)"
+        "--memory-limit", default="4GB", metavar="SIZE", help="most memory of chunks and bricks (default 4GB)"
     )
     return group
 
