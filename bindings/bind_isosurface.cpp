@@ -55,11 +55,12 @@ clip : HalfSpace, Box or a list or tuple of them, optional
 capped : bool
     Whether the solid is closed where `clip` cuts it: the parts of the cut's plane in the solid are caps, faces that
     belong to the surface. Hits on them have the plane's normal. Their primitive ids begin at ``volume.cell_count`` and
-    are in the order of the half-spaces of `clip`; a Box has six (lower and upper x, y, z). Cuts by `mask` stay open.
+    are in the order of the half-spaces of `clip`; a Box has six: lower x, upper x, lower y, and so on. Cuts by `mask`
+    stay open.
 closed : bool
     Whether the solid is closed at the border of the volume's domain, `Volume.bounds`, with caps like those of cuts.
-    Their primitive ids follow those of `clip`: lower and upper x, y, z of the volume's own axes. The border is exact
-    for oblique directions, too.
+    Their primitive ids follow those of `clip`, along the volume's own axes: lower x, upper x, lower y, and so on. The
+    border is exact for oblique directions, too.
 inside : {"above", "below"}
     The side of the surface that is the solid. Normals point to the other side. Points where f equals the level are
     above.

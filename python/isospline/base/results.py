@@ -55,7 +55,8 @@ def _item(
             wanted = option or f'outputs=("{name}",)'
             raise AttributeError(f"{name}: expected {wanted} for it, got a result with {held}") from None
 
-    item = _Item(get, doc=doc)
+    item = _Item(get)
+    item.__doc__ = doc  # given to the constructor, it would be hidden by that of the class
     item.parts, item.is_column = parts, is_column
     return item
 
@@ -332,8 +333,8 @@ class SurfaceDistance(Result):
 class Visibility(Result):
     """Which rays see an object of a scene, as `Scene.visibility` returns it."""
 
-    visible: bool = _item("visible", "Whether cameras and ray queries see it.")
-    casts_shadow: bool = _item("casts_shadow", "Whether shadow rays see it.")
+    visible: bool = _item("visible", "Whether cameras and all ray queries except `test_occlusions` see it.")
+    casts_shadow: bool = _item("casts_shadow", "Whether `test_occlusions` and shadow rays see it.")
 
 
 class Paging(Result):
