@@ -141,17 +141,17 @@ Examples
         .def_readonly("eye", &PerspectiveCamera::eye)
         .def_readonly("target", &PerspectiveCamera::target)
         .def_readonly("up", &PerspectiveCamera::up)
-        .def_readonly("field_of_view", &PerspectiveCamera::field_of_view, "Degrees.")
+        .def_readonly("field_of_view", &PerspectiveCamera::field_of_view, "float, degrees: the whole angle.")
         .def_property_readonly(
             "field_of_view_axis",
             [](const PerspectiveCamera& camera) { return to_word(axis_words, camera.field_of_view_axis); })
-        .def_readonly("aperture_radius", &PerspectiveCamera::aperture_radius, "World units.")
+        .def_readonly("aperture_radius", &PerspectiveCamera::aperture_radius, "float, world units; 0 is a pinhole.")
         .def_property_readonly(
             "focus_distance",
             [](const PerspectiveCamera& camera) {
                 return camera.focus_distance.value_or(glm::distance(camera.eye, camera.target));
             },
-            "World units.")
+            "float, world units: from the eye to the plane in focus, along the viewing direction.")
         .def("_focus_distance", [](const PerspectiveCamera& camera) { return camera.focus_distance; })
         .def("__repr__", [](const PerspectiveCamera& camera) { return representation(camera); });
 }
@@ -269,7 +269,7 @@ array([0., 1., 0.])
         .def_readonly("eye", &OrthographicCamera::eye)
         .def_readonly("target", &OrthographicCamera::target)
         .def_readonly("up", &OrthographicCamera::up)
-        .def_readonly("height", &OrthographicCamera::height, "World units.")
+        .def_readonly("height", &OrthographicCamera::height, "float, world units: height of the image.")
         .def("__repr__", [](const OrthographicCamera& camera) {
             std::ostringstream representation;
             representation << "OrthographicCamera(eye=" << to_text(camera.eye) << ", target=" << to_text(camera.target)

@@ -131,7 +131,8 @@ Examples
     color_class
         .def_property_readonly("volume",
                                [](const ColorByVolume& color) { return std::const_pointer_cast<Volume>(color.volume); })
-        .def_readonly("transform", &ColorByVolume::volume_to_scene, "(4, 4) float64 array.")
+        .def_readonly("transform", &ColorByVolume::volume_to_scene,
+                      "(4, 4) float64 array: maps the volume's world space to the scene's.")
         .def("__repr__", [](const ColorByVolume& color) {
             const py::object volume = py::cast(std::const_pointer_cast<Volume>(color.volume));
             return "ColorByVolume(" + py::repr(volume).cast<std::string>() + ", " + limits_text(color.map) + ")";

@@ -41,13 +41,15 @@ color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal o
     A name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it. By default,
     the light decides: a `PathTracer` uses 0.8, and a shading its own colour.
 metallic, roughness, specular : float
-    0 to 1. A roughness below 0.03 counts as 0.03. For path tracing.
+    0 to 1; a roughness below 0.03 counts as 0.03. A `PathTracer` uses them, and a `Studio` uses `specular`.
 cap_color : as color, optional
     Colour of caps (`Isosurface(..., capped=True)` or ``closed=True``); by default `color`. A rule, such as
     ``ColorByVolume(volume, "gray")``, is not lit: its colours are those of its colour bar.
 opacity : float
     0 to 1. Path tracers draw all surfaces opaque.
-silhouette_opacity, silhouette_exponent : float
+silhouette_opacity : float, optional
+    As in `Phong`.
+silhouette_exponent : float
     As in `Phong`.
 name : str
     What legends call objects of this material.

@@ -70,6 +70,8 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     ValueError
         If the file has none of these formats, is broken, or has no faces. Also if a file is not `within` the folder.
         The message names the path.
+    MemoryError
+        If the process that reads the file would need too much memory.
     ImportError
         If the library for the format is not installed. ``pip install isospline[interop]`` installs all except those for
         3MF and COLLADA, which trimesh names.

@@ -307,7 +307,7 @@ def test_attributes_have_docstrings():
         for name in isospline.__all__
         for member, value in inspect.getmembers(getattr(isospline, name))
         if not member.startswith("_") and isinstance(value, property)
-        if inspect.getdoc(value) in (None, inspect.getdoc(type(value)))
+        if inspect.getdoc(value) in (None, "", inspect.getdoc(type(value)))
     ]
     assert not missing
 
