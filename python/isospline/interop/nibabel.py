@@ -29,7 +29,7 @@ def volume_from_nibabel(cls, image, **options):
     Raises
     ------
     TypeError
-        If `image` is something else.
+        If `image` is something else, and for an option that would change the place.
     ValueError
         If it is a series, has colours, has no affine, or has numbers that are not finite.
     ImportError

@@ -24,9 +24,9 @@ def volume_from_sitk(cls, image, **options):
     Raises
     ------
     TypeError
-        If `image` is something else.
+        If `image` is something else, and for an option that would change the place.
     ValueError
-        If it is flat, a series, has colours, or has complex numbers or numbers that are not finite.
+        If it has two axes or is a series, has colours, or has complex numbers or numbers that are not finite.
     ImportError
         If SimpleITK is not installed: ``pip install isospline[io]``.
 

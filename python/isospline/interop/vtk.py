@@ -29,7 +29,7 @@ def volume_from_vtk(cls, image_data, scalars=None, **options):
     Raises
     ------
     TypeError
-        If `image_data` is something else.
+        If `image_data` is something else, and for an option that would change the place.
     ValueError
         If it has no such array, or the array has vectors or numbers that are not finite.
     ImportError

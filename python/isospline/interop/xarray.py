@@ -36,9 +36,10 @@ def volume_from_xarray(cls, array, dims=None, **options):
     Raises
     ------
     TypeError
-        If `array` is something else, such as a Dataset.
+        If `array` is something else, such as a Dataset, and for an option that would change the place.
     ValueError
-        If it lacks one of the dimensions or has more, or if coordinates are not evenly spaced numbers.
+        If it lacks one of the dimensions or has more, if coordinates are not evenly spaced numbers, or if samples are
+        complex or not finite.
     ImportError
         If xarray is not installed: ``pip install isospline[interop]``.
 

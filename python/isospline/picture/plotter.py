@@ -84,7 +84,7 @@ def add_to_plotter(plotter, scene, **options):
     scene : Scene, Isosurface or Mesh
         In the Plotter's world.
     **options
-        Options of `render`: ``light=``, ``color=``, ``samples=``.
+        Options of `render` that the Plotter does not determine, such as ``light=``, ``color=`` and ``samples=``.
 
     Returns
     -------
