@@ -70,8 +70,8 @@ constexpr const char* environment_doc = R"(Light from infinitely far away, from 
 Parameters
 ----------
 radiance : float, (3,) float, path or (height, width, 3) array
-    Linear red, green and blue; with an image, a factor. A path of an .exr or .hdr file, see `read_environment`, or an
-    array is the image, with factor 1.
+    Linear red, green and blue, or one number for all three; if there is an `image`, a factor of it. Or the image
+    itself: an array, or the path of an .exr or .hdr file, see `read_environment`; the factor is then 1.
 image : (height, width, 3) array_like of numbers, optional
     Linear radiance by direction: an equirectangular panorama. The top row is z, the bottom row is -z, x is in the
     middle, and y is in the middle of the left half. The radiance is constant within a pixel. Directions are sampled in
@@ -79,7 +79,7 @@ image : (height, width, 3) array_like of numbers, optional
 rotation : (3, 3) array_like, optional
     Columns are the world directions of the image's x, y and z.
 visible : bool
-    Whether the camera sees it in the background.
+    Whether the camera sees it behind the surfaces.
 
 Raises
 ------

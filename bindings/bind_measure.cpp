@@ -30,7 +30,7 @@ constexpr const char* volume_doc = R"(The volume of the solid that the surface b
 .. math:: V = \int_{f \ge f_0} \mathrm{d}^3 x
 
 The solid is the set of points for which `contains` is true: in the volume's domain, on the `inside` side of the level,
-and not cut away by `mask` or `clip`, capped or closed or not.
+and not cut away by `mask`, `largest` or `clip`. Whether it is capped or closed makes no difference.
 
 Parameters
 ----------

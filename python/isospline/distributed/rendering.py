@@ -67,9 +67,9 @@ def render(
     parts : int, optional
         Number of the parts; by default two for each worker.
     memory_limit : int or str, bytes, optional
-        Limit of each worker process. If `scene` is the folder of a store, chunks and bricks may use the part of it that
-        the process does not need; the default is 4 GB. Volumes in a `Scene` have their own limit. In a cluster that is
-        started here, a worker that would exceed the limit is ended and starts again.
+        Limit of each worker process. If `scene` is the folder of a store, it is 4 GB by default, and chunks and bricks
+        may use the part of it that the process does not need. Volumes in a `Scene` have their own limit. In a cluster
+        that is started here, a worker that would exceed the given limit is ended and starts again.
     progress : callable or True, optional
         As in `isospline.render`.
     **options
