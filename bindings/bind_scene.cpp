@@ -34,8 +34,9 @@ of an isosurface, takes effect at the next query.
 
 Parameters
 ----------
-objects : Isosurface, Mesh, mesh of another library, or iterable of these and of pairs (object, (4, 4) transform)
-    Added in this order; geometry ids count up from 0 and are never reused.
+objects : iterable of Isosurface and Mesh
+    Or one alone, meshes of other libraries, and pairs (object, (4, 4) transform). Added in this order; geometry ids
+    count up from 0 and are never reused.
 build_quality : {"medium", "low", "high"}
     Quality of Embree's acceleration structures. "low" takes half the memory and builds a little faster, but rays take
     up to a fifth longer (measured on CT volumes). "high" splits long triangles; it has no effect on isosurfaces.
