@@ -213,24 +213,26 @@ def _largest_distance(surface, target, lower, tolerance):
     places = np.meshgrid(*(np.arange(0, cells, edge) for cells in shape), indexing="ij")
     centers = np.stack(places, axis=-1).reshape(-1, 3) + (edge / 2 - shift)  # index space
     half, looked_at, left_out = edge / 2, 0, 0.0
+    upper = np.full(len(centers), np.inf)
     signs = np.array([(1, y, z) for y in (-1, 1) for z in (-1, 1)])
     while True:
         radius = half * np.linalg.norm(signs @ to_world[:3, :3].T, axis=1).max()
         world = centers @ to_world[:3, :3].T + to_world[:3, 3]
-        upper = target.closest_points(world)["distances"] + radius
         looked_at += len(centers)
-        wanted = upper > lower + tolerance
-        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
-        centers, world, upper = centers[wanted], world[wanted], upper[wanted]
-        # Boxes that contain a part of the surface, and a point of it.
+        # Boxes that contain a part of the surface, and a point of it. This is the cheapest query, as it ends early.
         on_surface = surface.closest_points(world, max_distance=radius)
         has_surface = np.isfinite(on_surface["distances"])
-        centers, upper, points = centers[has_surface], upper[has_surface], on_surface["points"][has_surface]
+        centers, world, upper = centers[has_surface], world[has_surface], upper[has_surface]
+        points, apart = on_surface["points"][has_surface], on_surface["distances"][has_surface]
         if len(centers) == 0:
             return lower, max(lower, min(left_out, lower + tolerance))
         found = target.closest_points(points)["distances"]
         lower = max(lower, float(found.max()))
-        upper = np.minimum(upper, found + on_surface["distances"][has_surface] + radius)
+        upper = np.minimum(upper, found + apart + radius)
+        wanted = upper > lower + tolerance
+        left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
+        centers, world, upper = centers[wanted], world[wanted], upper[wanted]
+        upper = np.minimum(upper, target.closest_points(world)["distances"] + radius)
         wanted = upper > lower + tolerance
         left_out = max(left_out, float(upper[~wanted].max(initial=0.0)))
         centers, upper = centers[wanted], upper[wanted]
@@ -238,4 +240,4 @@ def _largest_distance(surface, target, lower, tolerance):
             return lower, max(lower, float(upper.max(initial=left_out)))
         half /= 2
         corners = np.stack(np.meshgrid(*((-half, half),) * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-        centers = (centers[:, None] + corners).reshape(-1, 3)
+        centers, upper = (centers[:, None] + corners).reshape(-1, 3), np.repeat(upper, 8)
