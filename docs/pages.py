@@ -258,13 +258,13 @@ def make_files(folder):
     tooth.tofile(folder / "tooth_103x94x161_uint16.raw")
 
 
-def photograph(address, path):
+def photograph(address, path, size):
     """Take a picture of the viewer's page in a browser, once it has drawn all that there is."""
     sys.path.insert(0, str(REPOSITORY / "tests" / "python"))
     from browser import Page, chromium
 
     with chromium() as browser:
-        page = Page(browser, address, size=(1280, 860))
+        page = Page(browser, address, size)
         page.wait("!!window.isospline")
         for section in ("surfaces", "cut"):
             page.open(section)

@@ -2,6 +2,7 @@
 
 import contextlib
 import random
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -17,6 +18,8 @@ class CallCases:
 
     def __init__(self):
         self._objects = call_table.objects()
+        self._files = tempfile.TemporaryDirectory()
+        call_table.write_files(Path(self._files.name))
 
     def run(self, number):
         """Make the call of a case: "returned" or "refused"; raises `Failed` if it is neither."""
@@ -25,6 +28,7 @@ class CallCases:
             tempfile.TemporaryDirectory() as folder,
             contextlib.chdir(folder) if hasattr(contextlib, "chdir") else contextlib.nullcontext(),
         ):
+            shutil.copytree(self._files.name, folder, dirs_exist_ok=True)
             name, function, arguments = self._changed(rng, Path(folder))
             with peak_memory() as peak:
                 try:

@@ -42,8 +42,17 @@ def objects():
     return made
 
 
+def write_files(folder):
+    """Write the files that calls read."""
+    samples = np.arange(60.0).reshape(3, 4, 5)
+    np.save(folder / "a.npy", samples)
+    iso.convert(samples, folder / "store.zarr")
+    samples.tofile(folder / "a.raw")
+    (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + bytes([9, 6, 3, 129] * 2))
+
+
 def calls(o, folder):
-    """(name, function, arguments) of each call; `folder` is for files."""
+    """(name, function, arguments) of each call; `folder` has the files of `write_files`, and is for others."""
     points, size, samples = [(0.1, 0.2, 0.3), (1, 1, 1)], (5, 4), np.arange(60.0).reshape(3, 4, 5)
     look = {"eye": (0, -5, 0), "target": (0, 0, 0), "up": (0, 0, 1)}
     picture = {
@@ -63,10 +72,6 @@ def calls(o, folder):
     }
     near = {"t_near": 0.0, "t_far": 9.0}
     ray = {"ray_origins": o["rays"][:, :3], "ray_directions": o["rays"][:, 3:]}
-    np.save(folder / "a.npy", samples)
-    iso.convert(samples, folder / "store.zarr", overwrite=True)
-    samples.tofile(folder / "a.raw")
-    (folder / "sky.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + bytes([9, 6, 3, 129] * 2))
     scene, surface = o["scene"], o["surface"]
     table = [
         (

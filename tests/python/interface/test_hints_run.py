@@ -106,6 +106,7 @@ def world(tmp_path_factory):
     """What hints name: objects, files and numbers."""
     folder = tmp_path_factory.mktemp("hints")
     made = call_table.objects()
+    call_table.write_files(folder)
     calls = call_table.calls(made, folder)
     surface, image = made["surface"], made["image"]
     numbers = np.zeros((8, 8, 8), np.uint8)

@@ -55,8 +55,8 @@ def test_each_call_gets_its_turn(tmp_path):
     hopper = isospline.research.VoxelHopper(surface)
     renderer = isospline.ProgressiveRenderer(scene, camera, size=(32, 24))
     image = render(scene, camera, size=(64, 48))
-    end = time.monotonic() + 6
-    longest, counts, errors = {}, {}, []
+    end = time.monotonic() + 2
+    longest, errors = {}, []
 
     def change_level(i):
         surface.level = 36.0 + i % 13
@@ -99,14 +99,13 @@ def test_each_call_gets_its_turn(tmp_path):
     def again(call):
         i = 0
         try:
-            while time.monotonic() < end:
+            while time.monotonic() < end or i < 10:
                 begin = time.monotonic()
                 call(i)
                 longest[call.__name__] = max(longest.get(call.__name__, 0), time.monotonic() - begin)
                 i += 1
         except BaseException as error:
             errors.append(error)
-        counts[call.__name__] = i
 
     calls = [change_level, change_objects, query, look, draw, trace, measure, write]
     threads = [threading.Thread(target=again, args=(call,)) for call in calls]
@@ -118,7 +117,6 @@ def test_each_call_gets_its_turn(tmp_path):
     # Each of these is a few calls: they take a tenth of a second on an idle machine, and many times as long on a busy
     # one. A call that starves waits for a minute.
     assert max(longest.values()) < 15, longest
-    assert min(counts.values()) >= 3, counts
 
 
 def test_changes_do_not_wait_for_a_picture():
@@ -252,7 +250,7 @@ time.sleep(0.3)
 @pytest.mark.slow
 @pytest.mark.parametrize("call", ["render", *long_ones("short", "add")])
 def test_the_interpreter_ends_while_daemon_threads_work(call, folder):
-    for _ in range(5):
+    for _ in range(3):
         assert python(END, folder, arguments=[call]) == ""
 
 
@@ -330,8 +328,8 @@ import os, signal, sys, threading, time
 import numpy as np
 import isospline
 
-isospline.convert(np.random.default_rng(0).random((192, 192, 192), np.float32), "volume.zarr")
-volume = isospline.open_volume("volume.zarr", memory_limit="40MB")
+isospline.convert(np.random.default_rng(0).random((128, 128, 128), np.float32), "volume.zarr")
+volume = isospline.open_volume("volume.zarr", memory_limit="34MB")
 scene = isospline.Scene(isospline.Isosurface(volume, 0.6))
 rays = isospline.camera_for(scene).rays((40, 40)).reshape(-1, 6)
 expected = scene.count_intersections(rays)

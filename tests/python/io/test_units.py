@@ -100,7 +100,7 @@ def test_a_store_of_a_volume_without_a_patient_keeps_the_unit(tmp_path, unit):
 @pytest.mark.parametrize("of_store", [False, True])
 def test_tables_of_info_and_measure_have_the_unit(tmp_path, capsys, unit, area, volume, of_store):
     nibabel = pytest.importorskip("nibabel")
-    samples, path = isospline.volumes.torus().values(40).astype(np.float32), tmp_path / "a.npy"
+    samples, path = isospline.volumes.torus().values(20).astype(np.float32), tmp_path / "a.npy"
     np.save(path, samples)
     if unit:
         image = nibabel.Nifti1Image(samples.T, np.eye(4))

@@ -94,18 +94,20 @@ def browser():
         yield opened
 
 
-@pytest.mark.parametrize("width", [1440, 390], ids=["desktop", "phone"])
 @pytest.mark.parametrize("page", PAGES)
-def test_page_fits_into_the_window(site, browser, page, width):
-    """No page is wider than the window, shows an error, or needs another site."""
-    window = browser.new_page(viewport={"width": width, "height": 900})
+def test_page_fits_into_the_window(site, browser, page):
+    """No page is wider than a phone or a monitor, shows an error, or needs another site."""
+    window = browser.new_page(viewport={"width": 390, "height": 900})
     problems, outside = [], []
     window.on("pageerror", lambda error: problems.append(str(error)))
     window.on("console", lambda line: line.type == "error" and problems.append(line.text))
     window.on("request", lambda request: request.url.startswith("http") and outside.append(request.url))
     window.goto((site / f"{page}.html").as_uri())
-    assert window.evaluate("document.documentElement.scrollWidth") <= width
-    assert window.locator("h1").first.is_visible()
+    for width in (390, 1440):
+        window.set_viewport_size({"width": width, "height": 900})
+        assert window.evaluate("innerWidth") == width
+        assert window.evaluate("document.documentElement.scrollWidth") <= width
+        assert window.locator("h1").first.is_visible()
     broken = "[...document.images].filter(each => each.complete && !each.naturalWidth).length"
     assert window.evaluate(broken) == 0
     assert not problems and not outside

@@ -192,6 +192,7 @@ def test_clicks_measure(page, viewer):
 
 
 def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
+    page.page.set_viewport_size({"width": 460, "height": 140})
     page.page.get_by_role("button", name="+ level").click()
     page.wait("isospline.state.objects.length === 2")
     page.settle()
@@ -218,9 +219,9 @@ def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
 
 @pytest.mark.parametrize("shading", ["Outline", "Ambient", "Path traced"])
 def test_shadings_refine_to_the_pictures_of_their_script(page, shading, tmp_path, monkeypatch):
-    page.page.set_viewport_size({"width": 420, "height": 140})
+    page.page.set_viewport_size({"width": 400, "height": 80})
     page.page.get_by_role("button", name=shading).click()
-    page.wait("isospline.frame.size[1] === 140")
+    page.wait("isospline.frame.size[1] === 80")
     page.settle()
     pixels = page.pixels()
     page.open("saving")
