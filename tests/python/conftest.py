@@ -13,12 +13,16 @@ from isospline import volumes
 
 # Files that take longest. They run first, so that no process has one left when the others have finished.
 LONGEST = (
-    "test_site",
     "test_pages",
-    "test_fuzz",
     "test_viewer_page",
-    "test_threads",
+    "test_site",
+    "test_fuzz",
     "test_store_reliability",
+    "test_threads",
+    "test_components",
+    "test_measure",
+    "test_path_tracer",
+    "test_distributed",
 )
 
 

@@ -13,13 +13,17 @@ from command_line import fails, run
 
 import isospline
 from isospline import volumes
+from isospline.cli import demo
 from isospline.cli.main import main
 from isospline.cli.parser import make_parser
 
 
 @pytest.mark.slow
-def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsys):
+def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsys, monkeypatch):
     image = pytest.importorskip("PIL.Image")
+    assert (demo.SAMPLES, demo.SIZE) == (192, (960, 720))
+    monkeypatch.setattr(demo, "SAMPLES", 64)
+    monkeypatch.setattr(demo, "SIZE", (240, 180))
     folder = tmp_path / "a folder"
     assert main(["demo", "-o", str(folder)]) == 0
     printed = capsys.readouterr()
@@ -27,18 +31,18 @@ def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsy
     assert all(re.fullmatch("isospline: (filter|render)ing: .* left", line) for line in printed.err.splitlines())
     assert str(folder / "demo.npy") in printed.out and str(folder / "demo.png") in printed.out
     data = np.load(folder / "demo.npy", mmap_mode="r")
-    field, index = volumes.heart(), np.random.default_rng(0).integers(0, 192, (1000, 3))
-    points = field.grid(192)["origin"] + index[:, ::-1] * np.asarray(field.grid(192)["spacing"])
+    field, index = volumes.heart(), np.random.default_rng(0).integers(0, 64, (1000, 3))
+    points = field.grid(64)["origin"] + index[:, ::-1] * np.asarray(field.grid(64)["spacing"])
     np.testing.assert_allclose(data[tuple(index.T)], field.value(points), rtol=1e-5, atol=1e-5)
     pixels = np.asarray(image.open(folder / "demo.png").convert("RGB")).astype(int)
     red = pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 20
-    assert 0.15 < red.mean() < 0.7 and red[:, 240:720].mean() > red[:, :240].mean()
+    assert 0.15 < red.mean() < 0.7 and red[:, 60:180].mean() > red[:, :60].mean()
     # The suggested next commands are valid, and find the volume.
     lines = [shlex.split(line) for line in printed.out.splitlines() if line.startswith("  isospline ")]
     assert [words[1] for words in lines] == ["info", "view", "render", "measure", "view", "render"]
     parse = make_parser(*["run"] * 7).parse_args
     assert all(parse(words[1:]).run == "run" for words in lines)
-    assert main(lines[0][1:]) == 0 and "192 x 192 x 192" in capsys.readouterr().out
+    assert main(lines[0][1:]) == 0 and "64 x 64 x 64" in capsys.readouterr().out
 
 
 def test_demo_needs_a_folder_that_it_may_make(ball, capsys):

@@ -228,7 +228,7 @@ def pixels_of(path):
 
 @pytest.mark.slow
 def test_a_killed_worker_costs_no_pixels(scene, camera):
-    options = dict(size=SIZE, light=isospline.AmbientOcclusion(32), samples=4, layers=LAYERS)
+    options = dict(size=SIZE, light=isospline.AmbientOcclusion(8), samples=4, layers=LAYERS)
     expected = isospline.render(scene, camera, **options)
     with clusters.local_cluster(2, LIMIT) as cluster, distributed.Client(cluster) as client:
         before = client.run(os.getpid)

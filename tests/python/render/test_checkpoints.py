@@ -150,7 +150,9 @@ def test_a_picture_continues_after_each_sample(whole, path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 3, 10, 20])
+@pytest.mark.parametrize(
+    "count", [1, pytest.param(3, marks=pytest.mark.long), 10, pytest.param(20, marks=pytest.mark.long)]
+)
 def test_a_picture_continues_after_ctrl_c(path, count):
     """The interrupt may come at any time: tiles then have different numbers of samples."""
     options = dict(size=(200, 150))

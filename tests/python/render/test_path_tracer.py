@@ -42,6 +42,12 @@ def albedo(material, to_viewer):
     return (f * (directions[..., 2] * solid_angle)[..., None]).sum((0, 1))
 
 
+def between(*values):
+    """Values of a parameter, or of several, for `make ci-long` alone."""
+    marks = pytest.mark.long
+    return [pytest.param(*(each if isinstance(each, tuple) else (each,)), marks=marks) for each in values]
+
+
 def assert_means(image, expected, tolerance=1e-5):
     """No pixel is wrong by six standard errors, and the reported standard errors are right.
 
@@ -139,9 +145,12 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
     assert ((expected.color[..., 3] > 0) & (expected.color[..., 3] < 1)).any()
 
 
+# `make test` has the ends of each range, and `make ci-long` what lies between.
 @pytest.mark.slow
-@pytest.mark.parametrize("roughness", [0.2, 0.35, 0.6, 1.0])
-@pytest.mark.parametrize("metallic, specular", [(0, 0), (0, 0.05), (0, 0.25), (0, 0.5), (0, 1), (0.5, 0.5), (1, 0.5)])
+@pytest.mark.parametrize("roughness", [0.2, *between(0.35, 0.6), 1.0])
+@pytest.mark.parametrize(
+    "metallic, specular", [(0, 0), *between((0, 0.05), (0, 0.25)), (0, 0.5), (0, 1), *between((0.5, 0.5)), (1, 0.5)]
+)
 def test_no_material_makes_light(roughness, metallic, specular):
     white = isospline.Material(1, metallic=metallic, roughness=roughness, specular=specular)
     parts = [albedo(white, at_angle(angle))[0] for angle in (0.01, 30, 60, 75, 85)]

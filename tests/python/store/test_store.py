@@ -83,7 +83,7 @@ def test_blocks_have_the_coefficients_of_scipy(degree, boundary):
 @pytest.mark.parametrize("degree", range(6))
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])
 def test_store_reads_back(degree, boundary, tmp_path):
-    data = samples((70, 100, 150))
+    data = samples((40, 50, 70))
     volume = isospline.Volume(data, degree=degree, boundary=boundary, spacing=(1, 2, 3), origin=(5, 6, 7))
     path = isospline.convert(
         data, tmp_path / "a.zarr", degree=degree, boundary=boundary, spacing=(1, 2, 3), origin=(5, 6, 7), chunk=16
