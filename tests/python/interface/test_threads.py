@@ -341,7 +341,7 @@ def work():
 
 for _ in range(3):
     threading.Thread(target=work, daemon=True).start()
-for _ in range(12):
+for _ in range(6):
     time.sleep(0.05)
     child = os.fork()
     if child == 0:

@@ -168,7 +168,7 @@ def test_denoise_changes_nothing_but_colour(scene, camera, monkeypatch):
 @pytest.mark.slow
 def test_denoise_brings_a_picture_closer_to_its_limit(scene, camera):
     pytest.importorskip("pyoidn", reason="pyoidn is not installed")
-    size = (160, 120)
+    size = (80, 60)
     noisy = render(scene, camera, size=size, light=INTEGRATOR, samples=4)
     best = render(scene, camera, size=size, light=INTEGRATOR, samples=256)
     before, after = (np.sqrt(((image.color - best.color)[..., :3] ** 2).mean()) for image in (noisy, noisy.denoise()))

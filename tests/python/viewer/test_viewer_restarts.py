@@ -10,6 +10,7 @@ from viewer_client import port_of, token_of
 import isospline
 
 LEVEL = 0.0
+SMALL = (460, 140)  # a window whose pictures are drawn soon
 
 
 @pytest.fixture
@@ -22,7 +23,7 @@ def context(browser):
 @pytest.mark.slow
 def test_the_cookie_replaces_the_token_in_the_address(context, large_ball):
     with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
-        page = Page(context, viewer.url)
+        page = Page(context, viewer.url, SMALL)
         page.settle()
         (cookie,) = context.cookies()
         assert cookie["httpOnly"] and cookie["sameSite"] == "Strict" and str(port_of(viewer)) in cookie["name"]
@@ -31,7 +32,7 @@ def test_the_cookie_replaces_the_token_in_the_address(context, large_ball):
             page.page.reload()
             page.settle()
         page.close()
-        other = Page(context, viewer.address)  # another window of the same browser
+        other = Page(context, viewer.address, SMALL)  # another window of the same browser
         other.settle()
         other.close()
         assert not page.problems + other.problems
@@ -46,7 +47,7 @@ def test_the_file_that_leads_to_the_page_opens_it(context, large_ball, monkeypat
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
     with isospline.view(large_ball, levels=[LEVEL], browser=True) as viewer:
-        page = Page(context, opened[0])
+        page = Page(context, opened[0], SMALL)
         page.page.wait_for_url(viewer.address)
         page.settle()
         referrer = page.evaluate("document.referrer")
@@ -87,7 +88,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
     other.write_bytes(large_ball.read_bytes())
     with isospline.view(large_ball, levels=[LEVEL], browser=False, token="of-both") as viewer:
         # The page tries to connect again while no viewer is there, and Chromium reports every attempt as an error.
-        page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED",))
+        page = Page(context, viewer.url, SMALL, expected=("ERR_CONNECTION_REFUSED",))
         page.settle()
         page.page.set_input_files("#open", other)
         page.wait("isospline.state.objects.length === 2")
@@ -113,7 +114,7 @@ def test_a_page_continues_with_a_restarted_viewer(context, large_ball, tmp_path)
 @pytest.mark.slow
 def test_a_page_of_a_viewer_with_another_token_says_so(context, large_ball):
     with isospline.view(large_ball, levels=[LEVEL], browser=False) as viewer:
-        page = Page(context, viewer.url, expected=("ERR_CONNECTION_REFUSED", "Unexpected response code: 403"))
+        page = Page(context, viewer.url, SMALL, expected=("ERR_CONNECTION_REFUSED", "Unexpected response code: 403"))
         page.settle()
         port = port_of(viewer)
     with contextlib.closing(page), isospline.view(large_ball, levels=[3.0], browser=False, port=port):
