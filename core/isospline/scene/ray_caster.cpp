@@ -75,9 +75,13 @@ struct RayCaster::Impl {
     /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
     LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    /// Begins the query of a packet, and sets Embree's rays; returns the rays that do not miss the scene's box.
+    template <int Size, class Packet, class EmbreeRays>
+    LaneMask begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
+                   EmbreeRays& ready) const;
     /// Finds the nearest hits of a packet, for `packet_query`; returns the rays that hit.
     template <int Size>
-    LaneMask find_hits(const RayPacket& rays, std::size_t index, RTCScene top);
+    LaneMask find_hits(const RayPacket& rays, std::size_t index, const Traversal& traversal);
     template <int Size>
     LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
     LaneMask test_singles(const RayPacket& rays, std::size_t index);
@@ -138,18 +142,34 @@ LaneMask RayCaster::Impl::cast_singles(const RayPacket& rays, std::size_t index,
     return hit_lanes;
 }
 
-template <int Size>
-LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, RTCScene top)
+template <int Size, class Packet, class EmbreeRays>
+LaneMask RayCaster::Impl::begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
+                                EmbreeRays& ready) const
 {
-    PacketQuery& packet = *packet_query;
     const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
     if (used == 0)
         return 0;
     packet.begin(rays, used);
+    if (const Instance* const alone = traversal.alone; alone != nullptr) {
+        to_lattice(packet.prepared, alone->placement.centred_to_local, alone->object->cell_shape(), packet.in_lattice);
+        packet.slot_in_lattice = packet.instID[0] = traversal.slot; // as in a scene of instances
+        set_rays<Size>(packet.in_lattice, ready);
+    } else {
+        set_rays<Size>(packet.prepared, ready);
+    }
+    return used;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, const Traversal& traversal)
+{
+    PacketQuery& packet = *packet_query;
     alignas(64) RTCRayHitNt<Size> ray_hits;
-    set_rays(packet.prepared, ray_hits);
+    const LaneMask used = begin<Size>(traversal, rays, index, packet, ray_hits);
+    if (used == 0)
+        return 0;
     const ValidLanes<Size> valid(used);
-    embree::intersect_coherent(top, packet, valid.flags, ray_hits);
+    embree::intersect_coherent(traversal.scene, packet, valid.flags, ray_hits);
     packet.rethrow();
     LaneMask hit_lanes = 0;
     for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
@@ -161,7 +181,7 @@ LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, RT
 template <int Size>
 LaneMask RayCaster::Impl::cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits)
 {
-    const LaneMask hit_lanes = find_hits<Size>(rays, index, scene.camera_top.get());
+    const LaneMask hit_lanes = find_hits<Size>(rays, index, camera);
     const PacketQuery& packet = *packet_query;
     alignas(64) double t[PreparedPacket::capacity] = {};
     for (LaneMask rest = hit_lanes; rest != 0; rest &= rest - 1u) {
@@ -213,22 +233,14 @@ template <int Size>
 LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
 {
     if (scene.reads_sources) // as test_singles()
-        return find_hits<Size>(rays, index, scene.shadow_top());
+        return find_hits<Size>(rays, index, shadow);
     if (!packet_occlusion)
         packet_occlusion.emplace(scene.instances);
     PacketOcclusion& packet = *packet_occlusion;
-    const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
+    alignas(64) RTCRayNt<Size> ready;
+    const LaneMask used = begin<Size>(shadow, rays, index, packet, ready);
     if (used == 0)
         return 0;
-    packet.begin(rays, used);
-    alignas(64) RTCRayNt<Size> ready;
-    if (const Instance* const alone = shadow.alone; alone != nullptr) {
-        to_lattice(packet.prepared, alone->placement.centred_to_local, alone->object->cell_shape(), packet.in_lattice);
-        packet.slot_in_lattice = packet.instID[0] = shadow.slot;
-        set_rays<Size>(packet.in_lattice, ready);
-    } else {
-        set_rays<Size>(packet.prepared, ready);
-    }
     const ValidLanes<Size> valid(used);
     embree::occluded<Size>(shadow.scene, packet, valid.flags, ready);
     packet.rethrow();
