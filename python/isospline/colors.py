@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .base.color_tables import table
 from .base.mistakes import sentence
+from .base.parameters import check_type
 from .base.signatures import explained
 
 #: Kinds of curvature by which surfaces are coloured, by their names in the viewer and on the command line.
@@ -267,8 +270,8 @@ def ridges_and_valleys(
     Parameters
     ----------
     curvature : float
-        Mean curvature at which the full colour is reached, in 1 / world unit; not 0. A rounded edge of radius r has the
-        mean curvature 1 / (2 r).
+        Mean curvature at which the full colour is reached, in 1 / world unit; above 0. A rounded edge of radius r has
+        the mean curvature 1 / (2 r).
     color, ridge, valley : float, (3,) float or str
         Colours, sRGB from 0 to 1, or names.
 
@@ -279,13 +282,16 @@ def ridges_and_valleys(
     Raises
     ------
     ValueError
-        For a curvature that is 0 or not finite, and for a colour that is unknown or outside of 0 to 1.
+        For a curvature that is not above 0 or not finite, and for a colour that is unknown or outside of 0 to 1.
 
     Examples
     --------
     >>> import isospline
     >>> engraved = isospline.Phong(color=isospline.ridges_and_valleys(0.4, valley=(0.2, 0.05, 0)))
     """
+    check_type(curvature, "curvature", numbers.Real, "a number")
+    if not 0 < curvature < math.inf:
+        raise ValueError(f"curvature: expected a finite number above 0, got {curvature!r}")
     given = {"valley": valley, "color": color, "ridge": ridge}
     colors = np.stack([one_color(each, name) for name, each in given.items()])
     return _core.ColorByCurvature("mean", limits=(-curvature, curvature), cmap=linear(colors))

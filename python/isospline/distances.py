@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ._core import Isosurface, Mesh, Scene
+from .base.parameters import check_seed
 from .base.results import Measurement, SurfaceDistance
 from .base.signatures import explained
 
@@ -75,6 +76,7 @@ def surface_distance(
         raise TypeError(f"surface: expected an Isosurface or a Mesh, got {type(surface).__name__}")
     if samples < 2:
         raise ValueError(f"samples: expected at least 2, got {samples}")
+    check_seed(seed)
     target = _target(other)
     tolerance = _default_tolerance(surface, other) if tolerance is None else tolerance
     if not (tolerance > 0 and math.isfinite(tolerance)):

@@ -108,7 +108,7 @@ void sample(const IsosurfaceSnapshot& surface, std::uint32_t seed, std::size_t f
         bool is_found = false;
         for (int line_count = 0; !is_found; ++line_count) {
             if ((cells.empty() && area_of_caps == 0.0) || line_count == most_lines)
-                throw_invalid("surface", "one with points to sample, or samples=0", "none in sight");
+                throw_invalid("surface", "one with points to sample", "none in sight");
             if (area_of_caps > 0.0 && fine() < part_of_caps) {
                 const auto [polygon, position] = triangles.at(fine(), {fine(), fine()});
                 is_found = caps.is_on_cap(*polygon, position);

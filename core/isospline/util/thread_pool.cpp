@@ -121,7 +121,7 @@ void run_with_help(int most_helpers, const std::function<void()>& work, const st
 void set_thread_count(int count)
 {
     if (count < 0)
-        throw_invalid("thread_count", "a number of threads, or 0 for all", count);
+        throw_invalid("count", "a number of threads, or 0 for all", count);
     Pool::instance().limit_threads(count);
 }
 

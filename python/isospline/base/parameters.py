@@ -25,6 +25,14 @@ def check_count(count: Any, parameter: str = "count", largest: int = COUNT_LIMIT
         raise ValueError(f"{parameter}: expected a whole number of at least 1{most}, got {count!r}")
 
 
+def check_seed(seed: Any) -> None:
+    """Check the seed of random numbers."""
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)):
+        raise TypeError(sentence("seed", "a whole number", seed))
+    if not 0 <= seed < 1 << 32:
+        raise ValueError(f"seed: expected 0 to {(1 << 32) - 1}, got {seed}")
+
+
 def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expected: str) -> None:
     """Check that a parameter is an instance of the types; `expected` describes them."""
     if not isinstance(value, types):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import numbers
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -185,6 +186,8 @@ class _Fit:
             raise ValueError(f"projection: expected 'perspective' or 'orthographic', got {projection!r}")
         if not 0 <= margin < 1:
             raise ValueError(f"margin: expected a part of the image, at least 0 and below 1, got {margin!r}")
+        if not (isinstance(size, Sequence) and [isinstance(each, numbers.Real) for each in size] == [True, True]):
+            raise TypeError(sentence("size", "two numbers, a width and a height", size))
         width, height = size
         if not (width > 0 and height > 0):
             raise ValueError(f"size: expected a width and a height above 0, got {size!r}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from ..base.mistakes import sentence
 from .rendering import render
 from .scenes import as_scene
 
@@ -92,6 +93,8 @@ def add_to_plotter(plotter, scene, **options):
 
     Raises
     ------
+    TypeError
+        For what is not a Plotter.
     ValueError
         For a Plotter with several views.
 
@@ -106,6 +109,8 @@ def add_to_plotter(plotter, scene, **options):
     >>> plotter.screenshot(return_img=True).shape
     (48, 64, 3)
     """
+    if not hasattr(plotter, "renderers"):
+        raise TypeError(sentence("plotter", "a Plotter of PyVista", plotter))
     if len(plotter.renderers) != 1:
         raise ValueError(f"plotter: expected one with a single view, got {len(plotter.renderers)} views")
     return PlotterPicture(plotter, as_scene(scene), options)

@@ -9,12 +9,20 @@ from typing import Any
 import numpy as np
 
 from .. import _core
+from ..base.parameters import check_type
 from ..base.signatures import explained
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
 
 #: Points along each edge of a volume's box at which the size of a voxel in the picture is computed.
 _POINTS = 9
+
+_CAMERAS = (
+    _core.PerspectiveCamera,
+    _core.ProjectionPlaneCamera,
+    _core.OrthographicCamera,
+    _core.PanoramicCamera,
+)
 
 #: Longest edge, in samples, of the overview level.
 _OVERVIEW = 256
@@ -45,9 +53,12 @@ def scale_for(store: StoreMetadata | str | os.PathLike[str], camera: Any, size: 
 
     Raises
     ------
+    TypeError
+        For what is not a camera.
     OSError, ValueError
         For a folder that is not a complete store, as `open_volume` does.
     """
+    check_type(camera, "camera", _CAMERAS, "a camera of isospline")
     metadata = store if isinstance(store, StoreMetadata) else read_metadata(store)
     try:
         to_image = camera.world_to_ndc(size)

@@ -200,6 +200,27 @@ MISTAKES = {
         "base_color: unknown keyword of Material",
         "color",
     ),
+    "one number for a size without a camera": (
+        lambda s: isospline.render(s.scene, size=128),
+        "size: expected two numbers, a width and a height, got 128",
+        "(128, 128)",
+    ),
+    "text for a size": (lambda s: isospline.camera_for(s.scene, size="12"), "size: expected two numbers", None),
+    "a fraction as seed": (
+        lambda s: isospline.surface_distance(s.surface.to_mesh(), s.surface, seed=1.5),
+        "seed: expected a whole number, got 1.5",
+        None,
+    ),
+    "a number in place of a camera": (
+        lambda s: isospline.scale_for("a.zarr", 3, (64, 48)),
+        "camera: expected a camera of isospline, got 3",
+        None,
+    ),
+    "a number in place of a Plotter": (
+        lambda s: isospline.add_to_plotter(3, s.scene),
+        "plotter: expected a Plotter of PyVista, got 3",
+        None,
+    ),
     "text as progress": (
         lambda s: isospline.Volume(np.zeros((3, 3, 3)), progress="bar"),
         "progress: expected a callable, True",
@@ -223,6 +244,21 @@ def test_mistakes_get_one_sentence(mistake, volume, surface, scene, camera):
     assert ("; did you mean " in message) == (meaning is not None)
     assert meaning is None or message.partition("; did you mean ")[2].startswith(meaning)
     assert "\n" not in message and "incompatible" not in message and "0x" not in message and "array(" not in message
+
+
+@pytest.mark.parametrize(
+    "call, parameter",
+    [
+        (lambda s: isospline.surface_distance(s.to_mesh(), s, seed=-1), "seed"),
+        (lambda s: isospline.ridges_and_valleys(-1), "curvature"),
+        (lambda s: isospline.ridges_and_valleys(float("nan")), "curvature"),
+        (lambda s: isospline.set_thread_count(-1), "count"),
+        (lambda s: isospline.camera_for(s, size=(0, 2)), "size"),
+    ],
+)
+def test_numbers_out_of_range_name_their_parameter(surface, call, parameter):
+    with pytest.raises(ValueError, match=f"^{parameter}: expected"):
+        call(surface)
 
 
 @pytest.mark.parametrize("color", [(255, 0, 0), [0, 128, 255], (11.5, 1, 2)])
