@@ -201,7 +201,7 @@ sanitize-address: test-packages .venv/.installed
 	@echo "== Running the Python tests under AddressSanitizer and UndefinedBehaviorSanitizer"
 	@ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 \
 	    LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
-	    PYTHONPATH=build/asan-ubsan/package $(python) -m pytest -p no:cacheprovider
+	    PYTHONPATH=build/asan-ubsan/package $(pytest) -p no:cacheprovider -m "not long" $$(tests/python/of_the_module)
 
 sanitize-thread: test-packages
 	@echo "== Building with ThreadSanitizer in build/tsan"

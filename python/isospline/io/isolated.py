@@ -38,7 +38,7 @@ SECONDS, SECONDS_OF_BYTE, CLOCK = 20.0, 4e-6, 5.0
 MESSAGE, RESULT_LIMIT = 256, 1 << 24
 
 _BEGIN = (
-    "import json, sys\nsys.path[:] = json.loads(sys.argv[2])\n"
+    "import gc, json, sys\ngc.disable()\nsys.path[:] = json.loads(sys.argv[2])\n"
     "from isospline.io.isolated_server import serve\nserve(int(sys.argv[1]))"
 )
 # Libraries would start threads, with which processes cannot be forked safely.

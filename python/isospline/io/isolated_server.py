@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import math
@@ -12,6 +13,7 @@ import resource
 import select
 import signal
 import socket
+import sys
 import warnings
 
 import numpy as np
@@ -40,8 +42,13 @@ def serve(number: int) -> None:
         if not message:
             return
         for library in message.decode().split():
-            with contextlib.suppress(ImportError):  # the call raises it
-                importlib.import_module(library)
+            if library not in sys.modules:
+                with contextlib.suppress(ImportError):  # the call raises it
+                    importlib.import_module(library)
+                landlock.needed.cache_clear()
+        landlock.needed()
+        seccomp.program()
+        gc.freeze()  # so that collections of the forked processes do not copy pages
         if os.fork() == 0:
             control.close()
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
@@ -81,6 +88,7 @@ def _watch(caller, shared):
 def _read(request, caller, shared):
     """Call the function under limits, and send its result."""
     _limit(request)
+    gc.enable()
     try:
         landlock.read_only(request["readable"])
         seccomp.deny()

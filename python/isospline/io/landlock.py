@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 import os
 import site
 import sys
@@ -27,7 +28,7 @@ _SCOPES = 3  # abstract Unix sockets and signals of processes that are not confi
 #: What Python and libraries need: programs, shared libraries, time zones, the number of processors.
 _SYSTEM = (
     "/usr", "/bin", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/urandom", "/dev/zero",
-    "/proc/cpuinfo", "/proc/meminfo", "/proc/self", "/sys/devices/system/cpu",
+    "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system/cpu",
 )  # fmt: skip
 
 
@@ -43,7 +44,22 @@ class _Rule(ctypes.Structure):
 
 def version() -> int:
     """The version of Landlock's interface that the kernel offers; 0 without it."""
-    return max(0, ctypes.CDLL(None).syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION_FLAG))
+    return max(0, _libc().syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION_FLAG))
+
+
+def outermost(paths: Iterable[str | os.PathLike[str]]) -> list[str]:
+    """The real paths of files and folders, without those that are in one of the others."""
+    kept: list[str] = []
+    for path in sorted({os.path.realpath(each) for each in paths}, key=lambda path: path.split("/")):
+        if not (kept and (path == kept[-1] or path.startswith(kept[-1].rstrip("/") + "/"))):
+            kept.append(path)
+    return kept
+
+
+@functools.cache
+def needed() -> list[str]:
+    """What Python and the imported packages consist of. It is found once, also for processes that this one forks."""
+    return outermost((*_SYSTEM, *_packages()))
 
 
 def read_only(paths: Iterable[str | os.PathLike[str]]) -> bool:
@@ -68,10 +84,10 @@ def read_only(paths: Iterable[str | os.PathLike[str]]) -> bool:
     size = known * ctypes.sizeof(ctypes.c_uint64)
     descriptor = _call(_CREATE_RULESET, ctypes.byref(ruleset), ctypes.c_size_t(size), 0)
     try:
-        for path in {os.path.realpath(each) for each in (*paths, *_SYSTEM, *_packages())}:
+        for path in outermost((*paths, "/proc/self", *needed())):
             with contextlib.suppress(FileNotFoundError, PermissionError):
                 _allow(descriptor, path)
-        if ctypes.CDLL(None, use_errno=True).prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) != 0:
+        if _libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) != 0:
             raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
         _call(_RESTRICT_SELF, descriptor, 0)
     finally:
@@ -98,7 +114,12 @@ def _packages():
 
 
 def _call(number, *arguments):
-    result = ctypes.CDLL(None, use_errno=True).syscall(number, *arguments)
+    result = _libc().syscall(number, *arguments)
     if result < 0:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
     return result
+
+
+@functools.cache
+def _libc():
+    return ctypes.CDLL(None, use_errno=True)
