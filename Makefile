@@ -222,12 +222,14 @@ lint: .venv/.installed ## check types, stubs, files in Python, C++ and CMake, an
 	@tools/install_packages clang-format
 	@$(MAKE) --no-print-directory --output-sync --jobs $$(nproc) lint-types lint-stubs lint-files
 
+# What mypy knows of other packages is kept between checkouts.
+lint-types lint-stubs: export MYPY_CACHE_DIR := $(cache)/mypy
 lint-types:
-	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy -p isospline
-	@MYPY_CACHE_DIR=build/mypy $(bin)/mypy examples/*.py tests/python/project/typed_user.py
+	@$(bin)/mypy -p isospline
+	@$(bin)/mypy examples/*.py tests/python/project/typed_user.py
 
 lint-stubs:
-	@$(python) -m pytest -q tests/python/project/test_types.py
+	@$(python) -m pytest -q -m "not long" tests/python/project/test_types.py
 
 lint-files:
 	@$(bin)/ruff check .
@@ -267,11 +269,11 @@ pip = $(python) -m pip install -q --disable-pip-version-check --no-compile
 	    "$$python" -m venv --clear .venv; \
 	fi
 	@echo "== Installing the build requirements into .venv"
-	@$(python) tools/build_requirements.py | $(pip) -r /dev/stdin
+	@$(python) tools/requirements.py | $(pip) -r /dev/stdin
 	@touch $@
 
-# The package with everything that its tests need.
-with_extras := .[io,interop,store,view,test,docs,lint]
+# The extras with everything that tests need.
+extras := io interop store view test docs lint
 
 # $(call pip_install,PRESET,WHAT,TESTS): builds the Python module in build/PRESET, which is kept, and installs the package.
 # If TESTS is OFF, CMake needs none of the packages of tests and benchmarks.
@@ -279,6 +281,10 @@ pip_install = $(pip) --no-build-isolation $(2) \
     --config-settings=build-dir=build/$(1) --config-settings=cmake.args=--preset=$(1) \
     --config-settings=cmake.build-type= --config-settings=cmake.define.ISOSPLINE_BUILD_TESTS=$(or $(3),ON) \
     --config-settings=cmake.define.ISOSPLINE_BUILD_BENCH=$(or $(3),ON)
+
+# $(call install_with_extras,WHAT): the same with all extras. Their packages are installed meanwhile: pip is one thread.
+install_with_extras = $(python) tools/requirements.py $(extras) | $(pip) -r /dev/stdin & packages=$$!; \
+    $(call pip_install,release,$(1) --no-deps) || { wait $$packages; false; }; wait $$packages
 
 # Of these installations, the last one is in .venv.
 installations := .venv/.installed .venv/.linked .venv/.module .venv/.demo
@@ -301,12 +307,12 @@ installations := .venv/.installed .venv/.linked .venv/.module .venv/.demo
 .venv/.linked: .venv/.requirements $(compiled) | test-packages
 	@echo "== Building the package in build/release and linking it into .venv (takes minutes the first time)"
 	@rm -f $(installations)
-	@$(call pip_install,release,--editable "$(with_extras)")
+	@$(call install_with_extras,--editable .)
 	@touch $@
 
 # The package as users get it, which `make test` tests, with everything that its tests need.
 .venv/.installed: .venv/.requirements $(sources) | test-packages
 	@echo "== Building the package in build/release and installing it into .venv (takes minutes the first time)"
 	@rm -f $(installations)
-	@$(call pip_install,release,"$(with_extras)")
+	@$(call install_with_extras,.)
 	@touch $@
