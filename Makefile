@@ -74,7 +74,7 @@ say-test-time:
 	@if [ -e build/test-minutes ]; then \
 	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
 	else \
-	    echo "== make test takes about 20 minutes on two cores, and 11 once everything is built"; \
+	    echo "== make test takes about 20 minutes on two cores, and 10 once everything is built"; \
 	fi
 
 # Tests that are marked as slow are left out.
