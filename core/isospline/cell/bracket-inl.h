@@ -5,6 +5,7 @@
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/brent.h"
 
+#include <algorithm>
 #include <optional>
 
 #if defined(ISOSPLINE_CELL_BRACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -21,13 +22,14 @@ namespace HWY_NAMESPACE {
 /// How close Brent's method gets to the root, as a fraction of the ray's way through the cell.
 constexpr double bracket_tolerance = 1e-12;
 
-/// A root of f - level along the ray inside the cell if f1 f2 <= 0 holds for the values at its two ends, otherwise
-/// nothing. It misses an even number of roots in one cell, and finds any one of an odd number: this is the paper's
-/// method, unchanged, for comparison.
+/// A root of f - level along the ray inside the cell if f1 f2 <= 0 holds for the values where the ray enters, or
+/// begins, and where it leaves, or ends; otherwise nothing. It misses an even number of roots in one cell, and finds
+/// any one of an odd number: this is the paper's method, unchanged, for comparison.
 template <int Degree>
 std::optional<RootInCell> bracket_first_root(const CellCoefficients& cell, const LatticeRay& ray)
 {
-    const Interval inside = ray.inside_cell(cell.lower);
+    const Interval segment = ray.inside_cell(cell.lower);
+    const Interval inside{std::max(segment.t_near, ray.t_near), std::min(segment.t_far, ray.t_far)};
     if (!(inside.t_near < inside.t_far))
         return std::nullopt;
 
