@@ -132,7 +132,7 @@ def _names_files(path, within):
     import tifffile
 
     with tifffile.TiffFile(path, _multifile=False) as file:
-        if not file.is_ome or file.is_mmstack or file.is_ndtiff:
+        if not file.is_ome or getattr(file, "is_mmstack", False) or getattr(file, "is_ndtiff", False):
             return False
         elements = list(xml.etree.ElementTree.fromstring(file.ome_metadata or "").iter())
     names = {element.get(key) for element in elements for key in ("FileName", "MetadataFile")} - {None, path.name}

@@ -99,6 +99,7 @@ def test_the_samples_of_pores_give_the_porosity():
 
 
 def test_masks_of_stores_and_cancelling(tmp_path):
+    pytest.importorskip("zarr")
     data = noise(6)
     isospline.convert(data, tmp_path / "a.zarr")
     stored = isospline.Isosurface(isospline.open_volume(tmp_path / "a.zarr"), 0.01)
