@@ -44,9 +44,9 @@ def secret(tmp_path):
 
 
 def uploads_of(viewer):
-    """The files in the folder of uploads."""
-    folder = viewer.uploads.path
-    return sorted(path for path in pathlib.Path(folder).rglob("*") if path.is_file())
+    """The files in the folder of uploads; folders in it may be removed meanwhile, which os.walk allows."""
+    walk = os.walk(viewer.uploads.path)
+    return sorted(pathlib.Path(folder, name) for folder, _, names in walk for name in names)
 
 
 INP = b"*NODE\n1,0,0,0\n2,7,0,0\n3,0,7,0\n*ELEMENT,TYPE=S3\n1,1,2,3\n"
