@@ -13,7 +13,7 @@ from .cluster import client_of
 _DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
-def add_convert(commands, convert, add_reading, numbers):
+def add_convert(commands, convert, add_reading, add_spline, numbers):
     """The command and its options."""
     command = commands.add_parser("convert", help="write a store of a volume that is larger than memory")
     command.set_defaults(run=convert)
@@ -29,20 +29,7 @@ def add_convert(commands, convert, add_reading, numbers):
         "--direction", type=numbers(9), metavar="ROWS", help="3 x 3 numbers, instead of the file's; columns are axes"
     )
     group.add_argument("--axes", choices=("zyx", "xyz"), default="zyx", help="of an array in .npy, Zarr or HDF5")
-    group = command.add_argument_group("model")
-    group.add_argument("--degree", type=int, choices=range(6), default=2, help="of the spline (default 2)")
-    group.add_argument(
-        "--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples continue outside"
-    )
-    group.add_argument(
-        "--filter",
-        choices=("interpolate", "none", "smoothing"),
-        default="interpolate",
-        help="pass through the samples (default), use them as coefficients, or smooth them",
-    )
-    group.add_argument(
-        "--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of the roughness, for --filter smoothing"
-    )
+    add_spline(command.add_argument_group("model"), range(6))
     group = command.add_argument_group("work")
     group.add_argument(
         "--no-image", dest="image", action="store_false", help="leave out the samples, which other programs show"

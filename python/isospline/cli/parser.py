@@ -101,7 +101,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     add_memory_limit(command)
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
-    add_convert(commands, convert, _add_reading, cli_types.numbers)
+    add_convert(commands, convert, _add_reading, _add_spline, cli_types.numbers)
 
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command, optional=True)
@@ -266,8 +266,8 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     return parser
 
 
-def _add_model(group, largest):
-    group.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
+def _add_spline(group, degrees):
+    group.add_argument("--degree", type=int, choices=degrees, default=2, help="of the spline (default 2)")
     group.add_argument(
         "--boundary", choices=("mirror", "periodic"), default="mirror", help="how samples continue outside"
     )
@@ -280,6 +280,10 @@ def _add_model(group, largest):
     group.add_argument(
         "--smoothing", type=float, default=0.0, metavar="WEIGHT", help="of the roughness, for --filter smoothing"
     )
+
+
+def _add_model(group, largest):
+    _add_spline(group, (1, 2, 3))
     group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
     add_largest(group, largest)
 
