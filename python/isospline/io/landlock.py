@@ -13,10 +13,11 @@ import os
 import site
 import sys
 from collections.abc import Iterable
+from typing import Any
 
 # System calls, which have the same numbers on all processors, and an operation of prctl.
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
-_NO_NEW_PRIVILEGES = 38
+NO_NEW_PRIVILEGES = 38
 _VERSION_FLAG = 1
 _PATH_BENEATH = 1
 _EXECUTE, _READ_FILE, _READ_FOLDER = 1, 4, 8
@@ -87,8 +88,7 @@ def read_only(paths: Iterable[str | os.PathLike[str]]) -> bool:
         for path in outermost((*paths, "/proc/self", *needed())):
             with contextlib.suppress(FileNotFoundError, PermissionError):
                 _allow(descriptor, path)
-        if _libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) != 0:
-            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+        control_process(NO_NEW_PRIVILEGES, 1, 0)
         _call(_RESTRICT_SELF, descriptor, 0)
     finally:
         os.close(descriptor)
@@ -118,6 +118,12 @@ def _call(number, *arguments):
     if result < 0:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
     return result
+
+
+def control_process(operation: int, argument: int, pointer: Any) -> None:
+    """Call prctl. Raises OSError if the kernel refuses."""
+    if _libc().prctl(operation, argument, pointer, 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
 
 
 @functools.cache

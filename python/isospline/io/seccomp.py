@@ -11,6 +11,8 @@ import ctypes
 import functools
 import os
 
+from .landlock import NO_NEW_PRIVILEGES, control_process
+
 _ALLOW, _DENY = 0x7FFF0000, 0x00050001  # with EPERM
 _NOT_EQUAL = 1
 
@@ -41,7 +43,7 @@ _DENIED_UNLESS = {
 
 
 # Operations of prctl, and the bytes of an instruction of a filter.
-_NO_NEW_PRIVILEGES, _SET_SECCOMP, _MODE_FILTER = 38, 22, 2
+_SET_SECCOMP, _MODE_FILTER = 22, 2
 _INSTRUCTION = 8
 
 
@@ -81,13 +83,11 @@ def deny() -> bool:
         return False
     # The kernel takes the strictest answer of all filters. That of most calls is made once: libseccomp needs 3 ms.
     filters = [program(), _program([(name, _unless(*each)) for name, each in _DENIED_UNLESS.items()])]
-    if _libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) != 0:
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    control_process(NO_NEW_PRIVILEGES, 1, 0)
     for each in filters:
         instructions = ctypes.create_string_buffer(each, len(each))
         filter = _Filter(len(each) // _INSTRUCTION, ctypes.addressof(instructions))
-        if _libc().prctl(_SET_SECCOMP, _MODE_FILTER, ctypes.byref(filter), 0, 0) != 0:
-            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+        control_process(_SET_SECCOMP, _MODE_FILTER, ctypes.byref(filter))
     return True
 
 
@@ -117,11 +117,6 @@ def _program(rules):
             return file.read()
     finally:
         library.seccomp_release(context)
-
-
-@functools.cache
-def _libc():
-    return ctypes.CDLL(None, use_errno=True)
 
 
 def _library():
