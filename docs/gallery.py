@@ -16,7 +16,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 SECTIONS = {
     "First steps": (
         "From a file or an array to a picture, a model, a level.",
-        ["010", "200-first-try", "040", "050", "080", "090"],
+        ["010", "015", "200-first-try", "040", "050", "080", "090"],
     ),
     "Looks": (
         "Light, colour, cuts, transparency.",

@@ -68,6 +68,7 @@ from .picture.progressive import ProgressiveRenderer, render_progressive
 from .picture.rendering import render
 from .picture.studio import Studio
 from .picture.video import write_video
+from .suggest.presentation import suggest_mask, suggest_view
 from .store import convert, open_volume, scale_for
 from . import research, showing
 
@@ -150,6 +151,8 @@ __all__ = [
     "scale_for",
     "set_thread_count",
     "suggest_levels",
+    "suggest_mask",
+    "suggest_view",
     "surface_distance",
     "thread_count",
     "turntable",

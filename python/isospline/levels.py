@@ -150,13 +150,6 @@ def bars(values: NDArray[np.float64], counts: NDArray[np.int64], number: int) ->
     return np.bincount(places, counts, number).astype(np.int64)
 
 
-def default_level(volume: _core.Volume) -> float:
-    """The level of a picture of a volume for which none was given."""
-    values, counts = histogram(some_values(volume))
-    suggested = levels_of_histogram(values, counts)
-    return default_levels(suggested, float(values[0]), volume.patient)[0] if suggested else float(values[0])
-
-
 def default_levels(suggested: list[float], minimum: float, patient: bool) -> tuple[float, float | None]:
     """The level of a picture for which none was given, and the level of the patient's body, or None.
 
@@ -164,16 +157,15 @@ def default_levels(suggested: list[float], minimum: float, patient: bool) -> tup
     it is the first one above water, which shows bones. The lowest suggested level then separates the body from air, if
     it is below water.
     """
-    is_ct = patient and _AIR[0] <= minimum <= _AIR[1]
     above_water = [level for level in suggested if level > _WATER]
-    if not (is_ct and above_water):
+    if not (patient and is_ct(minimum) and above_water):
         return suggested[0], None
     return above_water[0], min(suggested) if min(suggested) < _WATER else None
 
 
-def body_mask(volume: _core.Volume, level: float) -> NDArray[np.bool_]:
-    """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
-    return _core.Isosurface(volume, level, largest=1).to_mask(whole_cells=True)
+def is_ct(minimum: float) -> bool:
+    """Whether the least sample of a patient's volume is air in Hounsfield units."""
+    return _AIR[0] <= minimum <= _AIR[1]
 
 
 def count_pieces(surface: _core.Isosurface) -> tuple[int, int]:

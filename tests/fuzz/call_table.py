@@ -496,6 +496,8 @@ def calls(o, folder):
         ("set_thread_count", iso.set_thread_count, {"count": 2}),
         ("thread_count", iso.thread_count, {}),
         ("suggest_levels", iso.suggest_levels, {"data": samples, "count": 2}),
+        ("suggest_mask", iso.suggest_mask, {"volume": o["volume"]}),
+        ("suggest_view", iso.suggest_view, {"volume": o["volume"]}),
         ("Image.to_srgb", o["image"].to_srgb, {}),
         ("Image.tone_map", o["image"].tone_map, {"curve": "neutral", "exposure": 1.0}),
         ("Image.over", o["image"].over, {"background": 0.5}),

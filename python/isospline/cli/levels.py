@@ -8,39 +8,61 @@ import numpy as np
 
 import isospline
 
-from ..levels import body_mask, default_levels
+from ..picture.views import DEFAULT_VIEW
+from ..suggest.presentation import Presentation, has_directions, present_data
+from ..suggest.view import SuggestedView
 from .picture import ALL, kept_pieces, largest_of
 from .store import Store, least_sample
 
 
 class Chosen(NamedTuple):
-    """Levels, the level of the patient's body to which the surface is confined, and whether specks are left out."""
+    """Levels, to what the surface is confined or None, whether specks are left out, and the view of the whole."""
 
     levels: list[float]
-    body_level: float | None
-    without_specks: bool
+    confined: Presentation | None = None
+    without_specks: bool = False
+    view: SuggestedView = SuggestedView()
 
 
 def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
     """The levels that the options give, or the one that suits the volume; `say` tells which."""
-    if arguments.level is not None:
-        return Chosen(arguments.level, None, False)
+    needs_view = getattr(arguments, "view", None) == DEFAULT_VIEW and arguments.up is None
+    needs_view = needs_view and not has_directions(data.patient, data.direction)
+    if arguments.level is not None and not needs_view:
+        return Chosen(arguments.level)
     suggested = isospline.suggest_levels(data.data)
     if not suggested:
+        if arguments.level is not None:
+            return Chosen(arguments.level)
         raise ValueError(f"{arguments.file}: expected samples that differ, all of them are {data.data.flat[0]}")
-    level, body_level = default_levels(suggested, least_sample(data), data.patient)
-    which = "the first one" if level == suggested[0] else "the first one above water, for bones,"
-    say(f"level {level:g}, {which} of the suggested levels: {', '.join(f'{each:g}' for each in suggested)}")
+    shown = present_data(data, suggested, least_sample(data))
+    if needs_view and shown.view.reason:
+        wrong = "the directions of the file seem wrong: " if data.patient else ""
+        say(f"{wrong}{shown.view.reason}; --view three-quarter is the view by the directions of the file")
+    if arguments.level is not None:
+        return Chosen(arguments.level, view=shown.view)
+    which = "the first one"
+    if shown.level != suggested[0]:
+        which += " above water, for bones," if data.patient else " that shows more than a plate,"
+    say(f"level {shown.level:g}, {which} of the suggested levels: {', '.join(f'{each:g}' for each in suggested)}")
+    if shown.cut_sides > 1 and getattr(arguments, "closed", False):
+        say(f"the border of the volume cuts the solid at {shown.cut_sides} sides, where it has flat faces")
     # Finding components would read all of a store.
     is_partial = arguments.largest == ALL or isinstance(data, Store)
-    return Chosen([level], None if is_partial else body_level, arguments.largest is None and not is_partial)
+    is_confined = shown.confined_at is not None and not is_partial
+    return Chosen(
+        [shown.level], shown if is_confined else None, arguments.largest is None and not is_partial, shown.view
+    )
 
 
 def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str, Any], say: Any) -> list[Any]:
     """The isosurfaces at the chosen levels, without specks and what is not the body; `say` tells what is left out."""
-    if chosen.body_level is not None:
-        options = {**options, "mask": body_mask(volume, chosen.body_level)}
-        say(f"only the body is kept: the largest piece at level {chosen.body_level:g}")
+    if chosen.confined is not None:
+        options = {**options, "mask": chosen.confined.mask(volume)}
+        if chosen.confined.body_level is not None:
+            say(f"only the body is kept: the largest piece at level {chosen.confined.body_level:g}")
+        if chosen.confined.left_out is not None:
+            say("the plate on which it lies is left out; --largest all shows it")
     first = isospline.Isosurface(volume, chosen.levels[0], largest=largest_of(arguments), **options)
     if chosen.without_specks and (kept := kept_pieces(first, say)):
         first = isospline.Isosurface(volume, chosen.levels[0], largest=kept, **options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 
 import isospline
@@ -22,7 +23,7 @@ LIMITS = (*LONG, "resume")
 
 #: The values of --light, and the options that not all of them support.
 LIGHTS: dict[str, tuple[str, ...]] = {
-    "studio": OPACITY,
+    "studio": ("denoise", *OPACITY),
     "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
     "outline": (*TONE, *OPACITY),
     "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
@@ -44,7 +45,7 @@ def looks(arguments, count):
     opacities = _opacities(arguments, count)
     lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
     if arguments.light == "studio":
-        studio = isospline.Studio(fast=arguments.fast, up=arguments.up or (0, 0, 1))
+        studio = isospline.Studio(fast=arguments.fast, up=arguments.up, denoise=wants_denoising(arguments))
         return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
     if arguments.fast:
         raise ValueError(f"--fast: expected --light studio with it, got {arguments.light}")
@@ -77,6 +78,14 @@ def ground_look(arguments, looks):
         return isospline.Material(color, specular=0)
     matt = {"specular": 0} if arguments.light == "phong" else {}
     return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
+
+
+def wants_denoising(arguments):
+    """Whether noise is removed: of path traced pictures if asked for, in studio light wherever it can be."""
+    if arguments.denoise or arguments.light != "studio":
+        return bool(arguments.denoise)
+    is_whole = not (arguments.fast or arguments.workers or arguments.scheduler)
+    return arguments.denoise is None and is_whole and importlib.util.find_spec("pyoidn") is not None
 
 
 def given(arguments, options):

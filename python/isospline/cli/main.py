@@ -174,7 +174,7 @@ def _render(arguments, write=True):
         denoiser()  # fails now if it is missing, and not after the work
     meshes = [read_placed(text) for text in arguments.mesh]
     data, labels = _volume_or_labels(arguments)
-    chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([], None, False)
+    chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([])
     count = len(chosen.levels) + len(meshes) if labels is None else set_colors(labels, arguments)
     materials, light_of = looks(arguments, count)
 
@@ -195,7 +195,7 @@ def _render(arguments, write=True):
             return arguments.cameras
         scene, surfaces, volume = made
         is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
-        return _cameras(arguments, volume if is_empty else scene)
+        return _cameras(arguments, volume if is_empty else scene, chosen.view)
 
     if isinstance(data, Store):
         made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
@@ -208,7 +208,7 @@ def _render(arguments, write=True):
     scene = made[0]
     if arguments.ground:
         materials = [*materials, ground_look(arguments, materials)]
-        scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
+        scene.add(isospline.ground_for(scene, up=arguments.up or chosen.view.up))
     look = {"light": light_of(dict(zip(scene.ids, materials)))}
     marks = annotations_of(arguments, look)
     frames, missing = frames_to_make(cameras, arguments, _say)
@@ -216,7 +216,7 @@ def _render(arguments, write=True):
         written = write_images(
             arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress)
         )
-    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
+    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW or chosen.view.reason):
         _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")
     print(f"{arguments.output}: {written}, {extent}, {time.perf_counter() - begin:.1f} s")
     return cameras, chosen.levels
@@ -297,11 +297,12 @@ def _clip(arguments):
     return clip
 
 
-def _cameras(arguments, seen):
-    """The camera of the picture, or those of all pictures."""
+def _cameras(arguments, seen, suggested):
+    """The camera of the picture, or those of all pictures, by default from a suggested view."""
+    is_free = arguments.view == DEFAULT_VIEW and arguments.up is None
     framing = dict(
-        view=arguments.view,
-        up=arguments.up,
+        view=suggested.view if is_free else arguments.view,
+        up=suggested.up if is_free else arguments.up,
         projection=arguments.projection,
         field_of_view=arguments.field_of_view,
         size=arguments.size,
@@ -328,9 +329,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         ambient_occlusion_samples=arguments.ambient_occlusion_samples,
         **look,
     )
-    samples = arguments.samples
-    if samples is None:
-        samples = 8 if arguments.light == "studio" and not arguments.fast else 4
+    samples = arguments.samples or (8 if arguments.light == "studio" and not arguments.fast else 4)
     progress = Patience(arguments, progress, _say)
     if is_distributed:
         from_cluster = cluster_images(scene, cameras, {"samples": samples, **options}, arguments, progress)
@@ -347,7 +346,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         else:
             images = [isospline.render(scene, camera, samples=samples, progress=report, **options)]
         for image in images:
-            image = image.denoise() if arguments.denoise else image
+            image = image.denoise() if arguments.denoise and arguments.light == "path-trace" else image
             if is_mapped:
                 image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
                 image = image.over(background_of(arguments))

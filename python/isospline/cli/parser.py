@@ -157,7 +157,8 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
         default=DEFAULT_VIEW,
         metavar="SIDE",
         help="side of the eye: front, back, left, right (the object's own), top, bottom, anterior, "
-        "posterior, superior, inferior, iso, three-quarter (default), +x to -z, X,Y,Z",
+        "posterior, superior, inferior, iso, three-quarter, +x to -z, X,Y,Z; by default suggested: "
+        "three-quarter, or from the front of what is recognised",
     )
     group.add_argument(
         "--up",
@@ -177,7 +178,6 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     )
     group.add_argument("--samples", type=int, metavar="N", help="rays per pixel (default 4, studio 8, path-trace 64)")
     add_picture_options(group)
-    group.add_argument("--denoise", action="store_true", help="remove the noise of --light path-trace")
     group.add_argument(
         "--background",
         type=background,

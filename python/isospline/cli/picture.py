@@ -26,13 +26,18 @@ def add_picture_options(group):
         "--fast", action="store_true", help="leave out shadows, sky and ground; takes a tenth of the time or less"
     )
     group.add_argument(
+        "--denoise",
+        action=argparse.BooleanOptionalAction,
+        help="remove noise by Open Image Denoise; by default in studio light if pyoidn is installed",
+    )
+    group.add_argument(
         "--annotate",
         type=_annotations,
         nargs="?",
         const=ANNOTATIONS,
-        default=(),
         metavar="MARKS",
-        help="draw scale-bar, colorbar or scale-bar,colorbar; without a value, all that apply",
+        help="draw scale-bar, colorbar, both with a comma, or none; without a value, all that apply; by default a "
+        "scale bar in a .png or a video if the unit is known",
     )
 
 
@@ -71,10 +76,12 @@ def kept_pieces(surface, say):
 
 
 def _annotations(text):
+    if text == "none":
+        return ()
     names = tuple(part.replace("-", "_") for part in text.split(","))
     for name in names:
         if name not in ANNOTATIONS:
-            raise argparse.ArgumentTypeError(f"expected scale-bar, colorbar or scale-bar,colorbar, got {text!r}")
+            raise argparse.ArgumentTypeError(f"expected scale-bar, colorbar, scale-bar,colorbar or none, got {text!r}")
     return names
 
 
@@ -122,15 +129,19 @@ def annotations_of(arguments, look):
     --annotate without a value draws a colour bar if there is a colour map.
     """
     colors = look["light"]
+    is_default = arguments.annotate is None
     names = arguments.annotate
+    if is_default:
+        names = () if arguments.session or arguments.output.lower().endswith(".exr") else ("scale_bar",)
     if names == ANNOTATIONS and not color_rules(colors):
         names = ("scale_bar",)
     names = check_annotations(names, None, colors, None)
 
     def marked(image, camera, scene):
+        unit = unit_of(scene)
         if arguments.legend:
             draw_legend(image, legend_rows(scene, colors))
-        return annotated(image, names, camera, scene, colors, unit_of(scene))
+        return image if is_default and not unit else annotated(image, names, camera, scene, colors, unit)
 
     return marked
 

@@ -56,6 +56,14 @@ class Store:
     def data(self):
         return self.scales.volume(self.scales.overview).coefficients
 
+    @property
+    def spacing(self):
+        return self.scales.metadata.scales[self.scales.overview].spacing
+
+    @property
+    def direction(self):
+        return self.scales.metadata.scales[self.scales.overview].direction
+
     def _check_model(self, arguments):
         """Refuse a model other than that of the store."""
         defaults = {"degree": 2, "boundary": "mirror", "filter": "interpolate", "smoothing": 0.0}

@@ -14,6 +14,7 @@ from .. import _core
 from ..base.mistakes import sentence
 from ..base.parameters import check_count
 from ..base.signatures import explained
+from ..suggest.presentation import suggested_view
 from .views import DEFAULT_VIEW, Vector, View, direction_of
 
 
@@ -53,7 +54,8 @@ def camera_for(
         box is fitted.
     view : str or (3,) float
         The side of the eye: a vector towards the eye, or a name. By convention, objects face -y, z is upwards, and left
-        is their own left, +x.
+        is their own left, +x. The default, ``"suggested"``, is the view and the upward direction of `suggest_view` if
+        all surfaces are of one volume and `up` is not given, otherwise "three-quarter".
 
         ===================================  =========  ===================================================
         name                                 the eye    the image
@@ -98,6 +100,7 @@ def camera_for(
     >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
     OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
     """
+    view, up = suggested_for(scene, view, up)
     fit = _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin)
     return fit.camera()
 
@@ -144,7 +147,15 @@ def turntable(
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
+    view, up = suggested_for(scene, view, up)
     return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin)
+
+
+def suggested_for(scene: Any, view: View, up: ArrayLike | None) -> tuple[View, ArrayLike | None]:
+    """The view and the upward direction of a camera: the suggested ones by default, if there are any."""
+    is_default = isinstance(view, str) and view == DEFAULT_VIEW and up is None
+    suggested = suggested_view(scene) if is_default else None
+    return (view, up) if suggested is None else (suggested.view, suggested.up)
 
 
 def turn(

@@ -12,7 +12,7 @@ from .. import _core
 from ..base.mistakes import sentence
 from ..interop.conversions import as_volume
 from ..io.volume_data import VolumeData
-from ..levels import default_level
+from ..suggest.presentation import suggested_surface
 
 
 def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
@@ -22,14 +22,12 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
     ----------
     shown : Scene, Isosurface, Mesh, Volume, VolumeData, (nz, ny, nx) array, or sequence of isosurfaces and meshes
     level : float, optional
-        Of a volume; by default the one that the command `isospline render` chooses.
+        Of a volume; by default the level and the pieces that the command `isospline render` chooses.
     """
     is_array = isinstance(shown, np.ndarray)
     if isinstance(shown, (_core.Volume, VolumeData)) or (is_array and shown.ndim in (3, 4)):
         volume = as_volume(shown, "scene")
-        if level is None:
-            level = default_level(volume)
-        return _core.Scene([closed_surface(volume, level)])
+        return _core.Scene([suggested_surface(volume) if level is None else closed_surface(volume, level)])
     if level is not None:
         raise ValueError(
             f"level: cannot be combined with a {type(shown).__name__}, which has one; "

@@ -16,8 +16,9 @@ from .. import _core
 from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods, parameters_of
 from ..base.values import parts
+from ..suggest.presentation import suggested_view
 from .ground import ground_for
-from .image import Image
+from .image import Image, denoiser
 from .materials import check_materials, look_of
 from .tone import tone_mapped
 
@@ -59,12 +60,16 @@ class Studio:
         Brightness of the lights, at least 0: the light that each adds to a white surface facing it.
     ground : bool
         Whether there is a ground. It is left out if the eye is below it, and in panoramas.
-    up : (3,) float
-        The direction away from the ground.
+    up : (3,) float, optional
+        The direction away from the ground; by default (0, 0, 1), or the one that `suggest_view` suggests for the scene
+        if the camera's upward direction is nearer to it.
     light_samples : int
         Points on the key light, and directions to the sky, for each ray of a pixel; 1 to 65536.
     fast : bool
         Leaves out shadows, sky and ground; takes a tenth of the time or less.
+    denoise : bool
+        Removes the grain of shadows and of the sky's light by Intel's Open Image Denoise (``pip install pyoidn``).
+        Colours and shapes of surfaces are not smoothed. Not for crops: pixels depend on their surroundings.
     material : Material, optional
         For objects that have no material of their own; by default white.
     materials : dict of object or geometry id to Material
@@ -89,9 +94,10 @@ class Studio:
     fill: float = 0.3
     sky: float = 0.45
     ground: bool = True
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    up: tuple[float, float, float] | None = None
     light_samples: int = 4
     fast: bool = False
+    denoise: bool = False
     _: KW_ONLY
     material: _core.Material | None = None
     materials: Mapping[Any, _core.Material] = field(default_factory=dict, hash=False)
@@ -102,7 +108,8 @@ class Studio:
             is_number = isinstance(value, numbers.Real)
             if not is_number or not 0 <= value < math.inf:
                 raise ValueError(f"{name}: expected a finite number of at least 0, got {value!r}")
-        object.__setattr__(self, "up", tuple(unit_vector(self.up, "up").tolist()))
+        if self.up is not None:
+            object.__setattr__(self, "up", tuple(unit_vector(self.up, "up").tolist()))
         check_count(self.light_samples, "light_samples", 65536)
         check_type(self.material, "material", (_core.Material, type(None)), "a Material")
         object.__setattr__(self, "materials", check_materials(self.materials))
@@ -123,6 +130,7 @@ def render_in_studio(
 ) -> Image:
     """Render a scene in this light, whose materials are by geometry id."""
     behind = np.array(_core.background_color(background))
+    light = light.replace(up=upward_for(scene, camera)) if light.up is None else light
     looks, values = _without_values(_looks(scene, light))
     lights = _Lights(light, camera)
     flat = {"layers": (), "ambient_occlusion_samples": 16}
@@ -143,22 +151,24 @@ def render_in_studio(
         _lay_over(image.color, behind, None)
         return image
 
+    if light.denoise and options["crop"] is not None:
+        raise ValueError("crop: cannot be combined with Studio(denoise=True), which needs the whole picture")
     seen = copy(scene)  # shares the objects; the given scene does not get the ground
     radius = _radius(seen)
     ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
     shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
 
-    def draw(part, shading, **more):
+    def draw(part, shading, is_told=True, **more):
         begin = sum(list(shares.values())[: list(shares).index(part)]) / sum(shares.values())
         share = shares[part] / sum(shares.values())
-        report = progress and (lambda fraction: progress(begin + share * fraction))
+        report = is_told and progress and (lambda fraction: progress(begin + share * fraction))
         return Image(
             _core.render(
                 seen,
                 camera,
                 shading=shading,
                 background=None,
-                progress=report,
+                progress=report or None,
                 encoding="linear",
                 **{**options, **more},
             )
@@ -169,8 +179,15 @@ def render_in_studio(
     fill = {id: look.replace(lights=[lights.fill], shadows=False, ambient=0, specular=0) for id, look in looks.items()}
     sky = {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}
     image = draw("key", key)
+    in_sky = draw("sky", sky, **flat).color[..., :3]
+    if light.denoise:
+        unshaded = {id: look.replace(shadows=False) for id, look in key.items()}
+        unhidden = {id: look.replace(lights=[], ambient=1) for id, look in key.items()}
+        in_key, open_sky = (draw("fill", each, False, **flat).color[..., :3] for each in (unshaded, unhidden))
+        image.color[..., :3] = _without_grain(image.color[..., :3], in_key)
+        in_sky = _without_grain(in_sky, open_sky)
     image.color[..., :3] += draw("fill", fill, **flat).color[..., :3]
-    image.color[..., :3] += light.sky * draw("sky", sky, **flat).color[..., :3]
+    image.color[..., :3] += light.sky * in_sky
     _tone_map_surfaces(image.color)
     if values:
         _add_values(image, draw("values", values, **{**flat, "layers": albedo}))
@@ -189,8 +206,19 @@ def render_in_studio(
         even = _sky(_core.Phong(), fine.light_samples, radius)
         in_sky = draw("ground in sky", {**looks, id: even}, **flat).color
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
+        if light.denoise:
+            shade = denoiser()(np.repeat(shade[..., None].astype(np.float32), 3, axis=-1))[..., 0]
     _lay_over(image.color, behind, shade)
     return image
+
+
+def upward_for(scene: _core.Scene, camera: Any) -> tuple[float, float, float]:
+    """The direction away from the ground: z, or the suggested one if the camera has it above."""
+    suggested, z = suggested_view(scene), (0.0, 0.0, 1.0)
+    if suggested is None:
+        return z
+    upward = camera.world_to_camera[1, :3]
+    return suggested.up if upward @ suggested.up > upward @ z else z
 
 
 class _Lights:
@@ -252,6 +280,12 @@ def _sky(look, samples, distance):
     return _core.AmbientOcclusion(
         samples, distance=distance or math.inf, **{name: value for name, value in parts(look).items() if name in shared}
     )
+
+
+def _without_grain(lit, unhidden):
+    """Light of which a part is hidden, without noise: that part is denoised, and nothing else."""
+    part = np.divide(lit, unhidden, out=np.zeros_like(lit), where=unhidden > 1e-6)
+    return unhidden * denoiser()(np.ascontiguousarray(part.clip(0, 1), np.float32))
 
 
 def _radius(scene):

@@ -36,16 +36,16 @@ VIEWS: dict[str, tuple[tuple[float, float, float], tuple[int, int, int]]] = {
     "-z": ((0, 0, -1), (0, -1, 0)),
 }
 
-#: The view of pictures by default: the front, a little from the side and from above.
-DEFAULT_VIEW = "three-quarter"
+#: The view of pictures by default: that of `suggest_view` for a scene of one volume, otherwise "three-quarter".
+DEFAULT_VIEW = "suggested"
 
 
 def direction_of(view: View) -> tuple[Vector, tuple[int, int, int]]:
     """The unit vector towards the eye, and the upward direction in the image."""
     if isinstance(view, str):
-        if view not in VIEWS:
-            raise ValueError(f"view: expected one of {', '.join(VIEWS)}, or a vector, got {view!r}")
-        towards, up = VIEWS[view]
+        if view not in VIEWS and view != DEFAULT_VIEW:
+            raise ValueError(f"view: expected one of {DEFAULT_VIEW}, {', '.join(VIEWS)}, or a vector, got {view!r}")
+        towards, up = VIEWS["three-quarter" if view == DEFAULT_VIEW else view]
         direction = unit_vector(towards, "view")
     else:
         direction, up = unit_vector(view, "view"), (0, 0, 1)

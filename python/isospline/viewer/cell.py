@@ -12,7 +12,7 @@ import numpy as np
 from .. import _core
 from ..colors import BACKGROUND, color_of
 from ..picture.cameras import camera_for
-from ..picture.rendering import render
+from ..picture.rendering import render, unit_of
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
 
@@ -45,6 +45,7 @@ def picture(item):
         light=Studio(fast=True, materials=looks),
         samples=4,
         background=BACKGROUND,
+        annotate=("scale_bar",) if unit_of(scene) else (),
     )
 
 

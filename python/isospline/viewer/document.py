@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import threading
 from dataclasses import dataclass, field, replace
@@ -12,8 +13,9 @@ import numpy as np
 from .. import _core
 from ..interop import read_mesh
 from ..io import VolumeData, read_volume
-from ..levels import bars, body_mask, default_levels, histogram, index_shape, levels_of_histogram, some_values
+from ..levels import bars, histogram, index_shape, levels_of_histogram, some_values
 from ..store.detail import Scales, is_store
+from ..suggest.presentation import Presentation, body_mask, present
 
 #: Suffixes of files that hold meshes; others are read as volumes.
 MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
@@ -114,18 +116,21 @@ class Source:
         if not lower <= level <= upper:
             raise ValueError(f"level: expected {lower:.6g} to {upper:.6g}, the values of {self.name}, got {level:.6g}")
 
+    @functools.cached_property
+    def presentation(self):
+        """What is shown by default, as in `render`."""
+        suggested = levels_of_histogram(self.values, self.counts)
+        if not suggested:
+            return Presentation(self.range[0])
+        minimum = self.range[0] if self.scales is None else self.scales.metadata.scales[0].minimum
+        return present(self.item, suggested, minimum)
+
     def default_levels(self):
-        """The level of the first isosurface, and the level of the patient's body, or None, as in `render`.
+        """The level of the first isosurface, and the level of the body to which it is confined, or None.
 
         Volumes in stores have no level of the body, because its components would need all of the store.
         """
-        suggested = levels_of_histogram(self.values, self.counts)
-        if not suggested:
-            return self.range[0], None
-        is_stored = self.scales is not None
-        minimum = self.scales.metadata.scales[0].minimum if is_stored else self.range[0]
-        level, body_level = default_levels(suggested, minimum, self.patient)
-        return level, None if is_stored else body_level
+        return self.presentation.level, None if self.scales else self.presentation.confined_at
 
     def mask(self, body_level, scale=None):
         """The mask of the largest piece at a level, computed once; None for a level of None."""
@@ -134,8 +139,19 @@ class Source:
         with self.making:
             known = (body_level, scale)
             if known not in self.masks:
-                self.masks[known] = body_mask(self.volume(scale), body_level)
+                self.masks[known] = self._mask(body_level, self.volume(scale))
             return self.masks[known]
+
+    def _mask(self, body_level, volume):
+        """The samples to which a surface is confined: those shown by default, or the largest piece at another level."""
+        is_default = body_level == self.presentation.confined_at
+        return self.presentation.mask(volume) if is_default else body_mask(volume, body_level)
+
+    def mask_expression(self, body_level):
+        """Python code of the same mask, for the volume named by the key."""
+        if self.presentation.left_out and body_level == self.presentation.confined_at:
+            return f"isospline.suggest_mask({self.key})"
+        return f"isospline.Isosurface({self.key}, {body_level!r}, largest=1).to_mask(whole_cells=True)"
 
     def window(self):
         """The values shown as black and white in slices: the range without the lowest 1% and the highest 0.5%."""

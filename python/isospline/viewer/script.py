@@ -19,7 +19,7 @@ def script(document, state, size, path="picture.png"):
             lines.append(f"{source.key} = {expression}")
     lines += ["", "scene = isospline.Scene()"]
     names = [f"object{each.id}" for each in visible]
-    lines += [f"{name} = scene.add({_object(state, each)})" for name, each in zip(names, visible)]
+    lines += [f"{name} = scene.add({_object(document, state, each)})" for name, each in zip(names, visible)]
     lines += ["", f"camera = {_camera(state.camera)}"]
     rows = [f"\n    {name}: {_look(document, state, each)}," for name, each in zip(names, visible)]
     looks = "{" + "".join(rows) + ("\n}" if rows else "}")
@@ -44,14 +44,12 @@ def script(document, state, size, path="picture.png"):
     return "\n".join(lines) + "\n"
 
 
-def _object(state, each):
+def _object(document, state, each):
     if each.level is None:
         return each.source
     options = "" if each.largest is None else f", largest={each.largest}"
     if each.body_level is not None:
-        options += (
-            f", mask=isospline.Isosurface({each.source}, {each.body_level!r}, largest=1).to_mask(whole_cells=True)"
-        )
+        options += f", mask={document[each.source].mask_expression(each.body_level)}"
     if each.closed:
         options += ", closed=True"
     if state.clip.kind != "none":

@@ -17,6 +17,7 @@ import numpy as np
 from .. import _core
 from ..base.system import warn
 from ..io import isolated
+from ..levels import count_pieces
 from ..picture.cameras import camera_for
 from ..picture.views import DEFAULT_VIEW
 from .bundle import bundle_sizes, is_bundle, unpack
@@ -153,8 +154,11 @@ class Viewer:
             levels = [level]
             if body_level is not None and not table:
                 self.tell(f"finding the body in {source.name}", 0.0)
-                source.mask(body_level)
                 look = {**look, "body_level": body_level}
+            if source.scales is None and not table and look.get("largest") is None:
+                mask = source.mask(look.get("body_level"))
+                kept, found = count_pieces(_core.Isosurface(source.item, level, mask=mask))
+                look = {**look, "largest": kept if kept < found else None}
         first = not self._state.objects
 
         def add(state):

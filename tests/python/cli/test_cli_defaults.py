@@ -11,6 +11,7 @@ from command_line import pixels
 import isospline
 from isospline.cli.main import main
 from isospline.levels import histogram
+from isospline.suggest.presentation import suggested_surface
 
 REAL = {
     "engine.nii.gz": (80, []),
@@ -70,7 +71,7 @@ def test_first_suggestions_of_real_volumes_are_worth_seeing(volumes_folder):
 
 
 def test_the_default_picture_is_in_studio_light(ball, picture):
-    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "-o", str(picture)]) == 0
+    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "--no-denoise", "-o", str(picture)]) == 0
     volume = isospline.Volume(np.load(ball))
     surface = isospline.Isosurface(volume, 0, closed=True)
     expected = isospline.render(
@@ -236,3 +237,47 @@ def test_render_leaves_specks_out_and_explains_how_to_turn_the_picture(tmp_path,
     with pytest.raises(SystemExit, match="2"):
         main(["render", str(path), "-o", str(picture), "--largest", "some"])
     assert "--largest: expected a number or all, got 'some'" in capsys.readouterr().err
+
+
+def test_the_command_tells_what_stands_out(tmp_path, capsys):
+    z, y, x = np.mgrid[0:48, 0:48, 0:48]
+    values = np.where(np.hypot(np.hypot(x - 24, (y - 20) / 2), z - 24) < 7, 200, 0)
+    values[:, 40:44] = 200
+    path, picture, other = tmp_path / "ball.npy", tmp_path / "a.png", tmp_path / "b.png"
+    np.save(path, values.astype(np.uint8))
+    options = ["--fast", "--size", "48x36"]
+    assert main(["render", str(path), *options, "-o", str(picture)]) == 0
+    told = capsys.readouterr().err
+    assert "it lies on a plate; --view three-quarter is the view by the directions of the file" in told
+    assert "the plate on which it lies is left out; --largest all shows it" in told
+    assert main(["render", str(path), *options, "--view", "three-quarter", "-o", str(other)]) == 0
+    assert "lies on a plate;" not in capsys.readouterr().err
+    assert not np.array_equal(pixels(picture), pixels(other))
+    # The same from Python, in the viewer and for a notebook: camera and pieces.
+    volume = isospline.Volume(values.astype(np.uint8))
+    surface = suggested_surface(volume)
+    assert surface.bounds[1, 1] < 39
+    with isospline.view(path, browser=False) as viewer:
+        (shown,) = viewer.state.objects
+        camera = viewer.camera_towards("home", (48, 36))
+        assert shown.body_level == shown.level
+        assert camera.up == (0, -1, 0)
+        with viewer.making() as maker:
+            maker.geometry_ids(viewer.state)
+            np.testing.assert_allclose(maker.scene.bounds, surface.bounds)
+    assert isospline.camera_for(surface).up.tolist() == [0, -1, 0]
+
+
+@pytest.mark.parametrize(("options", "is_drawn"), [([], True), (["--annotate", "none"], False)])
+def test_a_scale_bar_is_drawn_if_the_unit_is_known(tmp_path, ball, picture, options, is_drawn):
+    nibabel = pytest.importorskip("nibabel")
+    path = tmp_path / "ball.nii"
+    image = nibabel.Nifti1Image(np.load(ball).T, np.eye(4))
+    image.header.set_xyzt_units("mm")
+    nibabel.save(image, path)
+    common = ["-l", "0", "--fast", "--size", "96x72"]
+    assert main(["render", str(path), *common, *options, "-o", str(picture)]) == 0
+    of_file = pixels(picture)
+    assert main(["render", str(ball), *common, "-o", str(picture)]) == 0
+    differs = (of_file != pixels(picture)).any(axis=-1)
+    assert differs.any() == is_drawn and not differs[:56].any()

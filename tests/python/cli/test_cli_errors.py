@@ -65,7 +65,7 @@ def test_bad_surfaces_are_told(ball, monkeypatch, capsys, message, options):
     ("message", "options"),
     [
         ("--background: expected the name of a colour, such as white", ["--background", "muave"]),
-        ("--annotate: expected scale-bar, colorbar or scale-bar,colorbar", ["--annotate", "ruler"]),
+        ("--annotate: expected scale-bar, colorbar, scale-bar,colorbar or none", ["--annotate", "ruler"]),
         ("annotate: expected a colour rule", ["-l", "0", "--annotate", "colorbar"]),
         ("view: expected one of", ["--level", "0", "--view", "within"]),
         ("--aperture: expected a perspective", [*LENS, "--projection", "orthographic"]),
@@ -122,7 +122,7 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
         ),
         ("--shadows: expected --light phong with it, got path-trace", [*TRACED, "--shadows"]),
         ("--environment: expected --light path-trace with it, got studio", ["--environment", "1"]),
-        ("--denoise: expected --light path-trace with it, got studio", ["--denoise"]),
+        ("--denoise: expected --light studio or path-trace with it, got phong", ["--light", "phong", "--denoise"]),
         (
             "--environment: expected 1 or 3 numbers separated by commas or a file: .exr or .hdr, got 'blue'",
             [*TRACED, "--environment", "blue"],

@@ -11,7 +11,7 @@ import pytest
 LAYERS = (
     {"base"},
     {"colors", "distances", "io", "levels", "volumes"},
-    {"interop", "labels", "store"},
+    {"interop", "labels", "store", "suggest"},
     {"picture", "research"},
     {"distributed", "viewer"},
     {"showing"},

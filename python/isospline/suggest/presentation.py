@@ -1,0 +1,243 @@
+"""What is shown of a volume if nothing is said: the level, the pieces, and the view."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..base.parameters import check_type
+from ..base.signatures import explained
+from ..levels import count_pieces, default_levels, histogram, index_shape, is_ct, levels_of_histogram, some_values
+from .grid import Samples, samples_of, some_samples
+from .plates import Plate, find_plate, is_only_plate
+from .posture import Posture, head_posture, standing_posture, trunk_posture
+from .view import SuggestedView, as_tuple, view_of
+
+#: The least Hounsfield units of bones.
+_BONE = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Presentation:
+    """What is shown of a volume if nothing is said.
+
+    Attributes
+    ----------
+    level : float
+        The level of the surface.
+    body_level : float or None
+        Only what is in the largest piece at this level is shown.
+    left_out : tuple of slice or None
+        Samples of a plate that is not shown, as an index of the array.
+    view : SuggestedView
+    cut_sides : int
+        The number of sides of the volume at which its border cuts the solid; 0 for what is recognised.
+    """
+
+    level: float
+    body_level: float | None = None
+    left_out: tuple[slice, ...] | None = None
+    view: SuggestedView = SuggestedView()
+    cut_sides: int = 0
+
+    @property
+    def confined_at(self) -> float | None:
+        """The level at which it is decided what is shown: that of the body, or of a surface without its plate."""
+        return self.level if self.body_level is None and self.left_out else self.body_level
+
+    def mask(self, volume: _core.Volume) -> NDArray[np.bool_] | None:
+        """The samples of a volume to which the surface is confined, or None."""
+        if self.confined_at is None:
+            return None
+        if self.body_level is None:
+            mask = np.ones(index_shape(volume)[::-1], bool)
+        else:
+            mask = body_mask(volume, self.body_level)
+        if self.left_out is not None:
+            mask[self.left_out] = False
+        return mask
+
+
+def body_mask(volume: _core.Volume, level: float) -> NDArray[np.bool_]:
+    """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
+    return _core.Isosurface(volume, level, largest=1).to_mask(whole_cells=True)
+
+
+@explained
+def suggest_mask(volume: _core.Volume) -> NDArray[np.bool_] | None:
+    """Suggest the samples of a volume to which an isosurface is confined, for ``Isosurface(..., mask=)``.
+
+    Left out are what is not the body in a patient's CT, what is not the head around a head, and the plate on which an
+    object lies, if it is a piece of its own or if the border of the volume cuts it. `suggest_view` has the rules for
+    heads and plates. Pictures are confined to these samples if no level is given.
+
+    Parameters
+    ----------
+    volume : Volume
+
+    Returns
+    -------
+    (nz, ny, nx) bool array or None
+        None if nothing is left out.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> print(isospline.suggest_mask(field.volume(32)))
+    None
+    """
+    check_type(volume, "volume", _core.Volume, "a Volume")
+    return present(volume).mask(volume)
+
+
+def suggested_surface(volume: _core.Volume) -> _core.Isosurface:
+    """The isosurface of a picture for which nothing is said: without specks of noise, closed at the border."""
+    shown = present(volume)
+    if volume.paging is not None:  # its components would need all of it
+        return _core.Isosurface(volume, shown.level, closed=True)
+    mask = shown.mask(volume)
+    surface = _core.Isosurface(volume, shown.level, mask=mask, closed=True)
+    kept, found = count_pieces(surface)
+    return surface if kept == found else _core.Isosurface(volume, shown.level, mask=mask, closed=True, largest=kept)
+
+
+@explained
+def suggest_view(volume: _core.Volume) -> SuggestedView:
+    """Suggest a view of a volume: from the front, with the top above, as a person would hold it.
+
+    It is the view of pictures for which none is given. If the directions of a volume are not known, these rules apply
+    to its solid at the suggested level, the first one that does:
+
+    - a head, cut at the neck, whose left is like its right, and whose face has more relief than its back, is seen
+      from the face, with the neck below;
+    - what lies on a plate is seen with the plate below;
+    - what has a single flat end, within the volume and about as wide as its widest section, stands on it.
+
+    The directions of a patient are used as they are, unless they are those of an array without directions and the
+    volume contradicts them: by a head, by a plate or, in a CT, by a spine at the front.
+
+    Parameters
+    ----------
+    volume : Volume
+
+    Returns
+    -------
+    SuggestedView
+        Its `view` and `up` are those of `camera_for`. If no rule applies, it is the view "three-quarter".
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.torus()
+    >>> isospline.suggest_view(field.volume(32))
+    SuggestedView(view=(-0.45, -1.0, 0.3), up=(0.0, 0.0, 1.0), reason='')
+    """
+    check_type(volume, "volume", _core.Volume, "a Volume")
+    return present(volume).view
+
+
+def suggested_view(shown: Any) -> SuggestedView | None:
+    """The view suggested for a scene, an isosurface or a list of objects; None if its surfaces are not of one volume.
+
+    Of an isosurface in a scene, the view is turned with it.
+    """
+    if isinstance(shown, _core.Scene):
+        placed = [(item, transform) for _, item, transform, *_ in shown._placed_objects()]
+    else:
+        items = shown if isinstance(shown, (list, tuple)) else [shown]
+        placed = [(item, np.eye(4)) for item in items]
+    surfaces = [(item.volume, np.asarray(each)) for item, each in placed if isinstance(item, _core.Isosurface)]
+    if not surfaces:
+        return None
+    volume, transform = surfaces[0]
+    if any(other is not volume or not np.array_equal(each, transform) for other, each in surfaces):
+        return None
+    if volume.paging is not None and volume not in _KNOWN:  # its values would have to be read
+        return None
+    suggested = present(volume).view
+    if not suggested.reason:
+        return None
+    view, up = (transform[:3, :3] @ vector for vector in (suggested.view, suggested.up))
+    return SuggestedView(as_tuple(view), as_tuple(up), suggested.reason)
+
+
+_KNOWN: weakref.WeakKeyDictionary[_core.Volume, Presentation] = weakref.WeakKeyDictionary()
+
+
+def present(volume: _core.Volume, suggested: list[float] | None = None, minimum: float | None = None) -> Presentation:
+    """The presentation of a volume, found once; by default for levels that some of its values suggest."""
+    if volume not in _KNOWN:
+        if suggested is None or minimum is None:
+            values, counts = histogram(some_values(volume))
+            minimum = float(values[0])
+            suggested = levels_of_histogram(values, counts) or [minimum]
+        direction = np.asarray(volume.direction)
+        _KNOWN[volume] = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested)
+    return _KNOWN[volume]
+
+
+def present_data(data: Any, suggested: list[float], minimum: float) -> Presentation:
+    """The presentation of a `VolumeData`, or of what has the same attributes, for its suggested levels."""
+    spacing = np.asarray(data.spacing, float)[::-1]
+    return _present(
+        lambda: some_samples(data.data, spacing), np.asarray(data.direction), data.patient, minimum, suggested
+    )
+
+
+def _present(sample, direction, patient, minimum, suggested) -> Presentation:
+    level, body_level = default_levels(suggested, minimum, patient)
+    if has_directions(patient, direction):
+        return Presentation(level, body_level)
+    samples = sample()
+    ct = patient and is_ct(minimum)
+    level, plate = (level, None) if ct else _level_of_object(samples, level, suggested)
+    solid = samples.above(level if body_level is None else body_level)
+    if not solid.inside.any():
+        return Presentation(level, body_level)
+    left_out = None
+    if plate is not None and plate.is_cut:
+        solid.inside[_layers(plate, plate.layers)] = False
+        # The surface of the plate may be in the cell behind its last sample.
+        left_out = _layers(plate, int(plate.layers * samples.steps[plate.side.axis]) + 1)
+    cut_sides = solid.cut_sides()
+    solid = solid.largest_piece()
+    posture = head_posture(solid)
+    if posture is not None and body_level is None:
+        body_level = level
+    if posture is None and ct:
+        posture = trunk_posture(solid, samples.values > _BONE)
+    if posture is None and plate is not None:
+        posture = Posture(plate.side.opposite, None, "it lies on a plate")
+    if posture is None and not patient:
+        posture = standing_posture(solid)
+    if posture is not None or body_level is not None:
+        cut_sides = 0
+    return Presentation(level, body_level, left_out, view_of(posture, solid, direction), cut_sides)
+
+
+def _level_of_object(samples: Samples, level: float, suggested: list[float]) -> tuple[float, Plate | None]:
+    """The first level that shows more than a plate, and the plate on which the object lies, if there is one."""
+    for each in [level, *(other for other in suggested if other != level)]:
+        solid = samples.above(each)
+        plate = find_plate(solid)
+        if plate is not None or not is_only_plate(solid):
+            return each, plate
+    return level, None
+
+
+def _layers(plate: Plate, count: int) -> tuple[slice, ...]:
+    """The layers at the side of a plate, as an index of an array."""
+    layers = slice(-count, None) if plate.side.end else slice(None, count)
+    return tuple(layers if axis == plate.side.axis else slice(None) for axis in range(3))
+
+
+def has_directions(patient: bool, direction: Any) -> bool:
+    """Whether a volume has a patient's directions, and not those of an array without, as ITK or NIfTI write them."""
+    defaults = ((1, 1, 1), (-1, -1, 1))
+    return patient and not any(np.allclose(direction, np.diag(signs)) for signs in defaults)

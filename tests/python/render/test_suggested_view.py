@@ -1,0 +1,235 @@
+"""Views and pieces of volumes for which nothing is said: bodies stand up, and all else keeps the usual view."""
+
+import importlib.util
+import itertools
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline.io import VolumeData
+from isospline.suggest import presentation
+from isospline.suggest.presentation import suggested_surface
+from isospline.suggest.view import SuggestedView
+
+USUAL = SuggestedView()
+SAMPLES = 64
+TURNS = [(axes, signs) for axes in itertools.permutations(range(3)) for signs in itertools.product((1, -1), repeat=3)]
+
+
+@pytest.fixture(scope="module")
+def bodies(repository):
+    """The bodies of an example by their names, and some of our own: values above 0 inside."""
+    spec = importlib.util.spec_from_file_location("first_pictures", repository / "examples" / "015-first-pictures.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    points = grid(SAMPLES)
+    x, y, z = np.moveaxis(points, -1, 0)
+    found = module.bodies(points)
+    saucer = np.minimum(0.05 - np.abs(z + 0.7), 0.85 - np.hypot(x, y))
+    found["ball on a saucer"] = np.maximum(module.ball(points, 0, 0, -0.2, 0.45), saucer)
+    found["cone"] = np.minimum(0.4 * (0.8 - z) - np.hypot(x, y), z + 0.7)
+    return {name: np.clip(values * SAMPLES / 2, -1, 1).astype(np.float32) for name, values in found.items()}
+
+
+def grid(samples):
+    """Points (x, y, z) of [-1, 1]^3."""
+    return np.stack(np.meshgrid(*[np.linspace(-1, 1, samples)] * 3, indexing="ij")[::-1], axis=-1)
+
+
+def turned(values, axes, signs):
+    """The array with its axes exchanged and reversed."""
+    return np.ascontiguousarray(np.transpose(values, axes)[tuple(slice(None, None, sign) for sign in signs)])
+
+
+def turned_back(vector, axes, signs):
+    """A vector (x, y, z) of a turned array in the coordinates before the turn."""
+    along = np.zeros(3)
+    along[list(axes)] = np.asarray(vector)[::-1] * signs
+    return along[::-1]
+
+
+@pytest.mark.parametrize("turn", TURNS[::5], ids=str)
+def test_a_head_faces_the_eye_with_its_neck_below(bodies, turn):
+    volume = isospline.Volume(turned(bodies["head"], *turn))
+    found = isospline.suggest_view(volume)
+    np.testing.assert_array_equal(turned_back(found.up, *turn), [0, 0, 1])
+    towards = turned_back(found.view, *turn)
+    np.testing.assert_allclose(towards[1:], [-1, 0.3])
+    assert abs(towards[0]) == 0.45  # an exchange of axes mirrors it
+    camera = isospline.camera_for(isospline.Isosurface(volume, 0.0))
+    np.testing.assert_allclose(camera.world_to_camera[2, :3], -np.array(found.view) / np.linalg.norm(found.view))
+    assert "head" in found.reason or found == USUAL
+
+
+@pytest.mark.parametrize("turn", TURNS[::7], ids=str)
+@pytest.mark.parametrize("name", ["bottle", "bone"])
+def test_what_lies_on_a_plate_is_shown_without_it(bodies, name, turn):
+    upward, plate_side = {"bottle": ([0, 0, 1], -0.8), "bone": ([0, -1, 0], 0.5)}[name]
+    volume = isospline.Volume(turned(bodies[name], *turn), spacing=(2 / 63,) * 3, origin=(-1, -1, -1))
+    found = isospline.suggest_view(volume)
+    np.testing.assert_array_equal(turned_back(found.up, *turn), upward)
+    surface = suggested_surface(volume)
+    extent = np.sort(surface.bounds @ np.array(found.up))
+    assert extent[0] > (-0.92 if name == "bottle" else -0.6), extent  # the plate itself is lower
+    mask = isospline.suggest_mask(volume)
+    assert mask.shape == volume.shape and 0 < np.count_nonzero(~mask) < 0.3 * mask.size
+
+
+def test_a_plate_that_ends_within_the_volume_is_kept(bodies):
+    volume = isospline.Volume(bodies["ball on a saucer"][::-1])
+    assert isospline.suggest_mask(volume) is None
+    assert isospline.suggest_view(volume).up == (0, 0, -1)
+
+
+def test_the_level_shows_more_than_a_plate():
+    z, y, x = np.mgrid[0:48, 0:48, 0:48]
+    values = np.where(np.hypot(np.hypot(x - 24, y - 24), z - 20) < 9, 40.0, 0.0)
+    values[2:6] = 1000
+    volume = isospline.Volume(values.astype(np.float32))
+    surface = suggested_surface(volume)
+    assert 0 < surface.level < 40
+    assert surface.bounds[0, 2] > 8
+    assert isospline.suggest_levels(values)[0] > 40
+
+
+def test_a_solid_stands_on_its_only_flat_end(bodies):
+    for axis, up in ((0, (0, 0, 1)), (1, (0, 1, 0)), (2, (1, 0, 0))):
+        for sign in (1, -1):
+            values = np.moveaxis(bodies["cone"], 0, axis)
+            values = np.flip(values, axis) if sign < 0 else values
+            assert isospline.suggest_view(isospline.Volume(values)).up == tuple(sign * part for part in up)
+    # The border may have cut it there.
+    assert isospline.suggest_view(isospline.Volume(np.flip(bodies["cone"][20:], 0))) == USUAL
+
+
+@pytest.mark.parametrize("name", ["two objects", "slab", "noise"])
+def test_other_bodies_keep_the_usual_view(bodies, name):
+    for axes, signs in TURNS[::9]:
+        volume = isospline.Volume(turned(bodies[name], axes, signs))
+        assert isospline.suggest_view(volume) == USUAL
+        assert isospline.suggest_mask(volume) is None
+
+
+@pytest.mark.parametrize("name", ["torus", "gyroid", "marschner_lobb", "blobs", "waves", "heart"])
+def test_formulas_turned_at_random_keep_the_usual_view(name):
+    random = np.random.default_rng(3)
+    field = getattr(isospline.volumes, name)()
+    for _ in range(3):
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        volume = isospline.Volume(field.value(0.577 * grid(48) @ turn) - field.level)
+        assert isospline.suggest_view(volume) == USUAL
+
+
+def test_constant_and_thin_volumes_keep_the_usual_view():
+    for values in (np.zeros((4, 4, 4)), np.arange(27.0).reshape(3, 3, 3), np.ones((3, 40, 5)) * np.arange(5)):
+        assert isospline.suggest_view(isospline.Volume(values)) == USUAL
+
+
+def trunk():
+    """Hounsfield units of a trunk, cut above and below, with a spine at large y."""
+    z, y, x = np.mgrid[0:40, 0:48, 0:64]
+    values = np.where(np.hypot((x - 32) / 26, (y - 24) / 18) < 1, 40.0, -1000.0)
+    values[np.hypot(x - 32, y - 37) < 4] = 600
+    return values.astype(np.int16)
+
+
+def test_a_trunk_contradicts_the_directions_of_an_array_only():
+    front, back = (-0.45, -1, 0.3), (0.45, 1, 0.3)
+    directions = {
+        front: [np.eye(3), np.diag([1, 1, -1])],
+        back: [np.diag([-1, -1, 1])],
+    }
+    for view, known in directions.items():
+        for direction in known:
+            volume = isospline.Volume(trunk(), spacing=(6, 6, 8), direction=direction, patient=True)
+            assert isospline.suggest_view(volume).view == view
+            assert bool(isospline.suggest_view(volume).reason) == (view == back)
+
+
+def test_known_directions_cost_nothing(bodies, monkeypatch):
+    for name in ("samples_of", "some_samples"):
+        monkeypatch.setattr(presentation, name, lambda *_: pytest.fail("sampled"))
+    direction = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    options = {"direction": direction, "patient": True}
+    assert isospline.suggest_view(isospline.Volume(bodies["head"], **options)) == USUAL
+    data = VolumeData(bodies["head"], **options)
+    assert presentation.present_data(data, [0.0], -1.0).view == USUAL
+
+
+def test_the_view_of_a_scene_is_that_of_its_only_volume(bodies):
+    volume = isospline.Volume(bodies["head"][::-1])
+    surface = isospline.Isosurface(volume, 0.0)
+    down = isospline.camera_for(surface)
+    assert down.up[2] == -1
+    for same in (isospline.Scene([surface, surface.with_level(0.5)]), [surface]):
+        assert isospline.camera_for(same).up.tolist() == down.up.tolist()
+    flipped = isospline.Scene()
+    flipped.add(surface, np.diag([1.0, -1, -1, 1]))
+    assert isospline.camera_for(flipped).up.tolist() == [0, 0, 1]
+    torus = isospline.volumes.torus()
+    mixed = isospline.Scene([surface, isospline.Isosurface(torus.volume(16), torus.level)])
+    for scene, options in ((mixed, {}), (surface, {"view": "three-quarter"}), (surface, {"up": (0, 0, 1)})):
+        assert isospline.camera_for(scene, **options).up.tolist() == [0, 0, 1]
+    cameras = isospline.turntable(surface, 3)
+    assert {tuple(camera.up) for camera in cameras} == {(0, 0, -1)}
+
+
+def test_the_ground_is_below_the_suggested_top(bodies):
+    volume = isospline.Volume(bodies["head"][::-1])
+    surface = isospline.Isosurface(volume, 0.0, closed=True)
+    light = isospline.Studio(light_samples=1)
+    options = dict(size=(48, 40), background="white", samples=1)
+    picture = isospline.render(surface, light=light, **options).to_srgb()
+    stated = isospline.render(surface, light=light.replace(up=(0, 0, -1)), **options).to_srgb()
+    np.testing.assert_array_equal(picture, stated)
+    # For a camera that has z above, the ground is below, too.
+    camera = isospline.camera_for(surface, view="front")
+    picture = isospline.render(surface, camera, light=light, **options).to_srgb()
+    stated = isospline.render(surface, camera, light=light.replace(up=(0, 0, 1)), **options).to_srgb()
+    np.testing.assert_array_equal(picture, stated)
+
+
+def test_denoising_removes_grain_from_the_ground():
+    pytest.importorskip("pyoidn")
+    field = isospline.volumes.gyroid()
+    surface = isospline.Isosurface(field.volume(40), field.level, closed=True)
+    light = isospline.Studio()
+    options = dict(size=(96, 72), samples=4, background="white")
+    best = isospline.render(surface, light=light, **{**options, "samples": 64}).color
+    noisy, clean = (isospline.render(surface, light=light.replace(denoise=each), **options).color for each in (0, 1))
+    is_ground = isospline.render(surface, size=(96, 72), samples=4).color[..., 3] == 0
+    errors = [((image - best)[is_ground] ** 2).mean() for image in (noisy, clean)]
+    assert errors[1] < 0.5 * errors[0]
+    np.testing.assert_array_equal(clean[..., 3], noisy[..., 3])
+    with pytest.raises(ValueError, match="^crop: cannot be combined with Studio\\(denoise=True\\)"):
+        isospline.render(surface, light=light.replace(denoise=True), crop=(0, 0, 8, 8), **options)
+
+
+VOLUMES = os.environ.get("ISOSPLINE_VOLUMES")
+
+
+@pytest.mark.skipif(not VOLUMES, reason="ISOSPLINE_VOLUMES is not set")
+@pytest.mark.parametrize(
+    ("name", "front", "up"),
+    [
+        ("headsq.mha", 1, -1),
+        ("vismale_128x256x256_uint8.raw", -1, -1),
+        ("abdomen_512x512x275_int16.nii.gz", 1, 1),
+        ("mouse_skull.nrrd", -1, 1),
+        ("engine.nii.gz", -1, 1),
+        ("bonsai.nii.gz", -1, 1),
+        ("fuel.nii.gz", -1, 1),
+        ("tooth_103x94x161_uint16.raw", -1, 1),
+        ("ironprot.vtk", -1, 1),
+        ("weave.tif", -1, 1),
+    ],
+)
+def test_real_volumes_stand_up(name, front, up):
+    spacing = {"spacing": (1.57774, 0.995861, 1.00797)} if name.startswith("vismale") else {}
+    data = isospline.read_volume(Path(VOLUMES) / name, **spacing)
+    found = presentation.present_data(data, isospline.suggest_levels(data.data), float(data.data.min()))
+    assert (found.view.view[1], found.view.up) == (front, (0, 0, up))
+    assert presentation.present(data.to_volume()).view == found.view
