@@ -11,7 +11,7 @@ from .posture import Side
 
 #: The largest thickness of a plate, as a part of its shorter side, and the least part of its rectangle that it fills.
 _THIN, _FULL = 0.2, 0.7
-#: A plate's layers differ by this factor at most; behind it, no layer has more than this part of the plate's.
+#: The outer layers of a plate differ by this factor at most; behind it, no layer has more than this part of them.
 _EVEN, _NARROWER = 0.8, 0.6
 #: The least size of what lies on a plate, as a part of the plate, and of its largest piece, as a part of all of it.
 _OBJECT, _WHOLE = 0.03, 0.3
@@ -56,7 +56,7 @@ def _plate_at(grid: Grid, side: Side) -> Plate | None:
     sections = np.count_nonzero(layers, axis=(1, 2))
     is_plate = sections >= _EVEN * sections.max()
     begin = int(is_plate.argmax())
-    end = begin + int(np.append(~is_plate[begin:], True).argmax())
+    end = int(np.flatnonzero(is_plate)[-1]) + 1  # a hollow plate has two layers with less between them
     # Partly filled layers on both sides belong to the plate.
     first = begin - 1 if begin and sections[begin - 1] > _NARROWER * sections[begin] else begin
     last = end + 1 if end < len(sections) and sections[end] > _NARROWER * sections[begin] else end

@@ -42,11 +42,12 @@ class Side(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """The upper side of a solid, its front if it has one, and why."""
+    """The upper side of a solid, its front if it has one, why, and whether it is a head."""
 
     up: Side
     front: Side | None
     reason: str
+    is_head: bool = False
 
 
 def posture_of(grid: Grid) -> Posture | None:
@@ -75,7 +76,7 @@ def head_posture(grid: Grid) -> Posture | None:
         lower = cuts[upright][0] if len(cuts[upright]) == 1 else _neck_end(grid.sections(upright))
         if lower is not None:
             front = Side(facing, int(reliefs[facing].argmax()))
-            return Posture(Side(upright, 1 - lower), front, "it looks like a head, cut at the neck")
+            return Posture(Side(upright, 1 - lower), front, "it looks like a head, cut at the neck", is_head=True)
     return None
 
 

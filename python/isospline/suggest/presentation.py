@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from .. import _core
 from ..base.parameters import check_type
 from ..base.signatures import explained
-from ..levels import count_pieces, default_levels, histogram, index_shape, is_ct, levels_of_histogram, some_values
-from .grid import Samples, samples_of, some_samples
+from ..levels import count_pieces, default_levels, histogram, index_shape, levels_of_histogram, some_values
+from .grid import Grid, Samples, samples_of, some_samples
+from .holders import grown, holders
 from .plates import Plate, find_plate, is_only_plate
 from .posture import Posture, head_posture, standing_posture, trunk_posture
 from .view import SuggestedView, as_tuple, view_of
@@ -34,6 +35,9 @@ class Presentation:
         Only what is in the largest piece at this level is shown.
     left_out : tuple of slice or None
         Samples of a plate that is not shown, as an index of the array.
+    holder : bool array or None
+        Points of a coarse grid that are not shown, each for `steps` samples along the axes.
+    steps : tuple of int
     view : SuggestedView
     cut_sides : int
         The number of sides of the volume at which its border cuts the solid; 0 for what is recognised.
@@ -42,6 +46,8 @@ class Presentation:
     level: float
     body_level: float | None = None
     left_out: tuple[slice, ...] | None = None
+    holder: NDArray[np.bool_] | None = None
+    steps: tuple[int, ...] = (1, 1, 1)
     view: SuggestedView = SuggestedView()
     cut_sides: int = 0
 
@@ -54,18 +60,22 @@ class Presentation:
         """The samples of a volume to which the surface is confined, or None."""
         if self.confined_at is None:
             return None
-        if self.body_level is None:
-            mask = np.ones(index_shape(volume)[::-1], bool)
-        else:
-            mask = body_mask(volume, self.body_level)
+        mask = np.ones(index_shape(volume)[::-1], bool)
         if self.left_out is not None:
             mask[self.left_out] = False
-        return mask
+        if self.holder is not None:
+            holder = self.holder
+            for axis, step in enumerate(self.steps):
+                holder = holder.repeat(step, axis=axis)
+            mask &= ~np.pad(holder, [(0, max(0, n - m)) for n, m in zip(mask.shape, holder.shape)], mode="edge")[
+                tuple(slice(n) for n in mask.shape)
+            ]
+        return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask)
 
 
-def body_mask(volume: _core.Volume, level: float) -> NDArray[np.bool_]:
+def body_mask(volume: _core.Volume, level: float, within: Any = None) -> NDArray[np.bool_]:
     """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
-    return _core.Isosurface(volume, level, largest=1).to_mask(whole_cells=True)
+    return _core.Isosurface(volume, level, mask=within, largest=1).to_mask(whole_cells=True)
 
 
 @explained
@@ -195,9 +205,12 @@ def _present(sample, direction, patient, minimum, suggested) -> Presentation:
     if has_directions(patient, direction):
         return Presentation(level, body_level)
     samples = sample()
-    ct = patient and is_ct(minimum)
-    level, plate = (level, None) if ct else _level_of_object(samples, level, suggested)
-    solid = samples.above(level if body_level is None else body_level)
+    if body_level is None:
+        level, plate = _level_of_object(samples, level, suggested)
+        solid = samples.above(level)
+    else:
+        solid = samples.above(body_level)
+        plate = find_plate(solid)
     if not solid.inside.any():
         return Presentation(level, body_level)
     left_out = None
@@ -207,18 +220,24 @@ def _present(sample, direction, patient, minimum, suggested) -> Presentation:
         left_out = _layers(plate, int(plate.layers * samples.steps[plate.side.axis]) + 1)
     cut_sides = solid.cut_sides()
     solid = solid.largest_piece()
-    posture = head_posture(solid)
-    if posture is not None and body_level is None:
-        body_level = level
-    if posture is None and ct:
+    holder = holders(solid)
+    body = Grid(solid.inside & ~holder, solid.spacing)
+    posture = head_posture(body)
+    if posture is None and body_level is not None:
         posture = trunk_posture(solid, samples.values > _BONE)
-    if posture is None and plate is not None:
+    if posture is not None:
+        around = grown(grown(holder)) & ~body.inside if holder.any() and posture.is_head else None
+        body_level = level if body_level is None else body_level
+        view = view_of(posture, body, direction)
+        return Presentation(level, body_level, left_out, around, tuple(samples.steps.tolist()), view)
+    if body_level is not None:
+        return Presentation(level, body_level, left_out)
+    if plate is not None:
         posture = Posture(plate.side.opposite, None, "it lies on a plate")
-    if posture is None and not patient:
+    elif not patient:
         posture = standing_posture(solid)
-    if posture is not None or body_level is not None:
-        cut_sides = 0
-    return Presentation(level, body_level, left_out, view_of(posture, solid, direction), cut_sides)
+    view = view_of(posture, solid, direction)
+    return Presentation(level, None, left_out, view=view, cut_sides=0 if posture else cut_sides)
 
 
 def _level_of_object(samples: Samples, level: float, suggested: list[float]) -> tuple[float, Plate | None]:

@@ -19,7 +19,7 @@ from ..base.system import warn
 from ..io import isolated
 from ..levels import count_pieces
 from ..picture.cameras import camera_for
-from ..picture.views import DEFAULT_VIEW
+from ..suggest.view import SuggestedView
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
 from .picture import PictureMaker
@@ -229,15 +229,22 @@ class Viewer:
             seen = maker.scene if maker.geometry_ids(state) else self.document.bounds()
             if seen is maker.scene and not np.isfinite(seen.bounds).all():
                 seen = self.document.bounds()
+            suggested = self._suggested_view(state) if view == "home" else None
             camera = camera_for(
                 seen,
-                view=DEFAULT_VIEW if view == "home" else view,
+                view=view if suggested is None else suggested.view,
+                up=None if suggested is None else suggested.up,
                 projection=projection,
                 field_of_view=field_of_view,
                 size=size,
                 margin=MARGIN,
             )
         return CameraState.of(camera, field_of_view)
+
+    def _suggested_view(self, state):
+        """The view suggested for the only volume that is seen, or the usual one."""
+        seen = {each.source for each in state.objects if each.is_seen and each.level is not None}
+        return self.document[min(seen)].presentation.view if len(seen) == 1 else SuggestedView()
 
     # -- The end ---------------------------------------------------------------------------------------------------
 

@@ -84,6 +84,35 @@ def test_a_plate_that_ends_within_the_volume_is_kept(bodies):
     assert isospline.suggest_view(volume).up == (0, 0, -1)
 
 
+def test_a_head_is_shown_without_the_holder_that_touches_it(bodies):
+    points = grid(SAMPLES)
+    around = np.hypot(points[..., 0], points[..., 1])
+    holder = np.minimum(np.minimum(around - 0.7, 0.8 - around), points[..., 1] - 0.1)
+    values = np.maximum(bodies["head"], np.clip(holder * SAMPLES / 2, -1, 1).astype(np.float32))
+    volume = isospline.Volume(values[::-1])
+    alone = isospline.Volume(bodies["head"][::-1])
+    assert isospline.suggest_view(volume) == isospline.suggest_view(alone) != USUAL
+    shown, whole = suggested_surface(volume), isospline.Isosurface(volume, 0.0, closed=True)
+    volumes = [each.enclosed_volume().value for each in (shown, whole, suggested_surface(alone))]
+    assert volumes[0] == pytest.approx(volumes[2], rel=0.02) and volumes[1] > 1.1 * volumes[2]
+
+
+@pytest.mark.parametrize("is_hollow", [False, True])
+def test_what_lies_on_a_larger_table_is_the_body_of_a_ct(is_hollow):
+    z, y, x = np.mgrid[0:48, 0:48, 0:64]
+    values = np.where(np.hypot(x - 32, y - 24) < 7, 40, -1000)
+    values[np.hypot(x - 32, y - 24) < 3] = 700
+    values[:, 31:37] = 100
+    if is_hollow:
+        values[:, 32:36, 1:-1] = -900
+    volume = isospline.Volume(values.astype(np.int16), direction=np.diag([-1, -1, 1]), patient=True)
+    surface = suggested_surface(volume)
+    assert surface.level > 40
+    extent = isospline.Scene([surface]).extent(np.eye(3))
+    np.testing.assert_allclose(extent[:2], [(-35, -29), (-27, -21)], atol=0.6)
+    assert isospline.suggest_view(volume) == USUAL
+
+
 def test_the_level_shows_more_than_a_plate():
     z, y, x = np.mgrid[0:48, 0:48, 0:48]
     values = np.where(np.hypot(np.hypot(x - 24, y - 24), z - 20) < 9, 40.0, 0.0)
