@@ -43,7 +43,7 @@ def main(samples: int = 96, size: tuple[int, int] = (320, 260), folder: str = "o
     grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, samples)] * 3, indexing="ij")[::-1], axis=-1)
     for field in () if files else (torus(), gyroid(), marschner_lobb(), blobs(), waves(8), heart()):
         turn = np.linalg.qr(np.random.default_rng(len(shown)).normal(size=(3, 3)))[0]
-        shown[f"{field}"[8:]] = isospline.Volume(field.value(0.577 * grid @ turn) - field.level)
+        shown[f"{field}"[8:]] = isospline.Volume(field.value(grid @ turn) - field.level)
     for name, values in () if files else bodies(grid[..., [2, 0, 1]]).items():
         shown[name] = isospline.Volume(np.clip(values * samples / 2, -1, 1).astype(np.float32))
     figure, rows = Figure(figsize=(12, 2.6 * -(-len(shown) // 4)), layout="constrained"), -(-len(shown) // 4)
