@@ -77,7 +77,7 @@ void bind_map(py::class_<GivenColor>& color_class)
 void bind_by_volume(py::module_& module)
 {
     const auto make = [](const py::object& given, const py::object& cmap, std::optional<Limits> limits,
-                         const py::object& transform) {
+                         const py::object& transform, std::string label) {
         auto volume = as_object<Volume>(py::module_::import("isospline.interop.conversions")
                                             .attr("as_volume")(given, "volume", " whose values give the colours"),
                                         "volume");
@@ -94,6 +94,7 @@ void bind_by_volume(py::module_& module)
                     throw_invalid("transform", "an invertible affine map", "another matrix");
         }
         color.volume = std::move(volume);
+        color.label = std::move(label);
         return color;
     };
     py::class_<ColorByVolume> color_class(module, "ColorByVolume",
@@ -111,6 +112,8 @@ limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest sample.
 transform : (4, 4) array_like, optional
     Maps the volume's world space to the scene's, as in `Scene.add`; by default they are the same.
+label : str
+    The title of the colour bar: what the values are, with their unit, such as ``"temperature in K"``.
 
 Raises
 ------
@@ -126,9 +129,10 @@ Examples
 >>> by_temperature = isospline.Phong(color=isospline.ColorByVolume(temperature, limits=(0, 1)))
 )");
     color_class.def(py::init(make), py::arg("volume"), py::arg("cmap") = "viridis", py::kw_only(),
-                    py::arg("limits") = py::none(), py::arg("transform") = py::none());
+                    py::arg("limits") = py::none(), py::arg("transform") = py::none(), py::arg("label") = "");
     bind_map(color_class);
     color_class
+        .def_readonly("label", &ColorByVolume::label, "str: the title of the colour bar; empty if it was not given.")
         .def_property_readonly("volume",
                                [](const ColorByVolume& color) { return std::const_pointer_cast<Volume>(color.volume); })
         .def_readonly("transform", &ColorByVolume::volume_to_scene,

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct ColorByVolume {
     ColorMap map;
     glm::dmat4 scene_to_volume{1.0}; ///< from the scene's world space to the volume's
     glm::dmat4 volume_to_scene{1.0}; ///< its inverse, the original argument
+    std::string label;               ///< what the values are, for colour bars
 };
 
 enum class CurvatureKind { mean, gaussian, maximum, minimum };

@@ -11,7 +11,6 @@ import shutil
 import sys
 import time
 import warnings
-from typing import Any
 
 import isospline
 
@@ -31,7 +30,7 @@ from .light_options import LIMITS, TONE, flag, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
 from .output import check_folder, check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
-from .picture import Patience, annotations_of, background_of
+from .picture import Marks, Patience, background_of, cameras_of
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
@@ -195,7 +194,11 @@ def _render(arguments, write=True):
             return arguments.cameras
         scene, surfaces, volume = made
         is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
-        return _cameras(arguments, volume if is_empty else scene, chosen.view)
+        space = (0.0, 0.0) if is_empty or arguments.turntable else marks_of(scene).space(scene)
+        return cameras_of(arguments, volume if is_empty else scene, chosen.view, space)
+
+    def marks_of(scene):
+        return Marks(arguments, {"light": light_of(dict(zip(scene.ids, materials)))})
 
     if isinstance(data, Store):
         made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
@@ -210,7 +213,8 @@ def _render(arguments, write=True):
         materials = [*materials, ground_look(arguments, materials)]
         scene.add(isospline.ground_for(scene, up=arguments.up or chosen.view.up))
     look = {"light": light_of(dict(zip(scene.ids, materials)))}
-    marks = annotations_of(arguments, look)
+    marks = Marks(arguments, look)
+    marks.is_fitted = not (arguments.turntable or arguments.cameras)
     frames, missing = frames_to_make(cameras, arguments, _say)
     with _progress("rendering", arguments) as progress:
         written = write_images(
@@ -297,28 +301,6 @@ def _clip(arguments):
     return clip
 
 
-def _cameras(arguments, seen, suggested):
-    """The camera of the picture, or those of all pictures, by default from a suggested view."""
-    is_free = arguments.view == DEFAULT_VIEW and arguments.up is None
-    framing = dict(
-        view=suggested.view if is_free else arguments.view,
-        up=suggested.up if is_free else arguments.up,
-        projection=arguments.projection,
-        field_of_view=arguments.field_of_view,
-        size=arguments.size,
-    )
-    cameras: Any  # with an aperture, all are perspective ones
-    if arguments.turntable:
-        cameras = isospline.turntable(seen, arguments.turntable, **framing)
-    else:
-        cameras = [isospline.camera_for(seen, **framing)]
-    if arguments.aperture:
-        if arguments.projection != "perspective":
-            raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
-        cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
-    return cameras
-
-
 def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
     """Render from one camera after the other."""
     is_mapped = given(arguments, TONE)
@@ -350,7 +332,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
             if is_mapped:
                 image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
                 image = image.over(background_of(arguments))
-            yield marks(image, camera, scene)
+            yield marks.draw(image, camera, scene)
 
 
 def _volume_or_labels(arguments):

@@ -5,14 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import time
+from typing import Any
 
 import isospline
 
 from ..colors import BACKGROUND, color_of, named_color
 from ..levels import count_pieces
-from ..picture.annotations import ANNOTATIONS, annotated, check_annotations, color_rules
-from ..picture.legends import draw_legend, legend_rows
-from ..picture.rendering import unit_of
+from ..picture.annotations import ANNOTATIONS, annotated, check_annotations, color_rules, covered_pixels
+from ..picture.cameras import camera_beside
+from ..picture.legends import Legend, legend_rows
+from ..picture.rendering import space_for, unit_of
+from ..picture.views import DEFAULT_VIEW
 
 #: Seconds after which the user is told the expected time.
 PATIENCE = 1.0
@@ -123,27 +126,62 @@ def studio_looks(colors, others):
     return [isospline.Material(**look, **other) for look, other in zip(given, others)]
 
 
-def annotations_of(arguments, look):
-    """A function of an image, its camera and its scene that draws the requested marks into the image.
+def cameras_of(arguments, seen, suggested, space):
+    """The camera of the picture, or those of all pictures, by default from a suggested view, with space for marks."""
+    is_free = arguments.view == DEFAULT_VIEW and arguments.up is None
+    framing = dict(
+        view=suggested.view if is_free else arguments.view,
+        up=suggested.up if is_free else arguments.up,
+        projection=arguments.projection,
+        field_of_view=arguments.field_of_view,
+        size=arguments.size,
+    )
+    cameras: Any  # with an aperture, all are perspective ones
+    if arguments.turntable:
+        cameras = isospline.turntable(seen, arguments.turntable, **framing)
+    else:
+        cameras = [camera_beside(space, seen, **framing)]
+    if arguments.aperture:
+        if arguments.projection != "perspective":
+            raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")
+        cameras = [camera.with_lens(arguments.aperture, focus_distance=arguments.focus) for camera in cameras]
+    return cameras
+
+
+class Marks:
+    """The marks that are drawn into pictures of a look, and the space beside objects that they need.
 
     --annotate without a value draws a colour bar if there is a colour map.
     """
-    colors = look["light"]
-    is_default = arguments.annotate is None
-    names = arguments.annotate
-    if is_default:
-        names = () if arguments.session or arguments.output.lower().endswith(".exr") else ("scale_bar",)
-    if names == ANNOTATIONS and not color_rules(colors):
-        names = ("scale_bar",)
-    names = check_annotations(names, None, colors, None)
 
-    def marked(image, camera, scene):
+    def __init__(self, arguments, look):
+        self._look, self._legend, self._size = look["light"], arguments.legend, arguments.size
+        self._is_default = arguments.annotate is None
+        names = arguments.annotate
+        if self._is_default:
+            names = () if arguments.session or arguments.output.lower().endswith(".exr") else ("scale_bar",)
+        if names == ANNOTATIONS and not color_rules(self._look):
+            names = ("scale_bar",)
+        self._names = check_annotations(names, None, self._look, None)
+        #: Whether cameras leave space for the marks.
+        self.is_fitted = False
+
+    def space(self, scene):
+        """The parts of the width that a camera is to leave free on the left and on the right."""
+        return space_for(self._size, self._names, self._rows(scene), self._look, scene, unit_of(scene))
+
+    def draw(self, image, camera, scene):
+        """The image with its marks."""
         unit = unit_of(scene)
-        if arguments.legend:
-            draw_legend(image, legend_rows(scene, colors))
-        return image if is_default and not unit else annotated(image, names, camera, scene, colors, unit)
+        needs_space = self._legend or "colorbar" in self._names
+        covered = covered_pixels(scene, camera, image.size) if needs_space and not self.is_fitted else None
+        Legend(image.size, self._rows(scene)).draw(image, covered)
+        if self._is_default and not unit:
+            return image
+        return annotated(image, self._names, camera, scene, self._look, unit, covered)
 
-    return marked
+    def _rows(self, scene):
+        return legend_rows(scene, self._look) if self._legend else []
 
 
 class Patience:

@@ -10,7 +10,7 @@ import tempfile
 import isospline
 
 from ..store.detail import is_store
-from .picture import ALL, annotations_of, largest_of
+from .picture import ALL, Marks, largest_of
 from .store import check_nan
 
 
@@ -80,8 +80,7 @@ def session_image(arguments, progress):
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
-    annotate = annotations_of(arguments, maker.look(state))
-    return annotate(image, state.camera.camera(), maker.scene)
+    return Marks(arguments, maker.look(state)).draw(image, state.camera.camera(), maker.scene)
 
 
 def _plain(value):

@@ -21,6 +21,10 @@ ANNOTATIONS = ("scale_bar", "colorbar")
 BORDER, _LONGEST = 0.04, 0.25
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
 _DARK, _BRIGHT, _MIDDLE = 0.015, 1.0, 0.2
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+#: The pixels in which objects are, or None where no marks are on objects.
+Covered = NDArray[np.bool_] | None
 
 
 def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
@@ -42,15 +46,36 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
     return names
 
 
-def annotated(image: Image, names: tuple[str, ...], camera: Any, scene: Any, look: Any, unit: str) -> Image:
-    """The image, with marks drawn into its colour."""
+def annotated(
+    image: Image, names: tuple[str, ...], camera: Any, scene: Any, look: Any, unit: str, covered: Covered = None
+) -> Image:
+    """The image, with marks drawn into its colour; `covered` are the pixels of objects, if the camera left no space."""
     if "scale_bar" in names:
         _draw_scale_bar(image, camera, unit)
     if "colorbar" in names:
-        place = image.size[0] * (1 - BORDER)
-        for rule in reversed(color_rules(look)):
-            place = _draw_colorbar(image, place, rule, _limits(rule, scene, camera), unit)
+        bars = color_bars(image.size, look, scene, camera, unit)
+        wide = sum(bar.width for bar in bars)
+        left = image.size[0] * (1 - BORDER) - wide
+        if covered is not None and (other := image.size[0] * BORDER) < left:
+            left = min(
+                left, other, key=lambda place: np.count_nonzero(covered[:, max(0, int(place)) :][:, : int(wide)])
+            )
+        for bar in bars:
+            bar.draw(image, left, covered)
+            left += bar.width
     return image
+
+
+def color_bars(size: tuple[int, int], look: Any, scene: Any, camera: Any, unit: str) -> list[ColorBar]:
+    """The colour bars of a picture, from left to right."""
+    return [ColorBar(size, rule, _limits(rule, scene, camera), unit) for rule in color_rules(look)]
+
+
+def covered_pixels(scene: Any, camera: Any, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """The pixels of a picture in which objects are."""
+    plain: dict[str, Any] = {"crop": None, "encoding": "linear", "progress": None, "background": None, "samples": 1}
+    plain.update(layers=(), ambient_occlusion_samples=1, shading=_core.Phong())
+    return Image(_core.render(scene, camera, size=size, **plain)).color[..., 3] > 0
 
 
 def scale_bar(camera: Any, size: tuple[int, int]) -> tuple[float, float]:
@@ -118,17 +143,28 @@ def _title(rule, unit):
         return f"{rule.kind} curvature" + (f" (1/{unit}{power})" if unit else "")
     if isinstance(rule, _core.ColorByDepth):
         return "depth" + (f" ({unit})" if unit else "")
-    return "value"
+    return rule.label or "value"
 
 
 # What stands for characters that Pillow's font lacks.
 _PLAIN = str.maketrans({"−": "-", "²": "^2", "³": "^3", "µ": "u", "μ": "u"})
 
 
-def font_for(image):
+def font_for(size):
+    """The font of a picture of a size."""
     from PIL import ImageFont
 
-    return ImageFont.load_default(max(10, round(min(image.size) / 30)))
+    return ImageFont.load_default(max(10, round(min(size) / 30)))
+
+
+def text_width(font: Any, text: str) -> float:
+    """The length of a text in pixels."""
+    return float(font.getlength(text.translate(_PLAIN)))
+
+
+def line_height(font: Any) -> float:
+    """The distance of lines in pixels."""
+    return float(font.getbbox("0")[3]) * 1.4
 
 
 def _draw_scale_bar(image, camera, unit):
@@ -142,37 +178,69 @@ def _draw_scale_bar(image, camera, unit):
     drawn.finish()
 
 
-def _draw_colorbar(image, right, rule, limits, unit):
-    """Draw a colour bar whose labels end at a column; returns the column at which it begins."""
-    width, height = image.size
-    drawn = Drawing(image)
-    labels = [(value, f"{value:g}") for value in ticks(*limits)]
-    thickness, length = max(6, round(0.025 * width)), round(0.6 * height)
-    mark = max(2, thickness // 4)
-    text_width = max((drawn.width(text) for _, text in labels), default=0)
-    title = _title(rule, unit)
-    left = round(right - max(thickness + 2 * mark + text_width, drawn.width(title)))
-    top = round((height - length) / 2)
-    drawn.text(left, top - drawn.line_height / 2, title, "ls")
-    drawn.bar(left - 1, left + thickness + 1, top - 1, top + length + 1)
-    for value, text in labels:
-        at = top + length * (1 - (value - limits[0]) / (limits[1] - limits[0]))
-        row = min(max(round(at - 0.5), top), top + length - 1)
-        drawn.bar(left + thickness, left + thickness + mark, row, row + 1)
-        drawn.text(left + thickness + 2 * mark, at, text, "lm")
-    drawn.finish()
-    # The first colour is at the bottom.
-    places = 1 - (np.arange(length) + 0.5) / length
-    colors = np.asarray(rule._cmap())
-    steps = np.linspace(0, 1, len(colors))
-    column = np.stack([np.interp(places, steps, part) for part in colors.T], axis=-1)
-    area = np.s_[top : top + length, max(left, 0) : left + thickness]
-    blend(image, area, np.ones((height, width))[area], column[:, None])
-    return left - drawn.line_height
+def draw_panel(image: Image, area: Any, wide: float, covered: Covered) -> None:
+    """Draw a panel behind marks of a width that objects would make hard to read."""
+    rows, columns = area
+    area = rows, slice(columns.start, columns.start + round(wide))
+    if covered is None or not covered[area].any():
+        return
+    behind = _linear(image, area)
+    bright = ((behind[..., :3] + 1 - behind[..., 3:]) @ _LUMINANCE).mean() > _MIDDLE
+    blend(image, area, np.full(behind.shape[:2], 0.85), np.full(3, _BRIGHT if bright else _DARK))
+
+
+class ColorBar:
+    """The bar of a colour map: its title above, and round values beside it."""
+
+    def __init__(self, size, rule, limits, unit):
+        self._size, self._limits, self._cmap = size, limits, np.asarray(rule._cmap())
+        font = font_for(size)
+        self._labels = [(value, f"{value:g}") for value in ticks(*limits)]
+        self._thickness, self._length = max(6, round(0.025 * size[0])), round(0.6 * size[1])
+        self._mark = max(2, self._thickness // 4)
+        labels = max((text_width(font, text) for _, text in self._labels), default=0)
+        column = self._thickness + 2 * self._mark + labels
+        words = _title(rule, unit).split()
+        column = max(column, *(text_width(font, word) for word in words))
+        self._lines = [words[0]]
+        for word in words[1:]:
+            longer = f"{self._lines[-1]} {word}"
+            if text_width(font, longer) <= column:
+                self._lines[-1] = longer
+            else:
+                self._lines.append(word)
+        #: Of the bar with its labels and its title, in pixels.
+        self.width = column + line_height(font)
+
+    def draw(self, image, left, covered=None):
+        """Draw it into an image; its first column is `left`."""
+        width, height = self._size
+        drawn = Drawing(image)
+        thickness, length, left = self._thickness, self._length, round(left)
+        top = round((height - length + (len(self._lines) - 1) * drawn.line_height) / 2)
+        above = round((len(self._lines) + 0.5) * drawn.line_height)
+        draw_panel(
+            image, np.s_[max(0, top - above) : top + length + above // 2, max(0, left - 4) :], self.width, covered
+        )
+        for number, line in enumerate(reversed(self._lines)):
+            drawn.text(left, top - (0.5 + number) * drawn.line_height, line, "ls")
+        drawn.bar(left - 1, left + thickness + 1, top - 1, top + length + 1)
+        for value, text in self._labels:
+            at = top + length * (1 - (value - self._limits[0]) / (self._limits[1] - self._limits[0]))
+            row = min(max(round(at - 0.5), top), top + length - 1)
+            drawn.bar(left + thickness, left + thickness + self._mark, row, row + 1)
+            drawn.text(left + thickness + 2 * self._mark, at, text, "lm")
+        drawn.finish()
+        # The first colour is at the bottom.
+        places = 1 - (np.arange(length) + 0.5) / length
+        steps = np.linspace(0, 1, len(self._cmap))
+        column = np.stack([np.interp(places, steps, part) for part in self._cmap.T], axis=-1)
+        area = np.s_[top : top + length, max(left, 0) : left + thickness]
+        blend(image, area, np.ones((height, width))[area], column[:, None])
 
 
 class Drawing:
-    """Text and bars in one colour, dark on a bright picture."""
+    """Text and bars in one colour, dark on a bright picture; with a bright rim where the picture is transparent."""
 
     def __init__(self, image):
         from PIL import Image as Pillow
@@ -181,12 +249,9 @@ class Drawing:
         self._image = image
         self._sheet = Pillow.new("L", image.size)
         self._draw = ImageDraw.Draw(self._sheet)
-        self._font = font_for(image)
+        self._font = font_for(image.size)
         self._bars = np.zeros(image.size[::-1])
-        self.line_height = self._font.getbbox("0")[3] * 1.4
-
-    def width(self, text):
-        return self._font.getlength(text.translate(_PLAIN))
+        self.line_height = line_height(self._font)
 
     def text(self, x, y, text, anchor):
         """Draw text; `anchor` is Pillow's name of the point of the text at (x, y)."""
@@ -200,6 +265,10 @@ class Drawing:
         self._bars = np.maximum(self._bars, np.outer(rows, columns))
 
     def finish(self):
+        """Blend everything that was drawn over the image."""
+        from PIL import Image as Pillow
+        from PIL import ImageFilter
+
         mask = np.maximum(np.asarray(self._sheet) / 255, self._bars)
         if not mask.any():
             return
@@ -207,7 +276,11 @@ class Drawing:
         area = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
         behind = _linear(self._image, area)
         over_white = behind[..., :3] + 1 - behind[..., 3:]
-        bright = (over_white @ [0.2126, 0.7152, 0.0722]).mean() > _MIDDLE
+        bright = (over_white @ _LUMINANCE).mean() > _MIDDLE
+        if bright and behind[..., 3].mean() < 0.5:  # files of other formats may show it on black
+            wide = 2 * max(1, round(min(self._image.size) / 300)) + 1
+            rim = Pillow.fromarray(np.rint(255 * mask).astype(np.uint8)).filter(ImageFilter.MaxFilter(wide))
+            blend(self._image, np.s_[:, :], np.asarray(rim) / 255, np.full(3, _BRIGHT))
         blend(self._image, area, mask[area], np.full(3, _DARK if bright else _BRIGHT))
 
 

@@ -100,9 +100,22 @@ def camera_for(
     >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
     OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
     """
+    return camera_beside((0.0, 0.0), scene, view, up, projection, field_of_view, size, margin)
+
+
+def camera_beside(
+    space: tuple[float, float],
+    scene: Bounded,
+    view: View = DEFAULT_VIEW,
+    up: ArrayLike | None = None,
+    projection: Projection = "perspective",
+    field_of_view: float = 30.0,
+    size: tuple[int, int] = (640, 360),
+    margin: float = 0.05,
+) -> _core.PerspectiveCamera | _core.OrthographicCamera:
+    """The camera of `camera_for` that leaves parts of the width free on the left and on the right, for marks."""
     view, up = suggested_for(scene, view, up)
-    fit = _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin)
-    return fit.camera()
+    return _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin, space).camera()
 
 
 @explained
@@ -190,7 +203,7 @@ def turn(
 class _Fit:
     """The cameras on one side of an object that show all of it; `extent` is the object's extent."""
 
-    def __init__(self, extent, view, up, projection, field_of_view, size, margin):
+    def __init__(self, extent, view, up, projection, field_of_view, size, margin, space=(0.0, 0.0)):
         direction, natural_up = direction_of(view)
         self.up = np.asarray(natural_up if up is None else up, dtype=float)
         if projection not in ("perspective", "orthographic"):
@@ -203,15 +216,17 @@ class _Fit:
         if not (width > 0 and height > 0):
             raise ValueError(f"size: expected a width and a height above 0, got {size!r}")
         self.projection, self.field_of_view, self.aspect, self.free = projection, field_of_view, width / height, margin
+        self.space = np.array(space)
 
         # Any camera on this side has the image's axes, and checks what was given.
         trial = _core.PerspectiveCamera(direction, (0, 0, 0), self.up, field_of_view)
         self.axes = trial.world_to_camera[:3, :3]  # right, up, forward
-        half_height = math.tan(math.radians(field_of_view) / 2) * (1 - margin)
-        self.slopes = np.array([half_height * self.aspect, half_height])
+        half_height = math.tan(math.radians(field_of_view) / 2)
+        wide = half_height * self.aspect * np.maximum(1 - margin - 2 * self.space[::-1], 1e-3)
+        self.slopes = np.array([*wide, *[half_height * (1 - margin)] * 2])
         # Outward normals of the sides of the view: right and left, top and bottom.
         right, upwards, forward = self.axes
-        sides = zip((right, -right, upwards, -upwards), np.repeat(self.slopes, 2))
+        sides = zip((right, -right, upwards, -upwards), self.slopes)
         self.sides = np.array([towards - slope * forward for towards, slope in sides])
         extents = extent(np.concatenate([self.axes, self.sides]))
         self.extents = extents[:3]
@@ -222,24 +237,27 @@ class _Fit:
         """The nearest camera that shows the object, in the middle."""
         middle = self.extents.mean(axis=1)
         if self.projection == "orthographic":
-            center = middle @ self.axes
-            return self.orthographic(center, self.height_about(center), self.radius)
+            height = self.height_about(middle @ self.axes)
+            shift = (self.space[1] - self.space[0]) / 2 * height * self.aspect
+            return self.orthographic((middle + [shift, 0, 0]) @ self.axes, height, self.radius)
         # Along an axis of the image, both sides touch at one position of the eye; farther back, the margins stay equal.
-        across = (self.reach[::2] - self.reach[1::2]) / 2
-        depths = -(self.reach[::2] + self.reach[1::2]) / (2 * self.slopes)
+        first, second = self.slopes[::2], self.slopes[1::2]
+        depths = -(self.reach[::2] + self.reach[1::2]) / (first + second)
         depth = min(depths.min(), self.extents[2, 0] - self.radius * 1e-3)
+        across = (self.reach[::2] - self.reach[1::2] + (first - second) * depth) / 2
         return self.perspective(np.array([*across, depth]) @ self.axes, np.array([*across, middle[2]]) @ self.axes)
 
     def distance_from(self, center):
         """The distance from a centre that the eye of a perspective camera looking at it needs."""
         depth = self.axes[2] @ center
-        distances = (self.reach - self.sides @ center) / np.repeat(self.slopes, 2)
+        distances = (self.reach - self.sides @ center) / self.slopes
         return max(distances.max(), depth - self.extents[2, 0] + self.radius * 1e-3)
 
     def height_about(self, center):
         """The height of the image that an orthographic camera looking at a centre needs."""
         x, y = np.abs(self.extents[:2] - (self.axes[:2] @ center)[:, None]).max(axis=1)
-        return 2 * max(y, x / self.aspect, self.radius * 1e-6) / (1 - self.free)
+        wide = max(1 - self.free - self.space.sum(), 1e-3)
+        return 2 * max(y / (1 - self.free), x / (self.aspect * wide), self.radius * 1e-6)
 
     def orthographic(self, center, height, radius):
         eye = center - self.axes[2] * (radius * (1 + math.sqrt(3)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.values import part
-from .annotations import BORDER, Drawing, blend
+from .annotations import BORDER, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
 from .image import Image
 
 #: A name, its linear colour, and its opacity.
@@ -43,22 +43,50 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
     return np.broadcast_to(np.asarray(color, dtype=float), (3,)), getattr(each, "opacity", 1.0)
 
 
-def draw_legend(image: Image, rows: list[Row]) -> None:
-    """Draw a legend into the upper left corner of a picture, in place."""
-    if not rows:
-        return
-    width, height = image.size
-    drawn = Drawing(image)
-    border, line = round(BORDER * min(width, height)), drawn.line_height
-    side = max(4, round(0.6 * line))
-    swatches = []
-    for number, (name, color, opacity) in enumerate(rows):
-        top = border + round(number * line)
-        drawn.bar(border - 1, border + side + 1, top - 1, top + side + 1)
-        drawn.text(border + 1.5 * side, top + side / 2, name, "lm")
-        swatches.append((np.s_[top : top + side, border : border + side], color, opacity))
-    drawn.finish()
-    for area, color, opacity in swatches:
-        # Over white: the frame below the swatch is opaque.
-        over = opacity * color + (1 - opacity)
-        blend(image, area, np.ones((height, width))[area], over)
+class Legend:
+    """Names beside their colours, in a corner of a picture; empty without rows."""
+
+    def __init__(self, size: tuple[int, int], rows: list[Row]):
+        self._size, self._rows = size, rows
+        font = font_for(size)
+        self._border, self._line = round(BORDER * min(size)), line_height(font)
+        self._side = max(4, round(0.6 * self._line))
+        names = max((text_width(font, name) for name, *_ in rows), default=0.0)
+        #: Of the swatches and names, in pixels, with a border.
+        self.width = self._border + 1.5 * self._side + names if rows else 0.0
+
+    def draw(self, image: Image, covered: Covered = None) -> None:
+        """Draw it into the upper left corner, or where it hides least of the covered pixels."""
+        if not self._rows:
+            return
+        width, height = self._size
+        high = round((len(self._rows) - 1) * self._line) + self._side
+        left, top = self._border, self._border
+        if covered is not None:
+            corners = [
+                (x, y)
+                for y in (top, height - high - self._border)
+                for x in (left, round(width - self.width))
+                if x >= left and y >= top
+            ]
+            left, top = min(corners or [(left, top)], key=lambda corner: _hidden(covered, corner, self.width, high))
+        area = np.s_[max(0, top - 4) : top + high + 4, max(0, left - 4) :]
+        draw_panel(image, area, self.width - self._border + 8, covered)
+        drawn = Drawing(image)
+        swatches = []
+        for number, (name, color, opacity) in enumerate(self._rows):
+            row = top + round(number * self._line)
+            drawn.bar(left - 1, left + self._side + 1, row - 1, row + self._side + 1)
+            drawn.text(left + 1.5 * self._side, row + self._side / 2, name, "lm")
+            swatches.append((np.s_[row : row + self._side, left : left + self._side], color, opacity))
+        drawn.finish()
+        for place, color, opacity in swatches:
+            # Over white: the frame below the swatch is opaque.
+            over = opacity * color + (1 - opacity)
+            blend(image, place, np.ones((height, width))[place], over)
+
+
+def _hidden(covered: NDArray[np.bool_], corner: tuple[int, int], wide: float, high: int) -> int:
+    """The number of covered pixels behind a rectangle."""
+    left, top = corner
+    return int(np.count_nonzero(covered[top : top + high, left : left + round(wide)]))

@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING, Any, Literal
 from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
-from .annotations import Annotation, annotated, check_annotations
-from .cameras import camera_for
+from .annotations import BORDER, Annotation, annotated, check_annotations, color_bars, covered_pixels
+from .cameras import camera_beside, camera_for
 from .image import Image
-from .legends import draw_legend, legend_rows
+from .legends import Legend, Row, legend_rows
 from .lights import Light, resolve
 from .scenes import as_scene
 from .studio import Studio, render_in_studio
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Color, _Layer, _Progress
+
+# The largest part of a picture's width for marks.
+_MOST = 0.6
 
 
 @explained
@@ -87,13 +90,14 @@ def render(
         for viewers and videos. 8 bits need a quarter of the memory.
     annotate : bool, or sequence of {"scale_bar", "colorbar"}
         What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
-        colour bar for each colour rule with a map. True draws all that apply. Not allowed with a crop.
+        colour bar for each colour rule with a map, beside the scene if `camera` is not given. True draws all that
+        apply. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
         the same.
     legend : bool
-        Whether to draw the names of objects, ``Isosurface(..., name="bone")``, each beside its colour. Not allowed with
-        a crop.
+        Whether to draw the names of objects, ``Isosurface(..., name="bone")``, each beside its colour; beside the scene
+        if `camera` is not given. Not allowed with a crop.
     progress : callable or True, optional
         Called with the finished fraction a few times a second; cancels the rendering by returning
         a false value other than None. True shows a bar.
@@ -133,9 +137,14 @@ def render(
     rows = legend_rows(scene, look) if legend else []
     if (marks or rows) and crop is not None:
         raise ValueError(f"{'annotate' if marks else 'legend'}: cannot be combined with a crop")
+    unit = unit_of(scene) if unit is None else unit
+    covered, has_columns = None, bool(rows) or "colorbar" in marks
     if camera is None:
         camera = camera_for(scene, size=size)
-    unit = unit_of(scene) if unit is None else unit
+        if has_columns:
+            camera = camera_beside(space_for(size, marks, rows, look, scene, unit), scene, size=size)
+    elif has_columns:
+        covered = covered_pixels(scene, camera, size)
     options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
     options["ambient_occlusion_samples"] = ambient_occlusion_samples
     if isinstance(look, Studio):
@@ -149,8 +158,19 @@ def render(
     else:
         options.update(samples=samples, encoding=encoding, progress=progress)
         image = Image(_core.render(scene, camera, shading=look, **options))
-    draw_legend(image, rows)
-    return annotated(image, marks, camera, scene, look, unit)
+    Legend(image.size, rows).draw(image, covered)
+    return annotated(image, marks, camera, scene, look, unit, covered)
+
+
+def space_for(
+    size: tuple[int, int], marks: tuple[str, ...], rows: list[Row], look: Any, scene: _core.Scene, unit: str
+) -> tuple[float, float]:
+    """The parts of a picture's width that a legend on the left and colour bars on the right need."""
+    bars = color_bars(size, look, scene, camera_for(scene, size=size), unit) if "colorbar" in marks else []
+    right = sum(bar.width for bar in bars) / size[0] + BORDER if bars else 0.0
+    left = Legend(size, rows).width / size[0]
+    scale = min(1.0, _MOST / max(left + right, 1e-9))
+    return left * scale, right * scale
 
 
 def unit_of(scene: _core.Scene) -> str:

@@ -179,6 +179,7 @@ def render_in_studio(
     fill = {id: look.replace(lights=[lights.fill], shadows=False, ambient=0, specular=0) for id, look in looks.items()}
     sky = {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}
     image = draw("key", key)
+    filled = draw("fill", fill, **flat).color[..., :3]
     in_sky = draw("sky", sky, **flat).color[..., :3]
     if light.denoise:
         unshaded = {id: look.replace(shadows=False) for id, look in key.items()}
@@ -186,7 +187,7 @@ def render_in_studio(
         in_key, open_sky = (draw("fill", each, False, **flat).color[..., :3] for each in (unshaded, unhidden))
         image.color[..., :3] = _without_grain(image.color[..., :3], in_key)
         in_sky = _without_grain(in_sky, open_sky)
-    image.color[..., :3] += draw("fill", fill, **flat).color[..., :3]
+    image.color[..., :3] += filled
     image.color[..., :3] += light.sky * in_sky
     _tone_map_surfaces(image.color)
     if values:

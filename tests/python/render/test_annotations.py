@@ -8,6 +8,7 @@ from spheres import mesh_sphere, sphere
 import isospline
 from isospline.colors import linear_to_srgb
 from isospline.picture.annotations import font_for, scale_bar, ticks
+from isospline.picture.cameras import camera_beside
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
@@ -152,7 +153,65 @@ def test_marks_have_letters_that_the_font_has(monkeypatch):
     shading = isospline.Phong(color=isospline.ColorByCurvature("gaussian", limits=(-0.1, 0.1)))
     marks = dict(annotate=("colorbar", "scale_bar"), unit="µm")
     image = isospline.render(sphere(), size=SIZE, light=shading, **marks)
-    assert "-0.1" in drawn and "gaussian curvature (1/um^2)" in drawn
-    font = font_for(image)
+    assert "-0.1" in drawn and {"gaussian", "curvature", "(1/um^2)"} <= drawn
+    font = font_for(image.size)
     missing = bytes(font.getmask("\ue000"))
     assert not [letter for words in drawn for letter in words if bytes(font.getmask(letter)) == missing]
+
+
+def pixels_on(surface, camera, **marks):
+    """The pixels of a surface that marks change in a picture from a camera, None for the one of render()."""
+    marked = isospline.render(surface, camera, size=SIZE, **marks)
+    if camera is None:  # the object is where the marks are not: its colour is left on both sides of a gap
+        alpha = marked.color[..., 3].max(axis=0) > 0
+        return np.diff(np.flatnonzero(alpha)).max() - 1
+    plain = isospline.render(surface, camera, size=SIZE)
+    return np.count_nonzero((marked.color != plain.color).any(axis=-1) & (plain.color[..., 3] > 0))
+
+
+@pytest.mark.parametrize("marks", [{"annotate": ("colorbar",)}, {"legend": True}], ids=str)
+def test_marks_stand_beside_the_object(marks):
+    rule = RAMP.replace(label="temperature in K")
+    surface = isospline.Isosurface(sphere().volume, sphere().level, color=rule, name="a ball")
+    wide = isospline.Mesh(mesh_sphere(3.0, 16).vertices * (4, 1, 1), mesh_sphere(3.0, 16).faces, color=rule, name="egg")
+    for item in (surface, wide):
+        assert pixels_on(item, None, **marks) >= 2  # free columns between
+        left = isospline.camera_for(item, size=SIZE)
+        shifted = isospline.PerspectiveCamera(left.eye, left.target, left.up, 2.2 * left.field_of_view)
+        assert pixels_on(item, shifted, **marks) == 0
+    # Where there is no space, a panel keeps the text readable.
+    close = isospline.PerspectiveCamera(left.eye, left.target, left.up, 0.2 * left.field_of_view)
+    assert pixels_on(wide, close, **marks) > 0
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize("space", [(0.3, 0.0), (0.0, 0.25), (0.2, 0.3)])
+def test_cameras_leave_space_for_marks(projection, space):
+    surface = sphere()
+    camera = camera_beside(space, surface, size=(200, 80), projection=projection, margin=0.1)
+    columns = np.flatnonzero(isospline.render(surface, camera, size=(200, 80)).color[..., 3].any(axis=0))
+    first, last = columns[0] / 200 - space[0], 1 - (columns[-1] + 1) / 200 - space[1]
+    assert first == pytest.approx(last, abs=0.02) and first >= 0.045
+
+
+def test_the_title_of_a_colour_bar_is_its_label(monkeypatch):
+    drawn = set()
+    text = ImageDraw.ImageDraw.text
+    monkeypatch.setattr(
+        ImageDraw.ImageDraw, "text", lambda self, at, words, **rest: (drawn.add(words), text(self, at, words, **rest))
+    )
+    rule = RAMP.replace(label="dose in Gy")
+    assert rule.label == "dose in Gy" and rule != RAMP
+    isospline.render(sphere(), size=SIZE, light=isospline.Phong(color=rule), annotate=("colorbar",))
+    assert "dose in Gy" in {" ".join(drawn), *drawn} or {"dose", "Gy"} <= {
+        word for line in drawn for word in line.split()
+    }
+
+
+def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():
+    surface = isospline.Isosurface(sphere().volume, sphere().level, name="ball")
+    picture = isospline.render(surface, size=(200, 120), legend=True).color
+    for background in (0.0, 1.0):
+        over = picture[..., :3] + (1 - picture[..., 3:]) * background
+        names = over[5:20, 18:45]  # beside the swatch
+        assert names.min() < 0.1 and names.max() > 0.9, background
