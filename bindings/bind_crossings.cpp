@@ -195,7 +195,7 @@ py::array count_intersections(Scene& scene, const py::object& rays, const py::ob
 void bind_crossings(py::module_& module)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    py::class_<Scene>(module.attr("Scene"))
+    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
         .def("list_intersections", &list_intersections, py::arg("rays"), py::arg("directions") = py::none(),
              py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = infinity, list_intersections_doc)
         .def("count_intersections", &count_intersections, py::arg("rays"), py::arg("directions") = py::none(),

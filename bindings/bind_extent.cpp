@@ -6,6 +6,7 @@
 #include "isospline/util/check.h"
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 namespace py = pybind11;
@@ -70,7 +71,8 @@ py::array_t<double> extent_of(Scene& scene, const py::object& directions)
 
 void bind_extent(py::module_& module)
 {
-    py::class_<Scene>(module.attr("Scene")).def("extent", &extent_of, py::arg("directions"), extent_doc);
+    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
+        .def("extent", &extent_of, py::arg("directions"), extent_doc);
 }
 
 } // namespace isospline

@@ -66,7 +66,7 @@ inside : {"above", "below"}
     above.
 material : Material, optional
     Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+color : str, float, (3,) float, or a rule such as ColorByVolume, optional
     Its colour, in place of `material`; as in `Material`. By default, the light decides.
 opacity : float, optional
     Its opacity from 0 to 1, in place of `material`. Path tracers draw all surfaces opaque.

@@ -37,7 +37,7 @@ dielectric, at the normal. With ``specular=0`` and ``metallic=0`` this is Lamber
 
 Parameters
 ----------
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+color : str, float, (3,) float, or a rule such as ColorByVolume, optional
     A name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are multiplied by it. By default,
     the light decides: a `PathTracer` uses 0.8, and a shading its own colour.
 metallic, roughness, specular : float

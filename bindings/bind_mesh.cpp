@@ -40,7 +40,7 @@ colors : (V, 3) array_like of numbers, str or sequence of str, optional
     default, or of a `Material`.
 material : Material, optional
     Its look. A `PathTracer` or a `Studio` may have another material for it, and a dict of lights another look.
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth, optional
+color : str, float, (3,) float, or a rule such as ColorByVolume, optional
     Its colour, in place of `material`; as in `Material`. The colours of the vertices are multiplied by it. By
     default, the light decides.
 opacity : float, optional

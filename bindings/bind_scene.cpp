@@ -269,7 +269,7 @@ void bind_scene(py::module_& module)
     module.attr("INVALID_ID") = invalid_id;
     module.attr("INVALID_PRIMITIVE_ID") = invalid_primitive_id;
 
-    py::class_<Scene>(module, "Scene", scene_doc)
+    py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene", scene_doc)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
              py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays<RayCaster::Contact::crossing>, py::arg("rays"), py::arg("directions") = py::none(),

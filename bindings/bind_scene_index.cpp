@@ -53,7 +53,7 @@ void settle(Scene& scene, const py::object& progress)
 
 void bind_scene_index(py::module_& module)
 {
-    py::class_<Scene>(module.attr("Scene"))
+    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
         .def("settle", &settle, py::kw_only(), py::arg("progress") = py::none(), settle_doc)
         .def_property_readonly(
             "is_settled", &Scene::is_settled,

@@ -244,7 +244,7 @@ void check_sample_count(int nsamples)
 void bind_scene_points(py::module_& module)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    py::class_<Scene>(module.attr("Scene"))
+    py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
         .def("closest_points", &closest_points, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
              py::arg("tolerance") = py::none(), closest_points_doc)
         .def("signed_distance", &signed_distance, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,

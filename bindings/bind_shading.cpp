@@ -106,7 +106,7 @@ highlights have the colour of the light.
 
 Parameters
 ----------
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+color : str, float, (3,) float, or a rule such as ColorByVolume
     Colour of the surface: a name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are
     multiplied by it.
 ambient, diffuse, specular : float
@@ -205,7 +205,7 @@ Parameters
 ----------
 exponent : float
     n_o, at least 0; the larger, the thinner the lines.
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+color : str, float, (3,) float, or a rule such as ColorByVolume
     Colour of the lines: a name, sRGB from 0 to 1, or a rule.
 surface_color : as color
     Colour of the surface between the lines. The colours of a mesh's vertices are multiplied by it.
@@ -276,7 +276,7 @@ samples : int
     Rays per hit, 1 to 65536.
 distance : float
     World units, above 0; surfaces farther away hide nothing.
-color : str, float, (3,) float, ColorByVolume, ColorByCurvature, ColorByNormal or ColorByDepth
+color : str, float, (3,) float, or a rule such as ColorByVolume
     Colour of the surface: a name, sRGB from 0 to 1, or a rule. The colours of a mesh's vertices are
     multiplied by it.
 opacity : float

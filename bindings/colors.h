@@ -70,6 +70,8 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
         return value.cast<ColorByNormal>();
     if (pybind11::isinstance<ColorByDepth>(value))
         return value.cast<ColorByDepth>();
+    if (pybind11::isinstance<ColorByDistance>(value))
+        return value.cast<ColorByDistance>();
     const glm::dvec3 color = as_color(decoded(value), parameter);
     check_not_above_one(color, value, parameter);
     return color;

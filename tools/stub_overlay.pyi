@@ -71,7 +71,7 @@ class DamagedStore(OSError, ValueError): ...
 class _Families:
     _Cut: HalfSpace | Box
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
-    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth
+    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | ColorByDistance
     _PointLight: PositionalLight | DirectionalLight
     _Light: _PointLight | RectangleLight | SphereLight | EnvironmentLight
     _Shading: Phong | Outline | AmbientOcclusion
@@ -104,6 +104,7 @@ class _Parameters:
     obj: _Placeable
     objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]]
     opacity: float
+    other: _Placeable | Scene | ArrayLike
     out: dict[str, NDArray[Any]]
     outputs: Iterable[_HitOutput]
     progress: _Progress
@@ -135,6 +136,7 @@ class _Results:
     method: Literal["exact", "reference", "bracket"]
     normals: NDArray[np.float64] | None
     object: Isosurface | Mesh
+    other: Scene
     paging: Paging | None
     render_part: tuple[Image, dict[str, Any]]
     sample_points: SurfaceSamples

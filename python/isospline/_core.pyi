@@ -196,6 +196,28 @@ class ColorByDepth(_ColorRule):
     @property
     def limits(self) -> tuple[float, float] | None: ...
 
+class ColorByDistance(_ColorRule):
+    def __init__(
+        self,
+        other: _Placeable | Scene | ArrayLike,
+        cmap: _ColorMap = "coolwarm",
+        *,
+        limits: tuple[float, float],
+        signed: bool = True,
+        label: str = "",
+    ) -> None: ...
+    def _cmap(self) -> Any: ...
+    @property
+    def cmap(self) -> NDArray[np.float64]: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def other(self) -> Scene: ...
+    @property
+    def signed(self) -> bool: ...
+
 class Material(_Value):
     def __init__(
         self,

@@ -90,6 +90,11 @@ def calls(o, folder):
         ("Box", iso.Box, {"minimum": (0, 0, 0), "maximum": (1, 1, 1)}),
         ("ColorByCurvature", iso.ColorByCurvature, {"kind": "mean", "cmap": "viridis", "limits": (-1, 1)}),
         ("ColorByDepth", iso.ColorByDepth, {"cmap": "viridis", "limits": (0, 1)}),
+        (
+            "ColorByDistance",
+            iso.ColorByDistance,
+            {"other": o["surface"], "cmap": "viridis", "limits": (0, 1), "signed": True, "label": "a"},
+        ),
         ("ColorByNormal", iso.ColorByNormal, {}),
         (
             "ColorByVolume",

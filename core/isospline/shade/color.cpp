@@ -53,6 +53,11 @@ glm::dvec3 by_rule(const ColorByDepth& color, const SurfacePoint& point)
     return color_of(color.map, point.depth);
 }
 
+glm::dvec3 by_rule(const ColorByDistance& color, const SurfacePoint& point)
+{
+    return color_of(color.map, color.distance->at(point.position));
+}
+
 } // namespace
 
 void validate(const ColorMap& map)
@@ -85,6 +90,8 @@ void validate(const char* parameter, const Color& color)
         validate(by_curvature->map);
     else if (const auto* by_depth = std::get_if<ColorByDepth>(&color))
         validate(by_depth->map);
+    else if (const auto* by_distance = std::get_if<ColorByDistance>(&color))
+        validate(by_distance->map);
 }
 
 bool needs_curvature(const Color& color)

@@ -57,8 +57,22 @@ struct ColorByDepth {
     bool fit_limits = false;
 };
 
+/// A number at each point, which any thread may ask for.
+class PointValue {
+public:
+    virtual ~PointValue() = default;
+    virtual double at(const glm::dvec3& position_world) const = 0;
+};
+
+/// By the distance of the point from other objects.
+struct ColorByDistance {
+    std::shared_ptr<const PointValue> distance;
+    ColorMap map;
+    std::string label; ///< what the distance is, for colour bars
+};
+
 /// Linear red, green and blue, or a rule for them.
-using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth>;
+using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth, ColorByDistance>;
 
 /// The colour of caps; nothing means the surface's own. A rule is not lit: its colours are read off a colour bar.
 using CapColor = std::optional<Color>;

@@ -21,6 +21,7 @@ VALUE_TYPES = (
     _core.Box,
     _core.ColorByCurvature,
     _core.ColorByDepth,
+    _core.ColorByDistance,
     _core.ColorByNormal,
     _core.ColorByVolume,
     _core.DirectionalLight,
@@ -86,6 +87,10 @@ def same(one, other):
         return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=has_nan)
     if isinstance(one, _core.Volume):
         return one is other or (isinstance(other, _core.Volume) and same(one.__getstate__(), other.__getstate__()))
+    if isinstance(one, (_core.Scene, _core.Isosurface, _core.Mesh)):
+        return one is other or (
+            type(one) is type(other) and same(one.__reduce_ex__(2)[1:3], other.__reduce_ex__(2)[1:3])
+        )
     return type(one) is type(other) and bool(one == other)
 
 
@@ -103,6 +108,8 @@ def _hashable(part):
         return tuple(_hashable(item) for item in part)
     if isinstance(part, _core.Volume):
         return part.shape, part.minimum, part.maximum
+    if isinstance(part, _core.Scene):
+        return tuple(part.ids)
     return part
 
 

@@ -8,6 +8,7 @@ import math
 import isospline
 
 from ..colors import CURVATURES, linear
+from ..interop.mesh_output import MESHES
 from ..picture.tone import CURVES
 from .picture import studio_looks
 
@@ -149,6 +150,10 @@ def _color_by(arguments):
         if arguments.limits is None:
             raise ValueError("--limits: expected two curvatures for --color-by, such as -0.5,0.5, got none")
         return isospline.ColorByCurvature(CURVATURES[what], **options)
+    if what.lower().endswith(MESHES):
+        if arguments.limits is None:
+            raise ValueError("--limits: expected two distances for --color-by with a mesh, such as -1,1, got none")
+        return isospline.ColorByDistance(isospline.read_mesh(what), **options)
     return isospline.ColorByVolume(isospline.read_volume(what).to_volume(), **options)
 
 

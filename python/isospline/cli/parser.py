@@ -230,9 +230,8 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
     add_ground(group, color)
     add_tone(group)
     add_materials(group)
-    group.add_argument(
-        "--color-by", metavar="WHAT", help=f"normal, depth, {', '.join(CURVATURES)}, or a file with another volume"
-    )
+    what = f"normal, depth, {', '.join(CURVATURES)}, a file with another volume, or with a mesh"
+    group.add_argument("--color-by", metavar="WHAT", help=what)
     group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib for --color-by")
     group.add_argument(
         "--limits", type=cli_types.numbers(2), metavar="A,B", help="values of the first and the last colour of --cmap"

@@ -68,6 +68,26 @@ def joined_rays(origins, directions):
         ) from None
 
 
+def as_target(other, is_signed):
+    """The scene from which distances are measured: of objects, or of points as triangles without area."""
+    if isinstance(other, Scene):
+        scene = other
+    elif isinstance(other, (Isosurface, Mesh)) or type(other).__module__.partition(".")[0] in _MESHES:
+        scene = Scene([other])
+    else:
+        points = _as_array(other, "other")
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ValueError(
+                f"other: expected an Isosurface, a Mesh, a Scene or points of shape (N, 3), got shape {points.shape}"
+            )
+        if is_signed:
+            raise ValueError("signed: expected False for distances from points, which have no inside, got True")
+        scene = Scene([Mesh(points, np.arange(len(points))[:, None].repeat(3, axis=1))])
+    if not np.isfinite(scene.extent(np.eye(3))).all():
+        raise ValueError("other: expected objects with points, got some without")
+    return scene
+
+
 def as_placed_objects(objects):
     """Pairs of an object and its transform or None, from one or several objects with or without transforms."""
     if isinstance(objects, Scene):

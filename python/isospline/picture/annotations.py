@@ -17,6 +17,7 @@ from .image import Image
 Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
 
+_WITH_MAP = (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByDepth, _core.ColorByDistance)
 # Fractions of the picture: the free border, and the largest length of a scale bar.
 BORDER, _LONGEST = 0.04, 0.25
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
@@ -123,7 +124,7 @@ def color_rules(look):
     colors = [getattr(each, name, None) for each in looks for name in names]
     rules = []
     for color in colors:
-        if isinstance(color, (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByDepth)) and color not in rules:
+        if isinstance(color, _WITH_MAP) and color not in rules:
             rules.append(color)
     return rules
 
@@ -143,6 +144,8 @@ def _title(rule, unit):
         return f"{rule.kind} curvature" + (f" (1/{unit}{power})" if unit else "")
     if isinstance(rule, _core.ColorByDepth):
         return "depth" + (f" ({unit})" if unit else "")
+    if isinstance(rule, _core.ColorByDistance) and not rule.label:
+        return ("signed distance" if rule.signed else "distance") + (f" ({unit})" if unit else "")
     return rule.label or "value"
 
 
@@ -217,7 +220,7 @@ class ColorBar:
         width, height = self._size
         drawn = Drawing(image)
         thickness, length, left = self._thickness, self._length, round(left)
-        top = round((height - length + (len(self._lines) - 1) * drawn.line_height) / 2)
+        top = min(round((height - length + (len(self._lines) - 1) * drawn.line_height) / 2), height - length)
         above = round((len(self._lines) + 0.5) * drawn.line_height)
         draw_panel(
             image, np.s_[max(0, top - above) : top + length + above // 2, max(0, left - 4) :], self.width, covered

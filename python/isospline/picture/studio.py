@@ -38,7 +38,13 @@ _SURFACES, _GROUND = {"key": 4.0, "fill": 1.0, "sky": 4.0}, {"ground in key": 3.
 _VALUES = {"values": 1.0}
 
 # The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
-_RULES = (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByNormal, _core.ColorByDepth)
+_RULES = (
+    _core.ColorByVolume,
+    _core.ColorByCurvature,
+    _core.ColorByNormal,
+    _core.ColorByDepth,
+    _core.ColorByDistance,
+)
 _BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 
 

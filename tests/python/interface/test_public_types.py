@@ -64,6 +64,7 @@ VALUES = {
     "Box": lambda _: isospline.Box((-1, -2, -np.inf), (1, 2, 3)),
     "ColorByCurvature": lambda _: isospline.ColorByCurvature("gaussian", limits=(-1, 2)),
     "ColorByDepth": lambda _: isospline.ColorByDepth(limits=(1, 2)),
+    "ColorByDistance": lambda _: isospline.ColorByDistance(isospline.Isosurface(VOLUME, FIELD.level), limits=(1, 2)),
     "ColorByNormal": lambda _: isospline.ColorByNormal(),
     "ColorByVolume": lambda _: isospline.ColorByVolume(VOLUME, limits=(0, 1)),
     "DirectionalLight": lambda _: isospline.DirectionalLight((1, 2, 3)),

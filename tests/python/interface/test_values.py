@@ -30,6 +30,7 @@ VALUES = [
     isospline.ColorByCurvature("gaussian", limits=(-1, 2)),
     isospline.ColorByDepth(),
     isospline.ColorByDepth([(0, 0, 0), (1, 1, 1)], limits=(1, 2)),
+    isospline.ColorByDistance(isospline.Isosurface(VOLUME, FIELD.level), limits=(-1, 2), label="deviation"),
     isospline.ColorByNormal(),
     isospline.ColorByVolume(
         VOLUME, limits=(0, 1), transform=[(2, 0.1, 0, 3), (0, 1.7, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]

@@ -134,7 +134,8 @@ def test_marks_that_make_no_sense(options, message):
 
 
 def test_small_pictures_take_marks():
-    options = {"light": isospline.Phong(color=RAMP), "background": "white"}
+    rule = RAMP.replace(label="a long title of many words")
+    options = {"light": isospline.Phong(color=rule), "background": "white"}
     for size in ((1, 1), (3, 40), (40, 3), (16, 9)):
         plain, marked = (
             isospline.render(sphere(), size=size, annotate=marks, **options)
