@@ -25,6 +25,7 @@ def surface_distance(
     samples: int = 10000,
     seed: int = 0,
     tolerance: float | None = None,
+    signed: bool = False,
 ) -> SurfaceDistance:
     """Measure the distances of the points of a surface from another one. The measure is not symmetric.
 
@@ -42,6 +43,9 @@ def surface_distance(
         Tolerance of the bounds on the largest distance; by default a quarter of the shortest edge of a voxel, of
         `surface` if both are isosurfaces. If neither is one, it is a thousandth of the diagonal of the bounds of
         `surface`.
+    signed : bool
+        Whether the distances and their mean are negative inside of `other`, of which meshes must be closed. The root
+        mean square, the quantiles and the largest distance are without sign.
 
     Returns
     -------
@@ -71,6 +75,9 @@ def surface_distance(
     >>> apart = isospline.surface_distance(large, small, samples=1000)
     >>> round(apart.mean.value, 3), round(apart.maximum[0], 3), apart.maximum[1] < 0.23
     (0.2, 0.2, True)
+    >>> inside = isospline.surface_distance(small, large, samples=1000, signed=True)
+    >>> round(inside.mean.value, 3), inside.quantiles.round(3)
+    (-0.2, array([0.2, 0.2, 0.2]))
     """
     if not isinstance(surface, (Isosurface, Mesh)):
         raise TypeError(f"surface: expected an Isosurface or a Mesh, got {type(surface).__name__}")
@@ -89,12 +96,18 @@ def surface_distance(
     if not np.isfinite(distances).all():
         raise ValueError("other: expected a surface with points, got one without")
     squares = distances**2
+    quantiles = np.quantile(distances, (0.5, 0.95, 0.99))
+    largest = float(distances.max())
+    if signed:
+        is_inside = target.contains(points) if isinstance(target, Isosurface) else target.occupancy(points)
+        distances = np.where(is_inside, -distances, distances)
     rms = math.sqrt(squares.mean())
     square_error = squares.std(ddof=1) / math.sqrt(samples)
     return SurfaceDistance(
         mean=Measurement(float(distances.mean()), float(distances.std(ddof=1) / math.sqrt(samples))),
         rms=Measurement(rms, square_error / (2 * rms) if rms > 0 else 0.0),
-        maximum=largest_distance(surface, target, float(distances.max()), tolerance),
+        quantiles=quantiles,
+        maximum=largest_distance(surface, target, largest, tolerance),
         points=points,
         distances=distances,
     )

@@ -12,7 +12,7 @@ from isospline.base.values import VALUE_TYPES
 # Not called: they need another library's objects, or a file.
 LEFT_OUT = {
     *("Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"),
-    *("LabelComparison", "LabelMeasures", "LabelTable", "add_to_plotter"),
+    *("LabelComparison", "LabelMeasures", "LabelTable", "SurfaceDistance.to_frame", "add_to_plotter"),
 }
 
 

@@ -316,18 +316,33 @@ class MeshReport(Result):
     self_intersections: int = _item("self_intersections", "Number of pairs of faces that cross.")
 
 
-class SurfaceDistance(Result):
-    """One-sided distances of one surface from another: the result of `surface_distance`."""
+class SurfaceDistance(Table):
+    """One-sided distances of one surface from another: the result of `surface_distance`.
+
+    As a table, it has a row for each point.
+    """
 
     mean: Measurement = _item(
-        "mean", "Measurement, world units: over the area of the surface, with the standard error of the sampling."
+        "mean",
+        "Measurement, world units: over the area of the surface, with the standard error of the sampling; of signed "
+        "distances, if they are.",
+        is_column=False,
     )
-    rms: Measurement = _item("rms", "Measurement, world units: the root mean square.")
+    rms: Measurement = _item("rms", "Measurement, world units: the root mean square.", is_column=False)
+    quantiles: NDArray[np.float64] = _item(
+        "quantiles",
+        "(3,) float64, world units: the distances, without sign, that 50, 95 and 99% of the area are within.",
+        is_column=False,
+    )
     maximum: tuple[float, float] = _item(
-        "maximum", "A lower and an upper bound on the largest distance, world units: the one-sided Hausdorff distance."
+        "maximum",
+        "A lower and an upper bound on the largest distance, world units: the one-sided Hausdorff distance.",
+        is_column=False,
     )
-    points: NDArray[np.float64] = _item("points", "(N, 3) float64, world units: points, uniform by area.")
-    distances: NDArray[np.float64] = _item("distances", "(N,) float64, world units: their distances.")
+    points: NDArray[np.float64] = _item("points", "(N, 3) float64, world units: points, uniform by area.", _XYZ)
+    distances: NDArray[np.float64] = _item(
+        "distances", "(N,) float64, world units: their distances; if signed, negative inside of the other surface."
+    )
 
 
 class Visibility(Result):

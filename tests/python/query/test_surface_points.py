@@ -212,3 +212,30 @@ def test_bad_distances():
         isospline.surface_distance(sphere(0.7), sphere(0.5), samples=1)
     with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
         isospline.surface_distance(sphere(0.7), sphere(0.5), tolerance=0)
+
+
+def test_signed_distances_and_their_quantiles():
+    x, y, z = 0.1, 0.0, 0.0  # the centre of a ball that is cut by the surface of the other one
+    ball = trimesh.creation.icosphere(5, 0.7)
+    ball.apply_translation((x, y, z))
+    moved = isospline.Mesh.from_trimesh(ball)
+    for one, other in ((sphere(0.7), moved), (moved, sphere(0.7))):
+        apart = isospline.surface_distance(one, other, samples=4000, signed=True)
+        center = np.array((x, y, z)) if other is moved else np.zeros(3)
+        expected = np.linalg.norm(apart.points - center, axis=1) - 0.7
+        np.testing.assert_allclose(apart.distances, expected, atol=5e-4)
+        assert apart.mean.value == pytest.approx(expected.mean(), abs=5e-4)
+        # The distance is about 0.1 cos(angle), whose cosine is uniform: half of it is below 0.05.
+        np.testing.assert_allclose(apart.quantiles, (0.05, 0.095, 0.099), atol=3e-3)
+        assert apart.maximum[0] <= 0.1005 and apart.maximum[1] >= 0.0995
+        plain = isospline.surface_distance(one, other, samples=4000)
+        np.testing.assert_array_equal(plain.distances, np.abs(apart.distances))
+        assert plain.rms == apart.rms and plain.maximum == apart.maximum
+
+
+def test_distances_are_a_table():
+    pytest.importorskip("pandas")
+    apart = isospline.surface_distance(sphere(0.7), sphere(0.5), samples=50, signed=True)
+    frame = apart.to_frame()
+    assert list(frame.columns) == ["points_x", "points_y", "points_z", "distances"] and len(frame) == 50
+    np.testing.assert_array_equal(frame["distances"], apart.distances)
