@@ -1,4 +1,4 @@
-"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``mesh``, ``convert``, ``render FILE``."""
+"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``compare``, ``mesh``, ``render FILE``."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from ..interop.mesh_output import MESHES
 from ..picture.image import denoiser
 from ..picture.views import DEFAULT_VIEW
 from .cluster import cluster_images, wants_cluster
+from .compare import run as run_compare
 from .convert import run as run_convert
 from .demo import make_demo
 from .frames import render_frames
@@ -47,7 +48,7 @@ def main(argv=None):
             sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
         try:
             typed = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(demo, info, measure, render, mesh, view, convert).parse_args(typed)
+            arguments = make_parser(demo, info, measure, compare, render, mesh, view, convert).parse_args(typed)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -113,6 +114,11 @@ def measure(arguments):
     for surface, (found, components) in zip(surfaces, measured):
         unit = surface.volume.unit
         print(describe_measures(arguments.file, surface.level, found, components, unit, _has_unicode()))
+
+
+def compare(arguments):
+    """Print the distances of an isosurface from a mesh or another isosurface."""
+    run_compare(arguments, _read, _progress, _say, _has_unicode())
 
 
 def _has_unicode():

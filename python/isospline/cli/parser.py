@@ -12,6 +12,7 @@ from ..colors import CURVATURES
 from ..picture.views import DEFAULT_VIEW
 from . import types as cli_types
 from .cluster import add_cluster_options
+from .compare import add_compare
 from .convert import add_convert
 from .labels import add_labels
 from .light_options import LIGHTS, add_environment, add_ground, add_materials, add_silhouettes, add_tone
@@ -34,7 +35,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"isospline: error: {message} (try {self.prog} --help)\n")
 
 
-def make_parser(demo, info, measure, render, mesh, view, convert):
+def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     """The parser of the command line; its arguments are the functions of the commands."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
@@ -102,7 +103,7 @@ def make_parser(demo, info, measure, render, mesh, view, convert):
 
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
     add_convert(commands, convert, _add_reading, _add_spline, cli_types.numbers)
-
+    add_compare(commands, compare, _add_input, _add_spline, cli_types)
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command, optional=True)
     command.add_argument(

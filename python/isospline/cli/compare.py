@@ -1,0 +1,134 @@
+"""The command `isospline compare`: how far the surface of a volume is from a mesh or another volume's surface."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+
+import isospline
+
+from ..base.system import whole_file
+from ..colors import BACKGROUND
+from ..interop.mesh_output import MESHES
+from ..suggest.presentation import suggested_surface
+from .levels import choose_levels, make_surfaces
+from .output import check_folder
+from .picture import add_largest
+from .summary import unit_power
+
+#: The parts of the area of `SurfaceDistance.quantiles`, in percent.
+QUANTILES = (50, 95, 99)
+
+
+def add_compare(commands, compare, add_input, add_spline, types):
+    """The command and its options."""
+    command = commands.add_parser(
+        "compare", help="print the distances of an isosurface from a mesh or another isosurface, and show them"
+    )
+    command.set_defaults(run=compare)
+    add_input(command)
+    command.add_argument("other", metavar="OTHER", help=f"a mesh, {', '.join(MESHES)}, or another volume")
+    command.add_argument("-o", "--output", metavar="OUT", help="picture of the distances to write: .png")
+    command.add_argument("--table", metavar="OUT", help="table of points and distances to write: .csv")
+    command.add_argument("--json", action="store_true", help="print JSON")
+    command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
+    group = command.add_argument_group("surfaces")
+    group.add_argument("-l", "--level", type=float, action="append", help="of FILE; by default the suggested one")
+    group.add_argument("--other-level", type=float, metavar="LEVEL", help="of OTHER; by default the suggested one")
+    add_spline(group, (1, 2, 3))
+    group.add_argument("--inside", choices=("above", "below"), default="above", help="the solid side of the level")
+    add_largest(group)
+    group = command.add_argument_group("distances")
+    group.add_argument(
+        "--unsigned", action="store_true", help="for a mesh that is not closed: no distance is negative, as inside"
+    )
+    group.add_argument("--samples", type=types.count, default=10000, metavar="N", help="points (default 10000)")
+    group.add_argument("--tolerance", type=float, metavar="T", help="of the bounds on the largest distance")
+    group.add_argument(
+        "--limits", type=types.numbers(2), metavar="A,B", help="distances of the first and the last colour"
+    )
+    group.add_argument("--size", type=types.size, default=(640, 480), metavar="WxH", help="in pixels (default 640x480)")
+
+
+def run(arguments, read, progress, say, unicode):
+    """Print the distances, and write what is asked for."""
+    for path, suffix in ((arguments.output, ".png"), (arguments.table, ".csv")):
+        if path is not None and not path.lower().endswith(suffix):
+            raise ValueError(f"{path}: expected a name that ends in {suffix}")
+        if path is not None:
+            check_folder(path)
+    if len(arguments.level or ()) > 1:
+        raise ValueError(f"--level: expected one level to compare, got {len(arguments.level)}")
+    is_mesh = arguments.other.lower().endswith(MESHES)
+    if is_mesh and arguments.other_level is not None:
+        raise ValueError(f"--other-level: expected a volume to compare with, got the mesh {arguments.other}")
+    data = read(arguments)
+    chosen = choose_levels(data, arguments, say)
+    model = {name: getattr(arguments, name) for name in ("degree", "boundary", "filter", "smoothing")}
+    with progress("comparing", arguments):
+        (surface,) = make_surfaces(data.to_volume(**model), chosen, arguments, {"inside": arguments.inside}, say)
+        other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments)
+        found = isospline.surface_distance(
+            surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
+        )
+        if arguments.table:
+            _write_table(arguments.table, found)
+        if arguments.output:
+            _write_picture(arguments, surface, other, found)
+    print(_as_json(arguments, surface, found) if arguments.json else _as_text(arguments, surface, found, unicode))
+
+
+def _other_surface(arguments):
+    volume = isospline.read_volume(arguments.other).to_volume()
+    if arguments.other_level is None:
+        return suggested_surface(volume)
+    return isospline.Isosurface(volume, arguments.other_level, inside=arguments.inside)
+
+
+def _write_table(path, found):
+    columns = found._columns()
+    with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(columns)
+        table.writerows(np.column_stack(list(columns.values())).tolist())
+
+
+def _write_picture(arguments, surface, other, found):
+    most = float(found.quantiles[-1]) or 1.0
+    limits = arguments.limits or ((0.0 if arguments.unsigned else -most), most)
+    rule = isospline.ColorByDistance(other, limits=limits, signed=not arguments.unsigned)
+    image = isospline.render(
+        surface,
+        color=rule,
+        size=arguments.size,
+        light=isospline.Studio(fast=True),
+        background=BACKGROUND,
+        samples=4,
+        annotate=True,
+        legend=False,
+    )
+    image.write(arguments.output)
+
+
+def _as_json(arguments, surface, found):
+    numbers = {name: {"value": found[name].value, "error": found[name].error} for name in ("mean", "rms")}
+    quantiles = {f"{part}%": value for part, value in zip(QUANTILES, found.quantiles.tolist())}
+    about = {"path": str(arguments.file), "other": str(arguments.other), "level": surface.level}
+    return json.dumps(
+        {**about, "unit": surface.volume.unit, **numbers, "quantiles": quantiles, "maximum": list(found.maximum)},
+        indent=2,
+    )
+
+
+def _as_text(arguments, surface, found, unicode):
+    unit = unit_power(surface.volume.unit, 1, unicode)
+    lines = [f"{arguments.file} from {arguments.other}", f"  {'level':<20} {surface.level:.6g}"]
+    for title, each in (("mean", found.mean), ("root mean square", found.rms)):
+        lines.append(f"  {title:<20} {each.value:<14.6g} +- {each.error:<8.2g} {unit}".rstrip())
+    for part, value in zip(QUANTILES, found.quantiles):
+        lines.append(f"  {f'{part}% are within':<20} {value:<14.6g} {unit}".rstrip())
+    lower, upper = found.maximum
+    lines.append(f"  {'largest':<20} {lower:.6g} to {upper:.6g} {unit}".rstrip())
+    return "\n".join(lines)
