@@ -1,4 +1,4 @@
-// A volume of a formula, its isosurface, rays, another level, and a picture: gyroid.exr.
+// A volume of a formula, its isosurface beside a mesh, rays, another level, and a picture: gyroid.exr.
 #include <isospline/isospline.h>
 
 #include <cmath>
@@ -44,12 +44,25 @@ void run()
     isospline::Scene scene;
     scene.add(surface);
 
+    // A triangle mesh in the same scene: a square below it. Objects have geometry ids, in the order of adding.
+    const double low = -40.0, high = 100.0, ground = -1.0;
+    const auto square = std::make_shared<isospline::Mesh>(
+        std::vector<glm::dvec3>{{low, low, ground}, {high, low, ground}, {high, high, ground}, {low, high, ground}},
+        std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}});
+    scene.add(square);
+
     // Rays: one along x through the middle. World space is that of the indices, unless VolumeOptions say otherwise.
     const isospline::Ray ray{{-10.0, 31.0, 31.0}, {1.0, 0.0, 0.0}};
     isospline::Hit hit;
     scene.snapshot()->cast_rays({&ray, 1}, {&hit, 1});
     if (hit)
         std::printf("hit at t = %.6f, normal (%.3f, %.3f, %.3f)\n", hit.t, hit.normal.x, hit.normal.y, hit.normal.z);
+
+    const isospline::Ray down{{80.0, 80.0, 50.0}, {0.0, 0.0, -1.0}};
+    scene.snapshot()->cast_rays({&down, 1}, {&hit, 1});
+    if (hit)
+        std::printf("triangle %d of object %d at t = %.1f\n", static_cast<int>(hit.primitive_id),
+                    static_cast<int>(hit.geometry_id), hit.t);
 
     // Another level takes some milliseconds. Snapshots that exist keep theirs.
     surface->set_level(0.3);

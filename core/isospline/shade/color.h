@@ -36,7 +36,7 @@ struct ColorByVolume {
     ColorMap map;
     glm::dmat4 scene_to_volume{1.0}; ///< from the scene's world space to the volume's
     glm::dmat4 volume_to_scene{1.0}; ///< its inverse, the original argument
-    std::string label;               ///< what the values are, for colour bars
+    std::string label = {};          ///< what the values are, for colour bars
 };
 
 enum class CurvatureKind { mean, gaussian, maximum, minimum };
@@ -68,7 +68,7 @@ public:
 struct ColorByDistance {
     std::shared_ptr<const PointValue> distance;
     ColorMap map;
-    std::string label; ///< what the distance is, for colour bars
+    std::string label = {}; ///< what the distance is, for colour bars
 };
 
 /// Linear red, green and blue, or a rule for them.

@@ -80,4 +80,5 @@ TEST_CASE("bad colours are refused", "[shade]")
     refused(ColorByDepth{{{glm::dvec3(1.0), glm::dvec3(not_a_number)}, {0.0, 1.0}}}, "cmap");
     refused(ColorByCurvature{CurvatureKind::mean, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {2.0, 2.0}}}, "limits");
     refused(ColorByVolume{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {0.0, not_a_number}}}, "limits");
+    refused(ColorByDistance{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
 }
