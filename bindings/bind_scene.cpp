@@ -34,9 +34,11 @@ of an isosurface, takes effect at the next query.
 
 Parameters
 ----------
-objects : iterable of Isosurface and Mesh
-    Or one alone, meshes of other libraries, and pairs (object, (4, 4) transform). Added in this order; geometry ids
-    count up from 0 and are never reused.
+objects : Isosurface, Mesh, or iterable of them
+    Also meshes of other libraries, and pairs (object, (4, 4) transform). Added in this order; geometry ids count up
+    from 0 and are never reused.
+*more
+    Further objects: ``Scene(bone, skin)`` is ``Scene([bone, skin])``.
 build_quality : {"medium", "low", "high"}
     Quality of Embree's acceleration structures. "low" takes half the memory and builds a little faster, but rays take
     up to a fifth longer (measured on CT volumes). "high" splits long triangles; it has no effect on isosurfaces.
@@ -165,10 +167,11 @@ ValueError, TypeError
 const EnumWords<BuildQuality> quality_words{
     {"low", BuildQuality::low}, {"medium", BuildQuality::medium}, {"high", BuildQuality::high}};
 
-std::unique_ptr<Scene> make_scene(const py::object& objects, const std::string& build_quality)
+std::unique_ptr<Scene> make_scene(const py::object& objects, const py::args& more, const std::string& build_quality)
 {
     auto scene = std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality")});
-    const py::list placed = py::module_::import("isospline.interop.conversions").attr("as_placed_objects")(objects);
+    const auto as_placed_objects = py::module_::import("isospline.interop.conversions").attr("as_placed_objects");
+    const py::list placed = as_placed_objects(objects, *more);
     for (const auto& each : placed) {
         const auto pair = each.cast<py::tuple>();
         add_object(*scene, pair[0], pair[1], {});
@@ -270,8 +273,7 @@ void bind_scene(py::module_& module)
     module.attr("INVALID_PRIMITIVE_ID") = invalid_primitive_id;
 
     py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene", scene_doc)
-        .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::kw_only(),
-             py::arg("build_quality") = "medium")
+        .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays<RayCaster::Contact::crossing>, py::arg("rays"), py::arg("directions") = py::none(),
              py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
              py::arg("coherent") = false, py::arg("certify") = false, py::arg("outputs") = default_hit_outputs(),

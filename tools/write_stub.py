@@ -84,6 +84,7 @@ def patched(compiled, given):
             parameter.annotation = argument.annotation
     if missing := own.keys() - {each.arg for each in parameters}:
         raise SystemExit(f"{OVERLAY.name}: {given.name} has no parameters {missing}")
+    changed.args.vararg = given.args.vararg or changed.args.vararg
     count = len(parameters) - len(changed.args.kwonlyargs)
     changed.args.defaults = [each for each in defaults[:count] if each is not None]
     changed.args.kw_defaults = defaults[count:]

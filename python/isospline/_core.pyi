@@ -460,7 +460,7 @@ class Scene(_Shown):
     def __init__(
         self,
         objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]] = (),
-        *,
+        *more: _Placeable | tuple[_Placeable, ArrayLike | None],
         build_quality: Literal["low", "medium", "high"] = "medium",
     ) -> None: ...
     def __iter__(self) -> Iterator[int]: ...

@@ -13,7 +13,7 @@ from .io.volume_data import VolumeData
 from .picture.image import Image
 
 #: Suffixes of pictures.
-PICTURES = (".png", ".exr", ".jpg", ".jpeg")
+PICTURES = (".png", ".exr", ".npz", ".jpg", ".jpeg")
 
 
 def _repr_png_(self):
@@ -48,8 +48,8 @@ def save(self, path, *arguments, **options):
     Parameters
     ----------
     path : str or path-like
-        Ends in ``.png``, ``.exr``, ``.jpg`` or ``.jpeg`` for a picture. Of isosurfaces and meshes it may also end in
-        ``.stl``, ``.ply``, ``.obj`` or ``.glb``.
+        Ends in ``.png``, ``.exr``, ``.npz``, ``.jpg`` or ``.jpeg`` for a picture. Of isosurfaces and meshes it may also
+        end in ``.stl``, ``.ply``, ``.obj`` or ``.glb``.
     *arguments, **options
         Those of `isospline.render`, or those of `write`.
 

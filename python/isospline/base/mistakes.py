@@ -17,6 +17,7 @@ _MEANINGS = (
     ("scene", "isospline.Volume", "", "Scene([Isosurface(volume, level)])"),
     ("scene", "isospline.VolumeData", "", "Scene([Isosurface(data, level)])"),
     ("scene", "path", "", "Scene([Isosurface(read_volume(path), level)])"),
+    ("objects", "numpy.ndarray", "", "Scene([(surface, matrix)])"),
     ("material", "isospline.Phong", "Material", "Material(color=...)"),
     ("camera", "builtins.str", "PerspectiveCamera", "camera_for(scene, view=...)"),
     ("images", "numpy.ndarray", "Image", "the images that render() returns"),
@@ -162,7 +163,7 @@ def wrong_call(name, signature, positional, keywords):
     if len(positional) > len(by_position) and inspect.Parameter.VAR_POSITIONAL not in takes_any:
         extra = positional[len(by_position)]
         places = ", ".join(each.name for each in by_position) or "no arguments"
-        meaning = _meaning_of_extra(name, parameters, by_position, positional)
+        meaning = _meaning_of_extra(parameters, extra)
         hint = f"; did you mean {meaning}?" if meaning else ""
         others = f" and the keywords {', '.join(by_keyword)}" if by_keyword else ""
         place = f"in position {len(by_position) + 1}"
@@ -177,11 +178,8 @@ def wrong_call(name, signature, positional, keywords):
     return None
 
 
-def _meaning_of_extra(name, parameters, by_position, positional):
+def _meaning_of_extra(parameters, extra):
     """What was probably meant by the first of too many positional arguments."""
-    extra = positional[len(by_position)]
-    if len(by_position) == 1 and all(_is_item_of(by_position[0].annotation, each) for each in positional):
-        return f"one list, {name}([...])"
     by_keyword = [each for each in parameters.values() if each.kind is each.KEYWORD_ONLY]
     if len(by_keyword) != 1 or not _fits(by_keyword[0].annotation, extra):
         return None
@@ -193,12 +191,6 @@ def _options(annotation):
     """The members of a union, from the text of an annotation: ``float or (3,) float``, ``int | None``."""
     text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
     return [option.strip("' ") for option in re.split(r"\||\bor\b|,(?![^\[(]*[\])])", text)]
-
-
-def _is_item_of(annotation, value):
-    """Whether a parameter takes an iterable or a sequence of the type of a value."""
-    items = re.match(r"(?:iterable|sequence) of (.+)", annotation) if isinstance(annotation, str) else None
-    return items is not None and _has_word(items[1], type(value).__name__)
 
 
 def _fits(annotation, value):

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .measurement import Measurement, measurement_of
 from .signatures import explained_methods
-from .values import same
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
+from .tables import Result, Table
+from .tables import item as _item
 
 __all__ = [
     "ClosestPoints",
@@ -35,98 +33,6 @@ __all__ = [
 
 _XYZ = ("x", "y", "z")
 _CORNERS = tuple(f"{corner}_{axis}" for corner in ("lower", "upper") for axis in _XYZ)
-
-
-class _Item(property):
-    """A property that is the item of a result; `parts` are the names of the numbers of a row, if there are several."""
-
-    parts: tuple[str, ...] | None
-    is_column: bool
-
-
-def _item(
-    name: str, doc: str, parts: tuple[str, ...] | None = None, is_column: bool = True, option: str | None = None
-) -> Any:
-    def get(self: dict[str, Any]) -> Any:
-        try:
-            return self[name]
-        except KeyError:
-            held = ", ".join(self) or "nothing"
-            wanted = option or f'outputs=("{name}",)'
-            raise AttributeError(f"{name}: expected {wanted} for it, got a result with {held}") from None
-
-    item = _Item(get)
-    item.__doc__ = doc  # given to the constructor, it would be hidden by that of the class
-    item.parts, item.is_column = parts, is_column
-    return item
-
-
-class Result(dict[str, Any]):
-    """A mapping whose items are also attributes. Results are equal if their items are, with NaN equal to NaN."""
-
-    def __eq__(self, other: object) -> bool:
-        return same(dict(self), dict(other)) if isinstance(other, dict) else NotImplemented
-
-    def __ne__(self, other: object) -> bool:
-        return not same(dict(self), dict(other)) if isinstance(other, dict) else NotImplemented
-
-    __hash__ = None
-
-    def __repr__(self) -> str:
-        """Names, shapes and types of arrays, without their numbers; other items as they are."""
-        return f"{type(self).__name__}({', '.join(f'{name}{_text(item)}' for name, item in self.items())})"
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self]
-
-
-def _text(item: Any) -> str:
-    return f": {item.dtype}{list(item.shape)}" if isinstance(item, np.ndarray) else f"={item!r}"
-
-
-@explained_methods
-class Table(Result):
-    """A result whose arrays have one row for each ray, point or component."""
-
-    if TYPE_CHECKING:
-
-        def __getitem__(self, name: str) -> NDArray[Any]: ...
-
-    @classmethod
-    def _of_rows(cls, rows: list[dict[str, Any]]) -> Self:
-        """The table of rows: dicts of the items of one ray, point or component."""
-        return cls({name: np.array([row[name] for row in rows]) for name in rows[0]})
-
-    def to_frame(self) -> Any:
-        """Convert to a table of pandas: one row for each ray, point or component, with a column for each number.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Vectors have columns such as ``positions_x``. Rays of several axes are in C order.
-
-        Raises
-        ------
-        ImportError
-            If pandas is not installed: ``pip install pandas``.
-        """
-        try:
-            import pandas  # type: ignore[import-untyped, unused-ignore]
-        except ModuleNotFoundError:
-            raise ModuleNotFoundError("to_frame needs the package pandas: pip install pandas", name="pandas") from None
-        return pandas.DataFrame(self._columns())
-
-    def _columns(self) -> dict[str, NDArray[Any]]:
-        """The columns of the table, by their names."""
-        columns: dict[str, NDArray[Any]] = {}
-        for name, array in self.items():
-            item = getattr(type(self), name)
-            if not item.is_column:
-                continue
-            parts = item.parts or ("",)
-            rows = np.reshape(array, (-1, len(parts)))
-            columns |= {f"{name}_{part}" if part else name: rows[:, place] for place, part in enumerate(parts)}
-        return columns
 
 
 @explained_methods

@@ -164,6 +164,8 @@ def _signature(definition, names, documented):
     missing = len(given.args) - len(given.defaults)
     for argument, default in zip(given.args, [None] * missing + given.defaults):
         add(argument, default, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    if given.vararg is not None:
+        parameters.append(inspect.Parameter("more", inspect.Parameter.VAR_POSITIONAL))  # pybind11's name is args
     for argument, default in zip(given.kwonlyargs, given.kw_defaults):
         add(argument, default, inspect.Parameter.KEYWORD_ONLY)
     return inspect.Signature(parameters, return_annotation=_readable(definition.returns))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import isospline
 
-from ..base.system import whole_file
 from ..colors import color_of
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
@@ -114,30 +112,18 @@ def measure_labels(labels, arguments, progress, unicode):
     with progress("measuring", arguments) as report:
         chosen = wanted_labels(labels, arguments)
         found = labels.measure(chosen, smoothing=arguments.label_smoothing, progress=report)
-    columns = found._columns()
     unit = labels.frame["unit"]
     if arguments.output:
-        _write(arguments.output, columns)
+        try:
+            found.to_csv(arguments.output)
+        except OSError as error:
+            raise RuntimeError(error_text(error)) from error
         print(f"{arguments.output}: {len(found.numbers)} labels")
     elif arguments.json:
-        rows = [dict(zip(columns, row)) for row in _rows(columns)]
+        rows = [dict(zip(found._columns(), row)) for row in found._rows()]
         print(json.dumps({"path": str(arguments.file), "unit": unit, "labels": rows}, indent=2))
     else:
         print(_text(arguments.file, found, unit, unicode))
-
-
-def _rows(columns):
-    return list(zip(*(column.tolist() for column in columns.values())))
-
-
-def _write(path, columns):
-    try:
-        with whole_file(path) as new, open(new, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(columns)
-            writer.writerows(_rows(columns))
-    except OSError as error:
-        raise RuntimeError(error_text(error)) from error
 
 
 def _text(path, found, unit, unicode):

@@ -17,7 +17,7 @@ import isospline
 from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
 from ..interop.mesh_output import MESHES
-from ..picture.image import denoiser
+from ..picture.pixels import denoiser
 from ..picture.views import DEFAULT_VIEW
 from .cluster import cluster_images, wants_cluster
 from .compare import run as run_compare

@@ -88,8 +88,10 @@ def as_target(other, is_signed):
     return scene
 
 
-def as_placed_objects(objects):
+def as_placed_objects(objects, *more):
     """Pairs of an object and its transform or None, from one or several objects with or without transforms."""
+    if more:
+        objects = [objects, *more]
     if isinstance(objects, Scene):
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects))
     if isinstance(objects, (Isosurface, Mesh)) or type(objects).__module__.partition(".")[0] in _MESHES:
@@ -99,4 +101,5 @@ def as_placed_objects(objects):
     except TypeError:
         raise TypeError(sentence("objects", "isosurfaces and meshes", objects)) from None
     is_pair = [isinstance(item, (tuple, list)) and len(item) == 2 for item in items]
-    return [tuple(item) if pair else (item, None) for item, pair in zip(items, is_pair)]
+    pairs = [item if pair else (item, None) for item, pair in zip(items, is_pair)]
+    return [(item if isinstance(item, Isosurface) else as_mesh(item, "objects"), place) for item, place in pairs]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import numbers
 import os
-from collections.abc import Callable, Iterator
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..base.parameters import check_count, check_path, check_type
 from ..base.signatures import explained_methods
 from ..base.system import whole_file
 from ..base.values import same
-from ..colors import linear_to_srgb, srgb_to_linear
+from .pixels import denoiser, over_black, row_bands
 from .tone import CURVES, tone_mapped
 
 
@@ -302,12 +301,13 @@ class Image:
         ----------
         path : str or path-like
             Ends in ``.exr`` for OpenEXR, with the channels R G B A, channels of the image's layers, and the camera's
-            matrices in the header; in ``.png`` for 8-bit sRGB colour; or in ``.jpg`` or ``.jpeg`` for the same over
-            black, without alpha. An OpenEXR file of a crop has the picture as its display window and the crop as its
-            data window. Channels of layers are Z (depth), P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R
-            albedo.G albedo.B, gradient_magnitude, curvature.mean curvature.gaussian, ambient_occlusion, direct.R
-            direct.G direct.B, variance.R variance.G variance.B, certified, id.geometry, and id.primitive and
-            id.primitive_high; a primitive id is ``id.primitive + 2**32 * id.primitive_high``.
+            matrices in the header; in ``.npz`` for NumPy's arrays, compressed, as described below; in ``.png`` for
+            8-bit sRGB colour; or in ``.jpg`` or ``.jpeg`` for the same over black, without alpha. An OpenEXR file of a
+            crop has the picture as its display window and the crop as its data window. Channels of layers are Z
+            (depth), P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R albedo.G albedo.B, gradient_magnitude,
+            curvature.mean curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G
+            variance.B, certified, id.geometry, and id.primitive and id.primitive_high; a primitive id is
+            ``id.primitive + 2**32 * id.primitive_high``.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
         quality : int
@@ -319,11 +319,22 @@ class Image:
             For another suffix, a quality out of range, and an OpenEXR file of an image with 8-bit sRGB.
         OSError
             If the file cannot be written.
+
+        Notes
+        -----
+        ``numpy.load("x.npz")`` has the image's arrays under their names: "color", or "srgb" of an image of 8-bit sRGB,
+        each of `layers`, "crop", "full_size", "world_to_camera" and, where it exists, "world_to_ndc".
         """
         check_path(path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
         if suffix == ".exr":
             self._arrays.write_exr(path, half=half)
+        elif suffix == ".npz":
+            names = (*self.layers, "crop", "full_size", "world_to_camera", "world_to_ndc")
+            arrays: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+            arrays |= {"color": self.color} if self._arrays.srgb8 is None else {"srgb": self._arrays.srgb8}
+            with whole_file(path) as temporary, open(temporary, "wb") as file:
+                np.savez_compressed(file, **arrays)
         elif suffix in (".png", ".jpg", ".jpeg"):
             check_count(quality, "quality", 100)
             is_png = suffix == ".png"
@@ -331,7 +342,7 @@ class Image:
             with whole_file(path) as temporary, open(temporary, "wb") as file:
                 file.write(encoded)
         else:
-            raise ValueError(f"path: expected a name that ends in .exr, .png or .jpg, got {os.fspath(path)!r}")
+            raise ValueError(f"path: expected a name that ends in .exr, .npz, .png or .jpg, got {os.fspath(path)!r}")
 
     save = write
 
@@ -356,30 +367,3 @@ class Image:
         width, height = self.size
         covered = self._arrays.covered_count / (width * height)
         return f"Image({', '.join([f'{width} x {height}', *self.layers, f'{covered:.0%} covered'])})"
-
-
-def over_black(image: Image) -> NDArray[np.uint8]:
-    """Red, green and blue of 8 bits over black, (height, width, 3)."""
-    srgb = image.to_srgb()
-    color, alpha = srgb[..., :3], srgb[..., 3:]
-    if alpha.min() == 255:
-        return np.ascontiguousarray(color)
-    over = np.empty(color.shape, np.uint8)
-    for rows in row_bands(srgb):
-        linear = srgb_to_linear(color[rows] / 255) * (alpha[rows] / 255)
-        over[rows] = np.rint(255 * linear_to_srgb(linear))
-    return over
-
-
-def row_bands(array: NDArray[Any]) -> Iterator[slice]:
-    """Slices of several rows that cover an image, so that Ctrl-C can stop the work between them."""
-    return (slice(first, first + 64) for first in range(0, len(array), 64))
-
-
-def denoiser() -> Callable[..., NDArray[np.float32]]:
-    """The function that removes noise from colours."""
-    try:
-        from pyoidn import denoise  # type: ignore[import-not-found, unused-ignore]
-    except ImportError as error:
-        raise ImportError("Image.denoise needs Open Image Denoise: pip install pyoidn") from error
-    return denoise

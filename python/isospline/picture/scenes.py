@@ -40,9 +40,8 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
     try:
         return _core.Scene(shown)
     except TypeError as error:
-        raise TypeError(
-            str(error).replace("objects: expected isosurfaces and meshes", f"scene: expected {SHOWN}")
-        ) from None
+        message = str(error).replace("objects: expected isosurfaces and meshes", f"scene: expected {SHOWN}")
+        raise TypeError(message.replace("objects: ", "scene: ")) from None
 
 
 def closed_surface(volume: _core.Volume, level: float) -> _core.Isosurface:

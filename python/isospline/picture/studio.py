@@ -18,8 +18,9 @@ from ..base.signatures import explained_methods, parameters_of
 from ..base.values import parts
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
-from .image import Image, denoiser
+from .image import Image
 from .materials import check_materials, look_of
+from .pixels import denoiser
 from .tone import tone_mapped
 
 if TYPE_CHECKING:

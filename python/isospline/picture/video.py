@@ -15,7 +15,8 @@ from collections.abc import Iterable
 from ..base.parameters import check_path, check_type
 from ..base.signatures import explained
 from ..base.system import child_environment, uninterrupted, whole_file
-from .image import Image, over_black, row_bands
+from .image import Image
+from .pixels import over_black, row_bands
 
 
 @explained

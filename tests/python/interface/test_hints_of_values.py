@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pytest
 
 import isospline
@@ -33,12 +32,7 @@ def test_lights_of_lamps_run(surface, call, lamps):
 
 
 def test_too_many_by_position(surface):
-    mesh = surface.to_mesh()
     for call, hint in (
-        (lambda: isospline.Scene(surface, mesh), "one list, Scene([...])"),
-        (lambda: isospline.Scene(surface, "high"), "build_quality='high'"),
-        (lambda: isospline.Scene(surface, np.eye(4)), None),
-        (lambda: isospline.Scene(surface, 3), None),
         (lambda: surface.volume.sample([(0, 0, 0)], 1), "derivative=1"),
         (lambda: surface.volume.sample([(0, 0, 0)], "gradient"), None),
         (lambda: surface.volume.sample([(0, 0, 0)], 1.5), None),

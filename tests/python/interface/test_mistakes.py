@@ -167,7 +167,7 @@ MISTAKES = {
     ),
     "a volume in a scene": (
         lambda s: isospline.Scene([s.volume]),
-        "obj: expected an Isosurface, a Mesh, or a mesh of",
+        "objects: expected an Isosurface, a Mesh, or a mesh of",
         None,
     ),
     "a surface to colour by": (
@@ -190,10 +190,15 @@ MISTAKES = {
         "data: expected a three-dimensional array of real numbers, got isospline.Image",
         None,
     ),
-    "surfaces not in a list": (
-        lambda s: isospline.Scene(s.surface, s.surface),
-        "Scene: expected objects by position and the keywords build_quality, got Isosurface in position 2",
-        "one list, Scene([...])",
+    "a transform beside its object": (
+        lambda s: isospline.Scene(s.surface, np.eye(4)),
+        "objects: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio, got ndarray",
+        "Scene([(surface, matrix)])",
+    ),
+    "an option of a scene by position": (
+        lambda s: isospline.Scene(s.surface, "high"),
+        "objects: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio, got 'high'",
+        None,
     ),
     "the colour of another library": (
         lambda s: isospline.Material(base_color="red"),

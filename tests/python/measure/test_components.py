@@ -1,6 +1,8 @@
 """Connected components: SciPy's labels, closed forms, meshes split by trimesh, and the results of all queries."""
 
 import copy
+import csv
+import io
 import itertools
 import json
 import math
@@ -39,6 +41,27 @@ def solid_labels(samples):
     """SciPy's labels of the samples above zero, with all 26 neighbours, and how many samples each has."""
     labels, count = ndimage.label(samples > 0, structure=np.ones((3, 3, 3)))
     return labels, np.bincount(labels.ravel(), minlength=count + 1)[1:]
+
+
+def test_a_table_of_comma_separated_values_has_all_numbers(tmp_path):
+    found = ball_surface().components()
+    text = found.to_csv()
+    rows = list(csv.DictReader(io.StringIO(text)))
+    corners = [[[float(row[f"bounds_{side}_{axis}"]) for axis in "xyz"] for side in ("lower", "upper")] for row in rows]
+    np.testing.assert_array_equal(corners, found.bounds)
+    assert [int(row["cell_counts"]) for row in rows] == found.cell_counts.tolist()
+    assert len(rows[0]) == 8 and len(text.splitlines()) == 5
+    assert found.to_csv(tmp_path / "balls.csv") is None and (tmp_path / "balls.csv").read_text(encoding="utf-8") == text
+    with pytest.raises(FileNotFoundError):
+        found.to_csv(tmp_path / "missing" / "balls.csv")
+
+
+def test_a_table_of_hits_has_no_rounding():
+    rays = np.float32([[[12.1, 13.2, -9, 0, 0, 1], [0, 0, -9, 0, 0, 1]]])
+    hits = isospline.Scene(ball_surface()).cast_rays(rays, outputs=("t_hit", "positions"))
+    rows = np.genfromtxt(io.StringIO(hits.to_csv()), delimiter=",", names=True)
+    np.testing.assert_array_equal(rows["t_hit"], hits.t_hit[0])
+    np.testing.assert_array_equal(rows["positions_z"], hits.positions[0, :, 2])
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])

@@ -160,14 +160,31 @@ def test_png(image, tmp_path):
         assert file.size == SIZE
 
 
+def test_numpy_reads_all_arrays(image, camera, tmp_path):
+    image.save(tmp_path / "image.npz")
+    assert os.listdir(tmp_path) == ["image.npz"]
+    with np.load(tmp_path / "image.npz") as found:
+        assert set(found) == {*image.layers, "color", "crop", "full_size", "world_to_camera", "world_to_ndc"}
+        for name in found:
+            expected = np.asarray(getattr(image, name))
+            assert found[name].dtype == expected.dtype
+            np.testing.assert_array_equal(found[name], expected)
+    panorama = isospline.PanoramicCamera((0, -5, 0), (0, 0, 0))
+    encoded = isospline.render(isospline.Scene(), panorama, size=(6, 4), encoding="srgb8", crop=(1, 2, 3, 2))
+    encoded.save(tmp_path / "image.npz")
+    with np.load(tmp_path / "image.npz") as found:
+        assert set(found) == {"srgb", "crop", "full_size", "world_to_camera"}
+        assert found["srgb"].shape == (2, 3, 4) and found["crop"].tolist() == [1, 2, 3, 2]
+
+
 @pytest.mark.parametrize("name", ["image.gif", "image", "exr", ".png.txt"])
 def test_unknown_suffix(image, tmp_path, name):
-    with pytest.raises(ValueError, match=r"\.exr, \.png or \.jpg, got"):
+    with pytest.raises(ValueError, match=r"\.exr, \.npz, \.png or \.jpg, got"):
         image.write(tmp_path / name)
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png"])
+@pytest.mark.parametrize("suffix", [".exr", ".npz", ".png"])
 def test_unwritable_paths_leave_nothing_behind(image, tmp_path, suffix):
     missing = tmp_path / "missing" / f"image{suffix}"
     with pytest.raises(FileNotFoundError) as raised:

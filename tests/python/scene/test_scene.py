@@ -388,7 +388,7 @@ def test_bad_rays(rays, error, message):
 
 
 def test_bad_objects():
-    with pytest.raises(TypeError, match="obj: expected an Isosurface, a Mesh, or a mesh of"):
+    with pytest.raises(TypeError, match="objects: expected an Isosurface, a Mesh, or a mesh of"):
         isospline.Scene([3])
     surface = isospline.Isosurface(quadratic_sphere(), 64.0)
     scene = isospline.Scene()

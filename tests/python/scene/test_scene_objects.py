@@ -48,6 +48,16 @@ def test_ids_are_never_used_again():
     assert scene.cast_rays(DOWN)["geometry_ids"][0] == 3
 
 
+def test_objects_are_given_in_a_list_or_one_by_one():
+    surface, mesh, place = sphere(), triangle(), moved(1, 2, 3)
+    for scene in (
+        isospline.Scene(surface, (mesh, place), build_quality="low"),
+        isospline.Scene([surface, (mesh, place)], build_quality="low"),
+    ):
+        assert scene.object(0) is surface and scene.object(1) is mesh and scene.build_quality == "low"
+        np.testing.assert_array_equal(scene.transform(1), place)
+
+
 def test_objects_are_the_ones_that_were_added():
     surface, mesh = sphere(), triangle()
     scene = isospline.Scene([surface])
