@@ -119,9 +119,7 @@ def _light_of(expected, value):
     """The lights that have a lamp, several lamps or a material."""
     lamps = list(value) if isinstance(value, (tuple, list)) else [value]
     names = [type(each).__name__ for each in lamps]
-    if isinstance(value, str):
-        meanings = {"Studio": "Studio()", "Phong": "Phong()", "PathTracer": "PathTracer()"}
-    elif names == ["Material"] and lamps[0] is value:
+    if names == ["Material"] and lamps[0] is value:
         meanings = {"PathTracer": "PathTracer(material)", "Studio": "Studio(material=material)"}
     elif names and all(name in _LIGHTS_OF for name in names):
         lights = "..." if lamps[0] is not value else f"{names[0]}(...)"

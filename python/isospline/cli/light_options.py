@@ -9,6 +9,7 @@ import isospline
 
 from ..colors import CURVATURES, linear
 from ..interop.mesh_output import MESHES
+from ..picture.environments import upright_rotation
 from ..picture.tone import CURVES
 from .picture import studio_looks
 
@@ -181,27 +182,13 @@ def _environment(arguments):
         if rotation is not None:
             raise ValueError(f"--environment-rotation: expected an image in --environment, got {rotation:g} without")
         return isospline.EnvironmentLight([intensity * part for part in sky] * (3 // len(sky)), visible=visible)
-    upright = upright_rotation(arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation)
+    up, degrees = arguments.up or (0, 0, 1), 0.0 if rotation is None else rotation
+    if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):
+        raise ValueError(f"--environment-rotation: expected finite degrees and a direction --up, got {degrees}, {up}")
+    upright = upright_rotation(up, degrees)
     return isospline.EnvironmentLight(
         intensity, image=isospline.read_environment(sky), rotation=upright, visible=visible
     )
-
-
-def upright_rotation(up, degrees):
-    """The shortest rotation from z to a direction, after a turn about z."""
-    import numpy as np
-
-    if not (math.isfinite(degrees) and all(map(math.isfinite, up)) and any(up)):
-        raise ValueError(f"--environment-rotation: expected finite degrees and a direction --up, got {degrees}, {up}")
-    z = np.asarray(up, float) / np.linalg.norm(up)
-    if z[2] <= -1 + 1e-12:
-        tilt = np.diag([1.0, -1.0, -1.0])
-    else:
-        x, y = z[:2]
-        cross = np.array([[0, 0, x], [0, 0, y], [-x, -y, 0]])  # of the axis (-y, x, 0)
-        tilt = np.eye(3) + cross + cross @ cross / (1 + z[2])
-    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return tilt @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
 
 
 def add_silhouettes(group):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
 
@@ -92,3 +94,22 @@ def sky_of(radiance: Any, image: Any) -> Any:
     if image is not None:
         raise TypeError("image: cannot be combined with a panorama as radiance")
     return read_environment(radiance) if is_file else radiance
+
+
+def upright(environment: Any, up: ArrayLike) -> _core.EnvironmentLight:
+    """The light of an environment: its first argument, or one for a world with z upwards; turned upright."""
+    light = environment if isinstance(environment, _core.EnvironmentLight) else _core.EnvironmentLight(environment)
+    return light if light.image is None else light.replace(rotation=upright_rotation(up) @ light.rotation)
+
+
+def upright_rotation(up: ArrayLike, degrees: float = 0.0) -> NDArray[np.float64]:
+    """The shortest rotation from z to a direction, after a turn about z."""
+    z = np.asarray(up, float) / np.linalg.norm(up)
+    if z[2] <= -1 + 1e-12:
+        tilt = np.diag([1.0, -1.0, -1.0])
+    else:
+        x, y = z[:2]
+        cross = np.array([[0, 0, x], [0, 0, y], [-x, -y, 0]])  # of the axis (-y, x, 0)
+        tilt = np.eye(3) + cross + cross @ cross / (1 + z[2])
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return np.asarray(tilt @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]))

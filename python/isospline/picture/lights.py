@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
-from ..base.mistakes import sentence
+from ..base.mistakes import described, sentence
 from ..base.system import warn
+from .environments import upright
 from .materials import look_of
 from .path_tracer import PathTracer
 from .studio import Studio
@@ -19,6 +20,15 @@ if TYPE_CHECKING:
 _OBJECTS = (_core.Isosurface, _core.Mesh)
 _SHADINGS = (_core.Phong, _core.Outline, _core.AmbientOcclusion)
 _EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
+
+#: Lights with their defaults, by the names that --light of the command has.
+NAMED: dict[str, Any] = {
+    "studio": Studio,
+    "phong": _core.Phong,
+    "outline": _core.Outline,
+    "ambient-occlusion": _core.AmbientOcclusion,
+    "path-trace": PathTracer,
+}
 
 Light = Any  # what `render` takes
 #: A light with a look for each object: shadings by geometry id, or one for all.
@@ -35,7 +45,7 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
     -------
     Phong, Outline, AmbientOcclusion, dict of geometry id to one of them, Studio or _core.PathTracer
     """
-    light = _core.Phong() if light is None else light
+    light = _core.Phong() if light is None else named(light)
     changes = {name: value for name, value in (("color", color), ("opacity", opacity)) if value is not None}
     if isinstance(light, Studio):
         return light.replace(materials=_materials(scene, light, changes))
@@ -53,7 +63,8 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
             raise ValueError(
                 f"{min(changes)}: cannot be combined with a dict of lights, which have colours of their own"
             )
-        given, light = by_geometry_id(scene, light, "light"), _core.Phong()
+        lights = by_geometry_id(scene, light, "light")
+        given, light = {id: named(each) for id, each in lights.items()}, _core.Phong()
     for each in (*given.values(), light):
         if not isinstance(each, _SHADINGS):
             raise TypeError(sentence("light", _EXPECTED if each is light else "shadings in the dict", each))
@@ -62,6 +73,26 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
         return light
     shadings = {id: _shaded(light, own.get(id), changes) for id in scene.ids}
     return shadings | given
+
+
+def named(light: Light) -> Light:
+    """The light of a name; anything else as it is."""
+    if not isinstance(light, str):
+        return light
+    if light not in NAMED:
+        raise ValueError(sentence("light", f"one of {', '.join(NAMED)}, or a light", light))
+    return NAMED[light]()
+
+
+def in_environment(light: Light, environment: Any, up: Any) -> PathTracer:
+    """A path tracer in the light of an environment, which stands upright."""
+    path_tracer = PathTracer(lights=[]) if light is None else named(light)
+    if not isinstance(path_tracer, PathTracer):
+        raise ValueError(f'environment: expected light="path-trace" or a PathTracer with it, got {described(light)}')
+    own = [] if path_tracer.lights == [_core.EnvironmentLight()] else list(path_tracer.lights or ())
+    if any(isinstance(each, _core.EnvironmentLight) for each in own):
+        raise ValueError("environment: expected a PathTracer without an EnvironmentLight with it, got one that has it")
+    return path_tracer.replace(lights=[*own, upright(environment, up)])
 
 
 def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, _core.Material]:

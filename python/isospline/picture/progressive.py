@@ -16,7 +16,7 @@ from ..base.signatures import explained, explained_methods
 from . import checkpoints
 from .cameras import camera_for
 from .image import Image
-from .lights import resolve
+from .lights import named, resolve
 from .path_tracer import PathTracer
 from .scenes import as_scene
 
@@ -51,7 +51,7 @@ class ProgressiveRenderer:
         The camera; by default as in `render`.
     size : (int, int)
         Width and height of the image in pixels.
-    light : PathTracer, optional
+    light : PathTracer or "path-trace", optional
         Materials and lights; by default ``PathTracer()``.
     background, layers, ambient_occlusion_samples, encoding
         As in `render`.
@@ -82,13 +82,14 @@ class ProgressiveRenderer:
         camera: _Camera | None = None,
         *,
         size: tuple[int, int] = (640, 360),
-        light: PathTracer | None = None,
+        light: PathTracer | Literal["path-trace"] | None = None,
         background: _Background = None,
         layers: Iterable[_Layer] = (),
         ambient_occlusion_samples: int = 16,
         encoding: Literal["linear", "srgb8"] = "linear",
     ) -> None:
         scene = as_scene(scene)
+        light = named(light)
         if light is not None:
             check_type(light, "light", (PathTracer, _core.PathTracer), "a PathTracer")
         camera = camera_for(scene, size=size) if camera is None else camera

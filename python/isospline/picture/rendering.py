@@ -12,9 +12,9 @@ from .annotations import BORDER, Annotation, annotated, check_annotations, color
 from .cameras import camera_beside, camera_for
 from .image import Image
 from .legends import Legend, Row, legend_rows
-from .lights import Light, resolve
+from .lights import Light, in_environment, resolve
 from .scenes import as_scene
-from .studio import Studio, render_in_studio
+from .studio import Studio, render_in_studio, upward_for
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Color, _Layer, _Progress
@@ -30,6 +30,7 @@ def render(
     *,
     level: float | None = None,
     light: Light = None,
+    environment: Any = None,
     color: _Color | None = None,
     opacity: float | None = None,
     size: tuple[int, int] = (640, 360),
@@ -56,14 +57,21 @@ def render(
         The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene.
     level : float, optional
         Of a volume; by default the one that the command `isospline render` chooses.
-    light : Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings, optional
-        The light of the whole scene; by default ``Phong()``. A `Studio` has soft shadows on a ground and tone mapping;
-        it is the default of the command line. A `PathTracer` has the variance of its noise as a layer. A dict has
-        a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have ``Phong()``. Objects have the look
-        that they were made with, ``Isosurface(..., color=, opacity=)`` or ``material=``, unless the dict has another
-        one; without any, they have that of the light. If opacities are below 1, all crossings of a ray, entering and
-        leaving, are composited front to back by the over operator, in the exact order of `Scene.list_intersections`, up
-        to the first opaque surface. Shadows and ambient occlusion are attenuated by opacities.
+    light : str, Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings
+        The light of the whole scene; by default ``Phong()``. The names "studio", "phong", "outline",
+        "ambient-occlusion" and "path-trace" are those of ``isospline render --light``. A `Studio` has soft shadows on a
+        ground and tone mapping; it is the default of the command line. A `PathTracer` has the variance of its noise as
+        a layer. A dict has a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have ``Phong()``.
+        Objects have the look that they were made with, ``Isosurface(..., color=, opacity=)`` or ``material=``, unless
+        the dict has another one; without any, they have that of the light. If opacities are below 1, all crossings of a
+        ray, entering and leaving, are composited front to back by the over operator, in the exact order of
+        `Scene.list_intersections`, up to the first opaque surface. Shadows and ambient occlusion are attenuated by
+        opacities.
+    environment : path, (height, width, 3) array, float, (3,) float or EnvironmentLight, optional
+        The light from all around, for path tracing, which is the default with it: an equirectangular panorama, as an
+        .exr or .hdr file or an array, or a brightness or colour. A panorama stands upright: its zenith is +z, or the
+        upward direction of `suggest_view` if the camera's is nearer to it. ``EnvironmentLight("sky.exr",
+        visible=True)`` is seen behind the surfaces, too.
     color, opacity : optional
         Colour and opacity of all objects, in place of their own, as in `Material`.
     size : (int, int)
@@ -110,10 +118,11 @@ def render(
     ------
     ValueError
         For an invalid size, crop, background or number of rays; for a layer that is unknown, or that the light or the
-        objects do not have; for options that exclude each other, such as a crop and a legend; for an object or geometry
+        objects do not have; for options that exclude each other, such as a crop and a legend, or an environment and a
+        light without path tracing; for an object or geometry
         id of a light or material that is not in the scene; without a camera, for a scene without visible surfaces.
     TypeError
-        For another type of light.
+        For another type of light or environment.
     Cancelled
         If `progress` cancelled it.
 
@@ -132,6 +141,9 @@ def render(
     dtype('uint8')
     """
     scene = as_scene(scene, level)
+    if environment is not None:
+        up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
+        light = in_environment(light, environment, up)
     look = resolve(scene, light, color, opacity)
     marks = check_annotations(annotate, camera, look, unit)
     rows = legend_rows(scene, look) if legend else []

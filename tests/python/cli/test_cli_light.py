@@ -94,7 +94,7 @@ def test_environments_of_files(ball, picture, sky):
 @pytest.mark.parametrize("up", [(0, 0, -1), (0, 1, 0), (1, 2, 3)])
 def test_the_sky_is_upwards(ball, picture, sky, up):
     """The zenith of the file is in the direction of --up, and the rotation is about it."""
-    from isospline.cli.light_options import upright_rotation
+    from isospline.picture.environments import upright_rotation
 
     rotation = upright_rotation(up, 40)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)

@@ -7,6 +7,10 @@ import pytest
 from environment_files import write_exr, write_hdr
 
 import isospline
+from isospline.cli.light_options import LIGHTS
+from isospline.picture import studio
+from isospline.picture.lights import NAMED
+from isospline.suggest.view import SuggestedView
 
 
 @pytest.fixture
@@ -14,6 +18,12 @@ def sky(rng):
     image = rng.uniform(0, 3, (8, 16, 3)).astype(np.float32)
     image[0, 0], image[1, 1] = 0, (500, 2, 1e-3)
     return image
+
+
+@pytest.fixture(scope="module")
+def ball():
+    field = isospline.volumes.sphere(0.7)
+    return isospline.Isosurface(field.volume(16), field.level)
 
 
 def test_exr_is_read_as_it_was_written(tmp_path, sky):
@@ -85,3 +95,48 @@ def test_cut_files_are_told(tmp_path, sky):
         (tmp_path / "cut.hdr").write_bytes(whole[:length])
         with pytest.raises(ValueError, match="cut.hdr: cannot be read as an environment"):
             isospline.read_environment(tmp_path / "cut.hdr")
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_lights_have_the_names_of_the_command(name, ball):
+    assert list(NAMED) == list(LIGHTS)
+    options = dict(size=(12, 9), samples=2)
+    assert isospline.render(ball, light=name, **options) == isospline.render(ball, light=NAMED[name](), **options)
+    if name not in ("studio", "path-trace"):
+        of_objects = isospline.render(ball, light={0: name}, **options)
+        assert of_objects == isospline.render(ball, light=NAMED[name](), **options)
+    with pytest.raises(ValueError, match="^light: expected one of studio, phong, .*, got 'sun'"):
+        isospline.render(ball, light="sun")
+
+
+@pytest.mark.parametrize("given", [0.5, (1, 0.5, 0.2)], ids=["brightness", "colour"])
+def test_an_environment_lights_the_scene(ball, given):
+    options = dict(size=(12, 9), samples=2)
+    wanted = isospline.render(ball, light=isospline.PathTracer(lights=[isospline.EnvironmentLight(given)]), **options)
+    for light in (None, "path-trace", isospline.PathTracer()):
+        assert isospline.render(ball, light=light, environment=given, **options) == wanted
+    lamp = isospline.DirectionalLight((0, 1, -1))
+    both = isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(given)])
+    lit = isospline.render(ball, light=isospline.PathTracer(lights=[lamp]), environment=given, **options)
+    assert lit == isospline.render(ball, light=both, **options) and lit != wanted
+    with pytest.raises(ValueError, match="^environment: expected light=.path-trace. or a PathTracer with it, got 'stu"):
+        isospline.render(ball, light="studio", environment=given)
+    with pytest.raises(ValueError, match="^environment: expected a PathTracer without an EnvironmentLight"):
+        isospline.render(ball, light=both, environment=given)
+
+
+@pytest.mark.parametrize("up", [(0, 0, 1), (0, 0, -1)])
+def test_the_zenith_is_above_in_the_picture(ball, up, monkeypatch):
+    """Also of a volume whose top is below."""
+    if up != (0, 0, 1):
+        monkeypatch.setattr(studio, "suggested_view", lambda scene: SuggestedView(up=up))
+    sky = np.zeros((8, 16, 3))
+    sky[:4], sky[4:] = (0, 0, 1), (1, 0, 0)
+    camera = isospline.PerspectiveCamera((0, -5, 0), (0, 0, 0), up)
+    options = dict(size=(12, 8), samples=16)
+    image = isospline.render(ball, camera, environment=isospline.EnvironmentLight(sky, visible=True), **options)
+    assert np.allclose(image.color[0, 0, :3], (0, 0, 1)) and np.allclose(image.color[-1, 0, :3], (1, 0, 0))
+    red, _, blue = image.color[:4, 6, :3].sum(axis=0) - image.color[4:, 6, :3].sum(axis=0)
+    assert blue > 0 > red
+    without = isospline.render(ball, camera, environment=sky, **options)
+    assert not without.color[0, 0].any() and without.color[3, 6, 3] == 1
