@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import json
-
-import numpy as np
 
 import isospline
 
-from ..base.system import whole_file
 from ..colors import BACKGROUND
 from ..interop.mesh_output import MESHES
 from ..suggest.presentation import suggested_surface
@@ -74,7 +70,7 @@ def run(arguments, read, progress, say, unicode):
             surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
         )
         if arguments.table:
-            _write_table(arguments.table, found)
+            found.to_csv(arguments.table)
         if arguments.output:
             _write_picture(arguments, surface, other, found)
     print(_as_json(arguments, surface, found) if arguments.json else _as_text(arguments, surface, found, unicode))
@@ -85,14 +81,6 @@ def _other_surface(arguments):
     if arguments.other_level is None:
         return suggested_surface(volume)
     return isospline.Isosurface(volume, arguments.other_level, inside=arguments.inside)
-
-
-def _write_table(path, found):
-    columns = found._columns()
-    with whole_file(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file)
-        table.writerow(columns)
-        table.writerows(np.column_stack(list(columns.values())).tolist())
 
 
 def _write_picture(arguments, surface, other, found):

@@ -39,8 +39,9 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
     if needs_view and shown.view.reason:
         wrong = "the directions of the file seem wrong: " if data.patient else ""
         say(f"{wrong}{shown.view.reason}; --view three-quarter is the view by the directions of the file")
+    view = shown.view if needs_view else SuggestedView()
     if arguments.level is not None:
-        return Chosen(arguments.level, view=shown.view)
+        return Chosen(arguments.level, view=view)
     which = "the first one"
     if shown.level != suggested[0]:
         which += " above water, for bones," if data.patient else " that shows more than a plate,"
@@ -50,9 +51,8 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
     # Finding components would read all of a store.
     is_partial = arguments.largest == ALL or isinstance(data, Store)
     is_confined = shown.confined_at is not None and not is_partial
-    return Chosen(
-        [shown.level], shown if is_confined else None, arguments.largest is None and not is_partial, shown.view
-    )
+    without_specks = arguments.largest is None and not is_partial
+    return Chosen([shown.level], shown if is_confined else None, without_specks, view)
 
 
 def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str, Any], say: Any) -> list[Any]:

@@ -180,6 +180,8 @@ def _render(arguments, write=True):
     meshes = [read_placed(text) for text in arguments.mesh]
     data, labels = _volume_or_labels(arguments)
     chosen = choose_levels(data, arguments, _say) if labels is None else Chosen([])
+    if chosen.view.reason:
+        arguments.view, arguments.up = chosen.view.view, chosen.view.up
     count = len(chosen.levels) + len(meshes) if labels is None else set_colors(labels, arguments)
     materials, light_of = looks(arguments, count)
 
@@ -201,7 +203,7 @@ def _render(arguments, write=True):
         scene, surfaces, volume = made
         is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
         space = (0.0, 0.0) if is_empty or arguments.turntable else marks_of(scene).space(scene)
-        return cameras_of(arguments, volume if is_empty else scene, chosen.view, space)
+        return cameras_of(arguments, volume if is_empty else scene, space)
 
     def marks_of(scene):
         return Marks(arguments, {"light": light_of(dict(zip(scene.ids, materials)))})
@@ -217,7 +219,7 @@ def _render(arguments, write=True):
     scene = made[0]
     if arguments.ground:
         materials = [*materials, ground_look(arguments, materials)]
-        scene.add(isospline.ground_for(scene, up=arguments.up or chosen.view.up))
+        scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
     look = {"light": light_of(dict(zip(scene.ids, materials)))}
     marks = Marks(arguments, look)
     marks.is_fitted = not (arguments.turntable or arguments.cameras)
@@ -226,7 +228,7 @@ def _render(arguments, write=True):
         written = write_images(
             arguments, frames, _images(scene, missing, look, marks, is_distributed, arguments, progress)
         )
-    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW or chosen.view.reason):
+    if not (arguments.level or data.patient or arguments.up or arguments.view != DEFAULT_VIEW):
         _say("z is upwards, as the file has no patient directions; --up -z turns the picture, --view back the eye")
     print(f"{arguments.output}: {written}, {extent}, {time.perf_counter() - begin:.1f} s")
     return cameras, chosen.levels

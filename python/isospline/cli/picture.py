@@ -126,12 +126,11 @@ def studio_looks(colors, others):
     return [isospline.Material(**look, **other) for look, other in zip(given, others)]
 
 
-def cameras_of(arguments, seen, suggested, space):
-    """The camera of the picture, or those of all pictures, by default from a suggested view, with space for marks."""
-    is_free = arguments.view == DEFAULT_VIEW and arguments.up is None
+def cameras_of(arguments, seen, space):
+    """The camera of the picture, or those of all pictures, with space for marks."""
     framing = dict(
-        view=suggested.view if is_free else arguments.view,
-        up=suggested.up if is_free else arguments.up,
+        view="three-quarter" if arguments.view == DEFAULT_VIEW else arguments.view,
+        up=arguments.up,
         projection=arguments.projection,
         field_of_view=arguments.field_of_view,
         size=arguments.size,
