@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -37,10 +38,14 @@ tolerance : float, optional
     The largest distance between the surface and the mesh, in both directions, in world units. Edges are collapsed as
     long as it holds, and the result is proven. Without a tolerance, the vertices are where the surface crosses the
     edges of cells.
+faces : int, optional
+    In place of a tolerance, the largest number of triangles. The smallest tolerance for it is searched, down to 1/32
+    of a voxel's shortest edge. At least 85% of the triangles are used, unless this smallest tolerance needs fewer, or a
+    tolerance that is 5% smaller needs too many. Takes a few times as long as the mesh with that tolerance.
 return_distance : bool
-    Whether to return the proven distance as well. Needs a tolerance.
+    Whether to return the proven distance as well. Needs a tolerance or a number of faces.
 return_report : bool
-    Whether to return all that is proven as well. Needs a tolerance.
+    Whether to return all that is proven as well. Needs a tolerance or a number of faces.
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
 
@@ -64,7 +69,9 @@ MeshReport
 Raises
 ------
 ValueError
-    For a tolerance that is not positive, `return_distance` or `return_report` without one, and both of them together.
+    For a tolerance that is not positive, a tolerance and `faces` together, `return_distance` or `return_report` without
+    either, and both of them together. For fewer `faces` than any mesh of the surface has; the error names the fewest
+    that were found, and the distance of that mesh.
 
 Warns
 -----
@@ -94,6 +101,9 @@ Examples
 >>> coarse, distance = ball.to_mesh(0.02, return_distance=True)
 >>> len(coarse.faces) < len(mesh.faces), distance <= 0.02
 (True, True)
+>>> small, distance = ball.to_mesh(faces=500, return_distance=True)
+>>> 425 <= len(small.faces) <= 500, distance < 0.02
+(True, True)
 )";
 
 /// What is proven of a mesh.
@@ -119,19 +129,25 @@ py::object report_of(const SurfaceMesh& mesh)
     return as_result("MeshReport", report);
 }
 
-py::object mesh_of(const Isosurface& surface, const std::optional<double>& tolerance, bool return_distance,
-                   bool return_report, const py::object& progress)
+py::object mesh_of(const Isosurface& surface, const std::optional<double>& tolerance,
+                   const std::optional<std::int64_t>& faces, bool return_distance, bool return_report,
+                   const py::object& progress)
 {
+    if (faces && tolerance)
+        throw_invalid("faces", "either a tolerance or faces", "both");
+    if (faces && *faces < 1)
+        throw_invalid("faces", "at least 1", *faces);
     for (const auto& [name, is_set] : {std::pair("return_distance", return_distance), {"return_report", return_report}})
-        if (is_set && !tolerance)
-            throw_invalid(name, "a tolerance as well", "none");
+        if (is_set && !tolerance && !faces)
+            throw_invalid(name, "a tolerance or faces as well", "none");
     if (return_distance && return_report)
         throw_invalid("return_distance", "one of return_distance and return_report", "both");
     const auto snapshot = surface.snapshot();
     std::shared_ptr<Mesh> mesh;
     SurfaceMesh made;
     long_call("to make a mesh", progress, [&](const Progress& report) {
-        made = to_mesh(*snapshot, tolerance, report);
+        made = faces ? to_mesh_of_faces(*snapshot, static_cast<std::size_t>(*faces), report)
+                     : to_mesh(*snapshot, tolerance, report);
         mesh = std::make_shared<Mesh>(std::move(made.vertices), std::move(made.faces), std::move(made.normals));
     });
     if (tolerance && made.distance > *tolerance) {
@@ -145,8 +161,9 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
         const auto farthest = std::max_element(
             made.left_out.begin(), made.left_out.end(),
             [](const LeftOut& first, const LeftOut& second) { return first.distance < second.distance; });
-        text << "tolerance: " << made.left_out.size() << " parts of the surface are left out, up to "
-             << farthest->distance << " from the mesh; return_report=True lists them";
+        text << (faces ? "faces: " : "tolerance: ") << made.left_out.size()
+             << " parts of the surface are left out, up to " << farthest->distance
+             << " from the mesh; return_report=True lists them";
         warn(text.str());
     }
     if (made.crossings > 0) {
@@ -166,7 +183,7 @@ py::object mesh_of(const Isosurface& surface, const std::optional<double>& toler
 void bind_surface_mesh(py::module_& module)
 {
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
-    surface.def("to_mesh", &mesh_of, py::arg("tolerance") = py::none(), py::kw_only(),
+    surface.def("to_mesh", &mesh_of, py::arg("tolerance") = py::none(), py::kw_only(), py::arg("faces") = py::none(),
                 py::arg("return_distance") = false, py::arg("return_report") = false, py::arg("progress") = py::none(),
                 to_mesh_doc);
 }

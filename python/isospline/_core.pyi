@@ -341,6 +341,7 @@ class Isosurface(_Shown):
         self,
         tolerance: float | None = None,
         *,
+        faces: int | None = None,
         return_distance: Literal[False] = False,
         return_report: Literal[False] = False,
         progress: _Progress = None,
@@ -350,6 +351,7 @@ class Isosurface(_Shown):
         self,
         tolerance: float,
         *,
+        faces: int | None = None,
         return_distance: Literal[True],
         return_report: Literal[False] = False,
         progress: _Progress = None,
@@ -359,15 +361,41 @@ class Isosurface(_Shown):
         self,
         tolerance: float,
         *,
+        faces: int | None = None,
         return_distance: Literal[False] = False,
         return_report: Literal[True],
         progress: _Progress = None,
     ) -> tuple[Mesh, MeshReport]: ...
-    def to_pyvista(self, tolerance: float | None = None) -> Any: ...
-    def to_trimesh(self, tolerance: float | None = None) -> Any: ...
+    @overload
+    def to_mesh(
+        self,
+        tolerance: float | None = None,
+        *,
+        faces: int,
+        return_distance: Literal[True],
+        return_report: Literal[False] = False,
+        progress: _Progress = None,
+    ) -> tuple[Mesh, float]: ...
+    @overload
+    def to_mesh(
+        self,
+        tolerance: float | None = None,
+        *,
+        faces: int,
+        return_distance: Literal[False] = False,
+        return_report: Literal[True],
+        progress: _Progress = None,
+    ) -> tuple[Mesh, MeshReport]: ...
+    def to_pyvista(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
+    def to_trimesh(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
     def write(
-        self, path: str | PathLike[str], tolerance: float | None = None, *, progress: _Progress = None
+        self,
+        path: str | PathLike[str],
+        tolerance: float | None = None,
+        *,
+        faces: int | None = None,
+        progress: _Progress = None,
     ) -> None: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...

@@ -141,9 +141,13 @@ def calls(o, folder):
         (
             "Isosurface.to_mesh",
             surface.to_mesh,
-            {"tolerance": 0.5, "return_distance": True, "return_report": False, "progress": None},
+            {"tolerance": 0.5, "faces": None, "return_distance": True, "return_report": False, "progress": None},
         ),
-        ("Isosurface.write", surface.write, {"path": folder / "a.stl", "tolerance": None, "progress": None}),
+        (
+            "Isosurface.write",
+            surface.write,
+            {"path": folder / "a.stl", "tolerance": None, "faces": None, "progress": None},
+        ),
         ("Measurement", iso.Measurement, {"value": 1.0, "error": 0.1}),
         (
             "Isosurface.signed_distance",

@@ -10,10 +10,12 @@
 #include "isospline/polygonize/lattice_mesh.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/simplify.h"
+#include "isospline/polygonize/tolerance_search.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/surface_hit.h"
 #include "isospline/util/check.h"
+#include "isospline/util/error.h"
 #include "isospline/util/parallel.h"
 
 #include <glm/geometric.hpp>
@@ -23,6 +25,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <string>
 #include <tuple>
 #include <unordered_set>
 #include <utility>
@@ -167,16 +171,21 @@ struct SimplifiedMesh {
     std::vector<Box> uncovered;
 };
 
+// The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
+// those where it measures.
+constexpr double part_of_lattice = 0.6, part_of_faces = 0.9, part_of_vertices = 0.8;
+/// The smallest tolerance for a number of faces, in voxels: parts of the surface between the nodes of the finest
+/// lattice can be left out.
+constexpr double finest_tolerance = 1.0 / 32.0;
+
+/// Simplifies the mesh of a lattice for this tolerance or a smaller one.
 template <int Degree>
-SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, double tolerance, const Progress& progress)
+SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
+                               const Progress& progress)
 {
-    // The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
-    // those where it measures.
-    constexpr double part_of_lattice = 0.6, part_of_faces = 0.9, part_of_vertices = 0.8;
     constexpr int attempts = 4;
     const LatticeField<Degree> field(surface, 1);
     const LatticeMetric metric(surface.volume().lattice_to_world());
-    const LabeledMesh fine = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(progress, 0.0, 0.3));
     Simplicity simplicity{part_of_faces * tolerance, part_of_vertices * tolerance,
                           std::vector<std::uint8_t>(fine.vertices.size(), 0)};
     std::vector<Collapse> history;
@@ -185,7 +194,7 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, double toleran
     double margin = 0.5 * tolerance / metric.shortest_edge;
     for (int attempt = 1;; ++attempt) {
         LabeledMesh mesh = fine;
-        const double left = 0.7 * std::pow(0.25, attempt - 1); // most of the work is in the first attempt
+        const double left = std::pow(0.25, attempt - 1); // most of the work is in the first attempt
         const Progress of_attempt = part_of(progress, 1.0 - left, 1.0 - 0.25 * left);
         simplify(field, mesh, simplicity, history, part_of(of_attempt, 0.0, 0.7));
         proof.examine(mesh, part_of(of_attempt, 0.7, 1.0));
@@ -197,6 +206,58 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, double toleran
         lock_near(failed, fine, margin, simplicity.locked);
         margin *= 4.0;
     }
+}
+
+/// The simplified mesh with the smallest tolerance that the search finds for at most this number of faces.
+template <int Degree>
+SimplifiedMesh mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t faces, const Progress& progress)
+{
+    constexpr double begin = 0.02; // of the meshes with a tolerance, in the progress
+    const LatticeMetric metric(surface.volume().lattice_to_world());
+    const double finest = finest_tolerance * metric.shortest_edge;
+    double first = 0.5 * metric.shortest_edge, coarsest = glm::length(surface.volume().bounds().size());
+    {
+        // Most surfaces have a tenth of the faces of the plain mesh if the tolerance is a voxel.
+        const LabeledMesh plain = lattice_mesh<Degree>(surface, {}, part_of(progress, 0.0, begin));
+        Box bounds;
+        for (const glm::dvec3& vertex : plain.vertices)
+            bounds.extend(metric.to_world * vertex);
+        if (!plain.faces.empty())
+            coarsest = std::min(coarsest, glm::length(bounds.size()));
+        const double share = static_cast<double>(faces) / static_cast<double>(plain.faces.size());
+        first = std::clamp(0.1 / share * metric.shortest_edge, first, std::max(first, 0.25 * coarsest));
+    }
+    coarsest = std::max(coarsest, first);
+
+    ToleranceSearch search(faces, first, finest, coarsest);
+    LabeledMesh fine;
+    double tolerance_of_fine = 0.0, left = 1.0 - begin;
+    std::optional<SimplifiedMesh> best, fewest;
+    while (search.next()) {
+        const double tolerance = *search.next();
+        const Progress of_mesh = part_of(progress, 1.0 - left, 1.0 - 0.6 * left);
+        left *= 0.6;
+        // The lattice for a slightly smaller tolerance serves as well.
+        constexpr double most_too_fine = 4.0;
+        if (!(tolerance_of_fine <= tolerance && tolerance <= most_too_fine * tolerance_of_fine)) {
+            fine = lattice_mesh<Degree>(surface, part_of_lattice * tolerance, part_of(of_mesh, 0.0, 0.5));
+            tolerance_of_fine = tolerance;
+        }
+        SimplifiedMesh mesh = simplified_mesh<Degree>(surface, fine, tolerance, part_of(of_mesh, 0.5, 1.0));
+        if (mesh.mesh.faces.empty())
+            return mesh;
+        if (search.add(mesh.mesh.faces.size()))
+            best = std::move(mesh);
+        else if (!fewest || mesh.mesh.faces.size() < fewest->mesh.faces.size())
+            fewest = std::move(mesh);
+    }
+    if (!best)
+        throw_invalid("faces",
+                      "about " + std::to_string(fewest->mesh.faces.size()) +
+                          " or more, the fewest that were found, with a mesh at most " + to_text(fewest->distance) +
+                          " from the surface",
+                      faces);
+    return *std::move(best);
 }
 
 /// Maps a mesh from lattice space to the world, and adds normals.
@@ -240,6 +301,18 @@ SurfaceMesh to_world(const IsosurfaceSnapshot& surface, LabeledMesh mesh, const 
     return result;
 }
 
+template <int Degree>
+SurfaceMesh with_proof(const IsosurfaceSnapshot& surface, SimplifiedMesh simplified, const Progress& progress)
+{
+    std::vector<LeftOut> left_out =
+        join_boxes(simplified.uncovered, simplified.mesh, surface.volume().lattice_to_world());
+    SurfaceMesh result = to_world<Degree>(surface, std::move(simplified.mesh), part_of(progress, 0.0, 0.5));
+    result.distance = simplified.distance;
+    result.left_out = std::move(left_out);
+    result.crossings = count_crossings(result.vertices, result.faces, part_of(progress, 0.5, 1.0));
+    return result;
+}
+
 } // namespace
 
 SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance, const Progress& progress)
@@ -254,14 +327,20 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
             LabeledMesh mesh = lattice_mesh<degree>(surface, {}, part_of(progress, 0.0, 0.9));
             return to_world<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
         }
-        SimplifiedMesh simplified = simplified_mesh<degree>(surface, *tolerance, part_of(progress, 0.0, 0.9));
-        std::vector<LeftOut> left_out =
-            join_boxes(simplified.uncovered, simplified.mesh, surface.volume().lattice_to_world());
-        SurfaceMesh result = to_world<degree>(surface, std::move(simplified.mesh), part_of(progress, 0.9, 0.95));
-        result.distance = simplified.distance;
-        result.left_out = std::move(left_out);
-        result.crossings = count_crossings(result.vertices, result.faces, part_of(progress, 0.95, 1.0));
-        return result;
+        const LabeledMesh fine =
+            lattice_mesh<degree>(surface, part_of_lattice * *tolerance, part_of(progress, 0.0, 0.3));
+        SimplifiedMesh mesh = simplified_mesh<degree>(surface, fine, *tolerance, part_of(progress, 0.3, 0.9));
+        return with_proof<degree>(surface, std::move(mesh), part_of(progress, 0.9, 1.0));
+    });
+}
+
+SurfaceMesh to_mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t faces, const Progress& progress)
+{
+    if (faces == 0)
+        throw_invalid("faces", "at least 1", faces);
+    return dispatch_degree(surface.volume().degree(), [&](auto degree) {
+        SimplifiedMesh mesh = mesh_of_faces<degree>(surface, faces, part_of(progress, 0.0, 0.95));
+        return with_proof<degree>(surface, std::move(mesh), part_of(progress, 0.95, 1.0));
     });
 }
 

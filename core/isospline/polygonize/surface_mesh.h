@@ -25,7 +25,7 @@ struct SurfaceMesh {
     std::vector<glm::dvec3> normals; ///< unit, outward
     std::vector<glm::uvec3> faces;
 
-    // What is proven of a mesh with a tolerance.
+    // What is proven of a mesh with a tolerance or a number of faces.
     /// No point of the mesh is farther than this from the surface or a cap, and no point of these, but for parts that
     /// are left out, is farther than this from the mesh; world units. NaN without a tolerance.
     double distance;
@@ -43,5 +43,11 @@ struct SurfaceMesh {
 /// few elsewhere. Throws std::invalid_argument for a tolerance that is not positive.
 SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tolerance = std::nullopt,
                     const Progress& progress = {});
+
+/// The mesh with the smallest tolerance that a search finds for at most this number of faces; the tolerance is at least
+/// 1/32 of a voxel. It has at least 85% of the faces, unless its tolerance is this one, or a tolerance that is 5%
+/// smaller gives more than `faces`. Throws std::invalid_argument if all meshes that were found have
+/// more.
+SurfaceMesh to_mesh_of_faces(const IsosurfaceSnapshot& surface, std::size_t faces, const Progress& progress = {});
 
 } // namespace isospline

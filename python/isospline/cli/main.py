@@ -249,10 +249,12 @@ def mesh(arguments):
     chosen = choose_levels(data, arguments, _say)
     (surface,) = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     with _progress("meshing", arguments) as progress:
-        if arguments.tolerance is None:
+        if arguments.tolerance is None and arguments.faces is None:
             made, distance = surface.to_mesh(progress=progress), ""
         else:
-            made, distance = surface.to_mesh(arguments.tolerance, return_distance=True, progress=progress)
+            made, distance = surface.to_mesh(
+                arguments.tolerance, faces=arguments.faces, return_distance=True, progress=progress
+            )
             distance = f" at most {distance:.3g} from the surface,"
     try:
         made.write(arguments.output)

@@ -72,9 +72,9 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
         "--tolerance",
         type=float,
         metavar="DISTANCE",
-        help="largest distance between surface and mesh, in world units, with as few triangles as possible; "
-        "by default a vertex on every edge of a cell that the surface crosses",
+        help="largest distance between surface and mesh, world units; by default a vertex on each edge that it crosses",
     )
+    group.add_argument("--faces", type=int, metavar="N", help="largest number of triangles, in place of --tolerance")
     _add_model(group, _LARGEST)
     group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
     _add_cuts(command)

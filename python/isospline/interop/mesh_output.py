@@ -118,34 +118,36 @@ def to_meshio(self):
     )
 
 
-def surface_to_trimesh(self, tolerance=None):
-    """Convert its mesh to trimesh: ``surface.to_mesh(tolerance).to_trimesh()``.
+def surface_to_trimesh(self, tolerance=None, *, faces=None):
+    """Convert its mesh to trimesh: ``surface.to_mesh(tolerance, faces=faces).to_trimesh()``.
 
     Parameters
     ----------
     tolerance : float, optional
+    faces : int, optional
         As in `to_mesh`.
 
     Returns
     -------
     trimesh.Trimesh
     """
-    return self.to_mesh(tolerance).to_trimesh()
+    return self.to_mesh(tolerance, faces=faces).to_trimesh()
 
 
-def surface_to_pyvista(self, tolerance=None):
-    """Convert its mesh to PyVista: ``surface.to_mesh(tolerance).to_pyvista()``.
+def surface_to_pyvista(self, tolerance=None, *, faces=None):
+    """Convert its mesh to PyVista: ``surface.to_mesh(tolerance, faces=faces).to_pyvista()``.
 
     Parameters
     ----------
     tolerance : float, optional
+    faces : int, optional
         As in `to_mesh`.
 
     Returns
     -------
     pyvista.PolyData
     """
-    return self.to_mesh(tolerance).to_pyvista()
+    return self.to_mesh(tolerance, faces=faces).to_pyvista()
 
 
 def write_mesh(self, path):
@@ -202,8 +204,8 @@ def write_mesh(self, path):
             write(self, temporary)
 
 
-def write_surface(self, path, tolerance=None, *, progress=None):
-    """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance).write(path)``.
+def write_surface(self, path, tolerance=None, *, faces=None, progress=None):
+    """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance, faces=faces).write(path)``.
 
     Parameters
     ----------
@@ -211,6 +213,8 @@ def write_surface(self, path, tolerance=None, *, progress=None):
         Ends in ``.stl``, ``.ply``, ``.obj`` or ``.glb``; see `Mesh.write`.
     tolerance : float, optional
         The largest distance between surface and mesh, world units; see `to_mesh`.
+    faces : int, optional
+        In place of a tolerance, the largest number of triangles; see `to_mesh`.
     progress : callable, optional
         Called with the finished fraction; cancels if it returns a false value other than None.
 
@@ -228,7 +232,7 @@ def write_surface(self, path, tolerance=None, *, progress=None):
     ...     ball.write(f"{folder}/ball.ply", tolerance=0.05)
     """
     writer_of(path)
-    self.to_mesh(tolerance, progress=progress).write(path)
+    self.to_mesh(tolerance, faces=faces, progress=progress).write(path)
 
 
 def writer_of(path):

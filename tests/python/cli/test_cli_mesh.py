@@ -62,6 +62,7 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
     for name, options in {
         "all": [],
         "few": ["--tolerance", "0.5"],
+        "faces": ["--faces", "200"],
         "half": ["--clip", "0,0,9.5,0,0,1", "--capped"],
         "box": ["--clip-box", "0,0,0,99,99,9.5", "--capped", "--threads", "1", "--degree", "3"],
     }.items():
@@ -72,11 +73,12 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
         finally:
             isospline.set_thread_count(0)
         said = capsys.readouterr().out
-        assert ("at most" in said) == (name == "few")
+        assert ("at most" in said) == (name in ("few", "faces"))
         shape = trimesh.load_mesh(output)
         assert shape.is_watertight
         volumes_of[name] = shape.volume, len(shape.faces)
     assert volumes_of["few"][1] < volumes_of["all"][1] / 2
+    assert 160 <= volumes_of["faces"][1] <= 200
     assert volumes_of["half"][0] == pytest.approx(volumes_of["all"][0] / 2, rel=0.05)
     assert volumes_of["box"][0] == pytest.approx(volumes_of["all"][0] / 2, rel=0.05)
 
@@ -87,6 +89,11 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
         (["-o", "ball.png"], "ball.png: expected a name that ends in .stl, .ply, .obj, .glb"),
         (["-o", "no/ball.stl"], "no/ball.stl: expected a folder that exists"),
         (["-o", "ball.stl", "--tolerance", "-1"], "tolerance: expected a finite number above 0, got -1"),
+        (["-o", "ball.stl", "--faces", "0"], "faces: expected at least 1, got 0"),
+        (
+            ["-o", "ball.stl", "--tolerance", "1", "--faces", "9"],
+            "faces: expected either a tolerance or faces, got both",
+        ),
         (
             ["-o", "ball.stl", "--capped"],
             "--capped: expected --clip or --clip-box, or --closed for the volume's border",

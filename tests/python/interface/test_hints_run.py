@@ -64,6 +64,7 @@ IN_WORDS = {
 }
 # Values for three dots after a keyword.
 VALUES = {
+    "faces": "200",
     "size": "(8, 6)",
     "spacing": "(1, 1, 2)",
     "origin": "(0, 0, 0)",

@@ -197,7 +197,7 @@ def test_simplified_blobs_do_not_cross_themselves(size, share):
 
 def test_reports_need_a_tolerance():
     surface = isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][0]), 1.7)
-    with pytest.raises(ValueError, match="return_report: expected a tolerance as well"):
+    with pytest.raises(ValueError, match="return_report: expected a tolerance or faces as well"):
         surface.to_mesh(return_report=True)
     with pytest.raises(ValueError, match="return_distance: expected one of"):
         surface.to_mesh(0.1, return_distance=True, return_report=True)

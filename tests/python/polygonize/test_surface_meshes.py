@@ -248,7 +248,7 @@ def test_tolerance_is_positive(tolerance):
     surface = isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][0]), 2)
     with pytest.raises(ValueError, match="tolerance: expected a finite number above 0"):
         surface.to_mesh(tolerance)
-    with pytest.raises(ValueError, match="return_distance: expected a tolerance as well"):
+    with pytest.raises(ValueError, match="return_distance: expected a tolerance or faces as well"):
         surface.to_mesh(return_distance=True)
 
 
