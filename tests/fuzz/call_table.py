@@ -13,6 +13,7 @@ from isospline.base.values import VALUE_TYPES
 LEFT_OUT = {
     *("Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"),
     *("LabelComparison", "LabelMeasures", "LabelTable", "SurfaceDistance.to_frame", "add_to_plotter"),
+    "SurfaceDistance.to_csv",
 }
 
 
