@@ -56,7 +56,7 @@ def choose_levels(data: Any, arguments: Any, say: Any) -> Chosen:
 
 
 def make_surfaces(volume: Any, chosen: Chosen, arguments: Any, options: dict[str, Any], say: Any) -> list[Any]:
-    """The isosurfaces at the chosen levels, without specks and what is not the body; `say` tells what is left out."""
+    """The isosurfaces at the chosen levels, without what a picture does not show; `say` tells what is left out."""
     if chosen.confined is not None:
         options = {**options, "mask": chosen.confined.mask(volume)}
         if chosen.confined.body_level is not None:

@@ -25,7 +25,7 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 # What is shown, written or measured by default.
 _LEVEL = "by default the first suggested one, of a patient's CT the first above water"
-_LARGEST = "all; without --level, all except specks of noise and, of a patient's CT, except what is not the body"
+_LARGEST = "all; without --level, all but specks of noise, plates, and what is not the body of a CT or a head"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -329,7 +329,7 @@ def _add_view(command, view):
         action="append",
         help=f"of every volume; may be repeated; {_LEVEL}",
     )
-    add_largest(command, "all; without --level, of a patient's CT only the body")
+    add_largest(command, "all; without --level, all but specks, plates, and what is not the body")
     command.add_argument("--session", metavar="FILE", help="a session saved by the viewer, to continue")
     command.add_argument("--degree", type=int, choices=(1, 2, 3), default=2, help="of the spline (default 2)")
     _add_reading(command)

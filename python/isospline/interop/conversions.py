@@ -75,7 +75,11 @@ def as_target(other, is_signed):
     elif isinstance(other, (Isosurface, Mesh)) or type(other).__module__.partition(".")[0] in _MESHES:
         scene = Scene([other])
     else:
-        points = _as_array(other, "other")
+        try:
+            points = _as_array(other, "other")
+        except TypeError:
+            expected = "an Isosurface, a Mesh, a Scene or points of shape (N, 3)"
+            raise TypeError(sentence("other", expected, other)) from None
         if points.ndim != 2 or points.shape[1] != 3:
             raise ValueError(
                 f"other: expected an Isosurface, a Mesh, a Scene or points of shape (N, 3), got shape {points.shape}"

@@ -188,8 +188,12 @@ def draw_panel(image: Image, area: Any, wide: float, covered: Covered) -> None:
     if covered is None or not covered[area].any():
         return
     behind = _linear(image, area)
-    bright = ((behind[..., :3] + 1 - behind[..., 3:]) @ _LUMINANCE).mean() > _MIDDLE
-    blend(image, area, np.full(behind.shape[:2], 0.85), np.full(3, _BRIGHT if bright else _DARK))
+    blend(image, area, np.full(behind.shape[:2], 0.85), np.full(3, _BRIGHT if _is_bright(behind) else _DARK))
+
+
+def _is_bright(part):
+    """Whether a part of an image is bright, over white."""
+    return ((part[..., :3] + 1 - part[..., 3:]) @ _LUMINANCE).mean() > _MIDDLE
 
 
 class ColorBar:
@@ -278,8 +282,7 @@ class Drawing:
         rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
         area = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
         behind = _linear(self._image, area)
-        over_white = behind[..., :3] + 1 - behind[..., 3:]
-        bright = (over_white @ _LUMINANCE).mean() > _MIDDLE
+        bright = _is_bright(behind)
         if bright and behind[..., 3].mean() < 0.5:  # files of other formats may show it on black
             wide = 2 * max(1, round(min(self._image.size) / 300)) + 1
             rim = Pillow.fromarray(np.rint(255 * mask).astype(np.uint8)).filter(ImageFilter.MaxFilter(wide))

@@ -29,16 +29,14 @@ class Plate(NamedTuple):
     side : Side
     layers : int
         The number of layers from that side to the end of the plate.
-    is_apart : bool
-        Whether it is a piece of its own.
-    is_cut : bool
-        Whether the border of the volume cuts it at two sides at least.
+    is_left_out : bool
+        Whether it does not belong to the object: it is a piece of its own at the border of the volume, or the border
+        cuts it at two sides at least.
     """
 
     side: Side
     layers: int
-    is_apart: bool
-    is_cut: bool
+    is_left_out: bool
 
 
 def find_plate(grid: Grid) -> Plate | None:
@@ -78,7 +76,7 @@ def _plate_at(grid: Grid, side: Side) -> Plate | None:
         return None
     at_border = [rows[0] == 0, rows[-1] == len(outline) - 1, columns[0] == 0, columns[-1] == outline.shape[1] - 1]
     is_apart = not (layers[last - 1] & layers[last]).any()
-    return Plate(side, last, is_apart, sum(map(int, at_border)) >= (1 if is_apart else 2))
+    return Plate(side, last, sum(map(int, at_border)) >= (1 if is_apart else 2))
 
 
 def is_only_plate(grid: Grid) -> bool:

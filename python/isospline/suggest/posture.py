@@ -50,11 +50,6 @@ class Posture(NamedTuple):
     is_head: bool = False
 
 
-def posture_of(grid: Grid) -> Posture | None:
-    """The posture of a single solid, or None if no rule applies."""
-    return head_posture(grid) or standing_posture(grid)
-
-
 def head_posture(grid: Grid) -> Posture | None:
     """A head is cut at the neck, its left is like its right, and its face has more relief than its back.
 

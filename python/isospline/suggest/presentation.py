@@ -37,7 +37,8 @@ class Presentation:
         Samples of a plate that is not shown, as an index of the array.
     holder : bool array or None
         Points of a coarse grid that are not shown, each for `steps` samples along the axes.
-    steps : tuple of int
+    steps : (3,) tuple of int
+        Samples between the points of that grid along the axes of the array.
     view : SuggestedView
     cut_sides : int
         The number of sides of the volume at which its border cuts the solid; 0 for what is recognised.
@@ -67,9 +68,8 @@ class Presentation:
             holder = self.holder
             for axis, step in enumerate(self.steps):
                 holder = holder.repeat(step, axis=axis)
-            mask &= ~np.pad(holder, [(0, max(0, n - m)) for n, m in zip(mask.shape, holder.shape)], mode="edge")[
-                tuple(slice(n) for n in mask.shape)
-            ]
+            missing = [(0, max(0, count - held)) for count, held in zip(mask.shape, holder.shape)]
+            mask &= ~np.pad(holder, missing, mode="edge")[tuple(slice(count) for count in mask.shape)]
         return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask)
 
 
@@ -214,7 +214,7 @@ def _present(sample, direction, patient, minimum, suggested) -> Presentation:
     if not solid.inside.any():
         return Presentation(level, body_level)
     left_out = None
-    if plate is not None and plate.is_cut:
+    if plate is not None and plate.is_left_out:
         solid.inside[_layers(plate, plate.layers)] = False
         # The surface of the plate may be in the cell behind its last sample.
         left_out = _layers(plate, int(plate.layers * samples.steps[plate.side.axis]) + 1)

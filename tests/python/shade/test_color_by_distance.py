@@ -103,3 +103,11 @@ def test_the_objects_are_those_of_the_moment_and_come_back():
 def test_bad_distances_are_refused(other, options, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         isospline.ColorByDistance(other, **{"limits": (-1, 1), **options})
+
+
+@pytest.mark.parametrize("other", [None, "part.stl", sphere().volume], ids=lambda other: type(other).__name__)
+def test_other_types_are_refused(other):
+    with pytest.raises(
+        TypeError, match="^other: expected an Isosurface, a Mesh, a Scene or points of shape .N, 3., got"
+    ):
+        isospline.ColorByDistance(other, limits=(-1, 1))
