@@ -48,12 +48,15 @@ class Legend:
 
     def __init__(self, size: tuple[int, int], rows: list[Row]):
         self._size, self._rows = size, rows
+        self.width = 0.0
+        if not rows:  # most pictures: no font is loaded
+            return
         font = font_for(size)
         self._border, self._line = round(BORDER * min(size)), line_height(font)
         self._side = max(4, round(0.6 * self._line))
-        names = max((text_width(font, name) for name, *_ in rows), default=0.0)
+        names = max(text_width(font, name) for name, *_ in rows)
         #: Of the swatches and names, in pixels, with a border.
-        self.width = self._border + 1.5 * self._side + names if rows else 0.0
+        self.width = self._border + 1.5 * self._side + names
 
     def draw(self, image: Image, covered: Covered = None) -> None:
         """Draw it into the upper left corner, or where it hides least of the covered pixels."""

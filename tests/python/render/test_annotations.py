@@ -216,3 +216,8 @@ def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():
         over = picture[..., :3] + (1 - picture[..., 3:]) * background
         names = over[5:20, 18:45]  # beside the swatch
         assert names.min() < 0.1 and names.max() > 0.9, background
+
+
+def test_pictures_without_marks_load_no_font(monkeypatch):
+    monkeypatch.setattr("PIL.ImageFont.load_default", lambda *_: pytest.fail("a font was loaded"))
+    isospline.render(sphere(), size=(16, 9))
