@@ -1,16 +1,12 @@
 #include "arrays.h"
 #include "bind.h"
+#include "color_maps.h"
 #include "colors.h"
-#include "long_call.h"
 
-#include "isospline/render/distance_field.h"
-#include "isospline/scene/scene.h"
 #include "isospline/util/check.h"
 
 #include <glm/matrix.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,61 +18,10 @@ namespace isospline {
 
 namespace {
 
-using Limits = std::pair<double, double>;
-
 const EnumWords<CurvatureKind> kind_words{{"mean", CurvatureKind::mean},
                                           {"gaussian", CurvatureKind::gaussian},
                                           {"maximum", CurvatureKind::maximum},
                                           {"minimum", CurvatureKind::minimum}};
-
-/// Python code looks up the names of colour maps.
-ColorMap as_color_map(const py::object& cmap, Limits limits)
-{
-    const py::object table = py::module_::import("isospline.colors").attr("color_map")(cmap);
-    const RowArray rows(table, "cmap", 3);
-    ColorMap map{{}, {limits.first, limits.second}};
-    for (std::size_t i = 0; i < rows.count(); ++i)
-        map.colors.push_back(rows.vector(i));
-    validate(map);
-    return map;
-}
-
-py::array_t<double> colors_of(const ColorMap& map)
-{
-    auto array = new_array<double>({static_cast<py::ssize_t>(map.colors.size())}, {3});
-    for (std::size_t i = 0; i < map.colors.size(); ++i)
-        for (int channel = 0; channel < 3; ++channel)
-            array.mutable_at(static_cast<py::ssize_t>(i), channel) = map.colors[i][channel];
-    return array;
-}
-
-std::string limits_text(const ColorMap& map)
-{
-    return "limits=(" + to_text(map.limits.x) + ", " + to_text(map.limits.y) + ")";
-}
-
-/// The common members of all colours by a number.
-template <typename GivenColor>
-void bind_map(py::class_<GivenColor>& color_class)
-{
-    color_class
-        .def_property_readonly(
-            "cmap",
-            [](const GivenColor& color) {
-                return py::module_::import("isospline.colors").attr("encoded")(colors_of(color.map));
-            },
-            "(N, 3) float64 array: colours, sRGB, at equal steps from the first limit to the second.")
-        .def("_cmap",
-             [](const GivenColor& color) {
-                 return py::module_::import("isospline.colors").attr("linear")(colors_of(color.map));
-             })
-        .def_property_readonly("limits", [](const GivenColor& color) -> std::optional<Limits> {
-            if constexpr (std::is_same_v<GivenColor, ColorByDepth>)
-                if (color.fit_limits)
-                    return std::nullopt;
-            return Limits{color.map.limits.x, color.map.limits.y};
-        });
-}
 
 void bind_by_volume(py::module_& module)
 {
@@ -198,94 +143,6 @@ Examples
         });
 }
 
-/// The distance from a scene, which Python gets back.
-class SceneDistance : public DistanceField {
-public:
-    SceneDistance(std::shared_ptr<Scene> scene, std::shared_ptr<const SceneSnapshot> snapshot, bool is_signed,
-                  double largest)
-        : DistanceField(std::move(snapshot), is_signed, largest), scene_(std::move(scene)), is_signed_(is_signed)
-    {
-    }
-
-    static const SceneDistance& of(const ColorByDistance& color)
-    {
-        return dynamic_cast<const SceneDistance&>(*color.distance);
-    }
-    const std::shared_ptr<Scene>& scene() const { return scene_; }
-    bool is_signed() const { return is_signed_; }
-
-private:
-    std::shared_ptr<Scene> scene_;
-    bool is_signed_;
-};
-
-void bind_by_distance(py::module_& module)
-{
-    const auto make = [](const py::object& other, const py::object& cmap, Limits limits, bool is_signed,
-                         std::string label) {
-        ColorByDistance color{nullptr, as_color_map(cmap, limits), std::move(label)};
-        const py::object scene =
-            py::module_::import("isospline.interop.conversions").attr("as_target")(other, is_signed);
-        const double largest = std::max(std::abs(limits.first), std::abs(limits.second));
-        auto shared = scene.cast<std::shared_ptr<Scene>>();
-        long_call("to index the other objects", py::none(), [&](const Progress& progress) {
-            color.distance = std::make_shared<SceneDistance>(shared, shared->snapshot(progress), is_signed, largest);
-        });
-        return color;
-    };
-    py::class_<ColorByDistance> color_class(module, "ColorByDistance", R"(The colour of a surface by its distance.
-
-The distance is that of `Scene.closest_points`, from each point to the nearest one of the other objects, in world units,
-to a millionth of a cell; it takes some microseconds for each ray of a pixel.
-
-Parameters
-----------
-other : Isosurface, Mesh, Scene, a mesh of another library, or (N, 3) array_like
-    The objects as they are now, in the world of the scene that is rendered; or points.
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float)
-    Distances of the first and of the last colour, world units.
-signed : bool
-    Whether distances are negative inside of the other objects, of which meshes must be closed, as in
-    `Scene.signed_distance`.
-label : str
-    The title of the colour bar; by default "distance" or "signed distance", with the unit.
-
-Raises
-------
-ValueError
-    For limits that are equal or not finite, an unknown map, objects without points, and signed distances of points.
-
-Examples
---------
->>> import isospline
->>> field = isospline.volumes.sphere(0.7)
->>> scan = isospline.Isosurface(field.volume(32), field.level)
->>> part = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
->>> deviation = isospline.ColorByDistance(part, limits=(-0.5, 0.5))
->>> isospline.render(scan, color=deviation, size=(32, 24))
-Image(32 x 24, 42% covered)
-)");
-    color_class.def(py::init(make), py::arg("other"), py::arg("cmap") = "coolwarm", py::kw_only(), py::arg("limits"),
-                    py::arg("signed") = true, py::arg("label") = "");
-    bind_map(color_class);
-    color_class
-        .def_property_readonly(
-            "other",
-            [](const ColorByDistance& color) -> py::object { return py::cast(SceneDistance::of(color).scene()); },
-            "Scene: the objects from which the distance is measured.")
-        .def_property_readonly(
-            "signed", [](const ColorByDistance& color) { return SceneDistance::of(color).is_signed(); },
-            "bool: whether distances are negative inside of the other objects.")
-        .def_readonly("label", &ColorByDistance::label, "str: the title of the colour bar; empty if it was not given.")
-        .def("__repr__", [](const ColorByDistance& color) {
-            const py::object scene = py::cast(SceneDistance::of(color).scene());
-            return "ColorByDistance(" + py::repr(scene).cast<std::string>() + ", " + limits_text(color.map) + ")";
-        });
-}
-
 void bind_by_depth(py::module_& module)
 {
     const auto make = [](const py::object& cmap, std::optional<Limits> limits) {
@@ -327,7 +184,6 @@ Red, green and blue, linear, are (N + 1) / 2 of the unit outward normal N in wor
         .def(py::init<>())
         .def("__repr__", [](const ColorByNormal&) { return "ColorByNormal()"; });
     bind_by_depth(module);
-    bind_by_distance(module);
 }
 
 } // namespace isospline

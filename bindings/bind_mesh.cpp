@@ -48,10 +48,10 @@ opacity : float, optional
 name : str, optional
     What legends call it.
 values : (V,) array_like of numbers, optional
-    A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them;
-    pictures do not show them.
+    A number at each vertex, such as a temperature; NaN where it is unknown. Files and other libraries keep them.
+    Without `colors` and a colour, pictures show them by `ColorByValue`, unless all are the same.
 values_name : str
-    What the values are called in files and other libraries.
+    What the values are called in files, in other libraries and above the colour bar: ``"temperature in K"``.
 
 Raises
 ------

@@ -72,6 +72,8 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
         return value.cast<ColorByDepth>();
     if (pybind11::isinstance<ColorByDistance>(value))
         return value.cast<ColorByDistance>();
+    if (pybind11::isinstance<ColorByValue>(value))
+        return value.cast<ColorByValue>();
     const glm::dvec3 color = as_color(decoded(value), parameter);
     check_not_above_one(color, value, parameter);
     return color;

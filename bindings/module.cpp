@@ -62,6 +62,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_prefilter(module);
     isospline::bind_cells(module);
     isospline::bind_color(module);
+    isospline::bind_object_colors(module);
     isospline::bind_material(module);
     isospline::bind_clip(module);
     isospline::bind_isosurface(module);

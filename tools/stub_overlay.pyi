@@ -71,7 +71,7 @@ class DamagedStore(OSError, ValueError): ...
 class _Families:
     _Cut: HalfSpace | Box
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
-    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | ColorByDistance
+    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | ColorByDistance | ColorByValue
     _PointLight: PositionalLight | DirectionalLight
     _Light: _PointLight | RectangleLight | SphereLight | EnvironmentLight
     _Shading: Phong | Outline | AmbientOcclusion

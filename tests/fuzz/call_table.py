@@ -97,6 +97,7 @@ def calls(o, folder):
             {"other": o["surface"], "cmap": "viridis", "limits": (0, 1), "signed": True, "label": "a"},
         ),
         ("ColorByNormal", iso.ColorByNormal, {}),
+        ("ColorByValue", iso.ColorByValue, {"cmap": "viridis", "limits": (0, 1), "label": "a"}),
         (
             "ColorByVolume",
             iso.ColorByVolume,

@@ -31,6 +31,12 @@ glm::dvec3 unit(const glm::dvec3& vector)
     return length > 0.0 ? vector / length : glm::dvec3(0.0);
 }
 
+/// Whether a mesh has anything that is interpolated between its vertices.
+bool has_attributes(const Mesh& mesh)
+{
+    return !mesh.normals().empty() || !mesh.colors().empty() || !mesh.values().numbers.empty();
+}
+
 /// A shading normal on the same side as the face's normal, as seen by the viewer: one that is beyond the horizon is
 /// moved back to it.
 glm::dvec3 on_same_side(const glm::dvec3& normal, const glm::dvec3& face_normal, const glm::dvec3& to_viewer)
@@ -78,7 +84,7 @@ void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curv
         if (entry.surface->options().inside == Inside::above)
             point.curvature.mean = -point.curvature.mean;
     }
-    if (entry.mesh && (!entry.mesh->normals().empty() || !entry.mesh->colors().empty())) {
+    if (entry.mesh && has_attributes(*entry.mesh)) {
         const Mesh& mesh = *entry.mesh;
         const glm::uvec3& face = mesh.faces()[hit.primitive_id];
         const auto& vertices = mesh.vertices();
@@ -89,6 +95,8 @@ void SurfaceLookup::complete(SurfacePoint& point, const Hit& hit, bool with_curv
                 weights.x * colors[face.x] + weights.y * colors[face.y] + weights.z * colors[face.z];
             point.vertex_color = glm::max(between, 0.0); // rounding may leave the triangle
         }
+        if (const auto& values = mesh.values().numbers; !values.empty())
+            point.value = weights.x * values[face.x] + weights.y * values[face.y] + weights.z * values[face.z];
         if (const auto& normals = mesh.normals(); !normals.empty()) {
             const glm::dvec3 between = weights.x * unit(normals[face.x]) + weights.y * unit(normals[face.y]) +
                                        weights.z * unit(normals[face.z]);

@@ -15,14 +15,14 @@
 
 namespace isospline {
 
-/// Looks up, for hits of a scene, normals and colours interpolated between the vertices of a mesh, and curvatures and
-/// caps of isosurfaces.
+/// Looks up, for hits of a scene, normals, colours and values interpolated between the vertices of a mesh, and
+/// curvatures and caps of isosurfaces.
 class SurfaceLookup {
 public:
     explicit SurfaceLookup(const SceneSnapshot& scene);
 
-    /// Whether a hit has everything except the curvature: it is not on a cap, and not on a mesh with its own normals or
-    /// colours.
+    /// Whether a hit has everything except the curvature and the value: it is not on a cap, and not on a mesh with its
+    /// own normals or colours.
     bool is_plain(const Hit& hit) const { return hit.primitive_id < entry(hit.geometry_id).plain_primitives; }
 
     /// Completes a point with given position, normal and direction to the viewer.

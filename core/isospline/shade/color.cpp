@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 namespace isospline {
@@ -58,6 +59,12 @@ glm::dvec3 by_rule(const ColorByDistance& color, const SurfacePoint& point)
     return color_of(color.map, color.distance->at(point.position));
 }
 
+glm::dvec3 by_rule(const ColorByValue& color, const SurfacePoint& point)
+{
+    constexpr double grey = 0.397; // as "darkgray", PyVista's colour of NaN
+    return std::isnan(point.value) ? glm::dvec3(grey) : color_of(color.map, point.value);
+}
+
 } // namespace
 
 void validate(const ColorMap& map)
@@ -92,6 +99,8 @@ void validate(const char* parameter, const Color& color)
         validate(by_depth->map);
     else if (const auto* by_distance = std::get_if<ColorByDistance>(&color))
         validate(by_distance->map);
+    else if (const auto* by_value = std::get_if<ColorByValue>(&color))
+        validate(by_value->map);
 }
 
 bool needs_curvature(const Color& color)

@@ -71,8 +71,16 @@ struct ColorByDistance {
     std::string label = {}; ///< what the distance is, for colour bars
 };
 
+/// By the value of a mesh at the point, between those of its vertices. Points without one are grey.
+struct ColorByValue {
+    ColorMap map;
+    bool fit_limits = false; ///< whether map.limits are still to be set, to the values of the objects
+    std::string label = {};  ///< what the values are, for colour bars
+};
+
 /// Linear red, green and blue, or a rule for them.
-using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth, ColorByDistance>;
+using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth, ColorByDistance,
+                           ColorByValue>;
 
 /// The colour of caps; nothing means the surface's own. A rule is not lit: its colours are read off a colour bar.
 using CapColor = std::optional<Color>;

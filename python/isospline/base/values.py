@@ -23,6 +23,7 @@ VALUE_TYPES = (
     _core.ColorByDepth,
     _core.ColorByDistance,
     _core.ColorByNormal,
+    _core.ColorByValue,
     _core.ColorByVolume,
     _core.DirectionalLight,
     _core.EnvironmentLight,

@@ -13,11 +13,18 @@ from .. import _core
 from ..base.parameters import check_type
 from ..colors import linear_to_srgb, srgb_to_linear
 from .image import Image
+from .rules import COLORS, depends_on_object
 
 Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
 
-_WITH_MAP = (_core.ColorByVolume, _core.ColorByCurvature, _core.ColorByDepth, _core.ColorByDistance)
+_WITH_MAP = (
+    _core.ColorByVolume,
+    _core.ColorByCurvature,
+    _core.ColorByDepth,
+    _core.ColorByDistance,
+    _core.ColorByValue,
+)
 # Fractions of the picture: the free border, and the largest length of a scale bar.
 BORDER, _LONGEST = 0.04, 0.25
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
@@ -120,11 +127,10 @@ def color_rules(look):
     looks = list(look.values()) if isinstance(look, Mapping) else [look]
     if hasattr(look, "materials"):  # of path tracers and studios
         looks = [*look.materials.values(), look.material]
-    names = ("color", "surface_color", "cap_color")
-    colors = [getattr(each, name, None) for each in looks for name in names]
+    colors = [getattr(each, name, None) for each in looks for name in COLORS]
     rules = []
     for color in colors:
-        if isinstance(color, _WITH_MAP) and color not in rules:
+        if isinstance(color, _WITH_MAP) and not depends_on_object(color) and color not in rules:
             rules.append(color)
     return rules
 

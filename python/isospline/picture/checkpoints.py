@@ -144,6 +144,8 @@ def _feed(digest, value):
         _feed(digest, ("Volume", value.__getstate__()))
     elif isinstance(value, _core.Mesh):
         _feed(digest, ("Mesh", value.vertices, value.faces, value.normals, value.colors, value.material))
+        if value.values is not None:
+            _feed(digest, value.values)
     elif isinstance(value, dict):
         _feed(digest, [(str(name), value[name]) for name in sorted(value, key=str)])
     elif isinstance(value, (list, tuple)):

@@ -12,6 +12,7 @@ from ..base.system import warn
 from .environments import upright
 from .materials import look_of
 from .path_tracer import PathTracer
+from .rules import completed, is_incomplete, own_material
 from .studio import Studio
 
 if TYPE_CHECKING:
@@ -39,7 +40,8 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
     """The light with the looks of all objects of a scene.
 
     The look of an object is, in this order: what a dict of lights or materials says about it; `color` and `opacity`;
-    its own material; that of the light. The result may be resolved again, which changes nothing.
+    its own material; for a mesh, the values at its vertices; that of the light. Rules that depend on the object are
+    completed. The result may be resolved again, which changes nothing.
 
     Returns
     -------
@@ -68,11 +70,12 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
     for each in (*given.values(), light):
         if not isinstance(each, _SHADINGS):
             raise TypeError(sentence("light", _EXPECTED if each is light else "shadings in the dict", each))
-    own = {id: material for id, material in _own(scene).items() if material is not None}
-    if not (given or own or changes):
+    items = _items(scene)
+    own = _own(items)
+    if not (given or own or changes or is_incomplete(light)):
         return light
-    shadings = {id: _shaded(light, own.get(id), changes) for id in scene.ids}
-    return shadings | given
+    shadings = {id: _shaded(light, own.get(id), changes) for id in items} | given
+    return completed(shadings, items)
 
 
 def named(light: Light) -> Light:
@@ -98,14 +101,23 @@ def in_environment(light: Light, environment: Any, up: Any) -> PathTracer:
 def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, _core.Material]:
     """The material of each object that differs from that of the light."""
     given = by_geometry_id(scene, light.materials, "materials")
-    found = {id: material for id, material in _own(scene).items() if material is not None}
+    items = _items(scene)
+    found = _own(items)
     if changes:
-        found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in scene.ids}
-    return found | given
+        found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in items}
+    found |= given
+    if light.material and is_incomplete(light.material):
+        found = dict.fromkeys(items, light.material) | found
+    return completed(found, items)
 
 
-def _own(scene: _core.Scene) -> dict[int, _core.Material | None]:
-    return {id: item.material for id, item, *_ in scene._placed_objects()}
+def _items(scene: _core.Scene) -> dict[int, Any]:
+    return {id: item for id, item, *_ in scene._placed_objects()}
+
+
+def _own(items: dict[int, Any]) -> dict[int, _core.Material]:
+    materials = {id: own_material(item) for id, item in items.items()}
+    return {id: material for id, material in materials.items() if material is not None}
 
 
 def _shaded(shading: Any, material: _core.Material | None, changes: dict[str, Any]) -> Any:

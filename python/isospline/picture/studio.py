@@ -45,6 +45,7 @@ _RULES = (
     _core.ColorByNormal,
     _core.ColorByDepth,
     _core.ColorByDistance,
+    _core.ColorByValue,
 )
 _BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 

@@ -13,6 +13,7 @@ from .. import _core
 from ..colors import BACKGROUND, color_of
 from ..picture.cameras import camera_for
 from ..picture.rendering import render, unit_of
+from ..picture.rules import own_material
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
 
@@ -34,7 +35,7 @@ def picture(item):
     """The image of an object that a notebook shows."""
     scene = as_scene(item)
     looks = {
-        id: _core.Material(color_of(place)) if shown.material is None else shown.material
+        id: own_material(shown) or _core.Material(color_of(place))
         for place, (id, shown, *_) in enumerate(scene._placed_objects())
     }
     seen = scene if np.isfinite(scene.extent(np.eye(3))).all() else [[-1] * 3, [1] * 3]

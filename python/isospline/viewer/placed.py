@@ -50,7 +50,8 @@ def placed_mesh(mesh, transform):
     if normals is not None:
         normals = normals @ np.linalg.inv(linear)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return _core.Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, normals, mesh._colors(), mesh.material)
+    attributes = normals, mesh._colors(), mesh.material, mesh.values, mesh.values_name
+    return _core.Mesh(mesh.vertices @ linear.T + transform[:3, 3], faces, *attributes)
 
 
 def _restored(kind, state):

@@ -35,7 +35,7 @@ TEST_CASE("a colour map has straight lines between its colours", "[shade]")
     REQUIRE(color_of(reversed, 10.5) == color_of(map, 13.5));
 }
 
-TEST_CASE("colours follow from normal, depth and curvature, and vertices multiply them", "[shade]")
+TEST_CASE("colours follow from normal, depth, value and curvature, and vertices multiply them", "[shade]")
 {
     SurfacePoint point;
     point.normal = {0.0, 0.6, -0.8};
@@ -44,6 +44,9 @@ TEST_CASE("colours follow from normal, depth and curvature, and vertices multipl
     const ColorMap map{{glm::dvec3(0.0), glm::dvec3(1.0)}, {0.0, 10.0}};
     REQUIRE(color_at(ColorByNormal{}, point) == glm::dvec3(0.5, 0.8, 0.5 * (1.0 - 0.8)));
     REQUIRE(color_at(ColorByDepth{map}, point).g == Approx(0.25));
+    REQUIRE(color_at(ColorByValue{map}, point) == glm::dvec3(0.397)); // no value
+    point.value = 4.0;
+    REQUIRE(color_at(ColorByValue{map}, point).g == Approx(0.4));
     const auto curvature = [&](CurvatureKind kind) { return color_at(ColorByCurvature{kind, map}, point).g; };
     REQUIRE(curvature(CurvatureKind::mean) == Approx(0.05));
     REQUIRE(curvature(CurvatureKind::gaussian) == Approx(0.009));
@@ -80,5 +83,6 @@ TEST_CASE("bad colours are refused", "[shade]")
     refused(ColorByDepth{{{glm::dvec3(1.0), glm::dvec3(not_a_number)}, {0.0, 1.0}}}, "cmap");
     refused(ColorByCurvature{CurvatureKind::mean, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {2.0, 2.0}}}, "limits");
     refused(ColorByVolume{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {0.0, not_a_number}}}, "limits");
+    refused(ColorByValue{{{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
     refused(ColorByDistance{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
 }

@@ -32,6 +32,8 @@ VALUES = [
     isospline.ColorByDepth([(0, 0, 0), (1, 1, 1)], limits=(1, 2)),
     isospline.ColorByDistance(isospline.Isosurface(VOLUME, FIELD.level), limits=(-1, 2), label="deviation"),
     isospline.ColorByNormal(),
+    isospline.ColorByValue(),
+    isospline.ColorByValue([(0, 0, 0), (1, 1, 1)], limits=(1, 2), label="pressure in Pa"),
     isospline.ColorByVolume(
         VOLUME, limits=(0, 1), transform=[(2, 0.1, 0, 3), (0, 1.7, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
     ),

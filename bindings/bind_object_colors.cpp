@@ -1,0 +1,172 @@
+#include "bind.h"
+#include "color_maps.h"
+#include "long_call.h"
+
+#include "isospline/render/distance_field.h"
+#include "isospline/scene/scene.h"
+#include "isospline/util/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace py = pybind11;
+
+namespace isospline {
+
+namespace {
+
+/// The distance from a scene, which Python gets back.
+class SceneDistance : public DistanceField {
+public:
+    SceneDistance(std::shared_ptr<Scene> scene, std::shared_ptr<const SceneSnapshot> snapshot, bool is_signed,
+                  double largest)
+        : DistanceField(std::move(snapshot), is_signed, largest), scene_(std::move(scene)), is_signed_(is_signed)
+    {
+    }
+
+    static const SceneDistance& of(const ColorByDistance& color)
+    {
+        return dynamic_cast<const SceneDistance&>(*color.distance);
+    }
+    const std::shared_ptr<Scene>& scene() const { return scene_; }
+    bool is_signed() const { return is_signed_; }
+
+private:
+    std::shared_ptr<Scene> scene_;
+    bool is_signed_;
+};
+
+void bind_by_distance(py::module_& module)
+{
+    const auto make = [](const py::object& other, const py::object& cmap, Limits limits, bool is_signed,
+                         std::string label) {
+        ColorByDistance color{nullptr, as_color_map(cmap, limits), std::move(label)};
+        const py::object scene =
+            py::module_::import("isospline.interop.conversions").attr("as_target")(other, is_signed);
+        const double largest = std::max(std::abs(limits.first), std::abs(limits.second));
+        auto shared = scene.cast<std::shared_ptr<Scene>>();
+        long_call("to index the other objects", py::none(), [&](const Progress& progress) {
+            color.distance = std::make_shared<SceneDistance>(shared, shared->snapshot(progress), is_signed, largest);
+        });
+        return color;
+    };
+    py::class_<ColorByDistance> color_class(module, "ColorByDistance", R"(The colour of a surface by its distance.
+
+The distance is that of `Scene.closest_points`, from each point to the nearest one of the other objects, in world units,
+to a millionth of a cell; it takes some microseconds for each ray of a pixel.
+
+Parameters
+----------
+other : Isosurface, Mesh, Scene, a mesh of another library, or (N, 3) array_like
+    The objects as they are now, in the world of the scene that is rendered; or points.
+cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
+limits : (float, float)
+    Distances of the first and of the last colour, world units.
+signed : bool
+    Whether distances are negative inside of the other objects, of which meshes must be closed, as in
+    `Scene.signed_distance`.
+label : str
+    The title of the colour bar; by default "distance" or "signed distance", with the unit.
+
+Raises
+------
+ValueError
+    For limits that are equal or not finite, an unknown map, objects without points, and signed distances of points.
+
+Examples
+--------
+>>> import isospline
+>>> field = isospline.volumes.sphere(0.7)
+>>> scan = isospline.Isosurface(field.volume(32), field.level)
+>>> part = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+>>> deviation = isospline.ColorByDistance(part, limits=(-0.5, 0.5))
+>>> isospline.render(scan, color=deviation, size=(32, 24))
+Image(32 x 24, 42% covered)
+)");
+    color_class.def(py::init(make), py::arg("other"), py::arg("cmap") = "coolwarm", py::kw_only(), py::arg("limits"),
+                    py::arg("signed") = true, py::arg("label") = "");
+    bind_map(color_class);
+    color_class
+        .def_property_readonly(
+            "other",
+            [](const ColorByDistance& color) -> py::object { return py::cast(SceneDistance::of(color).scene()); },
+            "Scene: the objects from which the distance is measured.")
+        .def_property_readonly(
+            "signed", [](const ColorByDistance& color) { return SceneDistance::of(color).is_signed(); },
+            "bool: whether distances are negative inside of the other objects.")
+        .def_readonly("label", &ColorByDistance::label, "str: the title of the colour bar; empty if it was not given.")
+        .def("__repr__", [](const ColorByDistance& color) {
+            const py::object scene = py::cast(SceneDistance::of(color).scene());
+            return "ColorByDistance(" + py::repr(scene).cast<std::string>() + ", " + limits_text(color.map) + ")";
+        });
+}
+
+void bind_by_value(py::module_& module)
+{
+    const auto make = [](const py::object& cmap, std::optional<Limits> limits, std::string label) {
+        return ColorByValue{as_color_map(cmap, limits.value_or(Limits{0.0, 1.0})), !limits, std::move(label)};
+    };
+    py::class_<ColorByValue> color_class(module, "ColorByValue", R"(The colour of a mesh by the values at its vertices.
+
+Inside of a triangle with the values v and barycentric coordinates b, the value is
+
+.. math:: b_0 v_0 + b_1 v_1 + b_2 v_2
+
+A mesh with different values, but without a colour and colours of its vertices, has this colour by default.
+
+Parameters
+----------
+cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
+limits : (float, float), optional
+    Values of the first and of the last colour; by default the smallest and the largest value of all meshes with this
+    rule whose values have the same name.
+label : str
+    The title of the colour bar: what the values are, with their unit, such as ``"temperature in K"``. By default
+    `Mesh.values_name`.
+
+Raises
+------
+ValueError
+    For limits that are equal or not finite, an unknown map.
+
+Notes
+-----
+Where a corner's value is NaN, a triangle is grey, as are meshes without values, and isosurfaces. Other values that are
+not finite do not count for the default limits. If all values are the same, their colour is the middle one.
+
+Examples
+--------
+>>> import isospline
+>>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+>>> mesh = isospline.Mesh(corners, [(0, 1, 2)], values=[20, 30, 40], values_name="temperature in K")
+>>> isospline.render(mesh, size=(32, 24), annotate=True)
+Image(32 x 24, 3% covered)
+>>> hot = isospline.Mesh(mesh, color=isospline.ColorByValue("magma", limits=(0, 100)))
+)");
+    color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none(),
+                    py::arg("label") = "");
+    bind_map(color_class);
+    color_class
+        .def_readonly("label", &ColorByValue::label, "str: the title of the colour bar; empty if it was not given.")
+        .def("__repr__", [](const ColorByValue& color) {
+            return "ColorByValue(" + (color.fit_limits ? "" : limits_text(color.map)) + ")";
+        });
+}
+
+} // namespace
+
+void bind_object_colors(py::module_& module)
+{
+    bind_by_distance(module);
+    bind_by_value(module);
+}
+
+} // namespace isospline

@@ -1,0 +1,76 @@
+"""Colour rules that depend on the objects which they colour, completed for a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+
+#: The colours of a material or a shading.
+COLORS = ("color", "surface_color", "cap_color")
+
+
+def own_material(item: Any) -> _core.Material | None:
+    """The material of an object. The colour of a mesh with different values and no colour is by its values."""
+    material: _core.Material | None = item.material
+    is_bare = isinstance(item, _core.Mesh) and item._colors() is None and item.color is None
+    if is_bare and item.values is not None and _differ(item.values):
+        return (material or _core.Material()).replace(color=_core.ColorByValue())
+    return material
+
+
+def depends_on_object(rule: Any) -> bool:
+    """Whether a colour is a rule that is not complete without an object."""
+    return isinstance(rule, _core.ColorByValue) and rule.limits is None
+
+
+def is_incomplete(look: Any) -> bool:
+    """Whether a material or a shading has a rule that depends on the object."""
+    return look is not None and any(map(depends_on_object, _rules(look).values()))
+
+
+def completed(looks: Mapping[int, Any], items: Mapping[int, Any]) -> dict[int, Any]:
+    """Materials or shadings of objects, by geometry id, with complete rules. Objects with one rule share its limits."""
+    found = dict(looks)
+    for id, look in looks.items():
+        changes = {}
+        for name, rule in _rules(look).items():
+            if depends_on_object(rule):
+                peers = [items[other] for other, each in looks.items() if rule in _rules(each).values()]
+                changes[name] = _by_value(rule, items[id], peers)
+        if changes:
+            found[id] = look.replace(**changes)
+    return found
+
+
+def _rules(look):
+    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _core.ColorByValue)}
+
+
+def _differ(values):
+    """Whether there are different finite numbers: contours of PyVista have the level at each vertex."""
+    finite = values[np.isfinite(values)]
+    return finite.size > 0 and finite.min() < finite.max()
+
+
+def _by_value(rule, item, peers):
+    """A rule by values with limits, and with the name of the values of an object."""
+    named = [each for each in peers if isinstance(each, _core.Mesh) and each.values is not None]
+    label = rule.label
+    if item in named:
+        named = [each for each in named if each.values_name == item.values_name]
+        label = label or item.values_name
+    return rule.replace(limits=_range(each.values for each in named), label=label)
+
+
+def _range(arrays: Iterable[Any]) -> tuple[float, float]:
+    """The smallest and the largest finite number, or limits around it if there is only one."""
+    finite = [each for array in arrays if (each := array[np.isfinite(array)]).size]
+    if not finite:
+        return 0.0, 1.0
+    lower, upper = min(float(each.min()) for each in finite), max(float(each.max()) for each in finite)
+    half = 0.0 if lower < upper else max(abs(lower), 1.0) / 2
+    return lower - half, upper + half
