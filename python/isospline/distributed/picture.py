@@ -13,6 +13,7 @@ from ..base.parameters import check_count, check_path, check_type
 from ..picture.annotations import annotated, check_annotations
 from ..picture.cameras import camera_for
 from ..picture.image import Image
+from ..picture.layers import compiled, names_of
 from ..picture.lights import resolve
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
@@ -89,8 +90,9 @@ class PictureInTheMaking:
         for done, future in enumerate(dask_distributed().as_completed(self._futures)):
             canvas.paste(future.result())
             _report(progress, (done + 1) / len(self._futures))
+        image = Image(canvas.image()._arrays, self._layers)
         return annotated(
-            canvas.image(), self._marks, self._camera, self._scene.here if self._marks else None, self._look, self._unit
+            image, self._marks, self._camera, self._scene.here if self._marks else None, self._look, self._unit
         )
 
     def close(self) -> None:
@@ -118,7 +120,8 @@ class PictureInTheMaking:
         self._marks = check_annotations(options.pop("annotate", ()), self._camera, self._look, self._unit)
         if self._marks and crop is not None:
             raise ValueError(f"annotate: cannot be combined with a crop, got {', '.join(self._marks)}")
-        self._options = options
+        self._layers = names_of(options.get("layers", ()))
+        self._options = options | {"layers": compiled(self._layers)}
 
     def _submit(self, function, *arguments):
         return submit(self._client, function, *arguments, priority=self._priority)

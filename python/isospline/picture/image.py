@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import numbers
 import os
+from collections.abc import Iterable
+from copy import copy
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +18,7 @@ from ..base.parameters import check_count, check_path, check_type
 from ..base.signatures import explained_methods
 from ..base.system import whole_file
 from ..base.values import same
+from .layers import IDS, MASK
 from .pixels import denoiser, over_black, row_bands
 from .tone import CURVES, tone_mapped
 
@@ -25,9 +28,8 @@ def _layer(name: str, doc: str) -> Any:
 
     def get(self: Image) -> Any:
         array = getattr(self._arrays, name)
-        if array is None:
-            held = ", ".join(self.layers) or "no layers"
-            raise AttributeError(f'{name}: expected render(..., layers=("{name}",)) for it, got an image with {held}')
+        if array is None or (name == IDS and not self._has_ids):
+            raise self._missing(name)
         return array
 
     return property(get, doc=doc)
@@ -42,10 +44,17 @@ class Image:
     The arrays share the image's memory.
     """
 
-    __slots__ = ("_arrays",)
+    __slots__ = ("_arrays", "_has_ids", "_has_mask")
 
-    def __init__(self, arrays: _core.Image):
+    def __init__(self, arrays: _core.Image, layers: Iterable[str] = ()):
         self._arrays = arrays
+        # The mask is made of the geometry ids, which are not a layer of the image unless they are named, too.
+        self._has_mask = MASK in layers
+        self._has_ids = not self._has_mask or IDS in layers
+
+    def _missing(self, name: str) -> AttributeError:
+        held = ", ".join(self.layers) or "no layers"
+        return AttributeError(f'{name}: expected render(..., layers=("{name}",)) for it, got an image with {held}')
 
     @property
     def color(self) -> NDArray[np.float32]:
@@ -149,9 +158,19 @@ class Image:
     )
 
     @property
+    def mask(self) -> NDArray[np.bool_]:
+        """(height, width) bool array: where the ray hit an object. Made anew at each access, and not writable."""
+        if not self._has_mask:
+            raise self._missing(MASK)
+        mask = np.asarray(self._arrays.geometry_ids != _core.INVALID_ID)
+        mask.setflags(write=False)
+        return mask
+
+    @property
     def layers(self) -> tuple[str, ...]:
         """The names of the image's layers."""
-        return tuple(name for name in _core.LAYERS if getattr(self._arrays, name) is not None)
+        names = [name for name in _core.LAYERS if getattr(self._arrays, name) is not None]
+        return tuple(name for name in names if name != IDS or self._has_ids) + ((MASK,) if self._has_mask else ())
 
     @property
     def size(self) -> tuple[int, int]:
@@ -194,12 +213,14 @@ class Image:
         return pixels.copy() if copy and pixels.base is not None else pixels
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Image) and same(self._arrays.__getstate__(), other._arrays.__getstate__())
+        if not isinstance(other, Image) or self.layers != other.layers:
+            return False
+        return same(self._arrays.__getstate__(), other._arrays.__getstate__())
 
     __hash__ = None  # type: ignore[assignment]
 
     def __copy__(self) -> Image:
-        return Image(self._arrays.copy())
+        return Image(self._arrays.copy(), self.layers)
 
     def to_srgb(self) -> NDArray[np.uint8]:
         """Convert the colour for display.
@@ -246,7 +267,7 @@ class Image:
         check_type(exposure, "exposure", numbers.Real, "a number")
         if not -64 <= exposure <= 64:
             raise ValueError(f"exposure: expected stops from -64 to 64, got {exposure!r}")
-        result = Image(self._arrays.copy())
+        result = copy(self)
         color = result.color
         for rows in row_bands(color):
             alpha = color[rows][..., 3:]
@@ -268,7 +289,7 @@ class Image:
             A new image, with the same layers.
         """
         red, green, blue, opacity = _core.background_color(background)
-        result = Image(self._arrays.copy())
+        result = copy(self)
         color = result.color
         behind = (1 - color[..., 3:]) * opacity
         color[..., :3] += behind * np.array((red, green, blue), np.float32)
@@ -289,7 +310,7 @@ class Image:
             If the package pyoidn is not installed.
         """
         denoise = denoiser()
-        result = Image(self._arrays.copy())
+        result = copy(self)
         # Use colour only: albedo and normal are those of the pixel's centre and would add jagged edges.
         result.color[..., :3] = denoise(np.ascontiguousarray(self.color[..., :3]), hdr=True)
         return result
@@ -307,7 +328,7 @@ class Image:
             (depth), P.X P.Y P.Z (position), N.X N.Y N.Z (normal), albedo.R albedo.G albedo.B, gradient_magnitude,
             curvature.mean curvature.gaussian, ambient_occlusion, direct.R direct.G direct.B, variance.R variance.G
             variance.B, certified, id.geometry, and id.primitive and id.primitive_high; a primitive id is
-            ``id.primitive + 2**32 * id.primitive_high``.
+            ``id.primitive + 2**32 * id.primitive_high``. A mask is stored as id.geometry.
         half : bool
             Store R, G, B and A of an OpenEXR file in 16 instead of 32 bits.
         quality : int

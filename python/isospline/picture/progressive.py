@@ -16,12 +16,14 @@ from ..base.signatures import explained, explained_methods
 from . import checkpoints
 from .cameras import camera_for
 from .image import Image
+from .layers import compiled, names_of
 from .lights import named, resolve
 from .path_tracer import PathTracer
 from .scenes import as_scene
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Camera, _Layer, _Progress
+    from .._core import _Background, _Camera, _Progress
+    from .layers import Layer
 
 
 #: Seconds between two checkpoints of `ProgressiveRenderer.run`.
@@ -84,7 +86,7 @@ class ProgressiveRenderer:
         size: tuple[int, int] = (640, 360),
         light: PathTracer | Literal["path-trace"] | None = None,
         background: _Background = None,
-        layers: Iterable[_Layer] = (),
+        layers: Iterable[Layer] = (),
         ambient_occlusion_samples: int = 16,
         encoding: Literal["linear", "srgb8"] = "linear",
     ) -> None:
@@ -94,13 +96,14 @@ class ProgressiveRenderer:
             check_type(light, "light", (PathTracer, _core.PathTracer), "a PathTracer")
         camera = camera_for(scene, size=size) if camera is None else camera
         path_tracer = resolve(scene, PathTracer() if light is None else light)
+        self._layers = names_of(layers)
         self._renderer = _core.ProgressiveRenderer(
             scene,
             camera,
             size=size,
             path_tracer=path_tracer,
             background=background,
-            layers=layers,
+            layers=compiled(self._layers),
             ambient_occlusion_samples=ambient_occlusion_samples,
             encoding=encoding,
         )
@@ -260,7 +263,7 @@ class ProgressiveRenderer:
     @property
     def image(self) -> Image:
         """The picture so far, as a new `Image`; empty before the first step."""
-        return Image(self._renderer.image())
+        return Image(self._renderer.image(), self._layers)
 
     @property
     def samples(self) -> int:

@@ -11,13 +11,15 @@ from ..base.signatures import explained
 from .annotations import BORDER, Annotation, annotated, check_annotations, color_bars, covered_pixels
 from .cameras import camera_beside, camera_for
 from .image import Image
+from .layers import compiled, names_of
 from .legends import Legend, Row, legend_rows
 from .lights import Light, in_environment, resolve
 from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Camera, _Color, _Layer, _Progress
+    from .._core import _Background, _Camera, _Color, _Progress
+    from .layers import Layer
 
 # The largest part of a picture's width for marks.
 _MOST = 0.6
@@ -37,7 +39,7 @@ def render(
     crop: tuple[int, int, int, int] | None = None,
     background: _Background = None,
     samples: int = 1,
-    layers: Iterable[_Layer] = (),
+    layers: Iterable[Layer] = (),
     ambient_occlusion_samples: int = 16,
     encoding: Literal["linear", "srgb8"] = "linear",
     annotate: bool | Annotation | Iterable[Annotation] = (),
@@ -89,7 +91,7 @@ def render(
         layers.
     layers : sequence of str
         Further arrays of the `Image`, by name: "depth", "position", "normal", "albedo", "gradient_magnitude",
-        "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "certified" and, with a path tracer,
+        "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "mask", "certified" and, with a path tracer,
         "direct" and "variance". Only named layers are computed and stored: a picture without layers is the fastest.
     ambient_occlusion_samples : int
         Rays per pixel for the layer "ambient_occlusion", from 1 to 65536.
@@ -157,19 +159,22 @@ def render(
             camera = camera_beside(space_for(size, marks, rows, look, scene, unit), scene, size=size)
     elif has_columns:
         covered = covered_pixels(scene, camera, size)
-    options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
+    named_layers = names_of(layers)
+    options: dict[str, Any] = {"size": size, "crop": crop, "layers": compiled(named_layers), "background": background}
     options["ambient_occlusion_samples"] = ambient_occlusion_samples
     if isinstance(look, Studio):
         if encoding != "linear":
             raise ValueError(f"encoding: {encoding!r} cannot be combined with a Studio: use Image.to_srgb()")
-        image = render_in_studio(scene, camera, look, progress=as_callable(progress), samples=samples, **options)
+        lit = render_in_studio(scene, camera, look, progress=as_callable(progress), samples=samples, **options)
+        arrays = lit._arrays
     elif isinstance(look, _core.PathTracer):
         renderer = _core.ProgressiveRenderer(scene, camera, path_tracer=look, encoding=encoding, **options)
         renderer.step(samples, progress=progress)
-        image = Image(renderer.image())
+        arrays = renderer.image()
     else:
         options.update(samples=samples, encoding=encoding, progress=progress)
-        image = Image(_core.render(scene, camera, shading=look, **options))
+        arrays = _core.render(scene, camera, shading=look, **options)
+    image = Image(arrays, named_layers)
     Legend(image.size, rows).draw(image, covered)
     return annotated(image, marks, camera, scene, look, unit, covered)
 

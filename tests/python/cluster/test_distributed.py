@@ -56,7 +56,7 @@ def shuffled(monkeypatch):
 
 LOOKS = {
     "layers": dict(light=isospline.Phong(), layers=LAYERS),
-    "samples": dict(light=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth",)),
+    "samples": dict(light=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth", "mask")),
     "srgb8": dict(samples=3, encoding="srgb8", background="white"),
 }
 OF_TILES = {

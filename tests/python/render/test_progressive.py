@@ -54,6 +54,10 @@ def test_all_but_colour_is_that_of_the_pixels_centres(scene, camera):
     for name in ("depth", "position", "normal", "geometry_ids", "primitive_ids", "world_to_camera", "world_to_ndc"):
         np.testing.assert_array_equal(getattr(traced, name), getattr(plain, name))
     assert "variance" not in plain.layers
+    masked = isospline.ProgressiveRenderer(scene, camera, size=SIZE, layers=["mask"])
+    masked.step()
+    assert masked.image.layers == ("mask",)
+    np.testing.assert_array_equal(masked.image.mask, np.isfinite(plain.depth))
     assert np.isinf(traced.variance).all()  # one sample does not determine the variance
 
 

@@ -1,5 +1,8 @@
 """Albedo, gradient magnitude, curvature, ambient occlusion and direct light of images against closed forms."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from layered import render
@@ -67,6 +70,7 @@ LAYERS = {
     "variance": (np.float32, (3,)),
     "geometry_ids": (np.uint32, ()),
     "primitive_ids": (np.uint64, ()),
+    "mask": (np.bool_, ()),
 }
 TRACED = ("direct", "variance")
 
@@ -93,6 +97,33 @@ def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
                 message = rf'{name}: expected render\(..., layers=\("{name}",\)\) for it, got an image with {held}'
                 with pytest.raises(AttributeError, match=f"^{message}$"):
                     getattr(image, name)
+
+
+def test_the_mask_has_the_pixels_whose_rays_hit(tmp_path):
+    """Also in light with a ground, through translucent surfaces, in copies, pickles and files."""
+    scene = isospline.Scene([ball(), square(12, height=-7)])
+    expected = np.isfinite(scene.cast_rays(OUTSIDE.rays((40, 30)))["t_hit"])
+    assert 0.1 < expected.mean() < 0.9
+    for light in (None, isospline.Studio(light_samples=1), isospline.Phong(opacity=0.2), isospline.PathTracer()):
+        image = isospline.render(scene, OUTSIDE, size=(40, 30), light=light, layers=["depth", "mask"], background="red")
+        np.testing.assert_array_equal(image.mask, expected)
+        assert image.layers == ("depth", "mask") and not image.mask.flags.writeable
+    for same in (copy.copy(image), copy.deepcopy(image), pickle.loads(pickle.dumps(image)), image.over("blue")):
+        assert same.layers == image.layers
+        np.testing.assert_array_equal(same.mask, expected)
+    both = isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask", "geometry_ids"])
+    assert both.layers == ("geometry_ids", "mask") and repr(both).startswith("Image(40 x 30, geometry_ids, mask, ")
+    assert both != isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask"])
+    np.testing.assert_array_equal(both.geometry_ids != isospline.INVALID_ID, expected)
+
+    image.save(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as found:
+        assert "geometry_ids" not in found and found["mask"].dtype == bool
+        np.testing.assert_array_equal(found["mask"], expected)
+    image.save(tmp_path / "a.exr")
+    openexr = pytest.importorskip("OpenEXR")
+    with openexr.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        np.testing.assert_array_equal(file.channels()["id.geometry"].pixels != isospline.INVALID_ID, expected)
 
 
 @pytest.mark.parametrize("lens", [False, True])
@@ -264,7 +295,8 @@ def test_bad_layers(integrator):
 
     for rays in (-1, 0, 65537):
         fails(ValueError, "ambient_occlusion_samples: expected .* got ", ambient_occlusion_samples=rays)
-    names = ", ".join(f'"{name}"' for name in (*LAYERS, "certified"))
+    *others, last = LAYERS
+    names = ", ".join(f'"{name}"' for name in (*others, "certified", last))
     fails(ValueError, f'layers: expected names among {names}, got "z"', layers=("depth", "z"))
     fails(TypeError, r'layers: expected a sequence of names, such as \("depth",\), got \'depth\'', layers="depth")
     fails(TypeError, "layers: expected a sequence of names, .* got None", layers=None)
