@@ -56,7 +56,7 @@ std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Cam
 
     auto image = std::make_unique<Image>();
     long_call("to render " + size_text(options.size.x, options.size.y), progress, [&](const Progress& report) {
-        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1));
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1), ray_count(options));
         const Progress rest = part_of(report, 0.1, 1.0);
         *image = fragments ? render_part(*snapshot, camera, options, *fragments, rest)
                            : render(*snapshot, camera, options, rest);

@@ -1,7 +1,7 @@
 // The intersectors of cells of one degree. Included once for each SIMD target.
 #include "isospline/cell/bracket-inl.h"
 #include "isospline/cell/intersector.h"
-#include "isospline/cell/packet-inl.h"
+#include "isospline/cell/packet_crossings-inl.h"
 #include "isospline/cell/single_ray-inl.h"
 
 #include <glm/geometric.hpp>
@@ -61,19 +61,69 @@ void bracket_all_roots(const CellCoefficients& cell, const LatticeRay& ray, std:
         crossings.push_back({*root, glm::dot(root->gradient, ray.direction) > 0.0});
 }
 
+using AllRootsFunction = void (*)(const CellCoefficients& cell, const LatticeRay& ray,
+                                  std::vector<CrossingInCell>& crossings);
+
+// One ray after the other.
+template <int Degree, AllRootsFunction all_roots>
+void visit_roots_of(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                    const RootVisitor& visitor)
+{
+    std::vector<CrossingInCell> crossings;
+    for (LaneMask rest = cells.lanes; rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        crossings.clear();
+        if (cells.are_copied)
+            all_roots(CellOfLane<Degree>(cells, threshold, lane), rays.ray(lane), crossings);
+        else
+            all_roots(CellCoefficients(cells.only, threshold, cells.lower_of_only), rays.ray(lane), crossings);
+        for (const CrossingInCell& crossing : crossings)
+            visitor.visit(visitor.context, lane, crossing.root);
+    }
+}
+
+template <int Degree, AllRootsFunction all_roots>
+LaneMask count_roots_of(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                        std::uint8_t* counts)
+{
+    struct Found {
+        std::uint8_t* counts;
+        LaneMask lanes;
+    } found{counts, 0};
+    const auto count = [](void* context, int lane, const RootInCell&) {
+        Found& of = *static_cast<Found*>(context);
+        const LaneMask bit = LaneMask{1} << lane;
+        of.counts[lane] = static_cast<std::uint8_t>((of.lanes & bit) != 0 ? of.counts[lane] + 1 : 1);
+        of.lanes |= bit;
+    };
+    visit_roots_of<Degree, all_roots>(cells, threshold, rays, {count, &found});
+    return found.lanes;
+}
+
 template <int Degree>
 CellIntersector intersector(Method method)
 {
     constexpr int n = Degree;
     switch (method) {
     case Method::exact:
-        return {exact_first_root<n>, exact_any_root<n>, exact_all_roots<n>, exact_first_roots<n>, exact_any_roots<n>};
+        return {exact_first_root<n>, exact_any_root<n>,    exact_all_roots<n>,  exact_first_roots<n>,
+                exact_any_roots<n>,  exact_count_roots<n>, exact_visit_roots<n>};
     case Method::reference:
-        return {reference_first_root<n>, any_root_of<reference_first_root<n>>, reference_all_roots<n>,
-                first_roots_of<n, reference_first_root<n>>, any_roots_of<n, reference_first_root<n>>};
+        return {reference_first_root<n>,
+                any_root_of<reference_first_root<n>>,
+                reference_all_roots<n>,
+                first_roots_of<n, reference_first_root<n>>,
+                any_roots_of<n, reference_first_root<n>>,
+                count_roots_of<n, reference_all_roots<n>>,
+                visit_roots_of<n, reference_all_roots<n>>};
     default:
-        return {bracket_first_root<n>, any_root_of<bracket_first_root<n>>, bracket_all_roots<n>,
-                first_roots_of<n, bracket_first_root<n>>, any_roots_of<n, bracket_first_root<n>>};
+        return {bracket_first_root<n>,
+                any_root_of<bracket_first_root<n>>,
+                bracket_all_roots<n>,
+                first_roots_of<n, bracket_first_root<n>>,
+                any_roots_of<n, bracket_first_root<n>>,
+                count_roots_of<n, bracket_all_roots<n>>,
+                visit_roots_of<n, bracket_all_roots<n>>};
     }
 }
 

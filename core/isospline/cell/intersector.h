@@ -8,10 +8,17 @@
 #include "isospline/cell/method.h"
 #include "isospline/cell/root_in_cell.h"
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace isospline {
+
+/// Called for a crossing of the ray in a lane of a packet.
+struct RootVisitor {
+    void (*visit)(void* context, int lane, const RootInCell& root);
+    void* context;
+};
 
 /// The ways to ask for roots in a cell, for one degree and method.
 ///
@@ -38,6 +45,12 @@ struct CellIntersector {
                             const double* t_limit, RootPacket& roots);
     /// The lanes of a packet whose rays have a crossing within their limits, each in its own cell.
     LaneMask (*any_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays);
+    /// The same lanes, and the number of crossings of each of them.
+    LaneMask (*count_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                            std::uint8_t* counts);
+    /// Visits all crossings of the rays of a packet within their limits, each in its own cell, in any order.
+    void (*visit_roots)(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
+                        const RootVisitor& visitor);
 };
 
 /// The intersector of a method for degree 1, 2 or 3; for Method::exact, the one for the widest SIMD target of the

@@ -1,4 +1,4 @@
-// The first roots of a packet of rays, each in its own cell, and whether there are any; SIMD lanes are the rays.
+// The first roots of a packet of rays, each in its own cell; SIMD lanes are the rays.
 // Included once for each target.
 #include "isospline/cell/candidate_cells.h"
 #include "isospline/cell/lane_mask-inl.h"
@@ -288,61 +288,20 @@ LaneMask first_roots_in(const Cells& cells, const LatticeRayPacket& rays, const 
     return found;
 }
 
+// Calls `body` with the cells of a packet.
+template <int Degree, typename Body>
+HWY_INLINE auto with_cells(const CandidateCells& cells, double threshold, const Body& body)
+{
+    return cells.are_copied ? body(CellsOfLanes<Degree>(cells, threshold)) : body(OneCell<Degree>(cells, threshold));
+}
+
 template <int Degree>
 LaneMask exact_first_roots(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays,
                            const double* t_limit, RootPacket& roots)
 {
-    if (cells.are_copied)
-        return first_roots_in<Degree>(CellsOfLanes<Degree>(cells, threshold), rays, t_limit, cells.lanes, roots);
-    return first_roots_in<Degree>(OneCell<Degree>(cells, threshold), rays, t_limit, cells.lanes, roots);
-}
-
-// The lanes whose segments are within the rays' limits as a whole, so that the place of a root does not matter.
-HWY_INLINE LaneMask lanes_within_limits(const LatticeRayPacket& rays, const PacketSegments& segments, LaneMask lanes)
-{
-    const Doubles d;
-    LaneMask within = 0;
-    for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
-        if ((lanes >> first & all_lanes(d)) == 0)
-            continue;
-        const auto begins = are_within_limits(rays, first, hn::Load(d, segments.t_near + first));
-        const auto ends = are_within_limits(rays, first, hn::Load(d, segments.t_far + first));
-        within |= to_lane_mask(d, hn::And(begins, ends), first);
-    }
-    return within & lanes;
-}
-
-template <int Degree, class Cells>
-LaneMask any_roots_in(const Cells& cells, const LatticeRayPacket& rays, LaneMask active)
-{
-    PacketSegments segments;
-    const LaneMask inside = clip_packet(cells, rays, rays.t_far, active, segments);
-    if (inside == 0)
-        return 0;
-    const PacketVerdict verdict = judge_packet<Degree>(cells, segments, inside);
-    LaneMask found = lanes_within_limits(rays, segments, verdict.one_root);
-
-    // Segments with one root that may be beyond a limit.
-    RootPacket roots;
-    const RefinedRoots refined =
-        refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root & ~found, rays.t_far, roots);
-    found |= refined.found;
-
-    // The other segments, one by one.
-    for (LaneMask rest = verdict.undecided | refined.undecided; rest != 0; rest &= rest - 1u) {
-        const int lane = std::countr_zero(rest);
-        if (exact_any_root<Degree>(cells.of_lane(lane), rays.ray(lane)))
-            found |= LaneMask{1} << lane;
-    }
-    return found;
-}
-
-template <int Degree>
-LaneMask exact_any_roots(const CandidateCells& cells, double threshold, const LatticeRayPacket& rays)
-{
-    if (cells.are_copied)
-        return any_roots_in<Degree>(CellsOfLanes<Degree>(cells, threshold), rays, cells.lanes);
-    return any_roots_in<Degree>(OneCell<Degree>(cells, threshold), rays, cells.lanes);
+    return with_cells<Degree>(cells, threshold, [&](const auto& of_lanes) HWY_ATTR {
+        return first_roots_in<Degree>(of_lanes, rays, t_limit, cells.lanes, roots);
+    });
 }
 
 } // namespace HWY_NAMESPACE

@@ -12,6 +12,7 @@ void RayBatch::resize(std::size_t count)
     rays.resize(count);
     hits.resize(count);
     behind.clear();
+    weights.clear();
 }
 
 void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)
@@ -20,7 +21,8 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
     std::vector<Ray> translucent;
     std::vector<std::uint8_t> is_translucent(ray_count);
     for (std::size_t i = 0; i < ray_count; ++i) {
-        is_translucent[i] = batch.hits[i] && opacity_of(batch.hits[i], batch.rays[i]) < 1.0;
+        batch.weights.push_back(batch.hits[i] ? opacity_of(batch.hits[i], batch.rays[i]) : 1.0);
+        is_translucent[i] = batch.weights[i] < 1.0;
         if (is_translucent[i])
             translucent.push_back(batch.rays[i]);
     }
@@ -35,16 +37,20 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
         if (!is_translucent[i])
             continue;
         const auto end = next + *count++;
-        if (next != end || opacity_of(batch.hits[i], batch.rays[i]) == 0.0)
+        if (next != end || batch.weights[i] == 0.0)
             batch.hits[i].clear();
-        for (double opacity = 0.0; next != end && opacity < 1.0; ++next) {
-            opacity = opacity_of(next->hit, batch.rays[i]);
+        for (double transmittance = 1.0; next != end && transmittance > 0.0; ++next) {
+            const double opacity = opacity_of(next->hit, batch.rays[i]);
+            const double weight = transmittance * opacity;
+            transmittance *= 1.0 - opacity;
             if (opacity == 0.0)
                 continue;
             if (!batch.hits[i]) {
                 batch.hits[i] = next->hit;
+                batch.weights[i] = weight;
                 continue;
             }
+            batch.weights.push_back(weight);
             batch.pixels.push_back(batch.pixels[i]);
             batch.rays.push_back(batch.rays[i]);
             batch.hits.push_back(next->hit);

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "isospline/math/ray.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/trace/hit.h"
 
 #include <glm/vec2.hpp>
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 namespace isospline {
@@ -23,13 +23,11 @@ struct RayBatch {
     std::vector<Ray> rays;
     std::vector<Hit> hits;
     std::vector<std::size_t> behind; ///< hits behind that of ray i: from behind[i] to behind[i + 1]; none if empty
+    std::vector<double> weights;     ///< of each hit in the colour of its ray; all are 1 if empty
 
     /// Reduces the batch to one ray for each of the first `count` pixels.
     void resize(std::size_t count);
 };
-
-/// The opacity, from 0 to 1, of the surface that a ray hit.
-using OpacityOf = std::function<double(const Hit& hit, const Ray& ray)>;
 
 /// Appends the hits of a batch's rays up to their first opaque surface. Surfaces of opacity 0 are ignored: if the first
 /// hit is on one, it is replaced by the next hit, or by a miss.

@@ -2,6 +2,7 @@
 #include "isospline/render/renderer.h"
 #include "isospline/util/error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -34,6 +35,27 @@ void validate(const Layers& layers)
 {
     if (layers.ambient_occlusion_samples < 1 || layers.ambient_occlusion_samples > 65536)
         throw_invalid("ambient_occlusion_samples", "rays a hit, from 1 to 65536", layers.ambient_occlusion_samples);
+}
+
+std::uint64_t ray_count(const RenderOptions& options)
+{
+    const glm::ivec2 size = rendered_window(options.crop, options.size).size;
+    double most = 0.0;
+    const auto add = [&](const Shading& shading) {
+        double shadow_rays = 0.0;
+        if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows)
+            shadow_rays = phong->lights ? static_cast<double>(phong->lights->size()) : 2.0;
+        else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading))
+            shadow_rays = occlusion->samples;
+        // A draft takes about 5 us more than a settled index for a ray that crosses all surfaces on its way, and 0.1 us
+        // more for one that ends at the first.
+        const double weight = even_opacity(shading) == 1.0 ? 1.0 : 50.0;
+        most = std::max(most, weight * (1.0 + 0.5 * shadow_rays)); // about half of the pixels show surfaces
+    };
+    add(options.shading);
+    for (const auto& [geometry_id, shading] : options.shading_of_geometry)
+        add(shading);
+    return static_cast<std::uint64_t>(most * size.x * size.y * options.samples);
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)

@@ -74,6 +74,9 @@ public:
                 throw_invalid("shading", "geometry ids of objects in the scene", geometry_id);
             appearance_of_geometry_.emplace(geometry_id, prepared(shading, depths));
         }
+        if (!all_opaque_)
+            absorption_.emplace(
+                scene, [this](std::uint32_t id) { return appearance_of(id).even_opacity; }, opacities());
         image_ = blank_image(projection_, window_, layers_, options.encoding);
         if (fragments)
             prepare_fragments();
@@ -102,9 +105,11 @@ private:
         return {shading, opacity, needs_curvature(shading)};
     }
 
-    const Appearance& appearance_of(const Hit& hit) const
+    const Appearance& appearance_of(const Hit& hit) const { return appearance_of(hit.geometry_id); }
+
+    const Appearance& appearance_of(std::uint32_t geometry_id) const
     {
-        const auto found = appearance_of_geometry_.find(hit.geometry_id);
+        const auto found = appearance_of_geometry_.find(geometry_id);
         return found == appearance_of_geometry_.end() ? appearance_ : found->second;
     }
 
@@ -128,10 +133,9 @@ private:
                                        : opacity(appearance.shading, point_of(hit, ray, false));
     }
 
-    /// Empty if all surfaces are opaque.
     OpacityOf opacities() const
     {
-        return all_opaque_ ? OpacityOf() : [this](const Hit& hit, const Ray& ray) { return opacity_of(hit, ray); };
+        return [this](const Hit& hit, const Ray& ray) { return opacity_of(hit, ray); };
     }
 
     std::size_t fragment(std::size_t sample, const glm::ivec2& pixel) const
@@ -156,6 +160,7 @@ private:
     bool needs_visibility_ = false, all_opaque_ = true;
     Appearance appearance_;
     std::map<std::uint32_t, Appearance> appearance_of_geometry_;
+    std::optional<Absorption> absorption_; ///< unless all surfaces are opaque
     glm::vec4 background_;
     Tiles tiles_; ///< of the window
     Image image_;
@@ -205,7 +210,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         Visibility visibility;
         if (needs_visibility_)
             visibility = {scene_, batch,
-                          [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, opacities(),
+                          [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, absorption_,
                           static_cast<std::uint32_t>(number)};
         shade_hits(visibility, workspace);
         for (std::size_t i = 0; i < ray_count; ++i) {
@@ -273,18 +278,14 @@ void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) co
 glm::dvec4 Renderer::color_of_ray(const Workspace& workspace, std::size_t ray) const
 {
     const RayBatch& batch = workspace.batch;
-    glm::dvec3 color(0.0);
-    double transmittance = 1.0;
-    const auto add = [&](std::size_t i) {
-        const double opacity = opacity_of(batch.hits[i], batch.rays[i]);
-        color += transmittance * opacity * workspace.colors_of_hits[i];
-        transmittance *= 1.0 - opacity;
-    };
+    if (batch.weights.empty())
+        return {workspace.colors_of_hits[ray], 1.0};
+    glm::dvec4 sum(0.0);
+    const auto add = [&](std::size_t i) { sum += batch.weights[i] * glm::dvec4(workspace.colors_of_hits[i], 1.0); };
     add(ray);
-    if (!batch.behind.empty())
-        for (std::size_t i = batch.behind[ray]; i < batch.behind[ray + 1]; ++i)
-            add(i);
-    return {color, 1.0 - transmittance};
+    for (std::size_t i = batch.behind[ray]; i < batch.behind[ray + 1]; ++i)
+        add(i);
+    return sum;
 }
 
 void Renderer::prepare_fragments()
@@ -320,7 +321,7 @@ void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
     openness.samples = layers_.ambient_occlusion_samples;
     const Shading shading = openness;
     const Visibility sky(
-        scene_, batch, [&](const Hit&) -> const Shading& { return shading; }, opacities(), 0);
+        scene_, batch, [&](const Hit&) -> const Shading& { return shading; }, absorption_, 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
             image_.ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));

@@ -55,6 +55,10 @@ void validate(const Layers& layers);
 /// it is for a part of a scene.
 void validate(const RenderOptions& options, bool is_part);
 
+/// About the number of rays that a picture needs, for Scene::snapshot(). Rays through translucent surfaces count for
+/// several.
+std::uint64_t ray_count(const RenderOptions& options);
+
 /// A window of an image in which all rays missed.
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},
                   ColorEncoding encoding = ColorEncoding::linear);

@@ -30,38 +30,33 @@ Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& 
 
 /// Directions to the sky, in the order of Fibonacci's lattice on the unit square, with a random shift for each pixel.
 void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& hit, const glm::dvec3& normal,
-                const AmbientOcclusion& occlusion, RandomSequence random)
+                int samples, double distance, RandomSequence random)
 {
     const Frame frame(normal);
     const glm::dvec3 origin = scene.offset_position(hit, normal);
     const glm::dvec2 shift = random.next2();
-    for (int i = 0; i < occlusion.samples; ++i) {
+    for (int i = 0; i < samples; ++i) {
         constexpr double golden = 0.61803398874989484820;
         const double turn = i * golden + shift.y;
-        const glm::dvec3 direction = cosine_direction({(i + shift.x) / occlusion.samples, turn - std::floor(turn)});
-        rays.push_back({origin, frame.to_world(direction), 0.0, occlusion.distance});
+        const glm::dvec3 direction = cosine_direction({(i + shift.x) / samples, turn - std::floor(turn)});
+        rays.push_back({origin, frame.to_world(direction), 0.0, distance});
     }
 }
 
-/// The transmitted part of the light along each ray; without opacities, all or nothing. Neighbouring rays are coherent:
-/// they begin at one hit or end at one light.
-std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays, const OpacityOf& opacity_of)
+/// The transmitted part of the light along each ray; without an absorption, all or nothing. Neighbouring rays are
+/// coherent: they begin at one hit or end at one light.
+std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays,
+                                   const std::optional<Absorption>& absorption)
 {
-    std::vector<double> result(rays.size(), 1.0);
-    if (!opacity_of) {
-        std::vector<std::uint8_t> occluded(rays.size());
-        scene.test_occlusions(rays, occluded, /*coherent=*/true);
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            result[i] = occluded[i] ? 0.0 : 1.0;
+    std::vector<double> result(rays.size());
+    if (absorption) {
+        scene.attenuate_rays(rays, *absorption, result);
         return result;
     }
-    std::vector<Crossing> crossings;
-    std::vector<std::uint32_t> counts(rays.size());
-    scene.list_occluders(rays, crossings, counts);
-    auto next = crossings.cbegin();
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.test_occlusions(rays, occluded, /*coherent=*/true);
     for (std::size_t i = 0; i < rays.size(); ++i)
-        for (const auto end = next + counts[i]; next != end; ++next)
-            result[i] *= 1.0 - opacity_of(next->hit, rays[i]);
+        result[i] = occluded[i] ? 0.0 : 1.0;
     return result;
 }
 
@@ -74,8 +69,8 @@ bool Visibility::is_needed_by(const Shading& shading)
 }
 
 Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-                       const std::function<const Shading&(const Hit&)>& shading_of, const OpacityOf& opacity_of,
-                       std::uint32_t sample)
+                       const std::function<const Shading&(const Hit&)>& shading_of,
+                       const std::optional<Absorption>& absorption, std::uint32_t sample)
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
     const std::vector<Hit>& hits = batch.hits;
@@ -94,12 +89,15 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
         } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
             const std::size_t first = sky_rays.size();
             const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
-            append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal, *occlusion,
+            // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
+            const double weight = batch.weights.empty() ? 1.0 : batch.weights[i];
+            append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal,
+                       std::max(1, static_cast<int>(std::ceil(weight * occlusion->samples))), occlusion->distance,
                        RandomSequence(batch.pixels[i], sample));
             to_sky_[i] = {first, sky_rays.size() - first};
         }
     }
-    from_sky_ = transmittances(scene, sky_rays, opacity_of);
+    from_sky_ = transmittances(scene, sky_rays, absorption);
 
     // Light by light, because rays of neighbouring hits to one light are coherent.
     std::vector<Ray> light_rays;
@@ -113,7 +111,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
                 std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
             places.push_back(to_lights_[i].first + number);
         }
-    const std::vector<double> along_rays = transmittances(scene, light_rays, opacity_of);
+    const std::vector<double> along_rays = transmittances(scene, light_rays, absorption);
     from_lights_.resize(light_count);
     for (std::size_t i = 0; i < places.size(); ++i)
         from_lights_[places[i]] = along_rays[i];

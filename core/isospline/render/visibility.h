@@ -2,12 +2,14 @@
 #pragma once
 
 #include "isospline/render/ray_batch.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/shade/shading.h"
 #include "isospline/trace/hit.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,10 +24,9 @@ public:
     static bool is_needed_by(const Shading& shading);
 
     /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out. `shading_of` is the model of a
-    /// hit, with its lights. Every surface on the way absorbs light by `opacity_of`, which is empty if all surfaces are
-    /// opaque.
+    /// hit, with its lights. `absorption` is nothing if all surfaces are opaque.
     Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-               const std::function<const Shading&(const Hit&)>& shading_of, const OpacityOf& opacity_of,
+               const std::function<const Shading&(const Hit&)>& shading_of, const std::optional<Absorption>& absorption,
                std::uint32_t sample);
     /// All lights and the sky are visible.
     Visibility() = default;

@@ -283,15 +283,31 @@ bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) cons
 
 LaneMask IsosurfaceObject::occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const
 {
-    query.enter(query.instID[0], *this);
-    query.set_occluded(active & query.clip_leaves & query.enters_cap & ~query.occluded);
+    const std::uint32_t slot = query.instID[0];
+    query.enter(slot, *this);
+    if (query.absorption == nullptr)
+        query.set_occluded(active & query.clip_leaves & query.enters_cap & ~query.occluded);
     const LaneMask rest = active & query.clip_leaves & ~query.occluded;
     if (primitive < box_count()) {
         query.test(primitive, rest);
-    } else {
-        for (LaneMask lanes = rest; lanes != 0; lanes &= lanes - 1u)
-            if (const int lane = std::countr_zero(lanes); query.chords[lane].leaves_cap(*surface_))
-                query.set_occluded(LaneMask{1} << lane);
+        return active & query.occluded;
+    }
+    for (LaneMask lanes = query.without_caps(slot, rest); lanes != 0; lanes &= lanes - 1u) {
+        const int lane = std::countr_zero(lanes);
+        const CappedChord& chord = query.chords[lane];
+        const std::optional<CappedEnds> ends = chord.certain_ends(*surface_);
+        if (query.absorption != nullptr && !ends) {
+            query.set_undecided(lane);
+            continue;
+        }
+        const auto cross = [&](double t, int face) {
+            query.cross(lane, slot, query.prepared.limits[lane].given_t(t),
+                        surface_->cap_id(static_cast<std::size_t>(face)), gradient_lattice(*surface_, chord.at(t)));
+        };
+        if (ends && ends->entry)
+            cross(chord.t_near, chord.entry);
+        if (!ends || ends->exit)
+            cross(chord.t_far, chord.exit);
     }
     return active & query.occluded;
 }

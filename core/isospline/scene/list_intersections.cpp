@@ -120,35 +120,23 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     });
 }
 
-void SceneSnapshot::Impl::list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                               std::span<std::uint32_t> counts) const
+void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
+                                       std::span<std::uint32_t> counts) const
 {
     check_one_per_ray("counts", rays.size(), counts.size());
     constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // the same limit as in Open3D
-    RayQuery query(instances);
+    RayQuery query(impl_->instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
     std::vector<ListedCrossing> of_ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        list(top, rays[i], i, query, of_ray);
+        impl_->list(impl_->camera_top.get(), rays[i], i, query, of_ray);
         for (const ListedCrossing& listed : of_ray)
             crossings.push_back(listed.crossing);
         if (of_ray.size() > largest_count)
             throw std::length_error("crossings of a ray: more than " + std::to_string(largest_count));
         counts[i] = static_cast<std::uint32_t>(of_ray.size());
     }
-}
-
-void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                                       std::span<std::uint32_t> counts) const
-{
-    impl_->list(impl_->camera_top.get(), rays, crossings, counts);
-}
-
-void SceneSnapshot::list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                                   std::span<std::uint32_t> counts) const
-{
-    impl_->list(impl_->shadow_top(), rays, crossings, counts);
 }
 
 } // namespace isospline

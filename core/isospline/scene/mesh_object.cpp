@@ -149,15 +149,17 @@ bool MeshObject::is_occluded(unsigned int primitive, RayQuery& query) const
 
 LaneMask MeshObject::occluded_lanes(unsigned int primitive, LaneMask active, PacketOcclusion& query) const
 {
-    query.enter_mesh(query.instID[0]);
+    const std::uint32_t slot = query.instID[0];
+    query.enter_mesh(slot);
     const Triangle met = triangle(primitive);
     const LanePassages found = passages(query.in_mesh, met, active & ~query.occluded);
     for (LaneMask rest = found.along_normal | found.against_normal; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const TriangleRay ray = query.in_mesh.ray(lane);
         const bool along = (found.along_normal >> lane & 1u) != 0;
-        if (ray.has(triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal).t))
-            query.set_occluded(LaneMask{1} << lane);
+        const TriangleHit hit = triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal);
+        if (ray.has(hit.t))
+            query.cross(lane, slot, hit.t, primitive);
     }
     return active & query.occluded;
 }

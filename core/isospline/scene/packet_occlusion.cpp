@@ -15,9 +15,67 @@ void PacketOcclusion::set_occluded(LaneMask lanes)
 
 bool PacketOcclusion::solve(const CandidateCells& cells)
 {
-    const LaneMask found = object_->intersector_.any_roots(cells, object_->surface_->threshold(), in_lattice);
-    set_occluded(found);
-    return found != 0;
+    const CellIntersector& intersector = object_->intersector_;
+    const IsosurfaceSnapshot& surface = *object_->surface_;
+    if (absorption == nullptr) {
+        const LaneMask found = intersector.any_roots(cells, surface.threshold(), in_lattice);
+        set_occluded(found);
+        return found != 0;
+    }
+    const LaneMask before = occluded;
+    if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
+        std::uint8_t counts[packet_capacity];
+        const LaneMask found = intersector.count_roots(cells, surface.threshold(), in_lattice, counts);
+        for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
+            const int lane = std::countr_zero(rest);
+            absorb(lane, counts[lane] * *each);
+        }
+    } else {
+        struct Visit {
+            PacketOcclusion& query;
+            const CandidateCells& cells;
+        } visit{*this, cells};
+        const auto cross = [](void* context, int lane, const RootInCell& root) {
+            const auto& [query, of] = *static_cast<Visit*>(context);
+            query.cross(lane, query.cached_slot, query.prepared.limits[lane].given_t(root.t),
+                        query.object_->surface_->volume().primitive_id(of.lower_of(lane)), root.gradient);
+        };
+        intersector.visit_roots(cells, surface.threshold(), in_lattice, {cross, &visit});
+    }
+    return occluded != before;
+}
+
+void PacketOcclusion::absorb(int lane, Absorption::Depth added)
+{
+    // Once dark, a ray stays dark, and its sum does not overflow.
+    depth[lane] = std::min(depth[lane] + added, Absorption::darkness);
+    if (depth[lane] == Absorption::darkness)
+        set_occluded(LaneMask{1} << lane);
+}
+
+void PacketOcclusion::cross(int lane, std::uint32_t slot, double t_given, std::uint64_t primitive,
+                            const glm::dvec3& gradient_local)
+{
+    if (absorption == nullptr)
+        return set_occluded(LaneMask{1} << lane);
+    if (const std::optional<Absorption::Depth>& each = absorption->depth(slot))
+        return absorb(lane, *each);
+    const Instance& instance = *instances[slot];
+    const Ray ray = given->ray(lane);
+    Hit hit;
+    hit.clear();
+    hit.t = t_given;
+    hit.geometry_id = instance.id;
+    hit.primitive_id = primitive;
+    instance.object->complete(hit, ray, gradient_local, instance.placement);
+    absorb(lane, absorption->depth(hit, ray));
+}
+
+LaneMask PacketOcclusion::without_caps(std::uint32_t slot, LaneMask lanes)
+{
+    const auto found = std::find_if(capped_.begin(), capped_.end(), [&](const auto& of) { return of.first == slot; });
+    LaneMask& known = found != capped_.end() ? found->second : capped_.emplace_back(slot, LaneMask{0}).second;
+    return lanes & ~std::exchange(known, known | lanes);
 }
 
 void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
@@ -29,6 +87,9 @@ void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
     PacketQuery::enter(slot, surface);
     object_ = &entered;
     first_.lanes = 0;
+    // An instance may be entered again; its crossings count once.
+    if (absorption != nullptr)
+        return;
     // The origin of a ray may be, within rounding, in a cell that a plane cuts away.
     if (!surface.planes().all().empty())
         return;

@@ -2,10 +2,14 @@
 #pragma once
 
 #include "isospline/cell/candidate_cells.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/ray_query.h"
 #include "isospline/trace/brick_trace.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 namespace isospline {
 
@@ -13,13 +17,17 @@ class IsosurfaceObject;
 
 /// Occlusion needs any crossing, in any order. The cells in which rays begin are solved first, all at once. Other cells
 /// are collected, and solved together as soon as one ray has two.
+///
+/// Through translucent surfaces, it needs all crossings, each once, up to darkness.
 struct PacketOcclusion : PacketQuery {
     using PacketQuery::PacketQuery;
 
     void begin(const RayPacket& rays, LaneMask used_lanes)
     {
         PacketQuery::begin(rays, used_lanes);
-        occluded = waiting_.lanes = 0;
+        occluded = undecided = waiting_.lanes = 0;
+        std::fill_n(depth, PreparedPacket::capacity, Absorption::Depth{0});
+        capped_.clear();
     }
 
     /// Enters an isosurface, as PacketQuery does, and solves the cells in which rays begin.
@@ -31,14 +39,32 @@ struct PacketOcclusion : PacketQuery {
     /// Nothing more is asked of occluded rays.
     void set_occluded(LaneMask lanes);
 
+    /// A ray crosses a surface once: it is occluded, or loses light. The gradient is that of an isosurface, in local
+    /// space.
+    void cross(int lane, std::uint32_t slot, double t_given, std::uint64_t primitive,
+               const glm::dvec3& gradient_local = glm::dvec3(0.0));
+    /// Leaves the light of a ray to the list of its crossings.
+    void set_undecided(int lane)
+    {
+        undecided |= LaneMask{1} << lane;
+        set_occluded(LaneMask{1} << lane);
+    }
+    /// Those of some lanes whose caps of an instance were not asked for before.
+    LaneMask without_caps(std::uint32_t slot, LaneMask lanes);
+
+    const Absorption* absorption = nullptr; ///< if given, crossings absorb light, and darkness is occlusion
     LaneMask occluded = 0;
+    LaneMask undecided = 0;                                 ///< occluded lanes whose crossings have to be listed
+    Absorption::Depth depth[PreparedPacket::capacity] = {}; ///< of all crossings so far
 
 private:
     bool solve(const CandidateCells& cells);
+    void absorb(int lane, Absorption::Depth added);
 
     const IsosurfaceObject* object_ = nullptr; ///< that rays are in
     FirstCells first_;                         ///< solved
     CandidateCells waiting_;
+    std::vector<std::pair<std::uint32_t, LaneMask>> capped_; ///< by slot, lanes whose caps are known
 };
 
 } // namespace isospline

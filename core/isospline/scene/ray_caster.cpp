@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace isospline {
 
@@ -87,6 +88,16 @@ struct RayCaster::Impl {
     LaneMask test_singles(const RayPacket& rays, std::size_t index);
     template <int Size>
     LaneMask test_packet(const RayPacket& rays, std::size_t index);
+    /// Finds the occluded rays of a packet and their optical depths, for `packet_occlusion`; returns the rays that do
+    /// not miss the scene's box.
+    template <int Size>
+    LaneMask find_occlusions(const RayPacket& rays, std::size_t index, const Absorption* absorption);
+    template <int Size>
+    void attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                          std::span<double> transmitted);
+
+    /// The depth of all crossings of a ray with what shadow rays see.
+    Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
 
     const SceneSnapshot::Impl& scene;
     const Traversal camera, shadow;
@@ -234,9 +245,16 @@ LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
 {
     if (scene.reads_sources) // as test_singles()
         return find_hits<Size>(rays, index, shadow);
+    return find_occlusions<Size>(rays, index, nullptr) != 0 ? packet_occlusion->occluded : 0;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::find_occlusions(const RayPacket& rays, std::size_t index, const Absorption* absorption)
+{
     if (!packet_occlusion)
         packet_occlusion.emplace(scene.instances);
     PacketOcclusion& packet = *packet_occlusion;
+    packet.absorption = absorption;
     alignas(64) RTCRayNt<Size> ready;
     const LaneMask used = begin<Size>(shadow, rays, index, packet, ready);
     if (used == 0)
@@ -245,7 +263,35 @@ LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
     embree::occluded<Size>(shadow.scene, packet, valid.flags, ready);
     packet.rethrow();
     packet.finish();
-    return packet.occluded;
+    return used;
+}
+
+template <int Size>
+void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                                       std::span<double> transmitted)
+{
+    std::fill_n(transmitted.begin(), rays.count, 1.0);
+    for (LaneMask rest = find_occlusions<Size>(rays, index, &absorption); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const bool is_decided = (packet_occlusion->undecided >> lane & 1u) == 0;
+        const Absorption::Depth depth =
+            is_decided ? packet_occlusion->depth[lane]
+                       : listed_depth(rays.ray(lane), index + static_cast<std::size_t>(lane), absorption);
+        transmitted[static_cast<std::size_t>(lane)] = Absorption::transmittance(depth);
+    }
+}
+
+Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
+{
+    RayQuery of_all(scene.instances);
+    std::vector<RawCrossing> raw;
+    of_all.all = &raw;
+    std::vector<ListedCrossing> crossings;
+    scene.list(scene.shadow_top(), ray, index, of_all, crossings);
+    Absorption::Depth depth = 0;
+    for (const ListedCrossing& listed : crossings)
+        depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
+    return depth;
 }
 
 RayCaster::RayCaster(const SceneSnapshot& scene, Rays rays, Parts parts, Contact contact)
@@ -308,6 +354,21 @@ LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
     }
 }
 
+void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                          std::span<double> transmitted)
+{
+    check_packet(rays, width(), transmitted.size());
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->attenuate_packet<16>(rays, index, absorption, transmitted);
+    case 8:
+        return impl_->attenuate_packet<8>(rays, index, absorption, transmitted);
+    default:
+        return impl_->attenuate_packet<4>(rays, index, absorption, transmitted);
+    }
+}
+
 void SceneSnapshot::cast_rays(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const
 {
     RayCaster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent).cast(rays, hits);
@@ -321,6 +382,16 @@ void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::ui
         const LaneMask lanes = caster.test_occlusions(packet, first);
         for (int lane = 0; lane < packet.count; ++lane)
             occluded[first + static_cast<std::size_t>(lane)] = lanes >> lane & 1u;
+    });
+}
+
+void SceneSnapshot::attenuate_rays(std::span<const Ray> rays, const Absorption& absorption,
+                                   std::span<double> transmitted) const
+{
+    check_one_per_ray("transmitted", rays.size(), transmitted.size());
+    RayCaster caster(*this, RayCaster::Rays::coherent);
+    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+        caster.attenuate(packet, first, absorption, transmitted.subspan(first));
     });
 }
 

@@ -10,6 +10,7 @@
 
 namespace isospline {
 
+class Absorption;
 class SceneSnapshot;
 
 /// The working memory of one thread that casts many rays at a snapshot. The snapshot must outlive it. Rays and hits of
@@ -49,6 +50,11 @@ public:
 
     /// The lanes whose rays cross any object that test_occlusions() of the snapshot sees. Throws like cast().
     LaneMask test_occlusions(const RayPacket& rays, std::size_t index);
+
+    /// The part of the light that is left at the end of each ray of a packet, as in attenuate_rays() of the snapshot.
+    /// For coherent rays alone. Throws like cast().
+    void attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                   std::span<double> transmitted);
 
 private:
     struct Impl;

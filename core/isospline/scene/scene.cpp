@@ -276,9 +276,25 @@ void Scene::set_visibility(std::uint32_t geometry_id, SeenBy seen_by)
     impl_->entries_to_edit().at(geometry_id).seen_by = seen_by;
 }
 
-std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress)
+std::shared_ptr<const SceneSnapshot> Scene::snapshot(const Progress& progress, std::uint64_t rays_to_come)
 {
-    return impl_->snapshot(progress);
+    if (rays_to_come == 0)
+        return impl_->snapshot(progress);
+    std::shared_ptr<const SceneSnapshot> drafted = impl_->snapshot(part_of(progress, 0.0, 0.1));
+    const SceneSnapshot::Impl& impl = *drafted->impl_;
+    if (impl.rays_until_settling == 0 || impl.ray_count + rays_to_come < impl.rays_until_settling)
+        return drafted;
+    return impl_->settle(part_of(progress, 0.1, 1.0));
+}
+
+void Scene::share_built_objects(const Scene& other)
+{
+    const std::shared_ptr<const SceneSnapshot> built = other.impl_->current();
+    if (!built)
+        return;
+    const std::lock_guard lock(impl_->mutex());
+    for (const auto& instance : built->impl_->instances)
+        impl_->left_over.emplace(address(instance->shown.object).get(), instance->object);
 }
 
 std::shared_ptr<const SceneSnapshot> Scene::settle(const Progress& progress)

@@ -55,8 +55,8 @@ public:
 
     /// The current state of the scene. Builds the objects that have changed since the last snapshot; cheap if none has.
     /// Throws Cancelled if the callback returns false, even while another thread builds; the next call then builds the
-    /// rest.
-    std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {});
+    /// rest. With so many rays to come that it pays, it is that of settle().
+    std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress = {}, std::uint64_t rays_to_come = 0);
     /// A snapshot like snapshot(), with settled indexes: they take longer to build, and rays are faster. They are built
     /// here, unless they exist already. Without this call, they are built in the background when so many rays have been
     /// cast at one state of the scene that it pays, and later snapshots have them. Rays have the same hits in any case.
@@ -64,6 +64,8 @@ public:
     std::shared_ptr<const SceneSnapshot> settle(const Progress& progress = {});
     /// Whether the newest snapshot is current and has settled indexes wherever there are any.
     bool is_settled() const;
+    /// Uses what another scene with the same options has built, wherever both have the same object at the same level.
+    void share_built_objects(const Scene& other);
     /// Whether nothing has changed since a snapshot of this scene.
     bool is_current(const SceneSnapshot& snapshot) const;
 

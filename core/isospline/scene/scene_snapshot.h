@@ -18,10 +18,12 @@
 
 namespace isospline {
 
+class Absorption;
+
 /// Which rays meet an object.
 struct SeenBy {
     bool camera = true; ///< rays of cast_rays() and list_intersections()
-    bool shadow = true; ///< rays of test_occlusions() and list_occluders()
+    bool shadow = true; ///< rays of test_occlusions() and attenuate_rays()
 
     bool operator==(const SeenBy&) const = default;
 };
@@ -57,15 +59,16 @@ public:
     /// from neighbouring points to one light; the result is the same. Throws like cast_rays().
     void test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent = false) const;
 
+    /// The part of the light that is left at the end of each ray, from 0 to 1: all surfaces that test_occlusions() sees
+    /// absorb light where the ray crosses them within its [t_near, t_far]. Less than 1% counts as none. Consecutive
+    /// rays are traced in packets. Throws like cast_rays().
+    void attenuate_rays(std::span<const Ray> rays, const Absorption& absorption, std::span<double> transmitted) const;
+
     /// All crossings of each ray within its [t_near, t_far], in ascending order. Each is listed once, even on a face
     /// between cells or an edge between triangles. Appends them, and sets their number for each ray. Throws like
     /// cast_rays().
     void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
                             std::span<std::uint32_t> counts) const;
-
-    /// The same for the objects that test_occlusions() sees.
-    void list_occluders(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                        std::span<std::uint32_t> counts) const;
 
     /// The origin for a ray that leaves a hit in the direction `towards`. It is off the surface, on the side that the
     /// ray goes to, by no more than rounding requires (docs/method.md). A ray from there does not meet the surface at

@@ -43,9 +43,7 @@ struct SceneSnapshot::Impl {
     /// The same; if there is none, throws std::invalid_argument that names the parameter.
     const Instance& instance(std::uint32_t id, const char* parameter) const;
 
-    /// All crossings of rays with the objects of an Embree scene, for list_intersections().
-    void list(RTCScene top, std::span<const Ray> rays, std::vector<Crossing>& crossings,
-              std::span<std::uint32_t> counts) const;
+    /// All crossings of a ray with the objects of an Embree scene.
     void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
               std::vector<ListedCrossing>& crossings) const;
     /// Adds crossings with the caps of an instance to its other crossings, which are sorted.
@@ -66,10 +64,10 @@ struct SceneSnapshot::Impl {
     std::uint64_t rays_until_settling = 0;              ///< rays until settled indexes pay; 0 if all are settled
     mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it
 
-    /// For test_occlusions() and list_occluders().
+    /// For test_occlusions() and attenuate_rays().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }
 
-    /// For cast_rays() and test_occlusions().
+    /// For the same and cast_rays().
     Traversal camera_traversal() const { return traversal(camera_top.get(), &SeenBy::camera); }
     Traversal shadow_traversal() const { return traversal(shadow_top(), &SeenBy::shadow); }
 

@@ -87,6 +87,17 @@ CappedEnds CappedChord::capped_ends(const IsosurfaceSnapshot& surface, std::opti
     return {entry >= 0 && decide(first, first_leaves, last), exit >= 0 && decide(last, last_enters, first)};
 }
 
+std::optional<CappedEnds> CappedChord::certain_ends(const IsosurfaceSnapshot& surface) const
+{
+    if (!(t_near < t_far))
+        return CappedEnds{};
+    const Side first = entry >= 0 ? side_of(surface, *this, t_near, entry) : Side::outside;
+    const Side last = exit >= 0 ? side_of(surface, *this, t_far, exit) : Side::outside;
+    if (first == Side::unknown || last == Side::unknown)
+        return std::nullopt;
+    return CappedEnds{first != Side::outside, last != Side::outside};
+}
+
 glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice)
 {
     const PointInCell point(surface, lattice);

@@ -41,6 +41,9 @@ struct CappedChord : Chord {
     CappedEnds capped_ends(const IsosurfaceSnapshot& surface, std::optional<bool> first_enters,
                            std::optional<bool> last_enters) const;
 
+    /// The same without the crossings, unless double precision cannot decide it.
+    std::optional<CappedEnds> certain_ends(const IsosurfaceSnapshot& surface) const;
+
     glm::dvec3 at(double t) const { return origin + t * direction; }
 };
 

@@ -157,7 +157,9 @@ def _make_scene(build_quality, objects):
 
 
 def _copy_scene(self):
-    return _make_scene(*self.__reduce__()[1])
+    copied = _make_scene(*self.__reduce__()[1])
+    copied._share_built_objects(self)
+    return copied
 
 
 def _copy_surface(self):

@@ -161,6 +161,7 @@ def render_in_studio(
 
     if light.denoise and options["crop"] is not None:
         raise ValueError("crop: cannot be combined with Studio(denoise=True), which needs the whole picture")
+    scene._prepare(_ray_count(looks.values(), light, **options))
     seen = copy(scene)  # shares the objects; the given scene does not get the ground
     radius = _radius(seen)
     ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
@@ -219,6 +220,14 @@ def render_in_studio(
             shade = denoiser()(np.repeat(shade[..., None].astype(np.float32), 3, axis=-1))[..., 0]
     _lay_over(image.color, behind, shade)
     return image
+
+
+def _ray_count(looks, light, *, size, samples, **others):
+    """About the number of rays of a picture; those through translucent surfaces count for several (ray_count())."""
+    weight = 1 if all(look.opacity == 1 and look.silhouette_opacity is None for look in looks) else 50
+    surfaces = samples * (3 + light.light_samples)
+    ground = 2 * -(-samples // _FINER) * _FINER * light.light_samples if light.ground else 0
+    return weight * size[0] * size[1] * (surfaces + ground)
 
 
 def upward_for(scene: _core.Scene, camera: Any) -> tuple[float, float, float]:

@@ -153,7 +153,7 @@ def suggest_view(volume: _core.Volume) -> SuggestedView:
 
 
 def suggested_view(shown: Any) -> SuggestedView | None:
-    """The view suggested for a scene, an isosurface or a list of objects; None if its surfaces are not of one volume.
+    """The view suggested for a scene, an isosurface or a list of objects; None unless it is the same for all surfaces.
 
     Of an isosurface in a scene, the view is turned with it.
     """
@@ -165,16 +165,16 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     surfaces = [(item.volume, np.asarray(each)) for item, each in placed if isinstance(item, _core.Isosurface)]
     if not surfaces:
         return None
-    volume, transform = surfaces[0]
-    if any(other is not volume or not np.array_equal(each, transform) for other, each in surfaces):
-        return None
-    if volume.paging is not None and volume not in _KNOWN:  # its values would have to be read
-        return None
-    suggested = present(volume).view
-    if not suggested.reason:
-        return None
-    view, up = (transform[:3, :3] @ vector for vector in (suggested.view, suggested.up))
-    return SuggestedView(as_tuple(view), as_tuple(up), suggested.reason)
+    first: SuggestedView | None = None
+    for volume, transform in surfaces:
+        if volume.paging is not None and volume not in _KNOWN:  # its values would have to be read
+            return None
+        suggested = present(volume).view
+        view, up = (as_tuple(transform[:3, :3] @ vector) for vector in (suggested.view, suggested.up))
+        if not suggested.reason or (first and not np.allclose((view, up), (first.view, first.up))):
+            return None
+        first = first or SuggestedView(view, up, suggested.reason)
+    return first
 
 
 _KNOWN: weakref.WeakKeyDictionary[_core.Volume, Presentation] = weakref.WeakKeyDictionary()

@@ -1,15 +1,18 @@
-// Coherent rays are occluded where rays that are traced one by one are.
+// Coherent rays are occluded where rays that are traced one by one are, and lose light at all of their crossings.
 #include "catch.h"
 #include "random_rays.h"
 #include "volumes.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/scene.h"
 
 #include <glm/ext/matrix_transform.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -48,8 +51,48 @@ std::vector<Ray> rays_to_light(const SceneSnapshot& scene, const Volume& volume,
     return all;
 }
 
+/// Those of objects with odd ids differ from point to point.
+std::optional<double> even_opacity(std::uint32_t id)
+{
+    return id % 2 == 0 ? std::optional(0.3 + 0.05 * id) : std::nullopt;
+}
+
+double opacity_of(const Hit& hit, const Ray& ray)
+{
+    const std::optional<double> even = even_opacity(hit.geometry_id);
+    const bool first_half = hit.primitive_id % 2 == 0;
+    return even ? *even
+                : 0.2 + (first_half ? 0.3 : 0.5) * std::abs(glm::dot(hit.normal, glm::normalize(ray.direction)));
+}
+
+/// The light that is left is the product over the list of all crossings.
+void require_product(const std::vector<Ray>& rays, const SceneSnapshot& scene)
+{
+    std::vector<double> transmitted(rays.size());
+    scene.attenuate_rays(rays, Absorption(scene, even_opacity, opacity_of), transmitted);
+    std::vector<Crossing> crossings;
+    std::vector<std::uint32_t> counts(rays.size());
+    scene.list_intersections(rays, crossings, counts);
+    auto crossing = crossings.begin();
+    std::size_t wrong = 0, dark = 0, dim = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        double expected = 1.0;
+        for (const auto end = crossing + counts[i]; crossing != end; ++crossing)
+            if (scene.object(crossing->hit.geometry_id).seen_by.shadow)
+                expected *= 1.0 - opacity_of(crossing->hit, rays[i]);
+        dark += expected < 0.01;
+        dim += expected >= 0.01 && expected < 1.0;
+        const bool at_limit = std::abs(expected - 0.01) < 1e-11;
+        wrong += !at_limit && !(std::abs(transmitted[i] - (expected < 0.01 ? 0.0 : expected)) < 1e-11);
+    }
+    REQUIRE(wrong == 0);
+    REQUIRE(dark + dim > rays.size() / 10);
+    REQUIRE(dim > rays.size() / 20);
+}
+
 void require_same(const std::vector<Ray>& rays, const SceneSnapshot& scene)
 {
+    require_product(rays, scene);
     const std::vector<std::uint8_t> single = occlusions(scene, rays, false);
     const auto occluded = static_cast<std::size_t>(std::count(single.begin(), single.end(), 1));
     REQUIRE(occluded > rays.size() / 10);

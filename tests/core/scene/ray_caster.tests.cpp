@@ -6,6 +6,7 @@
 #include "volumes.h"
 
 #include "isospline/hopper/hopper.h"
+#include "isospline/scene/absorption.h"
 #include "isospline/scene/embree_ray.h"
 #include "isospline/scene/scene.h"
 
@@ -94,7 +95,10 @@ TEST_CASE("one output for each ray", "[scene]")
         std::vector<Crossing> crossings;
         std::vector<std::uint32_t> counts(count);
         REQUIRE_THROWS_AS(snapshot->list_intersections(rays, crossings, counts), std::invalid_argument);
-        REQUIRE_THROWS_AS(snapshot->list_occluders(rays, crossings, counts), std::invalid_argument);
+        const Absorption opaque(
+            *snapshot, [](std::uint32_t) { return 1.0; }, nullptr);
+        std::vector<double> transmitted(count);
+        REQUIRE_THROWS_AS(snapshot->attenuate_rays(rays, opaque, transmitted), std::invalid_argument);
     }
 }
 

@@ -188,13 +188,18 @@ def test_known_directions_cost_nothing(bodies, monkeypatch):
     assert presentation.present_data(data, [0.0], -1.0).view == USUAL
 
 
-def test_the_view_of_a_scene_is_that_of_its_only_volume(bodies):
+def test_the_view_of_a_scene_is_that_of_its_volumes_if_they_agree(bodies):
     volume = isospline.Volume(bodies["head"][::-1])
     surface = isospline.Isosurface(volume, 0.0)
     down = isospline.camera_for(surface)
     assert down.up[2] == -1
     for same in (isospline.Scene([surface, surface.with_level(0.5)]), [surface]):
         assert isospline.camera_for(same).up.tolist() == down.up.tolist()
+    apart = [isospline.Isosurface(bodies["head"][::-1], level) for level in (0.0, 0.5)]
+    assert apart[0].volume is not apart[1].volume
+    assert isospline.camera_for(apart).up.tolist() == down.up.tolist()
+    upright = isospline.Isosurface(bodies["head"], 0.0)
+    assert isospline.camera_for([apart[0], upright]).up.tolist() == [0, 0, 1]
     flipped = isospline.Scene()
     flipped.add(surface, np.diag([1.0, -1, -1, 1]))
     assert isospline.camera_for(flipped).up.tolist() == [0, 0, 1]

@@ -2,6 +2,7 @@
 
 import gc
 import threading
+from copy import copy
 
 import numpy as np
 import pytest
@@ -438,3 +439,21 @@ def test_threads_change_a_scene_that_others_query():
         thread.join()
     assert not errors
     assert answers <= {round(float(below), 3), round(float(above), 3)} and answers
+
+
+def test_a_copy_has_what_the_scene_has_built():
+    field = isospline.volumes.torus()
+    scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
+    scene.settle()
+    copied = copy(scene)
+    assert copied.cast_rays([[0, 0, 9, 0.5, 0, -9]]).t_hit.shape == (1,)
+    assert copied.is_settled and copied.build_count == 0
+
+
+def test_a_picture_of_many_rays_settles_first():
+    field = isospline.volumes.torus()
+    scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
+    isospline.render(scene, size=(16, 12))
+    assert not scene.is_settled
+    isospline.render(scene, size=(16, 12), samples=1024)
+    assert scene.is_settled

@@ -346,6 +346,19 @@ def test_a_silhouette_of_the_same_opacity_changes_nothing():
     assert pictures[0] == pictures[1]
 
 
+def test_surfaces_along_a_ray_share_the_samples_of_the_sky_without_bias():
+    scene = isospline.Scene([ball(OUTER), ball(INNER), FLOOR])
+
+    def picture(samples, rays):
+        light = {id: isospline.AmbientOcclusion(samples, opacity=opacity) for id, opacity in ((0, 0.3), (1, 1), (2, 1))}
+        return render(scene, CAMERA, size=(40, 30), light=light, background="black", samples=rays).color[..., :3]
+
+    exact, noisy = picture(400, 4), picture(2, 64)
+    assert 0.02 < np.abs(picture(2, 1) - picture(400, 1)).mean() < 0.2
+    np.testing.assert_allclose(noisy.mean(), exact.mean(), rtol=0.004)
+    assert np.abs(noisy - exact).mean() < 0.03
+
+
 @pytest.mark.parametrize("model", [isospline.Phong, isospline.Outline, isospline.AmbientOcclusion])
 def test_bad_silhouettes(model):
     thin = model(opacity=0.25, silhouette_opacity=1, silhouette_exponent=2)

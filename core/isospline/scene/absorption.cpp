@@ -1,0 +1,49 @@
+#include "isospline/scene/absorption.h"
+
+#include "isospline/scene/scene_snapshot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+/// Of a depth that halves the light.
+constexpr double halving = 0x1p40;
+
+constexpr double least_transmittance = 0.01;
+
+Absorption::Depth depth_of(double opacity)
+{
+    if (!(opacity < 1.0 - least_transmittance))
+        return Absorption::darkness;
+    return std::llround(-halving * std::log2(1.0 - opacity));
+}
+
+} // namespace
+
+const Absorption::Depth Absorption::darkness = std::llround(-halving * std::log2(least_transmittance));
+
+Absorption::Absorption(const SceneSnapshot& scene,
+                       const std::function<std::optional<double>(std::uint32_t)>& even_opacity, OpacityOf opacity_of)
+    : opacity_of_(std::move(opacity_of))
+{
+    for (const std::uint32_t id : scene.ids()) {
+        const std::optional<double> opacity = even_opacity(id);
+        depths_.push_back(opacity ? std::optional(depth_of(*opacity)) : std::nullopt);
+    }
+}
+
+Absorption::Depth Absorption::depth(const Hit& hit, const Ray& ray) const
+{
+    return depth_of(opacity_of_(hit, ray));
+}
+
+double Absorption::transmittance(Depth depth)
+{
+    return depth < darkness ? std::exp2(static_cast<double>(-depth) / halving) : 0.0;
+}
+
+} // namespace isospline

@@ -1,0 +1,45 @@
+// The light that translucent surfaces take from rays that cross them.
+#pragma once
+
+#include "isospline/math/ray.h"
+#include "isospline/trace/hit.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace isospline {
+
+class SceneSnapshot;
+
+/// The opacity, from 0 to 1, of the surface that a ray hit.
+using OpacityOf = std::function<double(const Hit& hit, const Ray& ray)>;
+
+/// The opacities of a snapshot's surfaces, as optical depths in fixed point. The sum of the depths of all crossings of
+/// a ray does not depend on their order.
+class Absorption {
+public:
+    using Depth = std::int64_t;
+    /// Less than 1% of the light is left at this depth, and counts as none.
+    static const Depth darkness;
+
+    /// `even_opacity` is the opacity of the object with a geometry id, or nothing if it differs from point to point:
+    /// then `opacity_of` is called for each crossing.
+    Absorption(const SceneSnapshot& scene, const std::function<std::optional<double>(std::uint32_t)>& even_opacity,
+               OpacityOf opacity_of);
+
+    /// The depth of each crossing with the instance in a slot, or nothing if it differs from point to point.
+    const std::optional<Depth>& depth(std::uint32_t slot) const { return depths_[slot]; }
+    Depth depth(const Hit& hit, const Ray& ray) const;
+
+    /// The part of the light that is left, from 0 to 1.
+    static double transmittance(Depth depth);
+
+private:
+    std::vector<std::optional<Depth>> depths_; ///< by slot
+    OpacityOf opacity_of_;
+};
+
+} // namespace isospline
