@@ -3,11 +3,10 @@
 #include "long_call.h"
 #include "points.h"
 #include "results.h"
+#include "thickness_words.h"
 
-#include "isospline/query/lattice_metric.h"
 #include "isospline/query/sample_surface.h"
 #include "isospline/scene/scene.h"
-#include "isospline/scene/thickness.h"
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
 
@@ -113,9 +112,6 @@ Examples
 (array([0.5, 0.5]), np.float64(0.5))
 )";
 
-const EnumWords<ThicknessMethod> method_words{{"max_sphere", ThicknessMethod::max_sphere},
-                                              {"ray", ThicknessMethod::ray}};
-
 py::object sample_points(const Isosurface& surface, std::int64_t count, std::int64_t seed)
 {
     if (count < 0)
@@ -155,9 +151,8 @@ py::array_t<double> thickness(const std::shared_ptr<Isosurface>& surface, const 
     const RowArray rows(points, "points", 3);
     if (ripple_height)
         check_not_negative("ripple", *ripple_height);
-    const double shortest_edge = LatticeMetric(surface->volume().lattice_to_world()).shortest_edge;
-    const double ripple = ripple_height.value_or(0.5 * shortest_edge);
-    const ThicknessMethod method = as_enum(method_words, word, "method");
+    const double ripple = ripple_height.value_or(default_ripple(*surface));
+    const ThicknessMethod method = as_enum(thickness_words, word, "method");
     auto result = new_array<double>(rows.leading_shape());
     double* const to = result.mutable_data();
     long_call("to measure the thickness at " + std::to_string(rows.count()) + " points", py::none(),

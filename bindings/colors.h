@@ -74,6 +74,8 @@ inline Color as_surface_color(const pybind11::handle& value, const char* paramet
         return value.cast<ColorByDistance>();
     if (pybind11::isinstance<ColorByValue>(value))
         return value.cast<ColorByValue>();
+    if (pybind11::isinstance<ColorByThickness>(value))
+        return value.cast<ColorByThickness>();
     const glm::dvec3 color = as_color(decoded(value), parameter);
     check_not_above_one(color, value, parameter);
     return color;

@@ -62,7 +62,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_prefilter(module);
     isospline::bind_cells(module);
     isospline::bind_color(module);
-    isospline::bind_object_colors(module);
     isospline::bind_material(module);
     isospline::bind_clip(module);
     isospline::bind_isosurface(module);
@@ -71,6 +70,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_mesh(module);
     isospline::bind_surface_mesh(module);
     isospline::bind_scene(module);
+    isospline::bind_object_colors(module);
     isospline::bind_crossings(module);
     isospline::bind_scene_index(module);
     isospline::bind_scene_objects(module);

@@ -71,7 +71,8 @@ class DamagedStore(OSError, ValueError): ...
 class _Families:
     _Cut: HalfSpace | Box
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
-    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | ColorByDistance | ColorByValue
+    _MeasuredRule: ColorByDistance | ColorByValue | ColorByThickness
+    _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | _MeasuredRule
     _PointLight: PositionalLight | DirectionalLight
     _Light: _PointLight | RectangleLight | SphereLight | EnvironmentLight
     _Shading: Phong | Outline | AmbientOcclusion
@@ -150,6 +151,10 @@ class _Results:
     _cast_touching_rays: Hits
     _prefilter_block: NDArray[np.float32]
     _placed_objects: list[tuple[int, Isosurface | Mesh, NDArray[np.float64], Visibility]]
+
+class ColorByThickness:
+    method: Literal["max_sphere", "ray"]
+    surface: Isosurface | None
 
 class Volume(_Shown):
     @classmethod

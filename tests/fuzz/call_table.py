@@ -97,6 +97,19 @@ def calls(o, folder):
             {"other": o["surface"], "cmap": "viridis", "limits": (0, 1), "signed": True, "label": "a"},
         ),
         ("ColorByNormal", iso.ColorByNormal, {}),
+        (
+            "ColorByThickness",
+            iso.ColorByThickness,
+            {
+                "cmap": "viridis",
+                "limits": (0, 1),
+                "method": "ray",
+                "ripple": 0.1,
+                "surface": o["surface"],
+                "transform": np.eye(4),
+                "label": "a",
+            },
+        ),
         ("ColorByValue", iso.ColorByValue, {"cmap": "viridis", "limits": (0, 1), "label": "a"}),
         (
             "ColorByVolume",

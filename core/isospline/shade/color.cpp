@@ -28,6 +28,13 @@ double curvature_of(CurvatureKind kind, const Curvature& curvature)
     return 0.0;
 }
 
+/// The colour of a value that may be unknown.
+glm::dvec3 known_color_of(const ColorMap& map, double value)
+{
+    constexpr double grey = 0.397; // as "darkgray", PyVista's colour of NaN
+    return std::isnan(value) ? glm::dvec3(grey) : color_of(map, value);
+}
+
 glm::dvec3 by_rule(const glm::dvec3& color, const SurfacePoint&)
 {
     return color;
@@ -61,8 +68,12 @@ glm::dvec3 by_rule(const ColorByDistance& color, const SurfacePoint& point)
 
 glm::dvec3 by_rule(const ColorByValue& color, const SurfacePoint& point)
 {
-    constexpr double grey = 0.397; // as "darkgray", PyVista's colour of NaN
-    return std::isnan(point.value) ? glm::dvec3(grey) : color_of(color.map, point.value);
+    return known_color_of(color.map, point.value);
+}
+
+glm::dvec3 by_rule(const ColorByThickness& color, const SurfacePoint& point)
+{
+    return known_color_of(color.map, color.thickness->at(point.position));
 }
 
 } // namespace
@@ -101,6 +112,8 @@ void validate(const char* parameter, const Color& color)
         validate(by_distance->map);
     else if (const auto* by_value = std::get_if<ColorByValue>(&color))
         validate(by_value->map);
+    else if (const auto* by_thickness = std::get_if<ColorByThickness>(&color))
+        validate(by_thickness->map);
 }
 
 bool needs_curvature(const Color& color)

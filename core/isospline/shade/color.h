@@ -78,9 +78,17 @@ struct ColorByValue {
     std::string label = {};  ///< what the values are, for colour bars
 };
 
+/// By the thickness of a solid at the point. Points where it is NaN are grey.
+struct ColorByThickness {
+    std::shared_ptr<const PointValue> thickness;
+    ColorMap map;
+    bool fit_limits = false; ///< as of ColorByValue
+    std::string label = {};  ///< what the thickness is, for colour bars
+};
+
 /// Linear red, green and blue, or a rule for them.
 using Color = std::variant<glm::dvec3, ColorByVolume, ColorByCurvature, ColorByNormal, ColorByDepth, ColorByDistance,
-                           ColorByValue>;
+                           ColorByValue, ColorByThickness>;
 
 /// The colour of caps; nothing means the surface's own. A rule is not lit: its colours are read off a colour bar.
 using CapColor = std::optional<Color>;

@@ -23,6 +23,7 @@ VALUE_TYPES = (
     _core.ColorByDepth,
     _core.ColorByDistance,
     _core.ColorByNormal,
+    _core.ColorByThickness,
     _core.ColorByValue,
     _core.ColorByVolume,
     _core.DirectionalLight,
@@ -109,6 +110,8 @@ def _hashable(part):
         return tuple(_hashable(item) for item in part)
     if isinstance(part, _core.Volume):
         return part.shape, part.minimum, part.maximum
+    if isinstance(part, _core.Isosurface):
+        return _hashable(part.volume)
     if isinstance(part, _core.Scene):
         return tuple(part.ids)
     return part

@@ -147,6 +147,8 @@ def _color_by(arguments):
         return what and isospline.ColorByNormal()
     if what == "depth":
         return isospline.ColorByDepth(**options)
+    if what == "thickness":
+        return isospline.ColorByThickness(**options)
     if what in CURVATURES:
         if arguments.limits is None:
             raise ValueError("--limits: expected two curvatures for --color-by, such as -0.5,0.5, got none")

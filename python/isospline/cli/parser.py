@@ -231,7 +231,7 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     add_ground(group, color)
     add_tone(group)
     add_materials(group)
-    what = f"normal, depth, {', '.join(CURVATURES)}, a file with another volume, or with a mesh"
+    what = f"normal, depth, thickness, {', '.join(CURVATURES)}, a file with another volume, or with a mesh"
     group.add_argument("--color-by", metavar="WHAT", help=what)
     group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib for --color-by")
     group.add_argument(

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.parameters import check_type
 from ..colors import linear_to_srgb, srgb_to_linear
 from .image import Image
-from .rules import COLORS, depends_on_object
+from .rules import COLORS, depends_on_object, without_object
 
 Annotation = Literal["scale_bar", "colorbar"]
 ANNOTATIONS = ("scale_bar", "colorbar")
@@ -24,6 +24,7 @@ _WITH_MAP = (
     _core.ColorByDepth,
     _core.ColorByDistance,
     _core.ColorByValue,
+    _core.ColorByThickness,
 )
 # Fractions of the picture: the free border, and the largest length of a scale bar.
 BORDER, _LONGEST = 0.04, 0.25
@@ -130,8 +131,10 @@ def color_rules(look):
     colors = [getattr(each, name, None) for each in looks for name in COLORS]
     rules = []
     for color in colors:
-        if isinstance(color, _WITH_MAP) and not depends_on_object(color) and color not in rules:
-            rules.append(color)
+        if isinstance(color, _WITH_MAP) and not depends_on_object(color):
+            rule = without_object(color)
+            if rule not in rules:
+                rules.append(rule)
     return rules
 
 
@@ -152,6 +155,8 @@ def _title(rule, unit):
         return "depth" + (f" ({unit})" if unit else "")
     if isinstance(rule, _core.ColorByDistance) and not rule.label:
         return ("signed distance" if rule.signed else "distance") + (f" ({unit})" if unit else "")
+    if isinstance(rule, _core.ColorByThickness) and not rule.label:
+        return "thickness" + (f" ({unit})" if unit else "")
     return rule.label or "value"
 
 

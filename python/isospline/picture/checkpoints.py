@@ -146,6 +146,10 @@ def _feed(digest, value):
         _feed(digest, ("Mesh", value.vertices, value.faces, value.normals, value.colors, value.material))
         if value.values is not None:
             _feed(digest, value.values)
+    elif isinstance(value, _core.Isosurface):
+        _feed(digest, ("Isosurface", value.__getstate__()))
+    elif isinstance(value, _core.Scene):
+        _feed(digest, ("Scene", value._placed_objects()))
     elif isinstance(value, dict):
         _feed(digest, [(str(name), value[name]) for name in sorted(value, key=str)])
     elif isinstance(value, (list, tuple)):

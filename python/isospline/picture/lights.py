@@ -12,7 +12,7 @@ from ..base.system import warn
 from .environments import upright
 from .materials import look_of
 from .path_tracer import PathTracer
-from .rules import completed, is_incomplete, own_material
+from .rules import Placed, completed, is_incomplete, own_material
 from .studio import Studio
 
 if TYPE_CHECKING:
@@ -111,12 +111,12 @@ def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str
     return completed(found, items)
 
 
-def _items(scene: _core.Scene) -> dict[int, Any]:
-    return {id: item for id, item, *_ in scene._placed_objects()}
+def _items(scene: _core.Scene) -> dict[int, Placed]:
+    return {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
 
 
-def _own(items: dict[int, Any]) -> dict[int, _core.Material]:
-    materials = {id: own_material(item) for id, item in items.items()}
+def _own(items: dict[int, Placed]) -> dict[int, _core.Material]:
+    materials = {id: own_material(item) for id, (item, _) in items.items()}
     return {id: material for id, material in materials.items() if material is not None}
 
 

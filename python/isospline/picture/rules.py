@@ -6,11 +6,18 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
 
 #: The colours of a material or a shading.
 COLORS = ("color", "surface_color", "cap_color")
+#: An object and its transform.
+Placed = tuple[Any, NDArray[np.float64]]
+
+_OF_OBJECTS = (_core.ColorByValue, _core.ColorByThickness)
+# Random points of a surface for the limits of its thickness, and the part of them within.
+_POINTS, _WITHIN = 500, 0.98
 
 
 def own_material(item: Any) -> _core.Material | None:
@@ -24,7 +31,13 @@ def own_material(item: Any) -> _core.Material | None:
 
 def depends_on_object(rule: Any) -> bool:
     """Whether a colour is a rule that is not complete without an object."""
-    return isinstance(rule, _core.ColorByValue) and rule.limits is None
+    is_of_any = isinstance(rule, _core.ColorByThickness) and rule.surface is None
+    return is_of_any or (isinstance(rule, _OF_OBJECTS) and rule.limits is None)
+
+
+def without_object(rule: Any) -> Any:
+    """What a colour bar shows of a complete rule, which is the same for several objects."""
+    return rule.replace(surface=None, transform=None) if isinstance(rule, _core.ColorByThickness) else rule
 
 
 def is_incomplete(look: Any) -> bool:
@@ -32,7 +45,7 @@ def is_incomplete(look: Any) -> bool:
     return look is not None and any(map(depends_on_object, _rules(look).values()))
 
 
-def completed(looks: Mapping[int, Any], items: Mapping[int, Any]) -> dict[int, Any]:
+def completed(looks: Mapping[int, Any], items: Mapping[int, Placed]) -> dict[int, Any]:
     """Materials or shadings of objects, by geometry id, with complete rules. Objects with one rule share its limits."""
     found = dict(looks)
     for id, look in looks.items():
@@ -40,14 +53,15 @@ def completed(looks: Mapping[int, Any], items: Mapping[int, Any]) -> dict[int, A
         for name, rule in _rules(look).items():
             if depends_on_object(rule):
                 peers = [items[other] for other, each in looks.items() if rule in _rules(each).values()]
-                changes[name] = _by_value(rule, items[id], peers)
+                complete = _by_thickness if isinstance(rule, _core.ColorByThickness) else _by_value
+                changes[name] = complete(rule, items[id], peers)
         if changes:
             found[id] = look.replace(**changes)
     return found
 
 
 def _rules(look):
-    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _core.ColorByValue)}
+    return {name: rule for name in COLORS if isinstance(rule := getattr(look, name, None), _OF_OBJECTS)}
 
 
 def _differ(values):
@@ -56,14 +70,38 @@ def _differ(values):
     return finite.size > 0 and finite.min() < finite.max()
 
 
-def _by_value(rule, item, peers):
+def _by_value(rule, placed, peers):
     """A rule by values with limits, and with the name of the values of an object."""
-    named = [each for each in peers if isinstance(each, _core.Mesh) and each.values is not None]
+    item, _ = placed
+    named = [each for each, _ in peers if isinstance(each, _core.Mesh) and each.values is not None]
     label = rule.label
     if item in named:
         named = [each for each in named if each.values_name == item.values_name]
         label = label or item.values_name
     return rule.replace(limits=_range(each.values for each in named), label=label)
+
+
+def _by_thickness(rule, placed, peers):
+    """A rule by thickness with limits, and with a surface: that of the rule, or the object itself."""
+    own = placed if rule.surface is None else (rule.surface, rule.transform)
+    if not isinstance(own[0], _core.Isosurface):
+        raise ValueError("color: expected ColorByThickness(surface=...) for a mesh, got one without a surface")
+    limits = rule.limits or _thickness_limits(rule, [own] if rule.surface is not None else peers)
+    return rule.replace(surface=own[0], transform=own[1], limits=limits)
+
+
+def _thickness_limits(rule, surfaces):
+    """From 0 to the thickness below which most points of each surface are."""
+    most = 0.0
+    for surface, transform in surfaces:
+        if not isinstance(surface, _core.Isosurface) or not np.isfinite(_core.Scene([surface]).extent(np.eye(3))).all():
+            continue
+        points = surface.sample_points(_POINTS)["points"]
+        thickness = surface.thickness(points, method=rule.method, ripple=rule.ripple)
+        if (finite := thickness[np.isfinite(thickness)]).size:
+            scale = np.cbrt(abs(np.linalg.det(transform[:3, :3])))
+            most = max(most, float(scale * np.quantile(finite, _WITHIN)))
+    return 0.0, most or 1.0
 
 
 def _range(arrays: Iterable[Any]) -> tuple[float, float]:

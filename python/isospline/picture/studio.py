@@ -46,6 +46,7 @@ _RULES = (
     _core.ColorByDepth,
     _core.ColorByDistance,
     _core.ColorByValue,
+    _core.ColorByThickness,
 )
 _BLACK = _core.ColorByDepth([(0, 0, 0), (0, 0, 0)], limits=(0, 1))
 

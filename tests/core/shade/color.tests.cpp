@@ -3,6 +3,7 @@
 #include "isospline/shade/shading.h"
 
 #include <limits>
+#include <memory>
 
 using namespace isospline;
 
@@ -47,6 +48,14 @@ TEST_CASE("colours follow from normal, depth, value and curvature, and vertices 
     REQUIRE(color_at(ColorByValue{map}, point) == glm::dvec3(0.397)); // no value
     point.value = 4.0;
     REQUIRE(color_at(ColorByValue{map}, point).g == Approx(0.4));
+    struct Height : PointValue {
+        double at(const glm::dvec3& position) const override { return position.z; }
+    };
+    const ColorByThickness by_height{std::make_shared<Height>(), map};
+    point.position.z = 7.0;
+    REQUIRE(color_at(by_height, point).g == Approx(0.7));
+    point.position.z = not_a_number;
+    REQUIRE(color_at(by_height, point) == glm::dvec3(0.397));
     const auto curvature = [&](CurvatureKind kind) { return color_at(ColorByCurvature{kind, map}, point).g; };
     REQUIRE(curvature(CurvatureKind::mean) == Approx(0.05));
     REQUIRE(curvature(CurvatureKind::gaussian) == Approx(0.009));
@@ -83,6 +92,7 @@ TEST_CASE("bad colours are refused", "[shade]")
     refused(ColorByDepth{{{glm::dvec3(1.0), glm::dvec3(not_a_number)}, {0.0, 1.0}}}, "cmap");
     refused(ColorByCurvature{CurvatureKind::mean, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {2.0, 2.0}}}, "limits");
     refused(ColorByVolume{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {0.0, not_a_number}}}, "limits");
+    refused(ColorByThickness{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
     refused(ColorByValue{{{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
     refused(ColorByDistance{nullptr, {{glm::dvec3(0.0), glm::dvec3(1.0)}, {3.0, 3.0}}}, "limits");
 }

@@ -50,6 +50,7 @@ def test_render_gives_the_picture_of_the_library(ball, picture):
     "options, color",
     [
         (["--color-by", "normal"], isospline.ColorByNormal()),
+        (["--color-by", "thickness", "--limits", "0,2"], isospline.ColorByThickness(limits=(0, 2))),
         (["--color-by", "depth", "--cmap", "magma"], isospline.ColorByDepth("magma")),
         (["--color-by", "mean-curvature", "--limits", "-0.1,0.2"], isospline.ColorByCurvature(limits=(-0.1, 0.2))),
         (

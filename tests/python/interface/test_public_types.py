@@ -66,6 +66,7 @@ VALUES = {
     "ColorByDepth": lambda _: isospline.ColorByDepth(limits=(1, 2)),
     "ColorByDistance": lambda _: isospline.ColorByDistance(isospline.Isosurface(VOLUME, FIELD.level), limits=(1, 2)),
     "ColorByNormal": lambda _: isospline.ColorByNormal(),
+    "ColorByThickness": lambda _: isospline.ColorByThickness(limits=(1, 2)),
     "ColorByValue": lambda _: isospline.ColorByValue(limits=(0, 1)),
     "ColorByVolume": lambda _: isospline.ColorByVolume(VOLUME, limits=(0, 1)),
     "DirectionalLight": lambda _: isospline.DirectionalLight((1, 2, 3)),

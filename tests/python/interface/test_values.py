@@ -32,6 +32,8 @@ VALUES = [
     isospline.ColorByDepth([(0, 0, 0), (1, 1, 1)], limits=(1, 2)),
     isospline.ColorByDistance(isospline.Isosurface(VOLUME, FIELD.level), limits=(-1, 2), label="deviation"),
     isospline.ColorByNormal(),
+    isospline.ColorByThickness(),
+    isospline.ColorByThickness(surface=isospline.Isosurface(VOLUME, FIELD.level), ripple=0.1, method="max_sphere"),
     isospline.ColorByValue(),
     isospline.ColorByValue([(0, 0, 0), (1, 1, 1)], limits=(1, 2), label="pressure in Pa"),
     isospline.ColorByVolume(

@@ -368,3 +368,30 @@ def test_a_checkpoint_is_a_zip_file_of_arrays(path):
     with np.load(path, allow_pickle=False) as arrays:
         assert arrays["sums"].shape == (70 * 50, 7) and (arrays["tile_samples"] == 2).all()
         assert "camera" in json.loads(str(arrays["prints"]))
+
+
+def test_rules_with_objects_and_values_of_meshes_belong_to_the_picture(path):
+    surface, other = make_scene().object(0), isospline.Isosurface(VOLUME, FIELD.level - 0.1)
+    corners, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
+
+    def renderer(what):
+        return make_renderer(isospline.Scene(what))
+
+    def colored(rule):
+        return isospline.Isosurface(VOLUME, FIELD.level, color=rule)
+
+    def by_distance(target):
+        return colored(isospline.ColorByDistance(target, limits=(-1, 1)))
+
+    def by_thickness(limit):
+        return colored(isospline.ColorByThickness(limits=(0, limit)))
+
+    def with_value(number):
+        rule = isospline.ColorByValue(limits=(0, 1))
+        return isospline.Mesh(corners, faces, values=[0, 1, number], color=rule)
+
+    for make, one, two in ((by_distance, surface, other), (by_thickness, 1, 2), (with_value, 0.5, 0.6)):
+        renderer(make(one)).run(1, checkpoint=path)
+        renderer(make(one)).load_checkpoint(path)
+        with pytest.raises(ValueError, match="the same"):
+            renderer(make(two)).load_checkpoint(path)
