@@ -31,7 +31,7 @@ from .light_options import LIMITS, TONE, flag, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
 from .output import check_folder, check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
-from .picture import Marks, Patience, background_of, cameras_of
+from .picture import Marks, announce_time, background_of, cameras_of
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
@@ -322,9 +322,12 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         **look,
     )
     samples = arguments.samples or (8 if arguments.light == "studio" and not arguments.fast else 4)
-    progress = Patience(arguments, progress, _say)
+    is_path_traced = isinstance(look["light"], isospline.PathTracer)
+    progress = progress or (lambda fraction: None)
     if is_distributed:
         from_cluster = cluster_images(scene, cameras, {"samples": samples, **options}, arguments, progress)
+    elif not is_path_traced and not arguments.quiet:
+        announce_time(scene, cameras[0], len(cameras), {"samples": samples, **options}, _say)
     for number, camera in enumerate(cameras):
 
         def report(fraction, done=number):
@@ -332,7 +335,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
 
         if is_distributed:
             images = [next(from_cluster)]
-        elif isinstance(look["light"], isospline.PathTracer):
+        elif is_path_traced:
             renderer = isospline.ProgressiveRenderer(scene, camera, **options)
             images = traced_images(renderer, arguments, report, _say)
         else:

@@ -17,8 +17,10 @@ from ..picture.legends import Legend, legend_rows
 from ..picture.rendering import space_for, unit_of
 from ..picture.views import DEFAULT_VIEW
 
-#: Seconds after which the user is told the expected time.
-PATIENCE = 1.0
+#: The user is told how long pictures take if it is this many seconds or more.
+LONG = 3.0
+# The small picture that is timed has this many times fewer pixels along each side.
+_SMALLER = 8
 #: The value of --largest that keeps all components.
 ALL = "all"
 
@@ -183,17 +185,24 @@ class Marks:
         return legend_rows(scene, self._look) if self._legend else []
 
 
-class Patience:
-    """A progress callback. It tells the user once how long slow light takes, and passes the fraction on."""
+def announce_time(scene, camera, count, options, say):
+    """Tell the user how long slow pictures take, as a small one of the same scene in the same light does."""
+    light, (width, height) = options["light"], options["size"]
+    is_studio = isinstance(light, isospline.Studio)
+    small = max(1, width // _SMALLER), max(1, height // _SMALLER)
+    changes: dict[str, Any] = {"size": small, "layers": ()}
+    if is_studio:
+        changes["light"] = light.replace(denoise=False)
 
-    def __init__(self, arguments, progress, say):
-        self._told = arguments.quiet or arguments.fast or arguments.light != "studio"
-        self._progress, self._say = progress, say
-        self._begin = time.perf_counter()
+    def expected():
+        begin = time.perf_counter()
+        isospline.render(scene, camera, **{**options, **changes})
+        return (time.perf_counter() - begin) * count * (width * height) / (small[0] * small[1])
 
-    def __call__(self, fraction):
-        elapsed = time.perf_counter() - self._begin
-        if not self._told and elapsed > PATIENCE and fraction > 0.02:
-            self._told = True
-            self._say(f"soft light and shadows take about {elapsed / fraction:.0f} s; --fast leaves them out")
-        return None if self._progress is None else self._progress(fraction)
+    if expected() < LONG:
+        return
+    scene.settle()  # which a picture of many rays does
+    seconds = expected()
+    if seconds >= LONG:
+        hint = "; --fast leaves shadows out" if is_studio and not light.fast else ""
+        say(f"rendering takes about {seconds:.0f} s{hint}")

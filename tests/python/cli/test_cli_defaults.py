@@ -1,8 +1,6 @@
 """Pictures for which no option is given: studio light, the level and the pieces that are worth looking at."""
 
 import re
-import time
-import types
 
 import numpy as np
 import pytest
@@ -100,27 +98,32 @@ def test_fast_leaves_shadows_out(ball, picture):
     assert difference.max() <= 2  # the border that closes it is no part of this ball
 
 
-def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch):
+@pytest.mark.parametrize("light", ["studio", "ambient-occlusion"])
+def test_slow_pictures_announce_their_time(ball, picture, capsys, monkeypatch, light):
+    """The time of a small picture, for all pixels: a clock that advances with each pixel is the oracle."""
     from isospline.cli import picture as cli_picture
 
-    options = types.SimpleNamespace(quiet=False, fast=False, light="studio")
-    for changes, expected in (({}, 1), ({"quiet": True}, 0), ({"fast": True}, 0), ({"light": "phong"}, 0)):
-        said, handed_on = [], []
-        patience = cli_picture.Patience(
-            types.SimpleNamespace(**{**vars(options), **changes}), handed_on.append, said.append
-        )
-        patience(0.5)
-        later = time.perf_counter() + 4
-        with monkeypatch.context() as patch:
-            patch.setattr(time, "perf_counter", lambda later=later: later)
-            for fraction in (0.5, 0.75, 1.0):
-                patience(fraction)
-        assert handed_on == [0.5, 0.5, 0.75, 1.0] and len(said) == expected
-    monkeypatch.setattr(cli_picture, "PATIENCE", 0.0)
-    assert main(["render", str(ball), "-l", "0", "--size", "160x120", "-o", str(picture)]) == 0
-    assert re.fullmatch(
-        r"isospline: soft light and shadows take about \d+ s; --fast leaves them out\n", capsys.readouterr().err
-    )
+    clock = [0.0]
+
+    def render(scene, camera, *, size, **options):
+        clock[0] += 1e-3 * size[0] * size[1]
+        return isospline_render(scene, camera, size=size, **options)
+
+    isospline_render = isospline.render
+    monkeypatch.setattr(isospline, "render", render)
+    monkeypatch.setattr(cli_picture.time, "perf_counter", lambda: clock[0])
+    command = ["render", str(ball), "-l", "0", "-o", str(picture), "--light", light]
+    for size, options, expected in (
+        ("160x120", [], "19 s"),
+        ("160x120", ["--opacity", "0.3", "--turntable", "2"], "38 s"),
+        ("160x120", ["--quiet"], None),
+        ("40x30", [], None),
+    ):
+        output = [] if "--turntable" not in options else ["-o", str(picture.with_name("turn-##.png"))]
+        assert main([*command, "--size", size, *options, *output]) == 0
+        said = re.findall(r"rendering takes about (\d+ s)(; --fast leaves shadows out)?", capsys.readouterr().err)
+        hint = "; --fast leaves shadows out" if light == "studio" else ""
+        assert said == ([] if expected is None else [(expected, hint)])
 
 
 def test_a_ct_of_a_patient_shows_bones(tmp_path, picture, capsys):
