@@ -14,6 +14,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -239,6 +241,21 @@ py::array coefficients(const Volume& volume)
     return result;
 }
 
+/// Python may make several objects of one volume, one after the other. Called with the GIL.
+std::uint64_t identity_of(const std::shared_ptr<Volume>& volume)
+{
+    struct Known {
+        std::weak_ptr<const Volume> volume;
+        std::uint64_t number;
+    };
+    static std::map<const Volume*, Known> known;
+    static std::uint64_t count = 0;
+    std::erase_if(known, [](const auto& each) { return each.second.volume.expired(); });
+    const auto [found, is_new] = known.try_emplace(volume.get(), Known{volume, count});
+    count += is_new;
+    return found->second.number;
+}
+
 std::string representation(const Volume& volume)
 {
     const auto& options = volume.options();
@@ -319,6 +336,7 @@ void bind_volume(py::module_& module)
             "Whether the world is a patient's: x, y and z run to the left, to the back and to the head (LPS).")
         .def_property_readonly("minimum", &Volume::minimum, "Smallest sample.")
         .def_property_readonly("maximum", &Volume::maximum, "Largest sample.")
+        .def_property_readonly("_identity", &identity_of, "A number that no other volume of the process has had.")
         .def_property_readonly("memory", &Volume::memory, "Bytes held by this object.")
         .def("__repr__", &representation);
 }

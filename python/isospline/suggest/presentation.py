@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from dataclasses import dataclass
 from typing import Any
 
@@ -167,7 +166,7 @@ def suggested_view(shown: Any) -> SuggestedView | None:
         return None
     first: SuggestedView | None = None
     for volume, transform in surfaces:
-        if volume.paging is not None and volume not in _KNOWN:  # its values would have to be read
+        if volume.paging is not None and volume._identity not in _KNOWN:  # its values would have to be read
             return None
         suggested = present(volume).view
         view, up = (as_tuple(transform[:3, :3] @ vector) for vector in (suggested.view, suggested.up))
@@ -177,19 +176,26 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     return first
 
 
-_KNOWN: weakref.WeakKeyDictionary[_core.Volume, Presentation] = weakref.WeakKeyDictionary()
+# Presentations by the identity of their volumes, of which the last ones are kept.
+_KNOWN: dict[int, Presentation] = {}
+_MOST_KNOWN = 32
 
 
 def present(volume: _core.Volume, suggested: list[float] | None = None, minimum: float | None = None) -> Presentation:
     """The presentation of a volume, found once; by default for levels that some of its values suggest."""
-    if volume not in _KNOWN:
+    key = volume._identity
+    if key not in _KNOWN:
         if suggested is None or minimum is None:
             values, counts = histogram(some_values(volume))
             minimum = float(values[0])
             suggested = levels_of_histogram(values, counts) or [minimum]
         direction = np.asarray(volume.direction)
-        _KNOWN[volume] = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested)
-    return _KNOWN[volume]
+        shown = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested)
+        while len(_KNOWN) >= _MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)), None)
+        _KNOWN[key] = shown
+        return shown
+    return _KNOWN[key]
 
 
 def present_data(data: Any, suggested: list[float], minimum: float) -> Presentation:

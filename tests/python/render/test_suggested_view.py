@@ -211,6 +211,18 @@ def test_the_view_of_a_scene_is_that_of_its_volumes_if_they_agree(bodies):
     assert {tuple(camera.up) for camera in cameras} == {(0, 0, -1)}
 
 
+def test_a_volume_is_analysed_once(bodies, monkeypatch):
+    surface = isospline.Isosurface(isospline.Volume(bodies["head"][::-1]), 0.0)  # no object of the volume is kept
+    up = isospline.camera_for(surface).up.tolist()
+    monkeypatch.setattr(presentation, "samples_of", None)
+    for shown in (surface, surface.with_level(0.5), isospline.Scene(surface)):
+        assert isospline.camera_for(shown).up.tolist() == up == [0, 0, -1]
+    monkeypatch.undo()
+    other = isospline.Isosurface(isospline.Volume(bodies["head"]), 0.0)
+    assert surface.volume._identity == surface.volume._identity != other.volume._identity
+    assert isospline.camera_for(other).up.tolist() == [0, 0, 1]
+
+
 def test_the_ground_is_below_the_suggested_top(bodies):
     volume = isospline.Volume(bodies["head"][::-1])
     surface = isospline.Isosurface(volume, 0.0, closed=True)
