@@ -17,7 +17,7 @@ def main(samples: int = 96, size: tuple[int, int] = (160, 150), folder: str = "o
     color = isospline.ridges_and_valleys(8, color=(0.55, 0.12, 0.1), valley=(0.1, 0.01, 0.01))
     shading = isospline.Phong(color=color, specular=0.3)
 
-    cameras = isospline.turntable(scene, columns * rows, view=(0, -1, 0.25), size=size)
+    cameras = isospline.turntable_cameras(scene, columns * rows, view=(0, -1, 0.25), size=size)
     frames = [
         isospline.render(scene, camera, size=size, light=shading, background="white", samples=4) for camera in cameras
     ]

@@ -61,7 +61,8 @@ from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .labels import Labels
 from .levels import suggest_levels
-from .picture.cameras import camera_for, turntable
+from .picture.animation import animate, turntable
+from .picture.cameras import camera_for, turntable_cameras
 from .picture.environments import read_environment
 from .picture.ground import ground_for
 from .picture.image import Image
@@ -141,6 +142,7 @@ __all__ = [
     "Volume",
     "VolumeData",
     "add_to_plotter",
+    "animate",
     "camera_for",
     "convert",
     "distributed",
@@ -162,6 +164,7 @@ __all__ = [
     "surface_distance",
     "thread_count",
     "turntable",
+    "turntable_cameras",
     "view",
     "volumes",
     "write_video",

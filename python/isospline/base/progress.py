@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from .. import _core
 from .mistakes import sentence
 
 #: Seconds between two plain lines.
@@ -72,6 +73,14 @@ def _clock(seconds: float) -> str:
 def part_of(progress: Callable[[float], object] | None, number: int, count: int) -> Callable[[float], object] | None:
     """A callback for one of `count` equal parts of an operation."""
     return None if progress is None else lambda fraction: progress((number + fraction) / count)
+
+
+def tell(progress: Callable[[float], object] | None, fraction: float) -> None:
+    """Call a callback with the finished fraction; raises Cancelled if it asks for that."""
+    if progress is not None:
+        go_on = progress(fraction)
+        if go_on is not None and not go_on:
+            raise _core.Cancelled
 
 
 def as_callable(progress: Any) -> Callable[[float], object] | None:

@@ -8,9 +8,9 @@ import isospline
 
 from ..colors import BACKGROUND
 from ..interop.mesh_output import MESHES
+from ..picture.sequences import check_folder
 from ..suggest.presentation import suggested_surface
 from .levels import choose_levels, make_surfaces
-from .output import check_folder
 from .picture import add_largest
 from .summary import unit_power
 

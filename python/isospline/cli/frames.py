@@ -9,13 +9,13 @@ import re
 from pathlib import Path
 
 from ..io.read import FORMATS
+from ..picture.sequences import PICTURES, VIDEOS, is_numbered, numbered
 from ..store import time_steps
 from ..store.detail import is_store
-from .output import PICTURES, VIDEOS
 from .record import Record, identity, options_of, record_path
 
 # Files that --frames does not write: a folder with such a name would be a mistake.
-_OTHER_FILES = (*VIDEOS, ".avi", ".bmp", ".gif", ".jpeg", ".jpg", ".mkv", ".mov", ".tif", ".tiff", ".webm", ".webp")
+_OTHER_FILES = (*VIDEOS, ".avi", ".bmp", ".jpeg", ".jpg", ".mkv", ".mov", ".tif", ".tiff", ".webm", ".webp")
 
 
 def render_frames(arguments, render, say):
@@ -80,9 +80,9 @@ def _by_number(path):
 def _outputs(output, names):
     """The pictures: by numbers in place of ####, or in a folder by the volumes' names."""
     if output.lower().endswith(PICTURES):
-        if len(re.findall("#+", os.path.basename(output))) != 1 or "#" in os.path.dirname(output):
+        if not is_numbered(output):
             raise ValueError(f"{output}: expected a name with #### in place of the number, such as frame-####.png")
-        return [re.sub("#+", lambda hashes: f"{at:0{len(hashes[0])}d}", output) for at in range(len(names))]
+        return [numbered(output, number) for number in range(len(names))]
     if output.lower().endswith(_OTHER_FILES) and not os.path.isdir(output):
         raise ValueError(
             f"{output}: expected the name of a folder, or of pictures with #### in place of their number, such as "

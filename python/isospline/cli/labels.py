@@ -9,7 +9,7 @@ import isospline
 from ..colors import color_of
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
-from .output import check_folder
+from ..picture.sequences import check_folder
 from .summary import unit_power
 from .write import error_text
 

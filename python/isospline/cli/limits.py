@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 
-from .output import check_folder, is_video, numbered
+from ..picture.sequences import check_folder, is_video, numbered
 from .record import turntable_record
 
 #: Samples of a pixel if nothing else ends a path traced picture.

@@ -18,6 +18,7 @@ from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
 from ..interop.mesh_output import MESHES
 from ..picture.pixels import denoiser
+from ..picture.sequences import check_folder
 from ..picture.views import DEFAULT_VIEW
 from .cluster import cluster_images, wants_cluster
 from .compare import run as run_compare
@@ -29,9 +30,9 @@ from .labels import given_labels, label_surfaces, measure_labels, recognized_lab
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .light_options import LIMITS, TONE, flag, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
-from .output import check_folder, check_output
+from .output import check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
-from .picture import Marks, announce_time, background_of, cameras_of
+from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
@@ -202,11 +203,11 @@ def _render(arguments, write=True):
             return arguments.cameras
         scene, surfaces, volume = made
         is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
-        space = (0.0, 0.0) if is_empty or arguments.turntable else marks_of(scene).space(scene)
+        space = (0.0, 0.0) if is_empty else marks_for(arguments, scene, look_of(scene)).space()
         return cameras_of(arguments, volume if is_empty else scene, space)
 
-    def marks_of(scene):
-        return Marks(arguments, {"light": light_of(dict(zip(scene.ids, materials)))})
+    def look_of(scene):
+        return {"light": light_of(dict(zip(scene.ids, materials)))}
 
     if isinstance(data, Store):
         made, cameras, extent = data.scene_and_cameras(make_scene, make_cameras, arguments)
@@ -220,9 +221,8 @@ def _render(arguments, write=True):
     if arguments.ground:
         materials = [*materials, ground_look(arguments, materials)]
         scene.add(isospline.ground_for(scene, up=arguments.up or (0, 0, 1)))
-    look = {"light": light_of(dict(zip(scene.ids, materials)))}
-    marks = Marks(arguments, look)
-    marks.is_fitted = not (arguments.turntable or arguments.cameras)
+    look = look_of(scene)
+    marks = marks_for(arguments, scene, look)
     frames, missing = frames_to_make(cameras, arguments, _say)
     with _progress("rendering", arguments) as progress:
         written = write_images(
@@ -345,7 +345,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
             if is_mapped:
                 image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
                 image = image.over(background_of(arguments))
-            yield marks.draw(image, camera, scene)
+            yield marks.draw(image, camera, is_fitted=not arguments.cameras)
 
 
 def _volume_or_labels(arguments):

@@ -116,7 +116,7 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
         "--output",
         required=True,
         metavar="OUT",
-        help="picture to write: .png or .exr; of a turntable .mp4 or, with numbers, turn-####.png",
+        help="picture to write: .png or .exr; of a turntable .mp4, .gif, a folder or, with numbers, turn-####.png",
     )
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.add_argument(

@@ -11,10 +11,9 @@ import isospline
 
 from ..colors import BACKGROUND, color_of, named_color
 from ..levels import count_pieces
-from ..picture.annotations import ANNOTATIONS, annotated, check_annotations, color_rules, covered_pixels
-from ..picture.cameras import camera_beside
-from ..picture.legends import Legend, legend_rows
-from ..picture.rendering import space_for, unit_of
+from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
+from ..picture.cameras import camera_beside, cameras_around
+from ..picture.marks import Marks, unit_of
 from ..picture.views import DEFAULT_VIEW
 
 #: The user is told how long pictures take if it is this many seconds or more.
@@ -139,7 +138,7 @@ def cameras_of(arguments, seen, space):
     )
     cameras: Any  # with an aperture, all are perspective ones
     if arguments.turntable:
-        cameras = isospline.turntable(seen, arguments.turntable, **framing)
+        cameras = cameras_around(space, seen, arguments.turntable, **framing)
     else:
         cameras = [camera_beside(space, seen, **framing)]
     if arguments.aperture:
@@ -149,40 +148,19 @@ def cameras_of(arguments, seen, space):
     return cameras
 
 
-class Marks:
-    """The marks that are drawn into pictures of a look, and the space beside objects that they need.
+def marks_for(arguments, scene, look):
+    """The marks that are drawn into the pictures of a scene in a look.
 
     --annotate without a value draws a colour bar if there is a colour map.
     """
-
-    def __init__(self, arguments, look):
-        self._look, self._legend, self._size = look["light"], arguments.legend, arguments.size
-        self._is_default = arguments.annotate is None
-        names = arguments.annotate
-        if self._is_default:
-            names = () if arguments.session or arguments.output.lower().endswith(".exr") else ("scale_bar",)
-        if names == ANNOTATIONS and not color_rules(self._look):
-            names = ("scale_bar",)
-        self._names = check_annotations(names, None, self._look, None)
-        #: Whether cameras leave space for the marks.
-        self.is_fitted = False
-
-    def space(self, scene):
-        """The parts of the width that a camera is to leave free on the left and on the right."""
-        return space_for(self._size, self._names, self._rows(scene), self._look, scene, unit_of(scene))
-
-    def draw(self, image, camera, scene):
-        """The image with its marks."""
-        unit = unit_of(scene)
-        needs_space = self._legend or "colorbar" in self._names
-        covered = covered_pixels(scene, camera, image.size) if needs_space and not self.is_fitted else None
-        Legend(image.size, self._rows(scene)).draw(image, covered)
-        if self._is_default and not unit:
-            return image
-        return annotated(image, self._names, camera, scene, self._look, unit, covered)
-
-    def _rows(self, scene):
-        return legend_rows(scene, self._look) if self._legend else []
+    light, unit = look["light"], unit_of(scene)
+    names = arguments.annotate
+    if names is None:
+        is_plain = arguments.session or arguments.output.lower().endswith(".exr") or not unit
+        names = () if is_plain else ("scale_bar",)
+    elif names == ANNOTATIONS and not color_rules(light):
+        names = ("scale_bar",)
+    return Marks(scene, light, arguments.size, check_annotations(names, None, light, None), arguments.legend, unit)
 
 
 def announce_time(scene, camera, count, options, say):

@@ -10,7 +10,7 @@ from pathlib import Path
 import isospline
 
 from ..base.system import whole_file
-from .output import PICTURES
+from ..picture.sequences import PICTURES
 
 #: Options that do not change a picture.
 _WITHOUT_EFFECT = ["run", "file", "output", "frames", "cameras", "quiet", "resume"]

@@ -10,7 +10,7 @@ import tempfile
 import isospline
 
 from ..store.detail import is_store
-from .picture import ALL, Marks, largest_of
+from .picture import ALL, largest_of, marks_for
 from .store import check_nan
 
 
@@ -80,7 +80,7 @@ def session_image(arguments, progress):
     stage = Stage(samples, True)
     maker = PictureMaker(document)
     image = maker.render(state, arguments.size, stage, progress, layers=arguments.layers)
-    return Marks(arguments, maker.look(state)).draw(image, state.camera.camera(), maker.scene)
+    return marks_for(arguments, maker.scene, maker.look(state)).draw(image, state.camera.camera(), is_fitted=False)
 
 
 def _plain(value):

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-import isospline
-
-from .output import is_video, numbered
+from ..picture.sequences import is_video, numbered, write_sequence
 from .record import turntable_record
 
 
 def write_images(arguments, frames, images):
-    """Write the picture, pictures of these numbers or the video, as the output's name asks; returns a description."""
+    """Write the picture, the video, or pictures of these numbers, as the output's name asks; returns a description."""
     output = arguments.output
     try:
         if not arguments.turntable:
             for image in images:  # one image; after Ctrl-C, the interrupt is raised again once the image is written
                 image.write(output)
             return repr(image)
-        if is_video(output):
-            isospline.write_video(output, images, fps=arguments.fps)
-        else:
-            record, made_of = turntable_record(arguments)
-            for frame, image in zip(frames, images):
-                path = numbered(output, frame)
-                record.forget(path)
-                image.write(path)
-                record.add(path, made_of)
+        if not is_video(output):
+            images = _recorded(arguments, frames, images)
+        write_sequence(output, images, fps=arguments.fps, numbers=frames)
     except OSError as error:
         raise RuntimeError(error_text(error)) from error
     return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
+
+
+def _recorded(arguments, frames, images):
+    """The pictures; each is removed from the record before it is written, and added to it afterwards."""
+    record, made_of = turntable_record(arguments)
+    for frame, image in zip(frames, images):
+        path = numbered(arguments.output, frame)
+        record.forget(path)
+        yield image
+        record.add(path, made_of)
 
 
 def error_text(error):

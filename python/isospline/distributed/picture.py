@@ -10,6 +10,7 @@ from typing import Any
 
 from .. import _core
 from ..base.parameters import check_count, check_path, check_type
+from ..base.progress import tell
 from ..picture.annotations import annotated, check_annotations
 from ..picture.cameras import camera_for
 from ..picture.image import Image
@@ -86,10 +87,10 @@ class PictureInTheMaking:
     def image(self, progress: Any) -> Image:
         """Wait for the picture. `progress` is as in `as_callable`."""
         canvas = Canvas(self._window)
-        _report(progress, 0.0)
+        tell(progress, 0.0)
         for done, future in enumerate(dask_distributed().as_completed(self._futures)):
             canvas.paste(future.result())
-            _report(progress, (done + 1) / len(self._futures))
+            tell(progress, (done + 1) / len(self._futures))
         image = Image(canvas.image()._arrays, self._layers)
         return annotated(
             image, self._marks, self._camera, self._scene.here if self._marks else None, self._look, self._unit
@@ -182,10 +183,3 @@ class _GivenScene:
         if self._store is not None:
             return submit(tasks.open_store, self._store, pickle.dumps(options, protocol=5))
         return submit(tasks.load, pickle.dumps((self._here, options), protocol=5))
-
-
-def _report(progress, fraction):
-    if progress is not None:
-        go_on = progress(fraction)
-        if go_on is not None and not go_on:
-            raise _core.Cancelled

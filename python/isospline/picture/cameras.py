@@ -119,7 +119,7 @@ def camera_beside(
 
 
 @explained
-def turntable(
+def turntable_cameras(
     scene: Bounded,
     count: int,
     *,
@@ -130,7 +130,7 @@ def turntable(
     size: tuple[int, int] = (640, 360),
     margin: float = 0.05,
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
-    """Make the cameras of one turn around a scene or a box, at a constant distance.
+    """Make the cameras of one turn around a scene or a box, at a constant distance. `turntable` makes the video.
 
     The eye moves counter-clockwise as seen from above, so that the scene seems to turn clockwise. The first camera
     looks from `view`. The camera after the last one would be the first again.
@@ -156,12 +156,27 @@ def turntable(
     Examples
     --------
     >>> import isospline
-    >>> cameras = isospline.turntable([(-1, -1, -1), (1, 1, 1)], 4, view="front")
+    >>> cameras = isospline.turntable_cameras([(-1, -1, -1), (1, 1, 1)], 4, view="front")
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
+    return cameras_around((0.0, 0.0), scene, count, view, up, projection, field_of_view, size, margin)
+
+
+def cameras_around(
+    space: tuple[float, float],
+    scene: Bounded,
+    count: int,
+    view: View = DEFAULT_VIEW,
+    up: ArrayLike | None = None,
+    projection: Projection = "perspective",
+    field_of_view: float = 30.0,
+    size: tuple[int, int] = (640, 360),
+    margin: float = 0.05,
+) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+    """The cameras of `turntable_cameras` that leave parts of the width free on both sides, as `camera_beside`."""
     view, up = suggested_for(scene, view, up)
-    return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin)
+    return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin, space)
 
 
 def suggested_for(scene: Any, view: View, up: ArrayLike | None) -> tuple[View, ArrayLike | None]:
@@ -180,24 +195,26 @@ def turn(
     field_of_view: float,
     size: tuple[int, int],
     margin: float = 0.05,
+    space: tuple[float, float] = (0.0, 0.0),
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
-    """The cameras of `turntable`; the extent is asked for before each of them."""
+    """The cameras of `cameras_around`; the extent is asked for before each of them."""
     check_count(count)
     direction, natural_up = direction_of(view)
     axis = np.asarray(natural_up if up is None else up, dtype=float)
     fits = []
     for step in range(int(count)):
         side = _turned(direction, axis, 2 * math.pi * step / count)
-        fits.append(_Fit(extent, side, axis, projection, field_of_view, size, margin))
+        fits.append(_Fit(extent, side, axis, projection, field_of_view, size, margin, space))
 
     # At the farthest distance, all is visible from every side.
     center = extent(np.eye(3)).mean(axis=1)
     if projection == "orthographic":
         height = max(fit.height_about(center) for fit in fits)
         radius = max(fit.radius for fit in fits)
-        return [fit.orthographic(center, height, radius) for fit in fits]
+        return [fit.orthographic(fit.shifted(center, height), height, radius) for fit in fits]
     distance = max(fit.distance_from(center) for fit in fits)
-    return [fit.perspective(center - distance * fit.axes[2], center) for fit in fits]
+    targets = [center - distance * fit.aside * fit.axes[0] for fit in fits]
+    return [fit.perspective(target - distance * fit.axes[2], target) for fit, target in zip(fits, targets)]
 
 
 class _Fit:
@@ -224,6 +241,8 @@ class _Fit:
         half_height = math.tan(math.radians(field_of_view) / 2)
         wide = half_height * self.aspect * np.maximum(1 - margin - 2 * self.space[::-1], 1e-3)
         self.slopes = np.array([*wide, *[half_height * (1 - margin)] * 2])
+        #: Where the middle of the free part of the image is, to the right of the middle of the image, as a slope.
+        self.aside = (wide[0] - wide[1]) / 2
         # Outward normals of the sides of the view: right and left, top and bottom.
         right, upwards, forward = self.axes
         sides = zip((right, -right, upwards, -upwards), self.slopes)
@@ -238,8 +257,7 @@ class _Fit:
         middle = self.extents.mean(axis=1)
         if self.projection == "orthographic":
             height = self.height_about(middle @ self.axes)
-            shift = (self.space[1] - self.space[0]) / 2 * height * self.aspect
-            return self.orthographic((middle + [shift, 0, 0]) @ self.axes, height, self.radius)
+            return self.orthographic(self.shifted(middle @ self.axes, height), height, self.radius)
         # Along an axis of the image, both sides touch at one position of the eye; farther back, the margins stay equal.
         first, second = self.slopes[::2], self.slopes[1::2]
         depths = -(self.reach[::2] + self.reach[1::2]) / (first + second)
@@ -247,10 +265,15 @@ class _Fit:
         across = (self.reach[::2] - self.reach[1::2] + (first - second) * depth) / 2
         return self.perspective(np.array([*across, depth]) @ self.axes, np.array([*across, middle[2]]) @ self.axes)
 
+    def shifted(self, center, height):
+        """The target of an orthographic camera that shows a centre in the middle of the free part of the image."""
+        return center + (self.space[1] - self.space[0]) / 2 * height * self.aspect * self.axes[0]
+
     def distance_from(self, center):
-        """The distance from a centre that the eye of a perspective camera looking at it needs."""
+        """The distance of the eye of a perspective camera that shows a centre in the middle of the free part."""
         depth = self.axes[2] @ center
-        distances = (self.reach - self.sides @ center) / self.slopes
+        slopes = self.slopes - self.aside * np.array([1, -1, 0, 0])
+        distances = (self.reach - self.sides @ center) / slopes
         return max(distances.max(), depth - self.extents[2, 0] + self.radius * 1e-3)
 
     def height_about(self, center):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import numbers
 import os
 from collections.abc import Iterable
@@ -19,7 +18,7 @@ from ..base.signatures import explained_methods
 from ..base.system import whole_file
 from ..base.values import same
 from .layers import IDS, MASK
-from .pixels import denoiser, over_black, row_bands
+from .pixels import denoiser, encoded, over_black, row_bands, write_bytes
 from .tone import CURVES, tone_mapped
 
 
@@ -231,8 +230,8 @@ class Image:
             Red, green and blue with the transfer curve of sRGB (IEC 61966-2-1), not premultiplied, and alpha.
             Values beyond 1 are clipped.
         """
-        encoded = self._arrays.srgb8
-        return self._arrays.to_srgb8() if encoded is None else encoded
+        held = self._arrays.srgb8
+        return self._arrays.to_srgb8() if held is None else held
 
     def tone_map(self, curve: Literal["neutral", "aces", "linear"] = "neutral", *, exposure: float = 0.0) -> Image:
         """Map light of any brightness to the range of displays and PNG files.
@@ -359,9 +358,7 @@ class Image:
         elif suffix in (".png", ".jpg", ".jpeg"):
             check_count(quality, "quality", 100)
             is_png = suffix == ".png"
-            encoded = self._repr_png_() if is_png else self._encoded("jpeg", over_black(self), quality=quality)
-            with whole_file(path) as temporary, open(temporary, "wb") as file:
-                file.write(encoded)
+            write_bytes(path, self._repr_png_() if is_png else encoded("jpeg", over_black(self), quality=quality))
         else:
             raise ValueError(f"path: expected a name that ends in .exr, .npz, .png or .jpg, got {os.fspath(path)!r}")
 
@@ -373,16 +370,9 @@ class Image:
 
         PIL.Image.fromarray(self.to_srgb()).show()
 
-    def _encoded(self, format: str, pixels: NDArray[np.uint8], **options: Any) -> bytes:
-        import PIL.Image
-
-        file = io.BytesIO()
-        PIL.Image.fromarray(pixels).save(file, format, **options)
-        return file.getvalue()
-
     def _repr_png_(self) -> bytes:
         """The image as a PNG file, which notebooks show."""
-        return self._encoded("png", self.to_srgb())
+        return encoded("png", self.to_srgb())
 
     def __repr__(self) -> str:
         width, height = self.size

@@ -8,21 +8,18 @@ from typing import TYPE_CHECKING, Any, Literal
 from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
-from .annotations import BORDER, Annotation, annotated, check_annotations, color_bars, covered_pixels
+from .annotations import Annotation, check_annotations
 from .cameras import camera_beside, camera_for
 from .image import Image
 from .layers import compiled, names_of
-from .legends import Legend, Row, legend_rows
 from .lights import Light, in_environment, resolve
+from .marks import Marks
 from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Color, _Progress
     from .layers import Layer
-
-# The largest part of a picture's width for marks.
-_MOST = 0.6
 
 
 @explained
@@ -147,20 +144,36 @@ def render(
         up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
         light = in_environment(light, environment, up)
     look = resolve(scene, light, color, opacity)
-    marks = check_annotations(annotate, camera, look, unit)
-    rows = legend_rows(scene, look) if legend else []
-    if (marks or rows) and crop is not None:
-        raise ValueError(f"{'annotate' if marks else 'legend'}: cannot be combined with a crop")
-    unit = unit_of(scene) if unit is None else unit
-    covered, has_columns = None, bool(rows) or "colorbar" in marks
+    names = check_annotations(annotate, camera, look, unit)
+    marks = Marks(scene, look, size, names, legend, unit)
+    if marks and crop is not None:
+        raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
+    is_fitted = camera is None
     if camera is None:
-        camera = camera_for(scene, size=size)
-        if has_columns:
-            camera = camera_beside(space_for(size, marks, rows, look, scene, unit), scene, size=size)
-    elif has_columns:
-        covered = covered_pixels(scene, camera, size)
-    named_layers = names_of(layers)
-    options: dict[str, Any] = {"size": size, "crop": crop, "layers": compiled(named_layers), "background": background}
+        camera = camera_beside(marks.space(), scene, size=size)
+    options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
+    options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding, progress=progress)
+    image = without_marks(scene, camera, look, samples=samples, **options)
+    return marks.draw(image, camera, is_fitted=is_fitted)
+
+
+def without_marks(
+    scene: _core.Scene,
+    camera: Any,
+    look: Any,
+    *,
+    samples: int,
+    background: _Background,
+    size: tuple[int, int],
+    crop: tuple[int, int, int, int] | None = None,
+    layers: Iterable[Layer] = (),
+    ambient_occlusion_samples: int = 16,
+    encoding: Literal["linear", "srgb8"] = "linear",
+    progress: _Progress = None,
+) -> Image:
+    """The picture of a scene in a light with the looks of all objects, as `resolve` returns it."""
+    names = names_of(layers)
+    options: dict[str, Any] = {"size": size, "crop": crop, "layers": compiled(names), "background": background}
     options["ambient_occlusion_samples"] = ambient_occlusion_samples
     if isinstance(look, Studio):
         if encoding != "linear":
@@ -174,23 +187,4 @@ def render(
     else:
         options.update(samples=samples, encoding=encoding, progress=progress)
         arrays = _core.render(scene, camera, shading=look, **options)
-    image = Image(arrays, named_layers)
-    Legend(image.size, rows).draw(image, covered)
-    return annotated(image, marks, camera, scene, look, unit, covered)
-
-
-def space_for(
-    size: tuple[int, int], marks: tuple[str, ...], rows: list[Row], look: Any, scene: _core.Scene, unit: str
-) -> tuple[float, float]:
-    """The parts of a picture's width that a legend on the left and colour bars on the right need."""
-    bars = color_bars(size, look, scene, camera_for(scene, size=size), unit) if "colorbar" in marks else []
-    right = sum(bar.width for bar in bars) / size[0] + BORDER if bars else 0.0
-    left = Legend(size, rows).width / size[0]
-    scale = min(1.0, _MOST / max(left + right, 1e-9))
-    return left * scale, right * scale
-
-
-def unit_of(scene: _core.Scene) -> str:
-    """The unit of world coordinates: that of the volumes of a scene; empty if they differ, or do not tell it."""
-    units = {item.volume.unit for _, item, *_ in scene._placed_objects() if isinstance(item, _core.Isosurface)}
-    return units.pop() if len(units) == 1 else ""
+    return Image(arrays, names)

@@ -10,13 +10,24 @@ import os
 import signal
 import subprocess
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 from ..base.parameters import check_path, check_type
 from ..base.signatures import explained
 from ..base.system import child_environment, uninterrupted, whole_file
 from .image import Image
 from .pixels import over_black, row_bands
+
+# FFmpeg's options for files of each kind. Colours of BT.709 are declared in the file: otherwise players guess.
+_MP4 = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-vf", "scale=out_color_matrix=bt709"]
+_MP4 += ["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"]
+_MP4 += ["-movflags", "+faststart", "-f", "mp4"]
+# A palette for each image, so that no image is kept; a regular pattern of dots, which does not flicker.
+_PALETTES = "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4"
+_GIF = ["-filter_complex", _PALETTES, "-loop", "0", "-f", "gif"]
+# Browsers show faster ones slowly: delays are in hundredths of a second, and 1 means 10.
+_GIF_RATE = 50
 
 
 @explained
@@ -25,24 +36,26 @@ def write_video(
 ) -> None:
     """Write images to a video as they are rendered. The file is written completely or not at all.
 
-    The encoder is FFmpeg's H.264, from the package imageio-ffmpeg (``pip install isospline[video]``). Transparent parts
-    of the images become black.
+    The encoder is FFmpeg, from the package imageio-ffmpeg (``pip install isospline[video]``). Transparent parts of the
+    images become black. `turntable` and `animate` render the images, too.
 
     Parameters
     ----------
     path : str or path-like
-        Ends in ``.mp4``.
+        Ends in ``.mp4`` for H.264, or in ``.gif`` for an animation that repeats, with 256 colours per image.
     images : iterable of Image
-        All of one size, of even width and height. A generator that renders them keeps one at a time in memory.
+        All of one size; of an MP4, of even width and height. A generator that renders them keeps one at a time in
+        memory.
     fps : float
-        Images per second.
+        Images per second; of a GIF, at most 50.
     quality : float
-        From 0 to 10 (best).
+        Of an MP4, from 0 to 10 (best).
 
     Raises
     ------
     ValueError
-        For no images, images of different or odd sizes, another suffix, an `fps` or a `quality` out of range.
+        For no images, images of different sizes, odd ones of an MP4, another suffix, an `fps` or a `quality` out of
+        range.
     ImportError
         Without imageio-ffmpeg.
     OSError
@@ -52,60 +65,35 @@ def write_video(
     --------
     >>> import isospline
     >>> def turn(scene, path):
-    ...     cameras = isospline.turntable(scene, 120, size=(640, 480))
+    ...     cameras = isospline.turntable_cameras(scene, 120, size=(640, 480))
     ...     isospline.write_video(path, (isospline.render(scene, camera, size=(640, 480)) for camera in cameras))
     """
     check_path(path)
-    if os.path.splitext(os.fspath(path))[1].lower() != ".mp4":
-        raise ValueError(f"path: expected a name that ends in .mp4, got {os.fspath(path)!r}")
-    check_type(quality, "quality", numbers.Real, "a number")
+    if not os.fspath(path).lower().endswith((".mp4", ".gif")):
+        raise ValueError(f"path: expected a name that ends in .mp4 or .gif, got {os.fspath(path)!r}")
     check_type(images, "images", Iterable, "an iterable of images")
-    if not 0 <= quality <= 10:
-        raise ValueError(f"quality: expected a number from 0 to 10, got {quality!r}")
+    encode(path, _checked(images), fps=fps, quality=quality)
+
+
+def _checked(images: Iterable[Any]) -> Iterator[Image]:
+    for image in images:
+        check_type(image, "images", Image, "an isospline.Image each")
+        yield image
+
+
+def encode(path: str | os.PathLike[str], images: Iterable[Any], *, fps: float, quality: float) -> None:
+    """Write images, or other objects with their `size` and `to_srgb`, as `write_video` does."""
+    check_quality(quality)
     images = iter(images)
     try:
         first = next(images)
     except StopIteration:
         raise ValueError("images: expected at least one, got none") from None
-    check_type(first, "images", Image, "an isospline.Image each")
     width, height = first.size
-    encoder = check((width, height), fps)
-
-    command = [
-        encoder,
-        "-y",
-        "-v",
-        "error",
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        f"{width}x{height}",
-        "-r",
-        str(fps),
-        "-i",
-        "-",
-        "-c:v",
-        "libx264",
-        "-crf",
-        str(round(51 * (1 - quality / 10))),
-        "-pix_fmt",
-        "yuv420p",
-        # Colours of BT.709, declared in the file: otherwise players guess.
-        "-vf",
-        "scale=out_color_matrix=bt709",
-        "-colorspace",
-        "bt709",
-        "-color_primaries",
-        "bt709",
-        "-color_trc",
-        "bt709",
-        "-movflags",
-        "+faststart",
-        "-f",
-        "mp4",
-    ]
+    encoder = check(path, (width, height), fps)
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps), "-i", "-"]
+    options = _GIF if os.fspath(path).lower().endswith(".gif") else [*_MP4, "-crf", str(round(51 * (1 - quality / 10)))]
+    command = [encoder, "-y", "-v", "error", *source, *options]
     with whole_file(path) as temporary, tempfile.TemporaryFile() as complaints:
         process = None
         try:
@@ -121,7 +109,6 @@ def write_video(
             assert process.stdin is not None  # it is a pipe
             with contextlib.suppress(BrokenPipeError), process.stdin:
                 for image in itertools.chain([first], images):
-                    check_type(image, "images", Image, "an isospline.Image each")
                     if image.size != (width, height):
                         raise ValueError(f"images: expected all of one size, got {(width, height)} and {image.size}")
                     frame = over_black(image)
@@ -146,16 +133,31 @@ def _system_error(reason: str, code: int) -> OSError:
     return OSError(errno.EIO, f"FFmpeg failed: {reason}")
 
 
-def check(size: tuple[int, int], fps: float) -> str:
-    """Fail early if FFmpeg is missing, or does not accept images of this (width, height) and rate."""
+def check_rate(fps: Any) -> None:
+    """Check a number of images a second."""
+    check_type(fps, "fps", numbers.Real, "a number")
+    if not 0 < fps < float("inf"):
+        raise ValueError(f"fps: expected a positive number of images a second, got {fps!r}")
+
+
+def check_quality(quality: Any) -> None:
+    """Check the quality of a video."""
+    check_type(quality, "quality", numbers.Real, "a number")
+    if not 0 <= quality <= 10:
+        raise ValueError(f"quality: expected a number from 0 to 10, got {quality!r}")
+
+
+def check(path: str | os.PathLike[str], size: tuple[int, int] | None, fps: float) -> str:
+    """Fail early if FFmpeg is missing, or does not accept images of this (width, height) and rate; else its path."""
     try:
         import imageio_ffmpeg
     except ImportError:
         message = "writing a video needs the package imageio-ffmpeg: pip install isospline[video]"
         raise ImportError(message) from None
-    if size[0] % 2 or size[1] % 2:
+    is_gif = os.fspath(path).lower().endswith(".gif")
+    if not is_gif and size is not None and (size[0] % 2 or size[1] % 2):
         raise ValueError(f"size: expected an even width and height for a video, got {size[0]}x{size[1]}")
-    check_type(fps, "fps", numbers.Real, "a number")
-    if not 0 < fps < float("inf"):
-        raise ValueError(f"fps: expected a positive number of images a second, got {fps!r}")
+    check_rate(fps)
+    if is_gif and fps > _GIF_RATE:
+        raise ValueError(f"fps: expected at most {_GIF_RATE} images a second of a GIF, got {fps!r}")
     return imageio_ffmpeg.get_ffmpeg_exe()

@@ -12,7 +12,8 @@ import numpy as np
 from .. import _core
 from ..colors import BACKGROUND, color_of
 from ..picture.cameras import camera_for
-from ..picture.rendering import render, unit_of
+from ..picture.marks import unit_of
+from ..picture.rendering import render
 from ..picture.rules import own_material
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio

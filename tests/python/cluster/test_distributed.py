@@ -100,7 +100,7 @@ def test_a_crop_and_volumes_in_memory_travel_too(client, camera):
 
 @pytest.mark.slow
 def test_batches_are_made_in_order(client, store, scene):
-    cameras = isospline.turntable(scene, 4, size=(40, 30))
+    cameras = isospline.turntable_cameras(scene, 4, size=(40, 30))
     own = [{"camera": each, "level": level} for each in cameras for level in (0.0, 0.2)]
     own.append({"camera": cameras[0], "scene": scene})  # another time step
     expected = [

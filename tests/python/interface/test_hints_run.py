@@ -47,6 +47,9 @@ IN_WORDS = {
         "convert(VolumeData.from_affine(array, affine), out, overwrite=True)"
     ],
     "write_video(path, images)": ["write_video(video, images)"],
+    "turntable(scene, path)": ["turntable(scene, video, frames=1, size=size)"],
+    "animate(function, path)": ["animate(function, video, frames=1)"],
+    "frames, or turntable_cameras(scene, count)": ["call(frames=1)", "turntable_cameras(scene, count)"],
     "read_volume(path) or read_mesh(path)": ["read_volume(path)", "read_mesh(stl)"],
     "read_mesh(path)": ["read_mesh(stl)"],
     "image.save(path) or mesh.save(path)": ["image.save(png)", "mesh.save(stl)"],
@@ -84,7 +87,8 @@ VALUES = {
     "name": "'a'",
 }
 # Parameters without which calls are not complete.
-NEEDED = ("scene", "volume", "level", "vertices", "faces", "count", "data", "direction", "path", "shape", "dtype")
+NEEDED = ("function", "frames", "scene", "volume", "level", "vertices", "faces", "count", "data", "direction", "path")
+NEEDED += ("shape", "dtype")
 # Values for parameters of calls that have none in the table of calls.
 FOR_PARAMETERS = {
     "color": "red",
@@ -133,6 +137,7 @@ def world(tmp_path_factory):
         "array": wide,
         "image": image,
         "images": [image],
+        "function": lambda t: image,
         "camera": made["camera"],
         "store": folder / "store.zarr",
         "path": folder / "a.npy",
@@ -235,7 +240,7 @@ def test_what_is_meant_by_a_keyword_runs(world, call, meaning):
         needed = {name: value for name, value in arguments.items() if name in NEEDED}
         names = {**world["names"], "call": lambda **given: function(**{**needed, **given})}
         if re.fullmatch(r"\w+", text):
-            names["value"] = FOR_PARAMETERS.get(text, arguments.get(text))
+            names["value"] = arguments.get(text, FOR_PARAMETERS.get(text))
             text = f"{text}=value"
         run(f"call({text})" if re.match(r"\w+=(?!=)", text) else text, names)
 
@@ -307,6 +312,8 @@ def test_values_for_parameters_run(world, tmp_path):
         if kind.partition(".")[0] in ("SimpleITK", "nibabel", "vtkmodules", "pyvista") or "the images" in meaning:
             continue  # tests/python/interop converts images
         text = re.sub(r"(\w+)=\.\.\.", lambda match: f"{match[1]}={VALUES[match[1]]}", meaning.partition(", with")[0])
+        if parameter == "function":
+            (text,) = expressions(meaning)
         value = eval(text, {**n, **fixed, "other": n["volume"]})
         for name, call in {
             "scene": lambda value: isospline.ground_for(value),

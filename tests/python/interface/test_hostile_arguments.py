@@ -95,7 +95,7 @@ def test_counts_are_whole_numbers_from_one_on():
     calls = (
         volumes.waves,
         volumes.blobs,
-        lambda count: isospline.turntable(box, count),
+        lambda count: isospline.turntable_cameras(box, count),
         lambda count: isospline.suggest_levels(np.arange(9), count),
     )
     for call in calls:

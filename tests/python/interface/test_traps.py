@@ -91,7 +91,7 @@ def test_cameras_for_surfaces_and_meshes():
         assert isospline.camera_for(thing) == isospline.camera_for(isospline.Scene(thing))
     assert isospline.camera_for(ball.volume) == isospline.camera_for(ball.volume.bounds)
     for thing in (ball, mesh_sphere(5.0), ball.volume):
-        assert len(isospline.turntable(thing, 3)) == 3
+        assert len(isospline.turntable_cameras(thing, 3)) == 3
     with pytest.raises(TypeError, match="^scene: expected a scene or a box"):
         isospline.camera_for("scene")
 

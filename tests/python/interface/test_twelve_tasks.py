@@ -192,7 +192,7 @@ def test_notebook_slider(surface):
 
 
 def test_turntable(surface, tmp_path):
-    cameras = iso.turntable(surface, 3, size=(48, 36))
+    cameras = iso.turntable_cameras(surface, 3, size=(48, 36))
     images = [iso.render(surface, camera, size=(48, 36)) for camera in cameras]
     pytest.importorskip("imageio_ffmpeg")
     with answered("write_video(path, images)"):

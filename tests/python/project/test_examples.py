@@ -10,7 +10,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 # Calls that write a file.
-WRITING = ("image.write", "part.write", ".save(", ".savefig(", ".tofile(", "write_video(")
+WRITING = ("image.write", "part.write", ".save(", ".savefig(", ".tofile(", ".turntable(")
 EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.py"))
 
 

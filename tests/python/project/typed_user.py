@@ -37,7 +37,7 @@ def pictures(scene: isospline.Scene, folder: Path) -> isospline.Image:
     lamp = isospline.SphereLight((0, 0, 9), 1.0, radiance=(10, 9, 8))
     traced = isospline.render(scene, light=isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(0.2)]))
     isospline.write_video(
-        folder / "turn.mp4", (isospline.render(scene, each) for each in isospline.turntable(scene, 90))
+        folder / "turn.mp4", (isospline.render(scene, each) for each in isospline.turntable_cameras(scene, 90))
     )
     studio = isospline.Studio(fast=True).replace(key=2.0)
     marked = isospline.render(scene.object(0), light=studio, annotate=("scale_bar",), unit="mm", background="w")

@@ -4,10 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
+from projections import project
 from spheres import mesh_sphere, moved, sphere
 
 import isospline
 from isospline import volumes
+from isospline.picture.cameras import cameras_around
 
 SIZES = [(160, 120), (60, 240), (240, 60)]
 VIEWS = ["three-quarter", "front", "top", (1, 2, -3)]
@@ -103,7 +105,7 @@ def test_what_is_drawn_fills_the_image_and_is_never_cut_off(name, view, projecti
 @pytest.mark.parametrize("name", ["diagonal", "half", "placed"])
 def test_a_turntable_cuts_nothing_off(name, size, projection):
     scene = SCENES[name]
-    cameras = isospline.turntable(scene, 7, projection=projection, size=size, margin=0.05)
+    cameras = isospline.turntable_cameras(scene, 7, projection=projection, size=size, margin=0.05)
     places = np.array([covered(scene, camera, size) for camera in cameras])
     pixel = 2 / np.repeat(size, 2)
     assert (places[:, [0, 2]] >= -0.95 - pixel[[0, 2]]).all() and (places[:, [1, 3]] <= 0.95 + pixel[[1, 3]]).all()
@@ -114,6 +116,21 @@ def test_a_turntable_cuts_nothing_off(name, size, projection):
             assert np.linalg.norm(one.eye - one.target) == pytest.approx(np.linalg.norm(other.eye - other.target))
         else:
             assert one.height == other.height
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+@pytest.mark.parametrize("space", [(0.3, 0.0), (0.1, 0.25), (0.2, 0.2)])
+def test_a_turntable_leaves_space_for_marks(space, projection):
+    scene, size = SCENES["half"], (240, 60)
+    cameras = cameras_around(space, scene, 5, projection=projection, size=size, margin=0.05, field_of_view=40.0)
+    places = np.array([covered(scene, camera, size) for camera in cameras])
+    free = np.array([-1 + 2 * space[0] + 0.05, 1 - 2 * space[1] - 0.05])
+    pixel = 2 / np.repeat(size, 2)
+    assert (places[:, 0] >= free[0] - pixel[0]).all() and (places[:, 1] <= free[1] + pixel[0]).all()
+    assert (places[:, 2] >= -0.95 - pixel[2]).all() and (places[:, 3] <= 0.95 + pixel[2]).all()
+    # The axis of the turn is in the middle of the free part: what is on it stays there.
+    axis = [project(camera.world_to_ndc(size), scene.bounds.mean(axis=0)[None], size)[0, 0] for camera in cameras]
+    np.testing.assert_allclose(axis, size[0] * (1 + (space[0] - space[1])) / 2, atol=1e-6)
 
 
 def test_the_extent_of_a_ball():

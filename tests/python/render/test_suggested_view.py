@@ -207,7 +207,7 @@ def test_the_view_of_a_scene_is_that_of_its_volumes_if_they_agree(bodies):
     mixed = isospline.Scene([surface, isospline.Isosurface(torus.volume(16), torus.level)])
     for scene, options in ((mixed, {}), (surface, {"view": "three-quarter"}), (surface, {"up": (0, 0, 1)})):
         assert isospline.camera_for(scene, **options).up.tolist() == [0, 0, 1]
-    cameras = isospline.turntable(surface, 3)
+    cameras = isospline.turntable_cameras(surface, 3)
     assert {tuple(camera.up) for camera in cameras} == {(0, 0, -1)}
 
 

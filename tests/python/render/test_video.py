@@ -27,7 +27,7 @@ BOUNDS = np.array([(-3, 10, 2), (5, 11, 8)])
 def images():
     field = volumes.torus()
     scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
-    cameras = isospline.turntable(scene, 5, size=SIZE)
+    cameras = isospline.turntable_cameras(scene, 5, size=SIZE)
     shading = isospline.Phong(color=(1, 0.4, 0.1))
     return [isospline.render(scene, camera, size=SIZE, light=shading, samples=4) for camera in cameras]
 
@@ -44,7 +44,7 @@ def read(path):
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
 @pytest.mark.parametrize("view", ["front", "iso", "top", (1, 2, -3)])
 def test_a_turntable_keeps_its_distance_and_has_all_in_view(view, projection):
-    cameras = isospline.turntable(BOUNDS, 7, view=view, projection=projection, size=SIZE, margin=0.1)
+    cameras = isospline.turntable_cameras(BOUNDS, 7, view=view, projection=projection, size=SIZE, margin=0.1)
     first = isospline.camera_for(BOUNDS, view=view, projection=projection, size=SIZE, margin=0.1)
     np.testing.assert_allclose(cameras[0].world_to_camera[2, :3], first.world_to_camera[2, :3], atol=1e-12)
     pixels = np.stack([project(camera.world_to_ndc(SIZE), corners_of(BOUNDS), SIZE) / SIZE for camera in cameras])
@@ -65,9 +65,9 @@ def test_a_turntable_keeps_its_distance_and_has_all_in_view(view, projection):
 def test_bad_turntables():
     for count in (0, -1, 2.5):
         with pytest.raises(ValueError, match="^count: expected .* got "):
-            isospline.turntable(BOUNDS, count)
+            isospline.turntable_cameras(BOUNDS, count)
     with pytest.raises(ValueError, match="^up: expected"):
-        isospline.turntable(BOUNDS, 4, view="front", up=(0, 1, 0))
+        isospline.turntable_cameras(BOUNDS, 4, view="front", up=(0, 1, 0))
 
 
 def test_a_video_shows_the_images(images, tmp_path):
@@ -201,6 +201,22 @@ def test_turntable_on_the_command_line(ball, tmp_path, capsys):
 
     assert render(*common, "-o", tmp_path / "turn-###.png") == 0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["turn-000.png", "turn-001.png", "turn-002.png"]
+
+
+def test_animations_and_folders_on_the_command_line(ball, tmp_path, capsys):
+    common = (ball, "--level", "0", "--size", "31x20", "--samples", "1", "--fast", "--turntable", "3")
+    assert render(*common, "--fps", "10", "-o", tmp_path / "turn.gif") == 0
+    frames, about = read(tmp_path / "turn.gif")
+    assert frames.shape == (3, 20, 31, 3) and about.startswith("Video: gif") and " 10 fps" in about
+    assert render(*common, "-o", tmp_path / "turn") == 0
+    names = [f"frame-000{number}.png" for number in range(3)]
+    assert sorted(os.listdir(tmp_path / "turn")) == [*names, "frames.json"]
+    os.remove(tmp_path / "turn" / names[1])
+    assert render(*common, "--resume", "-o", tmp_path / "turn") == 0
+    assert "2 of 3 pictures exist already" in capsys.readouterr().err
+    assert sorted(os.listdir(tmp_path / "turn")) == [*names, "frames.json"]
+    assert render(*common[:-1], "2", "-o", tmp_path / "turn") == 2
+    assert "expected a folder without pictures after the 2" in capsys.readouterr().err
 
 
 def test_bad_turntables_on_the_command_line(ball, tmp_path, capsys):
