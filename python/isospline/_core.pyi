@@ -582,7 +582,7 @@ class ColorByDistance(_MeasuredRule):
         other: _Placeable | Scene | ArrayLike,
         cmap: _ColorMap = "coolwarm",
         *,
-        limits: tuple[float, float],
+        limits: tuple[float, float] | None = None,
         signed: bool = True,
         label: str = "",
     ) -> None: ...

@@ -7,6 +7,7 @@ import os
 from ._core import Isosurface, Mesh, PerspectiveCamera, Scene, Volume
 from .base.foreign import answer
 from .base.parameters import check_path, printable
+from .base.results import SurfaceDistance
 from .base.signatures import explained
 from .interop.mesh_output import MESHES
 from .io.volume_data import VolumeData
@@ -88,4 +89,4 @@ def _attach(owner, **functions):
 for _class in (Scene, Isosurface, Mesh, Volume, VolumeData):
     _attach(_class, _repr_png_=_repr_png_, show=show, save=explained(save))
 _attach(Mesh, export=Mesh.save)
-answer(Scene, Isosurface, Mesh, Volume, VolumeData, Image, PerspectiveCamera)
+answer(Scene, Isosurface, Mesh, Volume, VolumeData, Image, PerspectiveCamera, SurfaceDistance)

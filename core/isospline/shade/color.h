@@ -68,13 +68,14 @@ public:
 struct ColorByDistance {
     std::shared_ptr<const PointValue> distance;
     ColorMap map;
-    std::string label = {}; ///< what the distance is, for colour bars
+    bool fit_limits = false; ///< whether map.limits are still to be set, to the distances of the objects
+    std::string label = {};  ///< what the distance is, for colour bars
 };
 
 /// By the value of a mesh at the point, between those of its vertices. Points without one are grey.
 struct ColorByValue {
     ColorMap map;
-    bool fit_limits = false; ///< whether map.limits are still to be set, to the values of the objects
+    bool fit_limits = false; ///< as of ColorByDistance
     std::string label = {};  ///< what the values are, for colour bars
 };
 
@@ -82,7 +83,7 @@ struct ColorByValue {
 struct ColorByThickness {
     std::shared_ptr<const PointValue> thickness;
     ColorMap map;
-    bool fit_limits = false; ///< as of ColorByValue
+    bool fit_limits = false; ///< as of ColorByDistance
     std::string label = {};  ///< what the thickness is, for colour bars
 };
 

@@ -15,8 +15,8 @@ COLORS = ("color", "surface_color", "cap_color")
 #: An object and its transform.
 Placed = tuple[Any, NDArray[np.float64]]
 
-_OF_OBJECTS = (_core.ColorByValue, _core.ColorByThickness)
-# Random points of a surface for the limits of its thickness, and the part of them within.
+_OF_OBJECTS = (_core.ColorByDistance, _core.ColorByValue, _core.ColorByThickness)
+# Points of an object for the limits of its distances or its thickness, and the part of them within.
 _POINTS, _WITHIN = 500, 0.98
 
 
@@ -53,8 +53,7 @@ def completed(looks: Mapping[int, Any], items: Mapping[int, Placed]) -> dict[int
         for name, rule in _rules(look).items():
             if depends_on_object(rule):
                 peers = [items[other] for other, each in looks.items() if rule in _rules(each).values()]
-                complete = _by_thickness if isinstance(rule, _core.ColorByThickness) else _by_value
-                changes[name] = complete(rule, items[id], peers)
+                changes[name] = _COMPLETED[type(rule)](rule, items[id], peers)
         if changes:
             found[id] = look.replace(**changes)
     return found
@@ -81,6 +80,28 @@ def _by_value(rule, placed, peers):
     return rule.replace(limits=_range(each.values for each in named), label=label)
 
 
+def _by_distance(rule, placed, peers):
+    """A rule by distance with limits between which most points of each object are."""
+    most = 0.0
+    for item, transform in peers:
+        points = _points_of(item) @ transform[:3, :3].T + transform[:3, 3]
+        if len(points):
+            distances = rule.other.closest_points(points)["distances"]
+            most = max(most, float(np.quantile(distances, _WITHIN)))
+    most = most or 1.0
+    return rule.replace(limits=(-most if rule.signed else 0.0, most))
+
+
+def _points_of(item):
+    """Some points of an object, in its own world; none if it has none."""
+    if isinstance(item, _core.Mesh):
+        used = item.vertices[np.unique(item.faces)]
+        return used[:: -(-len(used) // _POINTS) or 1]
+    if not np.isfinite(_core.Scene([item]).extent(np.eye(3))).all():
+        return np.zeros((0, 3))
+    return item.sample_points(_POINTS)["points"]
+
+
 def _by_thickness(rule, placed, peers):
     """A rule by thickness with limits, and with a surface: that of the rule, or the object itself."""
     own = placed if rule.surface is None else (rule.surface, rule.transform)
@@ -94,9 +115,8 @@ def _thickness_limits(rule, surfaces):
     """From 0 to the thickness below which most points of each surface are."""
     most = 0.0
     for surface, transform in surfaces:
-        if not isinstance(surface, _core.Isosurface) or not np.isfinite(_core.Scene([surface]).extent(np.eye(3))).all():
+        if not isinstance(surface, _core.Isosurface) or not len(points := _points_of(surface)):
             continue
-        points = surface.sample_points(_POINTS)["points"]
         thickness = surface.thickness(points, method=rule.method, ripple=rule.ripple)
         if (finite := thickness[np.isfinite(thickness)]).size:
             scale = np.cbrt(abs(np.linalg.det(transform[:3, :3])))
@@ -112,3 +132,10 @@ def _range(arrays: Iterable[Any]) -> tuple[float, float]:
     lower, upper = min(float(each.min()) for each in finite), max(float(each.max()) for each in finite)
     half = 0.0 if lower < upper else max(abs(lower), 1.0) / 2
     return lower - half, upper + half
+
+
+_COMPLETED = {
+    _core.ColorByDistance: _by_distance,
+    _core.ColorByValue: _by_value,
+    _core.ColorByThickness: _by_thickness,
+}

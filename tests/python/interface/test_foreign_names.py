@@ -34,6 +34,7 @@ def objects():
         "Volume": surface.volume,
         "VolumeData": isospline.VolumeData(isospline.volumes.torus().values(8)),
         "Mesh": surface.to_mesh(),
+        "SurfaceDistance": isospline.surface_distance(surface, surface, samples=10),
         "Scene": isospline.Scene(surface),
         "Image": isospline.render(surface, size=(4, 4)),
         "PerspectiveCamera": isospline.camera_for(surface),

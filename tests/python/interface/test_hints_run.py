@@ -186,6 +186,7 @@ def world(tmp_path_factory):
         "reduction": 0.5,
     }
     owners = {"Isosurface": surface, "Volume": made["volume"], "VolumeData": made["data"], "Mesh": mesh}
+    owners["SurfaceDistance"] = isospline.surface_distance(surface, mesh, samples=10)
     owners |= {"Scene": names["scene"], "Image": image, "PerspectiveCamera": made["camera"], "isospline": isospline}
     view = lambda *items: isospline.view(*items, browser=False).close() or True  # noqa: E731
     return {"names": {**names, "view": view}, "owners": owners, "calls": {name: rest for name, *rest in calls}}
