@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
+
 import isospline
 
 from ..colors import BACKGROUND
@@ -66,6 +68,8 @@ def run(arguments, read, progress, say, unicode):
     with progress("comparing", arguments):
         (surface,) = make_surfaces(data.to_volume(**model), chosen, arguments, {"inside": arguments.inside}, say)
         other = isospline.read_mesh(arguments.other) if is_mesh else _other_surface(arguments)
+        if is_mesh and not arguments.unsigned and not is_closed(other):
+            say(f"{arguments.other} is not closed, so signs of distances may be wrong; --unsigned leaves them out")
         found = isospline.surface_distance(
             surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
         )
@@ -74,6 +78,15 @@ def run(arguments, read, progress, say, unicode):
         if arguments.output:
             _write_picture(arguments, surface, other, found)
     print(_as_json(arguments, surface, found) if arguments.json else _as_text(arguments, surface, found, unicode))
+
+
+def is_closed(mesh):
+    """Whether each edge of a mesh, of whose vertices those at one place are one, belongs to faces on both sides."""
+    places = np.unique(mesh.vertices, axis=0, return_inverse=True)[1].reshape(-1)
+    faces = places[mesh.faces]
+    begins, ends = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    there, back = begins * len(places) + ends, ends * len(places) + begins
+    return np.array_equal(np.sort(there), np.sort(back))
 
 
 def _other_surface(arguments):

@@ -10,6 +10,7 @@ import isospline
 from ..colors import CURVATURES, linear
 from ..interop.mesh_output import MESHES
 from ..picture.environments import upright_rotation
+from ..picture.lights import UNLIT
 from ..picture.tone import CURVES
 from .picture import studio_looks
 
@@ -27,6 +28,7 @@ LIMITS = (*LONG, "resume")
 LIGHTS: dict[str, tuple[str, ...]] = {
     "studio": ("denoise", *OPACITY),
     "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
+    "unlit": (*GROUND, *OPACITY),
     "outline": (*TONE, *OPACITY),
     "ambient-occlusion": (*GROUND, *TONE, *OPACITY),
     "path-trace": ("lamp", "denoise", *GROUND, *TONE, *ENVIRONMENT, *MATERIAL, *PATH_TRACER, *LONG),
@@ -54,6 +56,8 @@ def looks(arguments, count):
     if arguments.light == "phong":
         options = dict(lights=lights, shadows=arguments.shadows)
         return [isospline.Phong(**look, **options) for look in _together(colors, opacities)], dict
+    if arguments.light == "unlit":
+        return [isospline.Phong(**look, **UNLIT) for look in _together(colors, opacities)], dict
     if arguments.light == "outline":
         surfaces = [{f"surface_{name}": color for name, color in each.items()} for each in colors]
         return [isospline.Outline(arguments.exponent, **look) for look in _together(surfaces, opacities)], dict
@@ -231,7 +235,8 @@ def add_ground(group, color):
     group.add_argument(
         "--ground",
         action="store_true",
-        help="a ground on which the scene stands; for phong, ambient-occlusion and path-trace (studio has its own)",
+        help="a ground on which the scene stands; for phong, unlit, ambient-occlusion and path-trace; "
+        "studio has its own",
     )
     group.add_argument("--ground-color", type=color, metavar="COLOR", help="of the ground, as in --color (default 0.6)")
 

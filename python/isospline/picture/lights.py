@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
@@ -22,10 +23,13 @@ _OBJECTS = (_core.Isosurface, _core.Mesh)
 _SHADINGS = (_core.Phong, _core.Outline, _core.AmbientOcclusion)
 _EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
 
+#: A Phong shading that shows colours as they are, so that values can be read off a colour bar.
+UNLIT: dict[str, Any] = {"lights": [], "ambient": 1, "diffuse": 0, "specular": 0}
 #: Lights with their defaults, by the names that --light of the command has.
 NAMED: dict[str, Any] = {
     "studio": Studio,
     "phong": _core.Phong,
+    "unlit": partial(_core.Phong, **UNLIT),
     "outline": _core.Outline,
     "ambient-occlusion": _core.AmbientOcclusion,
     "path-trace": PathTracer,

@@ -57,8 +57,9 @@ def render(
     level : float, optional
         Of a volume; by default the one that the command `isospline render` chooses.
     light : str, Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings
-        The light of the whole scene; by default ``Phong()``. The names "studio", "phong", "outline",
-        "ambient-occlusion" and "path-trace" are those of ``isospline render --light``. A `Studio` has soft shadows on a
+        The light of the whole scene; by default ``Phong()``. The names "studio", "phong", "unlit", "outline",
+        "ambient-occlusion" and "path-trace" are those of ``isospline render --light``; unlit colours are exactly those
+        of colour bars, so that values can be read off. A `Studio` has soft shadows on a
         ground and tone mapping; it is the default of the command line. A `PathTracer` has the variance of its noise as
         a layer. A dict has a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have ``Phong()``.
         Objects have the look that they were made with, ``Isosurface(..., color=, opacity=)`` or ``material=``, unless

@@ -45,6 +45,19 @@ def test_the_numbers_are_those_of_the_library(ball, part, tmp_path, capsys):
     assert f"{found.mean.value:.6g}" in told and "95% are within" in told and "largest" in told
 
 
+@pytest.mark.parametrize("missing", [0, 1])
+def test_a_mesh_with_a_hole_is_told(ball, part, tmp_path, capsys, missing):
+    whole = isospline.read_mesh(part)
+    corners = whole.vertices[whole.faces[missing:]].reshape(-1, 3)  # no face shares a vertex with another
+    path = tmp_path / "open.ply"
+    isospline.Mesh(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)).write(path)
+    words = ["compare", str(ball), str(path), "-l", "0", "--samples", "20"]
+    assert main(words) == 0
+    assert ("is not closed" in capsys.readouterr().err) == bool(missing)
+    assert main([*words, "--unsigned"]) == 0
+    assert "is not closed" not in capsys.readouterr().err
+
+
 def test_two_volumes_are_compared(ball, capsys):
     words = ["compare", str(ball), str(ball), "-l", "0", "--other-level", "0", "--json"]
     assert main([*words, "--samples", "100", "--unsigned"]) == 0

@@ -284,7 +284,7 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     bad("--silhouette-exponent: expected --silhouette-opacity with it, got 2 alone", "--silhouette-exponent", 2)
     bad("silhouette_opacity: expected a number from 0 to 1, got 2", "-l", 0, "--silhouette-opacity", 2)
     bad(
-        "--silhouette-opacity: expected --light ambient-occlusion, outline or phong|phong, outline or ambient",
+        "--silhouette-opacity: expected --light ambient-occlusion, outline or phong|phong, unlit, outline or ambient",
         *TRACED,
         "--silhouette-opacity",
         1,
@@ -306,7 +306,7 @@ def test_incompatible_options_are_refused(ball, plate, picture, capsys, tmp_path
     (tmp_path / "flat.txt").write_text("0 0 0 0\n" * 3 + "0 0 0 1\n", encoding="utf-8")
     bad("transform", "-l", 0, "--mesh", f"{plate}@{tmp_path}/flat.txt")
     bad(
-        "--ground: expected --light ambient-occlusion|--ground: expected --light phong, ambient-occlusion or path",
+        "--ground: expected --light ambient-occlusion|phong, unlit, ambient-occlusion or path",
         "-l",
         0,
         "--light",

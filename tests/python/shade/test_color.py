@@ -388,3 +388,12 @@ def test_a_background_may_have_an_opacity(camera):
     image = isospline.render(isospline.Scene(), camera, size=(2, 2), background="#ff000080")
     np.testing.assert_allclose(image.color[0, 0], [128 / 255, 0, 0, 128 / 255], atol=1e-6)
     assert isospline.PositionalLight((0, 0, 1), intensity=40).intensity[0] == 40  # lights have no bound
+
+
+def test_unlit_colours_are_those_of_the_rule():
+    field = isospline.volumes.torus()
+    surface = isospline.Isosurface(field.volume(24), field.level, color=isospline.ColorByDepth("viridis"))
+    image = isospline.render(surface, size=(48, 36), light="unlit", layers=("albedo",))
+    seen = image.color[..., 3] == 1
+    assert seen.sum() > 200 and np.ptp(image.albedo[seen], axis=0).max() > 0.4
+    np.testing.assert_allclose(image.color[seen, :3], image.albedo[seen], rtol=1e-6)
