@@ -359,14 +359,14 @@ class Labels:
         Raises
         ------
         ValueError
-            For maps of different shapes or places, for repeated names if `by` is "name", and as in `surface`.
+            For maps of different shapes or places, no labels, repeated names if `by` is "name", and as in `surface`.
         """
         if not isinstance(other, Labels):
             raise TypeError(sentence("other", "Labels", other))
         if by not in ("number", "name"):
             raise ValueError(sentence("by", '"number" or "name"', by))
         check_smoothing(smoothing)
-        wanted = None if labels is None else self._wanted(labels)
+        wanted = None if labels is None and (len(self) or len(other)) else self._wanted(labels)
         return compare(self, other, wanted, by, smoothing, as_callable(progress))
 
     def show(self, **options: Any) -> Any:
@@ -374,17 +374,16 @@ class Labels:
         return self.scene().show(**options)
 
     def _wanted(self, labels: Iterable[Label] | None) -> list[Segment]:
-        if labels is None:
-            return list(self._segments)
         if isinstance(labels, (str, int)):
             raise TypeError(sentence("labels", "a sequence of names and numbers", labels))
-        return [find(self._segments, each) for each in labels]
+        wanted = list(self._segments) if labels is None else [find(self._segments, each) for each in labels]
+        if not wanted:
+            raise ValueError("labels: expected at least one label, got none")
+        return wanted
 
     def _surfaces(self, labels, smoothing, progress, options):
         """Segments and their surfaces, one after the other."""
         wanted, report = self._wanted(labels), as_callable(progress)
-        if not wanted:
-            raise ValueError("labels: expected at least one label, got none")
         for place, segment in enumerate(wanted):
             part = part_of(report, place, len(wanted))
             yield segment, self.surface(segment.number, smoothing=smoothing, progress=part, **options)

@@ -229,6 +229,8 @@ def test_images_of_itk(tmp_path):
         (lambda: Labels(two_halves()).surface(1, smoothing="x"), TypeError, "smoothing: expected a number of voxels"),
         (lambda: Labels(two_halves()).scene("left"), TypeError, "labels: expected a sequence"),
         (lambda: Labels(two_halves() * 0).scene(), ValueError, "labels: expected at least one label, got none"),
+        (lambda: Labels(two_halves()).compare(Labels(two_halves()), []), ValueError, "labels: expected at least one"),
+        (lambda: Labels(two_halves() * 0).compare(Labels(two_halves() * 0)), ValueError, "labels: expected at least"),
         (lambda: Labels(two_halves()).compare(two_halves()), TypeError, "other: expected Labels"),
         (lambda: Labels(two_halves()).compare(Labels(two_halves()[1:])), ValueError, "other: expected 24 x 24 x 24"),
         (lambda: Labels(two_halves()).compare(Labels(two_halves(), origin=(1, 0, 0))), ValueError, "in the same place"),
