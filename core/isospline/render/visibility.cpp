@@ -43,6 +43,23 @@ void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& h
     }
 }
 
+/// Whether lights at infinity are points of one large light: as bright as each other, and close together.
+bool are_one_light(const std::vector<Light>& lights)
+{
+    const auto* const first = std::get_if<DirectionalLight>(&lights.front());
+    return first != nullptr && std::all_of(lights.begin(), lights.end(), [&](const Light& light) {
+               const auto* const other = std::get_if<DirectionalLight>(&light);
+               return other != nullptr && other->intensity == first->intensity &&
+                      glm::dot(other->to_light, first->to_light) > 0.95;
+           });
+}
+
+/// The share of one surface along a ray, at least one, in a number of samples.
+std::size_t share(double weight, std::size_t samples)
+{
+    return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(weight * static_cast<double>(samples))));
+}
+
 /// The transmitted part of the light along each ray; without an absorption, all or nothing. Neighbouring rays are
 /// coherent: they begin at one hit or end at one light.
 std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays,
@@ -77,23 +94,29 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
     std::vector<Ray> sky_rays;
     std::size_t light_count = 0, most_lights = 0;
     std::vector<const std::vector<Light>*> lights(hits.size());
+    std::vector<std::size_t> tested(hits.size()), first_tested(hits.size()); ///< of the lights
+    // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
+    const auto weight = [&](std::size_t i) { return batch.weights.empty() ? 1.0 : batch.weights[i]; };
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (!hits[i])
             continue;
         const Shading& shading = shading_of(hits[i]);
         if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows && phong->lights) {
             lights[i] = &*phong->lights;
-            to_lights_[i] = {light_count, lights[i]->size()};
-            light_count += lights[i]->size();
+            const std::size_t count = lights[i]->size();
+            to_lights_[i] = {light_count, count};
+            tested[i] = count > 1 && weight(i) < 1.0 && are_one_light(*lights[i]) ? share(weight(i), count) : count;
+            if (tested[i] < count)
+                first_tested[i] = static_cast<std::size_t>(RandomSequence(batch.pixels[i], sample).next() *
+                                                           static_cast<double>(count));
+            light_count += count;
             most_lights = std::max(most_lights, lights[i]->size());
         } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
             const std::size_t first = sky_rays.size();
             const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
-            // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
-            const double weight = batch.weights.empty() ? 1.0 : batch.weights[i];
             append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal,
-                       std::max(1, static_cast<int>(std::ceil(weight * occlusion->samples))), occlusion->distance,
-                       RandomSequence(batch.pixels[i], sample));
+                       static_cast<int>(share(weight(i), static_cast<std::size_t>(occlusion->samples))),
+                       occlusion->distance, RandomSequence(batch.pixels[i], sample));
             to_sky_[i] = {first, sky_rays.size() - first};
         }
     }
@@ -104,17 +127,30 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
     std::vector<std::size_t> places;
     for (std::size_t number = 0; number < most_lights; ++number)
         for (std::size_t i = 0; i < hits.size(); ++i) {
-            if (number >= to_lights_[i].count)
+            if (number >= tested[i])
                 continue;
-            const Light& light = (*lights[i])[number];
+            const std::size_t count = to_lights_[i].count;
+            const std::size_t place = (first_tested[i] + number * count / tested[i]) % count;
+            const Light& light = (*lights[i])[place];
             light_rays.push_back(
                 std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
-            places.push_back(to_lights_[i].first + number);
+            places.push_back(to_lights_[i].first + place);
         }
     const std::vector<double> along_rays = transmittances(scene, light_rays, absorption);
-    from_lights_.resize(light_count);
+    constexpr double unknown = -1.0;
+    from_lights_.assign(light_count, unknown);
     for (std::size_t i = 0; i < places.size(); ++i)
         from_lights_[places[i]] = along_rays[i];
+    // Points of one light that were not tested are as visible as the others.
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (tested[i] == to_lights_[i].count)
+            continue;
+        const auto of_hit = std::span(from_lights_).subspan(to_lights_[i].first, to_lights_[i].count);
+        double sum = 0.0;
+        for (const double part : of_hit)
+            sum += std::max(part, 0.0);
+        std::replace(of_hit.begin(), of_hit.end(), unknown, sum / static_cast<double>(tested[i]));
+    }
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const
