@@ -55,8 +55,8 @@ void validate(const Layers& layers);
 /// it is for a part of a scene.
 void validate(const RenderOptions& options, bool is_part);
 
-/// About the number of rays that a picture needs, for Scene::snapshot(). Rays through translucent surfaces count for
-/// several.
+/// About the number of rays that a picture needs, for Scene::snapshot(): single rays for which a settled index pays as
+/// much. A ray in a packet counts for less than one, one through translucent surfaces for many.
 std::uint64_t ray_count(const RenderOptions& options);
 
 /// A window of an image in which all rays missed.
