@@ -90,6 +90,7 @@ def test_a_transparent_skin_in_a_studio(scan, part):
 
 
 def test_a_turn_and_a_film_of_levels(part, tmp_path):
+    pytest.importorskip("imageio_ffmpeg")
     iso.turntable(part, tmp_path / "turn.gif", frames=2, **FEW)
     with answered("turntable_cameras(scene, 36)"):
         iso.turntable(part, 36)
