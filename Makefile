@@ -161,6 +161,7 @@ soak: .venv/.installed ## eight threads query, change, save, fork and interrupt 
 bench: .venv/.installed ## measure all rows of the benchmark, or ROWS="primary growth"; BENCH=--quick takes a minute
 	@echo "== Installing the packages to compare with"
 	@tools/install_packages libllvm19 || echo "Mitsuba 3 may lack the libLLVM that it needs."
+	@tools/install_packages libusb-1.0-0 || echo "Open3D may lack the libusb that it needs."
 	@$(pip) "isospline[bench,peers]" || $(pip) "isospline[bench]"
 	@echo "== Building the C++ benchmarks in build/release"
 	@cmake --build --preset release --target isospline_bench
