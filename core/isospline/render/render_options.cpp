@@ -56,7 +56,8 @@ std::uint64_t ray_count(const RenderOptions& options)
     add(options.shading);
     for (const auto& [geometry_id, shading] : options.shading_of_geometry)
         add(shading);
-    return static_cast<std::uint64_t>(most * size.x * size.y * options.samples);
+    // Numbers that are refused later may be negative.
+    return static_cast<std::uint64_t>(std::max(0.0, most * size.x * size.y * options.samples));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)
