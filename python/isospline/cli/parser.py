@@ -7,8 +7,8 @@ import re
 
 import isospline
 
-from .._core import LAYERS
 from ..colors import CURVATURES
+from ..picture.layers import LAYERS
 from ..picture.views import DEFAULT_VIEW
 from . import types as cli_types
 from .cluster import add_cluster_options

@@ -6,8 +6,8 @@ import argparse
 import contextlib
 import re
 
-from .._core import LAYERS
 from ..picture.environments import SUFFIXES
+from ..picture.layers import LAYERS
 from ..picture.views import VIEWS, light_from
 
 

@@ -143,7 +143,7 @@ def test_bad_light_is_told(ball, monkeypatch, capsys, message, options):
 @pytest.mark.parametrize(
     ("message", "layers"),
     [
-        ("--layers: expected names among depth, .*, certified, got 'z'", ["depth,z"]),
+        ("--layers: expected names among depth, .*, certified, mask, got 'z'", ["depth,z"]),
         ("--layers: expected direct with --light path-trace only, got studio", ["direct"]),
         (
             "ambient_occlusion_samples: expected rays a hit",

@@ -244,17 +244,27 @@ def test_render_stores_layers(ball, tmp_path):
         "--light",
         "path-trace",
         "--layers",
-        "curvature,ambient_occlusion,direct",
+        "curvature,ambient_occlusion,direct,mask",
         "--ambient-occlusion-samples",
         "8",
     )
-    layers = dict(layers=("curvature", "ambient_occlusion", "direct"), ambient_occlusion_samples=8)
+    layers = dict(layers=("curvature", "ambient_occlusion", "direct", "mask"), ambient_occlusion_samples=8)
     expected = rendered(ball, samples=2, light=isospline.PathTracer(), **layers)
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
     np.testing.assert_array_equal(channels["direct.G"], expected.direct[..., 1])
     np.testing.assert_array_equal(channels["ambient_occlusion"], expected.ambient_occlusion)
     np.testing.assert_array_equal(channels["curvature.mean"], expected.curvature[..., 0])
+    np.testing.assert_array_equal(channels["id.geometry"] == 0, expected.mask)
+
+
+@pytest.mark.parametrize("light", ["studio", "unlit"])
+def test_render_stores_the_mask(ball, tmp_path, light):
+    OpenEXR = pytest.importorskip("OpenEXR")
+    render(ball, tmp_path / "a.exr", "-l", "0", "--light", light, "--layers", "mask")
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        hit = file.channels()["id.geometry"].pixels == 0
+    np.testing.assert_array_equal(hit, rendered(ball, light="phong", layers=("mask",)).mask)
 
 
 def test_render_through_a_lens_stores_curvature(ball, tmp_path):
