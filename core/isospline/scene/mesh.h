@@ -17,17 +17,17 @@ struct Material;
 /// A number at each vertex of a mesh, such as a temperature; NaN where it is unknown.
 struct VertexValues {
     std::vector<double> numbers;
-    std::string name = "values"; ///< for files and other programs
+    std::string name = "values"; ///< the title of colour bars; for files and other programs, too
 };
 
 /// A triangle mesh. Immutable: any number of threads may read it.
 class Mesh {
 public:
     /// `normals` and linear `colors` have one entry per vertex or are empty; they are interpolated across each face.
-    /// Path tracers use the material, if there is one. `values` are kept for the caller; they have one number per
-    /// vertex or none. Throws std::invalid_argument for 2^32 or more vertices or faces, a vertex that is not finite, a
-    /// face that refers to a missing vertex, and a negative colour. Also throws it if normals or colours are not finite
-    /// or their number differs from the number of vertices, or if the number of values does.
+    /// Path tracers use the material, if there is one. `values` have one number per vertex or none; `ColorByValue`
+    /// shows them. Throws std::invalid_argument for 2^32 or more vertices or faces, a vertex that is not finite, a face
+    /// that refers to a missing vertex, and a negative colour. Also throws it if normals or colours are not finite or
+    /// their number differs from the number of vertices, or if the number of values does.
     Mesh(std::vector<glm::dvec3> vertices, std::vector<glm::uvec3> faces, std::vector<glm::dvec3> normals = {},
          std::vector<glm::dvec3> colors = {}, std::shared_ptr<const Material> material = nullptr,
          VertexValues values = {});
