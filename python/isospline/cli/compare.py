@@ -15,6 +15,7 @@ from ..suggest.presentation import suggested_surface
 from .levels import choose_levels, make_surfaces
 from .picture import add_largest
 from .summary import unit_power
+from .write import writing
 
 #: The parts of the area of `SurfaceDistance.quantiles`, in percent.
 QUANTILES = (50, 95, 99)
@@ -74,7 +75,8 @@ def run(arguments, read, progress, say, unicode):
             surface, other, samples=arguments.samples, tolerance=arguments.tolerance, signed=not arguments.unsigned
         )
         if arguments.table:
-            found.to_csv(arguments.table)
+            with writing():
+                found.to_csv(arguments.table)
         if arguments.output:
             _write_picture(arguments, surface, other, found)
     print(_as_json(arguments, surface, found) if arguments.json else _as_text(arguments, surface, found, unicode))
@@ -110,7 +112,8 @@ def _write_picture(arguments, surface, other, found):
         annotate=True,
         legend=False,
     )
-    image.write(arguments.output)
+    with writing():
+        image.write(arguments.output)
 
 
 def _as_json(arguments, surface, found):

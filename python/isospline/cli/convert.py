@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 import time
 
 import isospline
 
 from .cluster import client_of
-
-#: Errors of the disk, and not of a wrong name.
-_DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def add_convert(commands, convert, add_reading, add_spline, numbers):
@@ -81,10 +77,6 @@ def run(arguments, reading, progress, say):
             )
     except KeyboardInterrupt:
         say(f"{arguments.output} is incomplete; run the same command again to continue")
-        raise
-    except OSError as error:
-        if error.errno in _DISK_ERRORS:
-            raise RuntimeError(f"{error.filename}: {error.strerror}") from error
         raise
     scales = isospline.store.read_metadata(path).scales
     shapes = ", ".join(" x ".join(map(str, scale.shape[::-1])) for scale in scales)

@@ -12,6 +12,7 @@ import isospline
 
 from ..base.system import whole_file
 from ..colors import BACKGROUND
+from .write import writing
 
 #: Samples of the volume along each axis, and pixels of the picture.
 SAMPLES, SIZE = 192, (960, 720)
@@ -46,7 +47,7 @@ def make_demo(folder, progress):
 
     field = isospline.volumes.heart()
     data = field.values(SAMPLES)
-    with whole_file(paths["volume"]) as temporary, open(temporary, "wb") as file:
+    with writing(), whole_file(paths["volume"]) as temporary, open(temporary, "wb") as file:
         np.save(file, data)
 
     with progress("filtering") as report:
@@ -61,7 +62,8 @@ def make_demo(folder, progress):
     }
     with progress("rendering") as report:
         image = isospline.render(scene, camera, size=SIZE, progress=report, **look)
-    image.write(paths["picture"])
+    with writing():
+        image.write(paths["picture"])
 
     made = (
         f"{paths['volume']}: {SAMPLES} x {SAMPLES} x {SAMPLES} samples of a heart that dissolves into a gyroid\n"

@@ -11,7 +11,7 @@ from ..io.label_map import count_of_labels
 from ..labels.segments import find
 from ..picture.sequences import check_folder
 from .summary import unit_power
-from .write import error_text
+from .write import writing
 
 # Options of models, with the values that mean nothing was given.
 _OF_VOLUMES = {
@@ -114,10 +114,8 @@ def measure_labels(labels, arguments, progress, unicode):
         found = labels.measure(chosen, smoothing=arguments.label_smoothing, progress=report)
     unit = labels.frame["unit"]
     if arguments.output:
-        try:
+        with writing():
             found.to_csv(arguments.output)
-        except OSError as error:
-            raise RuntimeError(error_text(error)) from error
         print(f"{arguments.output}: {len(found.numbers)} labels")
     elif arguments.json:
         rows = [dict(zip(found._columns(), row)) for row in found._rows()]

@@ -36,7 +36,7 @@ from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
-from .write import error_text, write_images
+from .write import DISK_ERRORS, error_text, write_images, writing
 
 
 def main(argv=None):
@@ -62,7 +62,7 @@ def main(argv=None):
             return FAILED
         except (ValueError, TypeError, OSError) as error:
             _say(f"error: {error_text(error)}")
-            return BAD_INPUT
+            return FAILED if getattr(error, "errno", None) in DISK_ERRORS else BAD_INPUT
         except (MemoryError, ImportError, RuntimeError) as error:
             _say(f"error: {error_text(error) or type(error).__name__}")
             return FAILED
@@ -256,10 +256,8 @@ def mesh(arguments):
                 arguments.tolerance, faces=arguments.faces, return_distance=True, progress=progress
             )
             distance = f" at most {distance:.3g} from the surface,"
-    try:
+    with writing():
         made.write(arguments.output)
-    except OSError as error:
-        raise RuntimeError(error_text(error)) from error
     print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
 
 

@@ -1,15 +1,30 @@
-"""Writing the pictures and videos of the command line."""
+"""Writing the pictures and videos of the command line, and errors while an output is written."""
 
 from __future__ import annotations
 
+import contextlib
+import errno
+
 from ..picture.sequences import is_video, numbered, write_sequence
 from .record import turntable_record
+
+#: Errors of the disk, and not of a wrong name.
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+
+@contextlib.contextmanager
+def writing():
+    """Raise errors of the system while an output is written as failures of the work, not as bad arguments."""
+    try:
+        yield
+    except OSError as error:
+        raise RuntimeError(error_text(error)) from error
 
 
 def write_images(arguments, frames, images):
     """Write the picture, the video, or pictures of these numbers, as the output's name asks; returns a description."""
     output = arguments.output
-    try:
+    with writing():
         if not arguments.turntable:
             for image in images:  # one image; after Ctrl-C, the interrupt is raised again once the image is written
                 image.write(output)
@@ -17,8 +32,6 @@ def write_images(arguments, frames, images):
         if not is_video(output):
             images = _recorded(arguments, frames, images)
         write_sequence(output, images, fps=arguments.fps, numbers=frames)
-    except OSError as error:
-        raise RuntimeError(error_text(error)) from error
     return f"{arguments.turntable} pictures of {arguments.size[0]} x {arguments.size[1]}"
 
 

@@ -1,5 +1,7 @@
 """Errors of the command line: one line, an exit code, and no file; and Ctrl-C."""
 
+import errno
+import io
 import os
 import re
 import shutil
@@ -204,28 +206,60 @@ def test_bad_output_is_told_before_anything_is_read(tmp_path, capsys):
         fails(capsys, 2, "can be written to", "render", missing, "-o", tmp_path / "locked" / "a.png")
 
 
-def test_a_full_disk_is_told(ball, capsys):
-    if not os.access("/dev/full", os.W_OK):
-        pytest.skip("no /dev/full")
-    with pytest.MonkeyPatch.context() as patch:
+@pytest.fixture
+def small_files():
+    """A function after which files have at most 200 bytes, until the end of the test."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
-        def full(*_, **__):
-            raise OSError(28, "No space left on device", "a.png")
 
-        patch.setattr(isospline.Image, "write", full)
-        fails(
-            capsys,
-            1,
-            r"a\.png: No space left on device",
-            "render",
-            ball,
-            "--level",
-            "0",
-            "--size",
-            "8x8",
-            "-o",
-            ball.parent / "a.png",
-        )
+COMPARED = ("compare", "ball.npy", "ball.npy", "-l", "0", "--other-level", "0", "--samples", "20")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("render", "ball.npy", "-l", "0", "--size", "48x32", "--fast", "-o", "a.png"),
+        ("render", "ball.npy", "-l", "0", "--size", "48x32", "--fast", "-o", "a.exr"),
+        ("mesh", "ball.npy", "-l", "0", "-o", "a.ply"),
+        (*COMPARED, "--size", "48x32", "-o", "a.png"),
+        (*COMPARED, "--table", "a.csv"),
+        ("demo", "-o", "."),
+        ("convert", "ball.npy", "a.zarr"),
+    ],
+    ids=" ".join,
+)
+def test_a_file_that_cannot_be_written_to_its_end_is_a_failure(ball, monkeypatch, capsys, small_files, arguments):
+    if arguments[0] == "convert":
+        pytest.importorskip("zarr")
+    monkeypatch.chdir(ball.parent)
+    small_files()
+    fails(capsys, 1, "File too large|requested and .* written", *arguments, "--quiet")
+    assert leftovers(ball.parent) == (["a.zarr"] if arguments[0] == "convert" else [])
+
+
+class Full(io.TextIOBase):
+    """Standard output on a full disk."""
+
+    encoding = "utf-8"
+
+    def write(self, text):
+        return len(text)
+
+    def flush(self):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    "arguments", [("info", "ball.npy"), ("measure", "ball.npy", "-l", "0", "--order", "2"), COMPARED], ids=" ".join
+)
+def test_an_output_that_is_full_is_a_failure(ball, monkeypatch, capsys, arguments):
+    monkeypatch.chdir(ball.parent)
+    monkeypatch.setattr(sys, "stdout", Full())
+    quiet = () if arguments[0] == "info" else ("--quiet",)
+    fails(capsys, 1, "No space left on device", *arguments, *quiet)
 
 
 def test_missing_libraries_are_told(tmp_path, monkeypatch):
