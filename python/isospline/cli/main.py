@@ -203,8 +203,8 @@ def _render(arguments, write=True):
             return arguments.cameras
         scene, surfaces, volume = made
         is_empty = not meshes and not any(math.isfinite(surface.bounds[0, 0]) for surface in surfaces)
-        space = (0.0, 0.0) if is_empty else marks_for(arguments, scene, look_of(scene)).space()
-        return cameras_of(arguments, volume if is_empty else scene, space)
+        marks = None if is_empty else marks_for(arguments, scene, look_of(scene))
+        return cameras_of(arguments, volume, marks)
 
     def look_of(scene):
         return {"light": light_of(dict(zip(scene.ids, materials)))}

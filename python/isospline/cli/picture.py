@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import time
 from typing import Any
 
@@ -12,7 +13,7 @@ import isospline
 from ..colors import BACKGROUND, color_of, named_color
 from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
-from ..picture.cameras import camera_beside, cameras_around
+from ..picture.cameras import camera_for, turntable_cameras
 from ..picture.marks import Marks, unit_of
 from ..picture.views import DEFAULT_VIEW
 
@@ -127,8 +128,8 @@ def studio_looks(colors, others):
     return [isospline.Material(**look, **other) for look, other in zip(given, others)]
 
 
-def cameras_of(arguments, seen, space):
-    """The camera of the picture, or those of all pictures, with space for marks."""
+def cameras_of(arguments, volume, marks):
+    """The camera of the picture, or those of all pictures, with space for marks; of a whole volume without marks."""
     framing = dict(
         view="three-quarter" if arguments.view == DEFAULT_VIEW else arguments.view,
         up=arguments.up,
@@ -138,9 +139,10 @@ def cameras_of(arguments, seen, space):
     )
     cameras: Any  # with an aperture, all are perspective ones
     if arguments.turntable:
-        cameras = cameras_around(space, seen, arguments.turntable, **framing)
+        turn = functools.partial(turntable_cameras, volume) if marks is None else marks.cameras
+        cameras = turn(arguments.turntable, **framing)
     else:
-        cameras = [camera_beside(space, seen, **framing)]
+        cameras = [camera_for(volume, **framing) if marks is None else marks.camera(**framing)]
     if arguments.aperture:
         if arguments.projection != "perspective":
             raise ValueError(f"--aperture: expected a perspective projection, got {arguments.projection}")

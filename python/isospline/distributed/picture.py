@@ -11,11 +11,12 @@ from typing import Any
 from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import tell
-from ..picture.annotations import annotated, check_annotations
+from ..picture.annotations import check_annotations
 from ..picture.cameras import camera_for
 from ..picture.image import Image
 from ..picture.layers import compiled, names_of
 from ..picture.lights import resolve
+from ..picture.marks import Marks
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
@@ -92,9 +93,7 @@ class PictureInTheMaking:
             canvas.paste(future.result())
             tell(progress, (done + 1) / len(self._futures))
         image = Image(canvas.image()._arrays, self._layers)
-        return annotated(
-            image, self._marks, self._camera, self._scene.here if self._marks else None, self._look, self._unit
-        )
+        return self._marks.draw(image, self._camera, is_fitted=self._is_fitted) if self._marks else image
 
     def close(self) -> None:
         """Cancel unfinished tasks."""
@@ -113,14 +112,15 @@ class PictureInTheMaking:
         size = options.get("size", (640, 360))
         crop = options.pop("crop", None)
         self._window = checked_window(crop, size)
-        self._camera = options.pop("camera", None)
+        self._camera, look = options.pop("camera", None), options.get("light")
+        unit, legend = options.pop("unit", None), options.pop("legend", False)
+        names = check_annotations(options.pop("annotate", ()), self._camera, look, unit)
+        if (names or legend) and crop is not None:
+            raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
+        self._marks = Marks(self._scene.here, look, size, names, legend, unit) if names or legend else None
+        self._is_fitted = self._camera is None
         if self._camera is None:
-            self._camera = camera_for(self._scene.here, size=size)
-        self._look = options.get("light")
-        self._unit = options.pop("unit", "")
-        self._marks = check_annotations(options.pop("annotate", ()), self._camera, self._look, self._unit)
-        if self._marks and crop is not None:
-            raise ValueError(f"annotate: cannot be combined with a crop, got {', '.join(self._marks)}")
+            self._camera = self._marks.camera(size=size) if self._marks else camera_for(self._scene.here, size=size)
         self._layers = names_of(options.get("layers", ()))
         self._options = options | {"layers": compiled(self._layers)}
 

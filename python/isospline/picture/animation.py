@@ -16,7 +16,7 @@ from ..base.parameters import COUNT_LIMIT, check_count, check_type
 from ..base.progress import as_callable, part_of, tell
 from ..base.signatures import explained
 from .annotations import Annotation, check_annotations
-from .cameras import Projection, camera_beside, cameras_around
+from .cameras import Projection, camera_for
 from .image import Image
 from .lights import Light, in_environment, resolve
 from .marks import Marks
@@ -91,7 +91,7 @@ def turntable(
     samples : int
         Rays per pixel, as in `render`. Take more for path tracing.
     annotate, unit, legend
-        As in `render`; the legend and colour bars are beside the scene.
+        As in `render`; they are beside the scene.
     progress : callable or True, optional
         Called with the finished fraction; cancels the work by returning a false value other than None. True shows a
         bar.
@@ -137,11 +137,11 @@ def turntable(
     frame.update(size=size, margin=margin)
     upward = None
     if environment is not None:
-        upward = upward_for(scene, camera_beside((0.0, 0.0), scene, **frame))
+        upward = upward_for(scene, camera_for(scene, **frame))
         light = in_environment(light, environment, upward)
     look = resolve(scene, light, color, opacity)
     marks = Marks(scene, look, size, check_annotations(annotate, None, look, unit), legend, unit)
-    cameras = cameras_around(marks.space(), scene, count, **frame)
+    cameras = marks.cameras(count, **frame)
     if isinstance(look, Studio) and look.up is None:  # the same ground for all cameras
         look = look.replace(up=upward_for(scene, cameras[0]))
     told = as_callable(progress)

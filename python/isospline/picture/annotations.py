@@ -26,14 +26,14 @@ _WITH_MAP = (
     _core.ColorByValue,
     _core.ColorByThickness,
 )
-# Fractions of the picture: the free border, and the largest length of a scale bar.
-BORDER, _LONGEST = 0.04, 0.25
+# The free border, as a part of the picture.
+BORDER = 0.04
 # Linear colours of marks on bright and on dark background, and the luminance that separates both.
 _DARK, _BRIGHT, _MIDDLE = 0.015, 1.0, 0.2
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
-#: The pixels in which objects are, or None where no marks are on objects.
-Covered = NDArray[np.bool_] | None
+#: A rectangle of pixels: its first column and row, its width and its height.
+Box = tuple[int, int, int, int]
 
 
 def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
@@ -55,69 +55,49 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
     return names
 
 
-def annotated(
-    image: Image, names: tuple[str, ...], camera: Any, scene: Any, look: Any, unit: str, covered: Covered = None
-) -> Image:
-    """The image, with marks drawn into its colour; `covered` are the pixels of objects, if the camera left no space."""
-    if "scale_bar" in names:
-        _draw_scale_bar(image, camera, unit)
-    if "colorbar" in names:
-        bars = color_bars(image.size, look, scene, camera, unit)
-        wide = sum(bar.width for bar in bars)
-        left = image.size[0] * (1 - BORDER) - wide
-        if covered is not None and (other := image.size[0] * BORDER) < left:
-            left = min(
-                left, other, key=lambda place: np.count_nonzero(covered[:, max(0, int(place)) :][:, : int(wide)])
-            )
-        for bar in bars:
-            bar.draw(image, left, covered)
-            left += bar.width
-    return image
-
-
 def color_bars(size: tuple[int, int], look: Any, scene: Any, camera: Any, unit: str) -> list[ColorBar]:
     """The colour bars of a picture, from left to right."""
     return [ColorBar(size, rule, _limits(rule, scene, camera), unit) for rule in color_rules(look)]
 
 
-def covered_pixels(scene: Any, camera: Any, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """The pixels of a picture in which objects are."""
-    plain: dict[str, Any] = {"crop": None, "encoding": "linear", "progress": None, "background": None, "samples": 1}
-    plain.update(layers=(), ambient_occlusion_samples=1, shading=_core.Phong())
-    return Image(_core.render(scene, camera, size=size, **plain)).color[..., 3] > 0
+class Covered:
+    """The pixels of a picture in which objects are; only those are traced that are asked for."""
+
+    def __init__(self, scene: Any, camera: Any, size: tuple[int, int]):
+        self._scene, self._camera, self._size = scene, camera, size
+        self._counts: dict[Box, int] = {}
+
+    def count(self, box: Box) -> int:
+        """The number of covered pixels in a rectangle."""
+        (left, top, wide, high), (width, height) = box, self._size
+        left, right, top, bottom = max(0, left), min(width, left + wide), max(0, top), min(height, top + high)
+        if left >= right or top >= bottom:
+            return 0
+        crop = left, top, right - left, bottom - top
+        if crop not in self._counts:
+            plain: dict[str, Any] = {"encoding": "linear", "progress": None, "background": None, "samples": 1}
+            plain.update(layers=(), ambient_occlusion_samples=1, shading=_core.Phong())
+            image = Image(_core.render(self._scene, self._camera, size=self._size, crop=crop, **plain))
+            self._counts[crop] = int(np.count_nonzero(image.color[..., 3] > 0))
+        return self._counts[crop]
 
 
-def scale_bar(camera: Any, size: tuple[int, int]) -> tuple[float, float]:
-    """The length of a scale bar in world units, 1, 2 or 5 times a power of ten, and in pixels at the target."""
-    if isinstance(camera, _core.ProjectionPlaneCamera):
-        target = camera.corner + (camera.right + camera.down) / 2
-    else:
-        target = camera.target
-    ndc = camera.world_to_ndc(size)
-    right = camera.world_to_camera[0, :3]
-
-    def column(point):
-        whole = ndc @ [*point, 1]
-        return whole[0] / whole[3] * size[0]
-
-    # In the plane through the target, equal lengths have equal numbers of pixels.
-    step = 1e-3 * np.linalg.norm(np.asarray(camera.eye) - target)
-    pixels_per_unit = (column(target + step * right) - column(target - step * right)) / (2 * step)
-    length = _round_down(_LONGEST * size[0] / pixels_per_unit)
-    return length, length * pixels_per_unit
+def overlap(first: Box, second: Box) -> bool:
+    """Whether two rectangles have pixels in common."""
+    return all(first[at] < second[at] + second[at + 2] and second[at] < first[at] + first[at + 2] for at in (0, 1))
 
 
 def ticks(lower: float, upper: float, most: int = 6) -> list[float]:
     """At most `most` round numbers at equal steps between two numbers."""
     lower, upper = min(lower, upper), max(lower, upper)
-    step = _round_down((upper - lower) / (most - 1))
+    step = round_down((upper - lower) / (most - 1))
     while math.floor(upper / step + 1e-9) - math.ceil(lower / step - 1e-9) + 1 > most:
-        step = _round_down(step * 2.5)
+        step = round_down(step * 2.5)
     first, last = math.ceil(lower / step - 1e-9), math.floor(upper / step + 1e-9)
     return [round(number * step, 12) for number in range(first, last + 1)]
 
 
-def _round_down(value):
+def round_down(value):
     """The largest number not above `value` that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(each * power for each in (1, 2, 5) if each * power <= value * (1 + 1e-9))
@@ -181,23 +161,12 @@ def line_height(font: Any) -> float:
     return float(font.getbbox("0")[3]) * 1.4
 
 
-def _draw_scale_bar(image, camera, unit):
-    width, height = image.size
-    length, pixels = scale_bar(camera, image.size)
-    border, thickness = round(BORDER * min(width, height)), max(2, round(height / 160))
-    text = f"{length:g} {unit}".strip()
-    drawn = Drawing(image)
-    drawn.text(border + pixels / 2, height - border - 1.8 * thickness, text, "ms")
-    drawn.bar(border, border + pixels, height - border - thickness, height - border)
-    drawn.finish()
-
-
-def draw_panel(image: Image, area: Any, wide: float, covered: Covered) -> None:
-    """Draw a panel behind marks of a width that objects would make hard to read."""
-    rows, columns = area
-    area = rows, slice(columns.start, columns.start + round(wide))
-    if covered is None or not covered[area].any():
+def draw_panel(image: Image, box: Box, covered: Covered | None) -> None:
+    """Draw a panel behind marks that objects would make hard to read."""
+    if covered is None or not covered.count(box):
         return
+    left, top, wide, high = box
+    area = np.s_[max(0, top) : top + high, max(0, left) : left + wide]
     behind = _linear(image, area)
     blend(image, area, np.full(behind.shape[:2], 0.85), np.full(3, _BRIGHT if _is_bright(behind) else _DARK))
 
@@ -230,16 +199,15 @@ class ColorBar:
         #: Of the bar with its labels and its title, in pixels.
         self.width = column + line_height(font)
 
-    def draw(self, image, left, covered=None):
-        """Draw it into an image; its first column is `left`."""
+    def draw(self, image: Image, left: float, covered: Covered | None = None) -> Box:
+        """Draw it into an image, and return its rectangle; its first column is `left`."""
         width, height = self._size
         drawn = Drawing(image)
         thickness, length, left = self._thickness, self._length, round(left)
         top = min(round((height - length + (len(self._lines) - 1) * drawn.line_height) / 2), height - length)
         above = round((len(self._lines) + 0.5) * drawn.line_height)
-        draw_panel(
-            image, np.s_[max(0, top - above) : top + length + above // 2, max(0, left - 4) :], self.width, covered
-        )
+        box = left - 4, top - above, round(self.width), length + above + above // 2
+        draw_panel(image, box, covered)
         for number, line in enumerate(reversed(self._lines)):
             drawn.text(left, top - (0.5 + number) * drawn.line_height, line, "ls")
         drawn.bar(left - 1, left + thickness + 1, top - 1, top + length + 1)
@@ -255,6 +223,7 @@ class ColorBar:
         column = np.stack([np.interp(places, steps, part) for part in self._cmap.T], axis=-1)
         area = np.s_[top : top + length, max(left, 0) : left + thickness]
         blend(image, area, np.ones((height, width))[area], column[:, None])
+        return box
 
 
 class Drawing:

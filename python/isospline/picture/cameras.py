@@ -29,6 +29,9 @@ Bounded = HasBounds | ArrayLike
 Projection = Literal["perspective", "orthographic"]
 #: The smallest and the largest <n, x> over all visible points x, (N, 2), for each n of an (N, 3) array.
 Extent = Callable[[Vector], Vector]
+#: The parts of the width that are left free on the left and on the right, and of the height below, for marks.
+Space = tuple[float, float, float]
+NO_SPACE: Space = (0.0, 0.0, 0.0)
 
 
 @explained
@@ -100,11 +103,11 @@ def camera_for(
     >>> isospline.camera_for([(-1, -1, -1), (1, 1, 1)], view="top", projection="orthographic", margin=0, size=(9, 9))
     OrthographicCamera(eye=(0, 0, 4.73205), target=(0, 0, 0), up=(0, 1, 0), height=2)
     """
-    return camera_beside((0.0, 0.0), scene, view, up, projection, field_of_view, size, margin)
+    return camera_beside(NO_SPACE, scene, view, up, projection, field_of_view, size, margin)
 
 
 def camera_beside(
-    space: tuple[float, float],
+    space: Space,
     scene: Bounded,
     view: View = DEFAULT_VIEW,
     up: ArrayLike | None = None,
@@ -113,7 +116,7 @@ def camera_beside(
     size: tuple[int, int] = (640, 360),
     margin: float = 0.05,
 ) -> _core.PerspectiveCamera | _core.OrthographicCamera:
-    """The camera of `camera_for` that leaves parts of the width free on the left and on the right, for marks."""
+    """The camera of `camera_for` that leaves space for marks."""
     view, up = suggested_for(scene, view, up)
     return _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin, space).camera()
 
@@ -160,11 +163,11 @@ def turntable_cameras(
     >>> [camera.eye.round(1).tolist() for camera in cameras[:2]]
     [[0.0, -4.9, 0.0], [4.9, -0.0, 0.0]]
     """
-    return cameras_around((0.0, 0.0), scene, count, view, up, projection, field_of_view, size, margin)
+    return cameras_around(NO_SPACE, scene, count, view, up, projection, field_of_view, size, margin)
 
 
 def cameras_around(
-    space: tuple[float, float],
+    space: Space,
     scene: Bounded,
     count: int,
     view: View = DEFAULT_VIEW,
@@ -174,7 +177,7 @@ def cameras_around(
     size: tuple[int, int] = (640, 360),
     margin: float = 0.05,
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
-    """The cameras of `turntable_cameras` that leave parts of the width free on both sides, as `camera_beside`."""
+    """The cameras of `turntable_cameras` that leave space for marks."""
     view, up = suggested_for(scene, view, up)
     return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin, space)
 
@@ -195,7 +198,7 @@ def turn(
     field_of_view: float,
     size: tuple[int, int],
     margin: float = 0.05,
-    space: tuple[float, float] = (0.0, 0.0),
+    space: Space = NO_SPACE,
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
     """The cameras of `cameras_around`; the extent is asked for before each of them."""
     check_count(count)
@@ -213,14 +216,14 @@ def turn(
         radius = max(fit.radius for fit in fits)
         return [fit.orthographic(fit.shifted(center, height), height, radius) for fit in fits]
     distance = max(fit.distance_from(center) for fit in fits)
-    targets = [center - distance * fit.aside * fit.axes[0] for fit in fits]
+    targets = [center - distance * fit.aside @ fit.axes[:2] for fit in fits]
     return [fit.perspective(target - distance * fit.axes[2], target) for fit, target in zip(fits, targets)]
 
 
 class _Fit:
     """The cameras on one side of an object that show all of it; `extent` is the object's extent."""
 
-    def __init__(self, extent, view, up, projection, field_of_view, size, margin, space=(0.0, 0.0)):
+    def __init__(self, extent, view, up, projection, field_of_view, size, margin, space=NO_SPACE):
         direction, natural_up = direction_of(view)
         self.up = np.asarray(natural_up if up is None else up, dtype=float)
         if projection not in ("perspective", "orthographic"):
@@ -233,16 +236,17 @@ class _Fit:
         if not (width > 0 and height > 0):
             raise ValueError(f"size: expected a width and a height above 0, got {size!r}")
         self.projection, self.field_of_view, self.aspect, self.free = projection, field_of_view, width / height, margin
-        self.space = np.array(space)
+        self.space, self.below = np.array(space[:2]), space[2]
 
         # Any camera on this side has the image's axes, and checks what was given.
         trial = _core.PerspectiveCamera(direction, (0, 0, 0), self.up, field_of_view)
         self.axes = trial.world_to_camera[:3, :3]  # right, up, forward
         half_height = math.tan(math.radians(field_of_view) / 2)
         wide = half_height * self.aspect * np.maximum(1 - margin - 2 * self.space[::-1], 1e-3)
-        self.slopes = np.array([*wide, *[half_height * (1 - margin)] * 2])
-        #: Where the middle of the free part of the image is, to the right of the middle of the image, as a slope.
-        self.aside = (wide[0] - wide[1]) / 2
+        high = half_height * np.maximum(1 - margin - 2 * np.array([0.0, self.below]), 1e-3)
+        self.slopes = np.array([*wide, *high])
+        #: The middle of the free part of the image, to the right of the middle of the image and above it, as slopes.
+        self.aside = np.array([wide[0] - wide[1], high[0] - high[1]]) / 2
         # Outward normals of the sides of the view: right and left, top and bottom.
         right, upwards, forward = self.axes
         sides = zip((right, -right, upwards, -upwards), self.slopes)
@@ -267,12 +271,13 @@ class _Fit:
 
     def shifted(self, center, height):
         """The target of an orthographic camera that shows a centre in the middle of the free part of the image."""
-        return center + (self.space[1] - self.space[0]) / 2 * height * self.aspect * self.axes[0]
+        right = (self.space[1] - self.space[0]) / 2 * height * self.aspect
+        return center + right * self.axes[0] - self.below / 2 * height * self.axes[1]
 
     def distance_from(self, center):
         """The distance of the eye of a perspective camera that shows a centre in the middle of the free part."""
         depth = self.axes[2] @ center
-        slopes = self.slopes - self.aside * np.array([1, -1, 0, 0])
+        slopes = self.slopes - np.repeat(self.aside, 2) * (1, -1, 1, -1)
         distances = (self.reach - self.sides @ center) / slopes
         return max(distances.max(), depth - self.extents[2, 0] + self.radius * 1e-3)
 
@@ -280,7 +285,8 @@ class _Fit:
         """The height of the image that an orthographic camera looking at a centre needs."""
         x, y = np.abs(self.extents[:2] - (self.axes[:2] @ center)[:, None]).max(axis=1)
         wide = max(1 - self.free - self.space.sum(), 1e-3)
-        return 2 * max(y / (1 - self.free), x / (self.aspect * wide), self.radius * 1e-6)
+        high = max(1 - self.free - self.below, 1e-3)
+        return 2 * max(y / high, x / (self.aspect * wide), self.radius * 1e-6)
 
     def orthographic(self, center, height, radius):
         eye = center - self.axes[2] * (radius * (1 + math.sqrt(3)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.values import part
-from .annotations import BORDER, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
+from .annotations import BORDER, Box, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
 from .image import Image
 
 #: A name, its linear colour, and its opacity.
@@ -58,10 +58,10 @@ class Legend:
         #: Of the swatches and names, in pixels, with a border.
         self.width = self._border + 1.5 * self._side + names
 
-    def draw(self, image: Image, covered: Covered = None) -> None:
-        """Draw it into the upper left corner, or where it hides least of the covered pixels."""
+    def draw(self, image: Image, covered: Covered | None = None) -> list[Box]:
+        """Draw it into the upper left corner, or where it hides least, and return its rectangle, if it has rows."""
         if not self._rows:
-            return
+            return []
         width, height = self._size
         high = round((len(self._rows) - 1) * self._line) + self._side
         left, top = self._border, self._border
@@ -72,9 +72,10 @@ class Legend:
                 for x in (left, round(width - self.width))
                 if x >= left and y >= top
             ]
-            left, top = min(corners or [(left, top)], key=lambda corner: _hidden(covered, corner, self.width, high))
-        area = np.s_[max(0, top - 4) : top + high + 4, max(0, left - 4) :]
-        draw_panel(image, area, self.width - self._border + 8, covered)
+            wide = round(self.width)
+            left, top = min(corners or [(left, top)], key=lambda corner: covered.count((*corner, wide, high)))
+        box = left - 4, top - 4, round(self.width - self._border + 8), high + 8
+        draw_panel(image, box, covered)
         drawn = Drawing(image)
         swatches = []
         for number, (name, color, opacity) in enumerate(self._rows):
@@ -87,9 +88,4 @@ class Legend:
             # Over white: the frame below the swatch is opaque.
             over = opacity * color + (1 - opacity)
             blend(image, place, np.ones((height, width))[place], over)
-
-
-def _hidden(covered: NDArray[np.bool_], corner: tuple[int, int], wide: float, high: int) -> int:
-    """The number of covered pixels behind a rectangle."""
-    left, top = corner
-    return int(np.count_nonzero(covered[top : top + high, left : left + round(wide)]))
+        return [box]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from .. import _core
-from .annotations import BORDER, annotated, color_bars, covered_pixels
-from .cameras import camera_for
+from .annotations import BORDER, Box, Covered, color_bars
+from .cameras import camera_beside, camera_for, cameras_around, extent_of
 from .image import Image
 from .legends import Legend, legend_rows
+from .scale_bars import ScaleBar
 
 # The largest part of a picture's width for marks.
 _MOST = 0.6
@@ -49,7 +50,29 @@ class Marks:
     def __bool__(self) -> bool:
         return bool(self._names or self._rows)
 
-    def space(self) -> tuple[float, float]:
+    def camera(self, **framing: Any) -> Any:
+        """The camera of `camera_for` that shows the scene beside its marks."""
+        return self._beside(lambda space: [camera_beside(space, self._scene, **framing)], steps=4)[0]
+
+    def cameras(self, count: int, **framing: Any) -> list[Any]:
+        """The cameras of `turntable_cameras` that show the scene beside its marks."""
+        return self._beside(lambda space: cameras_around(space, self._scene, count, **framing), steps=1)
+
+    def _beside(self, made, steps):
+        """The cameras that `made` returns for a space, below the scene no more than the scale bar needs, in steps."""
+        space = self._space()
+        cameras = made((*space, 0.0))
+        if "scale_bar" not in self._names:
+            return cameras
+        extent = extent_of(self._scene)
+        for step in range(1, steps + 1):
+            bars = [ScaleBar(self._size, camera, self._unit) for camera in cameras]
+            if all(bar.is_free(camera, extent) for bar, camera in zip(bars, cameras)):
+                break
+            cameras = made((*space, bars[0].part() * step / steps))
+        return cameras
+
+    def _space(self) -> tuple[float, float]:
         """The parts of a picture's width that a camera is to leave free on the left and on the right."""
         if not self._is_wide:
             return 0.0, 0.0
@@ -63,10 +86,28 @@ class Marks:
         return left * scale, right * scale
 
     def draw(self, image: Image, camera: Any, *, is_fitted: bool) -> Image:
-        """The image with its marks, where they hide least; beside the objects if the camera leaves `space` for them."""
-        covered = covered_pixels(self._scene, camera, image.size) if self._is_wide and not is_fitted else None
-        Legend(image.size, self._rows).draw(image, covered)
-        return annotated(image, self._names, camera, self._scene, self._look, self._unit, covered)
+        """The image with its marks, where they hide least; beside the objects if the camera was made for them."""
+        covered = None if is_fitted else Covered(self._scene, camera, image.size)
+        taken = Legend(image.size, self._rows).draw(image, covered)
+        if "colorbar" in self._names:
+            taken += self._draw_color_bars(image, camera, covered)
+        if "scale_bar" in self._names:
+            ScaleBar(image.size, camera, self._unit).draw(image, taken, covered)
+        return image
+
+    def _draw_color_bars(self, image: Image, camera: Any, covered: Covered | None) -> list[Box]:
+        """Draw the colour bars on the right, or on the left if they hide less there; returns their rectangles."""
+        bars = color_bars(image.size, self._look, self._scene, camera, self._unit)
+        width, height = image.size
+        wide = sum(bar.width for bar in bars)
+        left = width * (1 - BORDER) - wide
+        if covered is not None and (other := width * BORDER) < left:
+            left = min(left, other, key=lambda place: covered.count((int(place), 0, int(wide), height)))
+        boxes = []
+        for bar in bars:
+            boxes.append(bar.draw(image, left, covered))
+            left += bar.width
+        return boxes
 
 
 def unit_of(scene: _core.Scene) -> str:

@@ -9,7 +9,7 @@ from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
 from .annotations import Annotation, check_annotations
-from .cameras import camera_beside, camera_for
+from .cameras import camera_for
 from .image import Image
 from .layers import compiled, names_of
 from .lights import Light, in_environment, resolve
@@ -98,8 +98,8 @@ def render(
         for viewers and videos. 8 bits need a quarter of the memory.
     annotate : bool, or sequence of {"scale_bar", "colorbar"}
         What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
-        colour bar for each colour rule with a map, beside the scene if `camera` is not given. True draws all that
-        apply. Not allowed with a crop.
+        colour bar for each colour rule with a map. They are beside the scene if `camera` is not given, otherwise where
+        they hide least. True draws all that apply. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
         the same.
@@ -151,7 +151,7 @@ def render(
         raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
     is_fitted = camera is None
     if camera is None:
-        camera = camera_beside(marks.space(), scene, size=size)
+        camera = marks.camera(size=size)
     options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
     options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding, progress=progress)
     image = without_marks(scene, camera, look, samples=samples, **options)

@@ -1,4 +1,4 @@
-"""Marks in pictures: the scale bar's pixels against closed forms, the colours and labels of colour bars."""
+"""Marks in pictures: the colours and labels of colour bars, legends, and space for them."""
 
 import numpy as np
 import pytest
@@ -7,52 +7,11 @@ from spheres import mesh_sphere, sphere
 
 import isospline
 from isospline.colors import linear_to_srgb
-from isospline.picture.annotations import font_for, scale_bar, ticks
-from isospline.picture.cameras import camera_beside
+from isospline.picture.annotations import font_for, ticks
+from isospline.picture.cameras import camera_beside, cameras_around
 
 SIZE = (320, 240)
 RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3), (1, 0.8, 0)], limits=(0, 100))
-
-
-def bar_length(image, plain):
-    """Columns of the scale bar, with the parts of columns at its ends, and the rows that have it."""
-    darker = (plain.color[..., 1] - image.color[..., 1]) / (plain.color[..., 1] - 0.015)
-    rows = darker.sum(axis=1)
-    return rows.max(), np.nonzero(np.isclose(rows, rows.max(), atol=1e-3))[0]
-
-
-def shown(camera, **options):
-    plain = isospline.render(sphere(), camera, size=SIZE, background="white", **options)
-    return plain, isospline.render(sphere(), camera, size=SIZE, background="white", annotate=["scale_bar"], **options)
-
-
-@pytest.mark.parametrize("distance", [40.0, 123.4, 1000.0])
-def test_the_scale_bar_of_a_perspective(distance):
-    camera = isospline.PerspectiveCamera((11.5, 11.5 - distance, 11.5), (11.5, 11.5, 11.5), field_of_view=30)
-    length, pixels = scale_bar(camera, SIZE)
-    expected = length / (2 * distance * np.tan(np.radians(15))) * SIZE[1]
-    assert pixels == pytest.approx(expected, rel=1e-9) and 0.08 * SIZE[0] <= pixels <= 0.25 * SIZE[0]
-    plain, image = shown(camera)
-    found, rows = bar_length(image, plain)
-    assert found == pytest.approx(expected, abs=0.05)
-    assert len(rows) == 2 and (np.diff(rows) == 1).all() and rows[0] > 0.9 * SIZE[1]
-
-
-@pytest.mark.parametrize("height", [0.07, 30.0, 4e4])
-def test_the_scale_bar_of_parallel_rays(height):
-    camera = isospline.OrthographicCamera((11.5, -90, 11.5), (11.5, 11.5, 11.5), height=height)
-    length, pixels = scale_bar(camera, SIZE)
-    assert pixels == pytest.approx(length / height * SIZE[1], rel=1e-9)
-    mantissa = length / 10 ** np.floor(np.log10(length) + 1e-9)
-    assert min(abs(mantissa - each) for each in (1, 2, 5)) < 1e-9
-    # Another size of the same picture has the same length, in as many pixels as it has more.
-    assert scale_bar(camera, (640, 480)) == pytest.approx((length, 2 * pixels))
-
-
-def test_the_scale_bar_of_the_papers_camera():
-    camera = isospline.ProjectionPlaneCamera((0, -5, 0), center=(0, 0, 0), right=(1.6, 0, 0), down=(0, 0, -0.9))
-    length, pixels = scale_bar(camera, (160, 90))
-    assert pixels == pytest.approx(length * 100)
 
 
 def test_marks_are_dark_on_bright_and_bright_on_dark():
@@ -186,13 +145,18 @@ def test_marks_stand_beside_the_object(marks):
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
-@pytest.mark.parametrize("space", [(0.3, 0.0), (0.0, 0.25), (0.2, 0.3)])
+@pytest.mark.parametrize(
+    "space", [(0.3, 0.0, 0.0), (0.0, 0.25, 0.0), (0.2, 0.3, 0.0), (0.0, 0.0, 0.3), (0.2, 0.0, 0.1)]
+)
 def test_cameras_leave_space_for_marks(projection, space):
-    surface = sphere()
-    camera = camera_beside(space, surface, size=(200, 80), projection=projection, margin=0.1)
-    columns = np.flatnonzero(isospline.render(surface, camera, size=(200, 80)).color[..., 3].any(axis=0))
-    first, last = columns[0] / 200 - space[0], 1 - (columns[-1] + 1) / 200 - space[1]
-    assert first == pytest.approx(last, abs=0.02) and first >= 0.045
+    surface, options = sphere(), dict(size=(200, 80), projection=projection, margin=0.1)
+    for camera in (camera_beside(space, surface, **options), *cameras_around(space, surface, 3, **options)):
+        covered = isospline.render(surface, camera, size=(200, 80)).color[..., 3] > 0
+        columns, rows = (np.flatnonzero(covered.any(axis=axis)) for axis in (0, 1))
+        left, right = columns[0] / 200 - space[0], 1 - (columns[-1] + 1) / 200 - space[1]
+        assert left == pytest.approx(right, abs=0.02) and left >= 0.045
+        above, below = rows[0] / 80, 1 - (rows[-1] + 1) / 80 - space[2]
+        assert above == pytest.approx(below, abs=0.03) and above >= 0.045
 
 
 def test_the_title_of_a_colour_bar_is_its_label(monkeypatch):

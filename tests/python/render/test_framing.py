@@ -119,7 +119,7 @@ def test_a_turntable_cuts_nothing_off(name, size, projection):
 
 
 @pytest.mark.parametrize("projection", ["perspective", "orthographic"])
-@pytest.mark.parametrize("space", [(0.3, 0.0), (0.1, 0.25), (0.2, 0.2)])
+@pytest.mark.parametrize("space", [(0.3, 0.0, 0.0), (0.1, 0.25, 0.0), (0.2, 0.2, 0.3)])
 def test_a_turntable_leaves_space_for_marks(space, projection):
     scene, size = SCENES["half"], (240, 60)
     cameras = cameras_around(space, scene, 5, projection=projection, size=size, margin=0.05, field_of_view=40.0)
@@ -127,10 +127,11 @@ def test_a_turntable_leaves_space_for_marks(space, projection):
     free = np.array([-1 + 2 * space[0] + 0.05, 1 - 2 * space[1] - 0.05])
     pixel = 2 / np.repeat(size, 2)
     assert (places[:, 0] >= free[0] - pixel[0]).all() and (places[:, 1] <= free[1] + pixel[0]).all()
-    assert (places[:, 2] >= -0.95 - pixel[2]).all() and (places[:, 3] <= 0.95 + pixel[2]).all()
+    assert (places[:, 2] >= -0.95 - pixel[2]).all() and (places[:, 3] <= 0.95 - 2 * space[2] + pixel[2]).all()
     # The axis of the turn is in the middle of the free part: what is on it stays there.
-    axis = [project(camera.world_to_ndc(size), scene.bounds.mean(axis=0)[None], size)[0, 0] for camera in cameras]
-    np.testing.assert_allclose(axis, size[0] * (1 + (space[0] - space[1])) / 2, atol=1e-6)
+    axis = [project(camera.world_to_ndc(size), scene.bounds.mean(axis=0)[None], size)[0, :2] for camera in cameras]
+    middle = np.array([1 + space[0] - space[1], 1 - space[2]]) / 2
+    np.testing.assert_allclose(axis, np.broadcast_to(size * middle, (5, 2)), atol=1e-6)
 
 
 def test_the_extent_of_a_ball():
