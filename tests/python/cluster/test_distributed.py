@@ -8,7 +8,9 @@ import signal
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from spheres import mesh_sphere
 
 import isospline
 
@@ -98,6 +100,59 @@ def test_a_crop_and_volumes_in_memory_travel_too(client, camera):
     assert isospline.distributed.render(surface, camera, client=client, tile_size=(20, 20), **options) == expected
 
 
+def colored(store, rule):
+    """An isosurface of a store and a mesh with values, in front of each other, in the colours of a rule."""
+    volume = isospline.open_volume(store, memory_limit=LIMIT)
+    surface = isospline.Isosurface(volume, 0.1, name="gyroid", color=rule)
+    ball = mesh_sphere(1.0, 16)
+    lower, upper = surface.bounds
+    vertices = ball.vertices * (upper - lower) / 3 + (lower + upper) / 2 - (upper - lower) * (0, 0.5, 0)
+    mesh = isospline.Mesh(vertices, ball.faces, values=vertices[:, 2], values_name="height in mm", name="ball")
+    return isospline.Scene([surface, mesh])
+
+
+def rules(store):
+    ball = mesh_sphere(1.0, 8)
+    return {
+        "distance from a mesh": isospline.ColorByDistance(isospline.Mesh(ball.vertices, ball.faces)),
+        "distance from a surface": isospline.ColorByDistance(colored(store, None).object(0), signed=False),
+        "thickness": isospline.ColorByThickness(),
+        "value": isospline.ColorByValue(),
+    }
+
+
+MARKS = {"annotate": True, "legend": True, "unit": "mm", "background": "white"}
+
+
+@pytest.mark.parametrize(
+    ("rule", "options"),
+    [
+        ("distance from a mesh", dict(light=isospline.Studio(light_samples=1, fast=True))),
+        ("distance from a mesh", dict(by="parts", parts=3)),
+        ("distance from a surface", dict(light="unlit", **MARKS)),
+        ("distance from a surface", dict(by="parts", samples=2)),
+        ("thickness", dict(light="phong", **MARKS)),
+        ("thickness", dict(by="parts", parts=3, layers=("albedo",))),
+        ("value", dict(light=isospline.AmbientOcclusion(2), **MARKS)),
+        ("value", dict(by="parts", encoding="srgb8")),
+    ],
+)
+def test_colors_by_other_things_are_those_of_one_process(client, store, rule, options, shuffled):
+    shown = colored(store, rules(store)[rule])
+    options = dict(size=SIZE, **options)
+    of_cluster = {name: options.pop(name) for name in ("by", "parts") if name in options}
+    expected = isospline.render(shown, **options)
+    got = isospline.distributed.render(shown, client=client, tile_size=(37, 23), **of_cluster, **options)
+    assert got == expected
+    assert len(np.unique(expected.to_srgb().reshape(-1, 4), axis=0)) > 100
+
+
+def test_the_color_of_a_store_is_that_of_one_process(client, store, scene):
+    options = dict(size=SIZE, color=isospline.ColorByThickness(label="wall"), annotate=True)
+    got = isospline.distributed.render(store, level=0.1, client=client, memory_limit=LIMIT, **options)
+    assert got == isospline.render(scene, **options)
+
+
 @pytest.mark.slow
 def test_batches_are_made_in_order(client, store, scene):
     cameras = isospline.turntable_cameras(scene, 4, size=(40, 30))
@@ -149,6 +204,7 @@ def test_workers_stay_under_their_limit(client, store, camera):
         (dict(size=(0, 4)), ValueError, "^size: expected at least 1 x 1 pixels"),
         (dict(crop=(0, 0, 91, 4)), ValueError, "^crop: expected columns and rows within 90 x 70 pixels"),
         (dict(crop=(0, 0, 4, 4), annotate="scale_bar"), ValueError, "^annotate: cannot be combined with a crop"),
+        (dict(crop=(0, 0, 4, 4), legend=True), ValueError, "^legend: cannot be combined with a crop"),
         (dict(samples=0), ValueError, "^samples: expected"),
         (dict(colour=1), TypeError, "colour"),
         (dict(scene=7), TypeError, "^scene: expected a Scene, an Isosurface, a Mesh, .* or an array, got"),
