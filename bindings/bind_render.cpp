@@ -22,6 +22,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -35,14 +36,17 @@ namespace {
 
 using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
 using GivenShading = std::variant<Shading, ShadingOfGeometry>;
+/// Whether each pixel is rendered, (height, width).
+using Mask = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 /// `fragments` may be null.
 std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Camera& camera, std::array<int, 2> size,
                                    GivenShading shading, const py::object& background, int samples,
                                    const py::object& layers, int ambient_occlusion_samples, const std::string& encoding,
-                                   const Crop& crop, const py::object& progress)
+                                   const Crop& crop, const py::object& progress, std::vector<std::uint8_t> mask = {})
 {
     RenderOptions options;
+    options.mask = std::move(mask);
     options.size = {size[0], size[1]};
     options.crop = as_window(crop);
     options.background = as_background(background, "background");
@@ -67,10 +71,14 @@ std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Cam
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
                                     const py::object& background, int samples, const py::object& layers,
                                     int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
-                                    const py::object& progress)
+                                    const py::object& progress, const std::optional<Mask>& mask)
 {
+    std::vector<std::uint8_t> pixels;
+    if (mask)
+        for (const bool pixel : std::span(mask->data(), static_cast<std::size_t>(mask->size())))
+            pixels.push_back(pixel);
     return render_into(nullptr, scene, camera, size, std::move(shading), background, samples, layers,
-                       ambient_occlusion_samples, encoding, crop, progress);
+                       ambient_occlusion_samples, encoding, crop, progress, std::move(pixels));
 }
 
 /// A new array with the numbers of a vector, (samples, pixels, ...).
@@ -232,7 +240,8 @@ void bind_render(py::module_& module)
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
-               "The arrays of isospline.render().");
+               py::arg("mask") = py::none(),
+               "The arrays of isospline.render(); pixels outside of a mask (height, width) of the crop stay empty.");
     module.def("render_part", &render_part_of_scene, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),

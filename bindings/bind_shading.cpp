@@ -62,7 +62,7 @@ ValueError
             return "PositionalLight(" + to_text(light.position) + ", intensity=" + to_text(light.intensity) + ")";
         });
 
-    py::class_<DirectionalLight>(module, "DirectionalLight", R"(A light that is infinitely far away.
+    py::class_<DirectionalLight>(module, "DirectionalLight", R"(A light that is infinitely far away, like the sun.
 
 Parameters
 ----------
@@ -71,24 +71,32 @@ direction : (3,) float or str
     `camera_for`, such as "left".
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
+angle : float
+    The diameter of its disc as seen from the scene, in degrees, from 0 to 180; that of the sun is 0.53. Above 0, shadows
+    have soft edges: each shadow ray goes to another point of the disc. Surfaces are shaded by the disc's centre, but in
+    path tracing by its points.
 
 Raises
 ------
 ValueError
-    For numbers that are not finite, a direction of zero, an unknown side, and a negative intensity.
+    For numbers that are not finite, a direction of zero, an unknown side, a negative intensity, and an angle out of
+    range.
 )")
-        .def(py::init([](py::object direction, const py::object& intensity) {
+        .def(py::init([](py::object direction, const py::object& intensity, double angle) {
                  if (py::isinstance<py::str>(direction))
                      direction = py::module_::import("isospline.picture.views").attr("light_from")(direction);
-                 const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity")};
+                 const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity"),
+                                              angle};
                  validate(light);
                  return light;
              }),
-             py::arg("direction"), py::kw_only(), py::arg("intensity") = 1.0)
+             py::arg("direction"), py::kw_only(), py::arg("intensity") = 1.0, py::arg("angle") = 0.0)
         .def_readonly("direction", &DirectionalLight::direction)
         .def_readonly("intensity", &DirectionalLight::intensity)
+        .def_readonly("angle", &DirectionalLight::angle)
         .def("__repr__", [](const DirectionalLight& light) {
-            return "DirectionalLight(" + to_text(light.direction) + ", intensity=" + to_text(light.intensity) + ")";
+            return "DirectionalLight(" + to_text(light.direction) + ", intensity=" + to_text(light.intensity) +
+                   ", angle=" + to_text(light.angle) + ")";
         });
 }
 
@@ -123,6 +131,8 @@ two_sided : bool
     outside. With False, it is exactly the paper's formula.
 shadows : bool
     Whether isosurfaces and meshes cast shadows. Translucent ones let a part of the light through, by their opacity.
+shadow_samples : int
+    Shadow rays per hit to each light with an `angle`, 1 to 65536. The rays of a pixel spread over the light, too.
 opacity : float
     0 to 1; below 1, objects behind show through, see `render`.
 silhouette_opacity : float, optional
@@ -138,7 +148,8 @@ cap_color : as color, optional
 Raises
 ------
 ValueError
-    For numbers that are negative or not finite, opacities above 1, and a silhouette exponent of 0.
+    For numbers that are negative or not finite, opacities above 1, a silhouette exponent of 0, and a number of shadow
+    rays out of range.
 
 References
 ----------
@@ -153,20 +164,21 @@ Examples
 )")
         .def(py::init([](const py::object& color, double ambient, double diffuse, double specular,
                          double specular_exponent, const py::object& ambient_light,
-                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, double opacity,
-                         std::optional<double> silhouette_opacity, double silhouette_exponent,
+                         std::optional<std::vector<Light>> lights, bool two_sided, bool shadows, int shadow_samples,
+                         double opacity, std::optional<double> silhouette_opacity, double silhouette_exponent,
                          const py::object& cap_color) {
                  return checked(Phong{as_surface_color(color, "color"), ambient, diffuse, specular, specular_exponent,
                                       as_color(ambient_light, "ambient_light"), std::move(lights), two_sided, shadows,
-                                      opacity, silhouette_opacity, silhouette_exponent,
+                                      shadow_samples, opacity, silhouette_opacity, silhouette_exponent,
                                       as_cap_color(cap_color, "cap_color")});
              }),
              py::kw_only(), py::arg("color") = 1.0, py::arg("ambient") = defaults.ambient,
              py::arg("diffuse") = defaults.diffuse, py::arg("specular") = defaults.specular,
              py::arg("specular_exponent") = defaults.specular_exponent, py::arg("ambient_light") = 1.0,
              py::arg("lights") = py::none(), py::arg("two_sided") = true, py::arg("shadows") = false,
-             py::arg("opacity") = defaults.opacity, py::arg("silhouette_opacity") = py::none(),
-             py::arg("silhouette_exponent") = defaults.silhouette_exponent, py::arg("cap_color") = py::none())
+             py::arg("shadow_samples") = defaults.shadow_samples, py::arg("opacity") = defaults.opacity,
+             py::arg("silhouette_opacity") = py::none(), py::arg("silhouette_exponent") = defaults.silhouette_exponent,
+             py::arg("cap_color") = py::none())
         .def_readonly("ambient", &Phong::ambient)
         .def_readonly("diffuse", &Phong::diffuse)
         .def_readonly("specular", &Phong::specular)
@@ -175,6 +187,7 @@ Examples
         .def_readonly("lights", &Phong::lights)
         .def_readonly("two_sided", &Phong::two_sided)
         .def_readonly("shadows", &Phong::shadows)
+        .def_readonly("shadow_samples", &Phong::shadow_samples)
         .def_readonly("opacity", &Phong::opacity)
         .def_readonly("silhouette_opacity", &Phong::silhouette_opacity)
         .def_readonly("silhouette_exponent", &Phong::silhouette_exponent)
@@ -186,7 +199,8 @@ Examples
                            << ", ambient_light=" << to_text(phong.ambient_light)
                            << ", lights=" << py::repr(py::cast(phong.lights)).cast<std::string>()
                            << ", two_sided=" << (phong.two_sided ? "True" : "False")
-                           << ", shadows=" << (phong.shadows ? "True" : "False") << opacity_text(phong)
+                           << ", shadows=" << (phong.shadows ? "True" : "False")
+                           << ", shadow_samples=" << phong.shadow_samples << opacity_text(phong)
                            << ", cap_color=" << to_text(phong.cap_color) << ")";
             return representation.str();
         });

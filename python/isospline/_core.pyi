@@ -779,7 +779,9 @@ class PositionalLight(_PointLight):
     def position(self) -> NDArray[np.float64]: ...
 
 class DirectionalLight(_PointLight):
-    def __init__(self, direction: str | ArrayLike, *, intensity: str | ArrayLike = 1.0) -> None: ...
+    def __init__(self, direction: str | ArrayLike, *, intensity: str | ArrayLike = 1.0, angle: float = 0.0) -> None: ...
+    @property
+    def angle(self) -> float: ...
     @property
     def direction(self) -> NDArray[np.float64]: ...
     @property
@@ -798,6 +800,7 @@ class Phong(_Shading):
         lights: Sequence[_PointLight] | None = None,
         two_sided: bool = True,
         shadows: bool = False,
+        shadow_samples: int = 1,
         opacity: float = 1.0,
         silhouette_opacity: float | None = None,
         silhouette_exponent: float = 3.0,
@@ -819,6 +822,8 @@ class Phong(_Shading):
     def lights(self) -> list[_PointLight] | None: ...
     @property
     def opacity(self) -> float: ...
+    @property
+    def shadow_samples(self) -> int: ...
     @property
     def shadows(self) -> bool: ...
     @property
@@ -1057,6 +1062,7 @@ def render(
     encoding: Literal["linear", "srgb8"],
     crop: tuple[int, int, int, int] | None,
     progress: _Progress,
+    mask: NDArray[np.bool_] | None = None,
 ) -> Image: ...
 def render_part(
     scene: Scene,

@@ -116,7 +116,7 @@ def calls(o, folder):
             iso.ColorByVolume,
             {"volume": o["volume"], "cmap": [(0, 0, 0), (1, 1, 1)], "limits": (0, 1), "transform": np.eye(4)},
         ),
-        ("DirectionalLight", iso.DirectionalLight, {"direction": (1, 0, 0), "intensity": 1.0}),
+        ("DirectionalLight", iso.DirectionalLight, {"direction": (1, 0, 0), "intensity": 1.0, "angle": 5.0}),
         (
             "EnvironmentLight",
             iso.EnvironmentLight,
@@ -311,6 +311,7 @@ def calls(o, folder):
                 "lights": [iso.PositionalLight((0, 0, 3))],
                 "two_sided": True,
                 "shadows": True,
+                "shadow_samples": 2,
                 "opacity": 1.0,
                 "silhouette_opacity": 1.0,
                 "silhouette_exponent": 2.0,

@@ -44,9 +44,9 @@ std::optional<LightSample> sample(const PositionalLight& light, const glm::dvec3
     return LightSample{offset / distance, distance, light.intensity / squared_distance, 0.0};
 }
 
-std::optional<LightSample> sample(const DirectionalLight& light, const glm::dvec3&, const glm::dvec2&)
+std::optional<LightSample> sample(const DirectionalLight& light, const glm::dvec3&, const glm::dvec2& u)
 {
-    return LightSample{light.to_light, infinity, light.intensity, 0.0};
+    return LightSample{light.to_point(u), infinity, light.intensity, 0.0};
 }
 
 std::optional<LightSample> sample(const EnvironmentLight& light, const glm::dvec3&, const glm::dvec2& u)

@@ -44,7 +44,8 @@ std::uint64_t ray_count(const RenderOptions& options)
     const auto add = [&](const Shading& shading) {
         double to_lights = 0.0, to_sky = 0.0;
         if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows)
-            to_lights = phong->lights ? static_cast<double>(phong->lights->size()) : 2.0;
+            for (const Light& light : phong->lights ? *phong->lights : std::vector<Light>(2))
+                to_lights += shadow_ray_count(*phong, light);
         else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading))
             to_sky = occlusion->samples;
         // About half of the pixels show surfaces. In units of 0.1 us, the draft takes 0.3 more for a coherent ray, 5
@@ -78,6 +79,9 @@ void validate(const RenderOptions& options, bool is_part)
     if (options.layers.direct || options.layers.variance)
         throw_invalid("layers", "direct and variance of path traced pictures only",
                       options.layers.direct ? "direct of another" : "variance of another");
+    const glm::vec<2, std::size_t> window(rendered_window(options.crop, options.size).size);
+    if (!options.mask.empty() && options.mask.size() != window.x * window.y)
+        throw_invalid("mask", "a number for each pixel of the window", options.mask.size());
     if (options.layers.certified && is_part)
         throw_invalid("layers", "certified of whole scenes only", "certified of a part");
 }

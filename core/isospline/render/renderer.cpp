@@ -58,7 +58,7 @@ public:
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tiles_(window_.size), fragments_(fragments)
+          tiles_(window_.size, options.mask), fragments_(fragments)
     {
         validate(options, fragments != nullptr);
         if (layers_.certified)
@@ -176,6 +176,9 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
     for (glm::ivec2& pixel : batch.pixels)
         pixel += window_.first;
 
+    const auto shading_at = [this](const Hit& hit, const Ray& ray) {
+        return std::pair(&appearance_of(hit).shading, point_of(hit, ray, false));
+    };
     // One batch of rays per sample; the first goes through the centres, and may be for the layers only.
     const std::size_t ray_count = batch.pixels.size();
     workspace.colors_of_pixels.assign(ray_count, glm::dvec4(0.0));
@@ -209,9 +212,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             continue;
         Visibility visibility;
         if (needs_visibility_)
-            visibility = {scene_, batch,
-                          [this](const Hit& hit) -> const Shading& { return appearance_of(hit).shading; }, absorption_,
-                          static_cast<std::uint32_t>(number)};
+            visibility = {scene_, batch, shading_at, absorption_, static_cast<std::uint32_t>(number)};
         shade_hits(visibility, workspace);
         for (std::size_t i = 0; i < ray_count; ++i) {
             if (!batch.hits[i])
@@ -321,7 +322,7 @@ void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
     openness.samples = layers_.ambient_occlusion_samples;
     const Shading shading = openness;
     const Visibility sky(
-        scene_, batch, [&](const Hit&) -> const Shading& { return shading; }, absorption_, 0);
+        scene_, batch, [&](const Hit&, const Ray&) { return std::pair(&shading, SurfacePoint()); }, absorption_, 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
             image_.ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));

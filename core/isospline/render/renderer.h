@@ -29,6 +29,8 @@ struct RenderOptions {
     int samples = 1;            ///< rays per pixel for its colour
     Layers layers;              ///< all except those of path traced images
     ColorEncoding encoding = ColorEncoding::linear;
+    /// One number for each pixel of the rendered window, 0 for those that stay empty; without numbers, none does.
+    std::vector<std::uint8_t> mask;
 };
 
 /// The first hits of a picture's rays: all samples of a pixel one after the other, pixels row by row. The nearest

@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -13,7 +15,11 @@ class Tiles {
 public:
     static constexpr int side = 16; ///< pixels
 
-    explicit Tiles(const glm::ivec2& image_size) : image_size_(image_size), count_((image_size + side - 1) / side) {}
+    /// `mask` has one number for each pixel, row by row, and 0 for those that are left out; if it is empty, none is.
+    explicit Tiles(const glm::ivec2& image_size, std::span<const std::uint8_t> mask = {})
+        : image_size_(image_size), count_((image_size + side - 1) / side), mask_(mask)
+    {
+    }
 
     std::size_t count() const { return static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y); }
 
@@ -24,8 +30,8 @@ public:
                static_cast<std::size_t>(pixel.x / side);
     }
 
-    /// Sets `pixels` to the pixels of a tile that are in the image, in Z-order: consecutive pixels are neighbours in
-    /// both directions, so that their rays form coherent packets.
+    /// Sets `pixels` to the pixels of a tile that are in the image and in the mask, in Z-order: consecutive pixels are
+    /// neighbours in both directions, so that their rays form coherent packets.
     void get_pixels(std::size_t tile, std::vector<glm::ivec2>& pixels) const
     {
         const auto in_row = static_cast<std::size_t>(count_.x);
@@ -33,7 +39,7 @@ public:
         pixels.clear();
         for (const Place& place : z_order) {
             const glm::ivec2 pixel(first.x + place.x, first.y + place.y);
-            if (pixel.x < image_size_.x && pixel.y < image_size_.y)
+            if (pixel.x < image_size_.x && pixel.y < image_size_.y && is_in_mask(pixel))
                 pixels.push_back(pixel);
         }
     }
@@ -53,7 +59,14 @@ private:
         return places;
     }();
 
+    bool is_in_mask(const glm::ivec2& pixel) const
+    {
+        const auto width = static_cast<std::size_t>(image_size_.x);
+        return mask_.empty() || mask_[static_cast<std::size_t>(pixel.y) * width + static_cast<std::size_t>(pixel.x)];
+    }
+
     glm::ivec2 image_size_, count_;
+    std::span<const std::uint8_t> mask_;
 };
 
 } // namespace isospline

@@ -4,6 +4,7 @@
 #include "isospline/math/random.h"
 #include "isospline/scene/scene_snapshot.h"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -14,8 +15,29 @@ namespace isospline {
 
 namespace {
 
-/// The segment from a hit to a light.
-Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& light)
+/// The shift of a pixel's sample in the unit square. The samples of a pixel are an additive recurrence of the plastic
+/// number, whose terms are well separated. The pixels of a block of 4 x 4 begin at the points of a Hammersley set, so
+/// that the block covers the square 16 times as finely (A. Keller, W. Heidrich, "Interleaved sampling", EGWR 2001), and
+/// in the order of a Bayer matrix, so that neighbours differ most and the error has high frequencies only.
+glm::dvec2 shift_of(const glm::ivec2& pixel, std::uint32_t sample)
+{
+    constexpr glm::dvec2 step(0.7548776662466927, 0.5698402909980532);
+    const auto x = static_cast<unsigned>(pixel.x), y = static_cast<unsigned>(pixel.y), z = x ^ y;
+    const unsigned reversed = (z & 1) << 3 | (y & 1) << 2 | (z & 2) | (y & 2) >> 1;
+    const unsigned order = (y & 2) << 2 | (z & 2) << 1 | (y & 1) << 1 | (z & 1);
+    return glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step);
+}
+
+/// The i-th of `count` points of the unit square: Fibonacci's lattice, shifted.
+glm::dvec2 lattice_point(std::size_t i, std::size_t count, const glm::dvec2& shift)
+{
+    constexpr double golden = 0.61803398874989484820;
+    const auto place = static_cast<double>(i);
+    return {(place + shift.x) / static_cast<double>(count), glm::fract(place * golden + shift.y)};
+}
+
+/// The segment from a hit to a point of a light.
+Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& light, const glm::dvec2&)
 {
     const glm::dvec3 origin = scene.offset_position(hit, light.position - hit.position);
     const glm::dvec3 to_light = light.position - origin;
@@ -23,35 +45,20 @@ Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& l
     return to_light == glm::dvec3(0.0) ? Ray{origin, {0.0, 0.0, 1.0}, 0.0, 0.0} : Ray{origin, to_light, 0.0, 1.0};
 }
 
-Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& light)
+Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& light, const glm::dvec2& square)
 {
-    return {scene.offset_position(hit, light.to_light), light.to_light};
+    const glm::dvec3 to_light = light.to_point(square);
+    return {scene.offset_position(hit, to_light), to_light};
 }
 
-/// Directions to the sky, in the order of Fibonacci's lattice on the unit square, with a random shift for each pixel.
+/// Directions to the sky.
 void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& hit, const glm::dvec3& normal,
-                int samples, double distance, RandomSequence random)
+                std::size_t count, double distance, const glm::dvec2& shift)
 {
     const Frame frame(normal);
     const glm::dvec3 origin = scene.offset_position(hit, normal);
-    const glm::dvec2 shift = random.next2();
-    for (int i = 0; i < samples; ++i) {
-        constexpr double golden = 0.61803398874989484820;
-        const double turn = i * golden + shift.y;
-        const glm::dvec3 direction = cosine_direction({(i + shift.x) / samples, turn - std::floor(turn)});
-        rays.push_back({origin, frame.to_world(direction), 0.0, distance});
-    }
-}
-
-/// Whether lights at infinity are points of one large light: as bright as each other, and close together.
-bool are_one_light(const std::vector<Light>& lights)
-{
-    const auto* const first = std::get_if<DirectionalLight>(&lights.front());
-    return first != nullptr && std::all_of(lights.begin(), lights.end(), [&](const Light& light) {
-               const auto* const other = std::get_if<DirectionalLight>(&light);
-               return other != nullptr && other->intensity == first->intensity &&
-                      glm::dot(other->to_light, first->to_light) > 0.95;
-           });
+    for (std::size_t i = 0; i < count; ++i)
+        rays.push_back({origin, frame.to_world(cosine_direction(lattice_point(i, count, shift))), 0.0, distance});
 }
 
 /// The share of one surface along a ray, at least one, in a number of samples.
@@ -85,72 +92,60 @@ bool Visibility::is_needed_by(const Shading& shading)
     return (phong && phong->shadows) || std::holds_alternative<AmbientOcclusion>(shading);
 }
 
-Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-                       const std::function<const Shading&(const Hit&)>& shading_of,
+Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
                        const std::optional<Absorption>& absorption, std::uint32_t sample)
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
     const std::vector<Hit>& hits = batch.hits;
-    std::vector<Ray> sky_rays;
-    std::size_t light_count = 0, most_lights = 0;
-    std::vector<const std::vector<Light>*> lights(hits.size());
-    std::vector<std::size_t> tested(hits.size()), first_tested(hits.size()); ///< of the lights
-    // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
-    const auto weight = [&](std::size_t i) { return batch.weights.empty() ? 1.0 : batch.weights[i]; };
+    std::vector<Ray> sky_rays, light_rays;
+    // Of each ray to a light: its place in from_lights_, its number among those of all hits, and its part of the light.
+    struct ToLight {
+        std::size_t order, place, hit;
+        const Light* light;
+        glm::dvec2 square;
+        double part;
+    };
+    std::vector<ToLight> to_lights;
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (!hits[i])
             continue;
-        const Shading& shading = shading_of(hits[i]);
-        if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows && phong->lights) {
-            lights[i] = &*phong->lights;
-            const std::size_t count = lights[i]->size();
-            to_lights_[i] = {light_count, count};
-            tested[i] = count > 1 && weight(i) < 1.0 && are_one_light(*lights[i]) ? share(weight(i), count) : count;
-            if (tested[i] < count)
-                first_tested[i] = static_cast<std::size_t>(RandomSequence(batch.pixels[i], sample).next() *
-                                                           static_cast<double>(count));
-            light_count += count;
-            most_lights = std::max(most_lights, lights[i]->size());
-        } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading)) {
+        const auto [shading, point] = shading_at(hits[i], batch.rays[i]);
+        // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
+        const double weight = batch.weights.empty() ? 1.0 : batch.weights[i];
+        const glm::dvec2 shift = shift_of(batch.pixels[i], sample);
+        if (const auto* phong = std::get_if<Phong>(shading); phong && phong->shadows && phong->lights) {
+            to_lights_[i] = {from_lights_.size(), phong->lights->size()};
+            std::size_t order = 0;
+            for (const Light& light : *phong->lights) {
+                const std::size_t place = from_lights_.size();
+                const auto most = static_cast<std::size_t>(shadow_ray_count(*phong, light));
+                const std::size_t count = receives(*phong, light, point) ? share(weight, most) : 0;
+                from_lights_.push_back(0.0); // the sum of what follows; of a light that is not received, any number
+                for (std::size_t j = 0; j < count; ++j)
+                    to_lights.push_back({order + j, place, i, &light, lattice_point(j, count, shift),
+                                         1.0 / static_cast<double>(count)});
+                order += most;
+            }
+        } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(shading)) {
             const std::size_t first = sky_rays.size();
             const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
             append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal,
-                       static_cast<int>(share(weight(i), static_cast<std::size_t>(occlusion->samples))),
-                       occlusion->distance, RandomSequence(batch.pixels[i], sample));
+                       share(weight, static_cast<std::size_t>(occlusion->samples)), occlusion->distance, shift);
             to_sky_[i] = {first, sky_rays.size() - first};
         }
     }
     from_sky_ = transmittances(scene, sky_rays, absorption);
 
     // Light by light, because rays of neighbouring hits to one light are coherent.
-    std::vector<Ray> light_rays;
-    std::vector<std::size_t> places;
-    for (std::size_t number = 0; number < most_lights; ++number)
-        for (std::size_t i = 0; i < hits.size(); ++i) {
-            if (number >= tested[i])
-                continue;
-            const std::size_t count = to_lights_[i].count;
-            const std::size_t place = (first_tested[i] + number * count / tested[i]) % count;
-            const Light& light = (*lights[i])[place];
-            light_rays.push_back(
-                std::visit([&](const auto& source) { return towards(scene, hits[i], source); }, light));
-            places.push_back(to_lights_[i].first + place);
-        }
-    const std::vector<double> along_rays = transmittances(scene, light_rays, absorption);
-    constexpr double unknown = -1.0;
-    from_lights_.assign(light_count, unknown);
-    for (std::size_t i = 0; i < places.size(); ++i)
-        from_lights_[places[i]] = along_rays[i];
-    // Points of one light that were not tested are as visible as the others.
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-        if (tested[i] == to_lights_[i].count)
-            continue;
-        const auto of_hit = std::span(from_lights_).subspan(to_lights_[i].first, to_lights_[i].count);
-        double sum = 0.0;
-        for (const double part : of_hit)
-            sum += std::max(part, 0.0);
-        std::replace(of_hit.begin(), of_hit.end(), unknown, sum / static_cast<double>(tested[i]));
-    }
+    std::stable_sort(to_lights.begin(), to_lights.end(),
+                     [](const ToLight& a, const ToLight& b) { return a.order < b.order; });
+    light_rays.reserve(to_lights.size());
+    for (const ToLight& each : to_lights)
+        light_rays.push_back(std::visit(
+            [&](const auto& light) { return towards(scene, hits[each.hit], light, each.square); }, *each.light));
+    const std::vector<double> transmitted = transmittances(scene, light_rays, absorption);
+    for (std::size_t i = 0; i < to_lights.size(); ++i)
+        from_lights_[to_lights[i].place] += to_lights[i].part * transmitted[i];
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const

@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace isospline {
@@ -23,11 +24,13 @@ public:
     /// Whether a model's colour depends on more than the point that it shades.
     static bool is_needed_by(const Shading& shading);
 
-    /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out. `shading_of` is the model of a
-    /// hit, with its lights. `absorption` is nothing if all surfaces are opaque.
-    Visibility(const SceneSnapshot& scene, const RayBatch& batch,
-               const std::function<const Shading&(const Hit&)>& shading_of, const std::optional<Absorption>& absorption,
-               std::uint32_t sample);
+    /// The model of a hit, with its lights, and the point that it shades.
+    using ShadingAt = std::function<std::pair<const Shading*, SurfacePoint>(const Hit&, const Ray&)>;
+
+    /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out, and so is light that does not
+    /// reach the shaded side. `absorption` is nothing if all surfaces are opaque.
+    Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
+               const std::optional<Absorption>& absorption, std::uint32_t sample);
     /// All lights and the sky are visible.
     Visibility() = default;
 

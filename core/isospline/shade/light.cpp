@@ -1,6 +1,12 @@
 #include "isospline/shade/light.h"
 
+#include "isospline/math/frame.h"
 #include "isospline/util/check.h"
+#include "isospline/util/error.h"
+
+#include <glm/geometric.hpp>
+
+#include <cmath>
 
 namespace isospline {
 
@@ -13,7 +19,21 @@ void validate(const Light& light)
         const auto& directional = std::get<DirectionalLight>(light);
         check_direction("direction", directional.direction);
         check_not_negative("intensity", directional.intensity);
+        if (!(directional.angle >= 0.0 && directional.angle <= 180.0))
+            throw_invalid("angle", "degrees from 0 to 180", directional.angle);
     }
+}
+
+glm::dvec3 DirectionalLight::to_point(const glm::dvec2& square) const
+{
+    if (angle == 0.0)
+        return to_light;
+    // A cap's area is proportional to its height, which is 1 - cosine.
+    const double half_sine = std::sin(0.25 * angle * pi / 180.0);
+    const double height = 2.0 * half_sine * half_sine;
+    const glm::dvec2 on_disc = to_disc(square);
+    const double here = height * glm::dot(on_disc, on_disc);
+    return Frame(to_light).to_world(glm::dvec3(std::sqrt(height * (2.0 - here)) * on_disc, 1.0 - here));
 }
 
 std::vector<Light> camera_lights(const glm::dvec3& right, const glm::dvec3& up, const glm::dvec3& forward)

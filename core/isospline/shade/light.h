@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <variant>
@@ -15,22 +16,29 @@ struct PositionalLight {
     glm::dvec3 intensity{1.0}; ///< linear red, green and blue
 };
 
-/// A light at infinity.
+/// A light at infinity: a point, or an evenly bright disc like the sun.
 struct DirectionalLight {
     explicit DirectionalLight(const glm::dvec3& given_direction = {0.0, 0.0, -1.0},
-                              const glm::dvec3& given_intensity = glm::dvec3(1.0))
-        : direction(given_direction), intensity(given_intensity), to_light(-glm::normalize(given_direction))
+                              const glm::dvec3& given_intensity = glm::dvec3(1.0), double given_angle = 0.0)
+        : direction(given_direction), intensity(given_intensity), angle(given_angle),
+          to_light(-glm::normalize(given_direction))
     {
     }
 
+    /// The unit direction to the point of the disc that a point of the unit square is mapped to. Equal areas have equal
+    /// solid angles.
+    glm::dvec3 to_point(const glm::dvec2& square) const;
+
     glm::dvec3 direction; ///< in which the light travels, of any length
     glm::dvec3 intensity; ///< linear red, green and blue
+    double angle;         ///< the disc's diameter as seen from the scene, degrees; 0 for a point
     glm::dvec3 to_light;  ///< unit, the opposite direction, computed once
 };
 
 using Light = std::variant<PositionalLight, DirectionalLight>;
 
-/// Throws std::invalid_argument for a number that is not finite, a negative intensity, or a direction of zero.
+/// Throws std::invalid_argument for a number that is not finite, a negative intensity, a direction of zero, or an angle
+/// that is negative or above 180.
 void validate(const Light& light);
 
 /// Two directional lights that move with the viewer, for pictures without lights of their own: a key light over the

@@ -39,6 +39,30 @@ HWY_INLINE Vector3<N> to_light(const DirectionalLight& light, const Vector3<N>&)
     return constant_vector<N>(light.to_light);
 }
 
+/// N, or -N if that faces the viewer and surfaces have two sides.
+template <class N>
+HWY_INLINE Vector3<N> shaded_side(const Phong& phong, const Vector3<N>& normal, const Vector3<N>& to_viewer)
+{
+    if (!phong.two_sided)
+        return normal;
+    Vector3<N> n = normal;
+    const auto away = less(dot(normal, to_viewer), number<N>(0.0));
+    for (N& coordinate : n)
+        coordinate = select(away, negated(coordinate), coordinate);
+    return n;
+}
+
+/// <N, L> and <V, R> with R = 2 N <N, L> - L.
+template <class N>
+struct Products {
+    Products(const Vector3<N>& n, const Vector3<N>& l, const Vector3<N>& v)
+        : n_l(dot(n, l)), v_r(number<N>(2.0) * n_l * dot(n, v) - dot(l, v))
+    {
+    }
+
+    N n_l, v_r;
+};
+
 /// Phong's formula: the colour of points whose normals and directions to the viewer are unit; `lit(k)` is the part of
 /// light k that reaches them.
 template <class N, class Lit>
@@ -46,14 +70,7 @@ HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position
                                   const Vector3<N>& to_viewer, const Vector3<N>& surface_color, const Lit& lit)
 {
     const N zero = number<N>(0.0);
-    const Vector3<N>& v = to_viewer;
-    Vector3<N> n = normal;
-    if (phong.two_sided) {
-        const auto away = less(dot(normal, v), zero);
-        for (N& coordinate : n)
-            coordinate = select(away, negated(coordinate), coordinate);
-    }
-    const N n_v = dot(n, v);
+    const Vector3<N> n = shaded_side(phong, normal, to_viewer);
 
     Vector3<N> color = constant_vector<N>(phong.ambient * phong.ambient_light);
     for (std::size_t part = 0; part < 3; ++part)
@@ -62,9 +79,7 @@ HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position
         return color;
     for (std::size_t k = 0; k < phong.lights->size(); ++k) {
         const auto add = [&](const auto& light) HWY_ATTR {
-            const Vector3<N> l = to_light(light, position);
-            const N n_l = dot(n, l);
-            const N v_r = number<N>(2.0) * n_l * n_v - dot(l, v); // of R = 2 <N, L> N - L
+            const auto [n_l, v_r] = Products<N>(n, to_light(light, position), to_viewer);
             const N diffuse = lit(k) * number<N>(phong.diffuse) * select(less(zero, n_l), n_l, zero);
             // A product of zero stays dark even with an exponent of zero, where 0^0 would be 1.
             const auto shines = less(zero, v_r);
@@ -108,6 +123,15 @@ namespace isospline {
 
 HWY_EXPORT(shade_in_lanes);
 
+namespace {
+
+scalar::Vector3<double> in_lanes(const glm::dvec3& vector)
+{
+    return {vector.x, vector.y, vector.z};
+}
+
+} // namespace
+
 void validate(const Phong& phong)
 {
     validate("color", phong.color);
@@ -115,6 +139,8 @@ void validate(const Phong& phong)
     check_not_negative("diffuse", phong.diffuse);
     check_not_negative("specular", phong.specular);
     check_not_negative("specular_exponent", phong.specular_exponent);
+    if (phong.shadow_samples < 1 || phong.shadow_samples > 65536)
+        throw_invalid("shadow_samples", "rays a hit, from 1 to 65536", phong.shadow_samples);
     check_not_negative("ambient_light", phong.ambient_light);
     validate_opacity(phong);
     if (phong.cap_color)
@@ -131,11 +157,27 @@ glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point)
 
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point)
 {
-    const auto vector = [](const glm::dvec3& v) { return scalar::Vector3<double>{v.x, v.y, v.z}; };
     const auto lit = [&](std::size_t k) { return point.lit.empty() ? 1.0 : point.lit[k]; };
-    const auto [red, green, blue] = scalar::phong_color(phong, vector(point.position), vector(point.normal),
-                                                        vector(point.to_viewer), vector(albedo(phong, point)), lit);
+    const auto [red, green, blue] = scalar::phong_color(phong, in_lanes(point.position), in_lanes(point.normal),
+                                                        in_lanes(point.to_viewer), in_lanes(albedo(phong, point)), lit);
     return {red, green, blue};
+}
+
+int shadow_ray_count(const Phong& phong, const Light& light)
+{
+    const auto* const directional = std::get_if<DirectionalLight>(&light);
+    return directional != nullptr && directional->angle > 0.0 ? phong.shadow_samples : 1;
+}
+
+bool receives(const Phong& phong, const Light& light, const SurfacePoint& point)
+{
+    const scalar::Vector3<double> normal = in_lanes(point.normal), to_viewer = in_lanes(point.to_viewer);
+    const scalar::Vector3<double> n = scalar::shaded_side(phong, normal, to_viewer);
+    const auto adds = [&](const auto& source) {
+        const scalar::Products<double> products(n, scalar::to_light(source, in_lanes(point.position)), to_viewer);
+        return (phong.diffuse > 0.0 && products.n_l > 0.0) || (phong.specular > 0.0 && products.v_r > 0.0);
+    };
+    return std::visit(adds, light);
 }
 
 void shade(const Phong& phong, const PhongPoints& points, PhongColors& colors)

@@ -30,13 +30,15 @@ struct Phong {
     /// Flips normals with <N, V> < 0 to face the viewer, so that the inside of an open surface is lit like its outside.
     bool two_sided = true;
     bool shadows = false;                       ///< whether surfaces between a point and a light hide the light
+    int shadow_samples = 1;                     ///< shadow rays per hit to each light with an angle
     double opacity = 1.0;                       ///< of the surface, 0 to 1; below 1, the background shows through
     std::optional<double> silhouette_opacity{}; ///< the opacity at the silhouette, see opacity_at(); nothing: the same
     double silhouette_exponent = 3.0;           ///< the larger, the thinner the silhouette
     CapColor cap_color{};                       ///< of capped cuts
 };
 
-/// Throws std::invalid_argument for numbers that are not finite or negative, and like validate_opacity().
+/// Throws std::invalid_argument for numbers that are not finite or negative, a number of shadow rays outside of 1 to
+/// 65536, and like validate_opacity().
 void validate(const Phong& phong);
 
 /// The linear colour of the surface itself at a point.
@@ -44,6 +46,12 @@ glm::dvec3 albedo(const Phong& phong, const SurfacePoint& point);
 
 /// The linear colour of a lit point. Without lights there is only ambient light: the renderer sets camera_lights().
 glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
+
+/// The number of shadow rays from a point to a light: several to a disc.
+int shadow_ray_count(const Phong& phong, const Light& light);
+
+/// Whether a light may add to the colour of a point: if not, it need not be seen.
+bool receives(const Phong& phong, const Light& light, const SurfacePoint& point);
 
 /// Points that are shaded together, coordinate by coordinate; no light is hidden from them.
 struct PhongPoints {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 
 import isospline
@@ -10,7 +9,7 @@ import isospline
 from ..colors import CURVATURES, linear
 from ..interop.mesh_output import MESHES
 from ..picture.environments import upright_rotation
-from ..picture.lights import UNLIT
+from ..picture.materials import UNLIT
 from ..picture.tone import CURVES
 from .picture import studio_looks
 
@@ -26,7 +25,7 @@ LIMITS = (*LONG, "resume")
 
 #: The values of --light, and the options that not all of them support.
 LIGHTS: dict[str, tuple[str, ...]] = {
-    "studio": ("denoise", *OPACITY),
+    "studio": OPACITY,
     "phong": ("lamp", "shadows", *GROUND, *TONE, *OPACITY),
     "unlit": (*GROUND, *OPACITY),
     "outline": (*TONE, *OPACITY),
@@ -49,7 +48,7 @@ def looks(arguments, count):
     opacities = _opacities(arguments, count)
     lights = arguments.lamp and [_directional(lamp) for lamp in arguments.lamp]
     if arguments.light == "studio":
-        studio = isospline.Studio(fast=arguments.fast, up=arguments.up, denoise=wants_denoising(arguments))
+        studio = isospline.Studio(fast=arguments.fast, up=arguments.up)
         return studio_looks(colors, opacities), lambda materials: studio.replace(materials=materials)
     if arguments.fast:
         raise ValueError(f"--fast: expected --light studio with it, got {arguments.light}")
@@ -84,14 +83,6 @@ def ground_look(arguments, looks):
         return isospline.Material(color, specular=0)
     matt = {"specular": 0} if arguments.light == "phong" else {}
     return looks[0].replace(color=color, cap_color=None, opacity=1, silhouette_opacity=None, **matt)
-
-
-def wants_denoising(arguments):
-    """Whether noise is removed: of path traced pictures if asked for, in studio light wherever it can be."""
-    if arguments.denoise or arguments.light != "studio":
-        return bool(arguments.denoise)
-    is_whole = not (arguments.fast or arguments.workers or arguments.scheduler)
-    return arguments.denoise is None and is_whole and importlib.util.find_spec("pyoidn") is not None
 
 
 def given(arguments, options):

@@ -319,7 +319,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         ambient_occlusion_samples=arguments.ambient_occlusion_samples,
         **look,
     )
-    samples = arguments.samples or (8 if arguments.light == "studio" and not arguments.fast else 4)
+    samples = arguments.samples or 4
     is_path_traced = isinstance(look["light"], isospline.PathTracer)
     progress = progress or (lambda fraction: None)
     if is_distributed:
@@ -339,7 +339,7 @@ def _images(scene, cameras, look, marks, is_distributed, arguments, progress):
         else:
             images = [isospline.render(scene, camera, samples=samples, progress=report, **options)]
         for image in images:
-            image = image.denoise() if arguments.denoise and arguments.light == "path-trace" else image
+            image = image.denoise() if arguments.denoise else image
             if is_mapped:
                 image = image.tone_map(arguments.tone_map or "linear", exposure=arguments.exposure or 0.0)
                 image = image.over(background_of(arguments))

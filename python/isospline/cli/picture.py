@@ -30,11 +30,7 @@ def add_picture_options(group):
     group.add_argument(
         "--fast", action="store_true", help="leave out shadows, sky and ground; takes a tenth of the time or less"
     )
-    group.add_argument(
-        "--denoise",
-        action=argparse.BooleanOptionalAction,
-        help="remove noise by Open Image Denoise; by default in studio light if pyoidn is installed",
-    )
+    group.add_argument("--denoise", action="store_true", help="remove the noise of path tracing by Open Image Denoise")
     group.add_argument(
         "--annotate",
         type=_annotations,
@@ -170,9 +166,7 @@ def announce_time(scene, camera, count, options, say):
     light, (width, height) = options["light"], options["size"]
     is_studio = isinstance(light, isospline.Studio)
     small = max(1, width // _SMALLER), max(1, height // _SMALLER)
-    changes: dict[str, Any] = {"size": small, "layers": ()}
-    if is_studio:
-        changes["light"] = light.replace(denoise=False)
+    changes = {"size": small, "layers": ()}
 
     def expected():
         begin = time.perf_counter()

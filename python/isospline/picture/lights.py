@@ -11,7 +11,7 @@ from .. import _core
 from ..base.mistakes import described, sentence
 from ..base.system import warn
 from .environments import upright
-from .materials import look_of
+from .materials import UNLIT, look_of
 from .path_tracer import PathTracer
 from .rules import Placed, completed, is_incomplete, own_material
 from .studio import Studio
@@ -23,8 +23,6 @@ _OBJECTS = (_core.Isosurface, _core.Mesh)
 _SHADINGS = (_core.Phong, _core.Outline, _core.AmbientOcclusion)
 _EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
 
-#: A Phong shading that shows colours as they are, so that values can be read off a colour bar.
-UNLIT: dict[str, Any] = {"lights": [], "ambient": 1, "diffuse": 0, "specular": 0}
 #: Lights with their defaults, by the names that --light of the command has.
 NAMED: dict[str, Any] = {
     "studio": Studio,

@@ -10,6 +10,9 @@ from .. import _core
 from ..base.mistakes import sentence
 from ..base.values import part
 
+#: A Phong shading that shows colours as they are, so that values can be read off a colour bar.
+UNLIT: dict[str, Any] = {"lights": [], "ambient": 1, "diffuse": 0, "specular": 0}
+
 
 def look_of(material: _core.Material) -> dict[str, Any]:
     """The parameters of a shading that a material determines."""

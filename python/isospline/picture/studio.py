@@ -19,8 +19,8 @@ from ..base.values import parts
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
 from .image import Image
-from .materials import check_materials, look_of
-from .pixels import denoiser
+from .interleaved import GUIDES, mean_on_plane, near, seen_parts, widened
+from .materials import UNLIT, check_materials, look_of
 from .tone import tone_mapped
 
 if TYPE_CHECKING:
@@ -28,14 +28,13 @@ if TYPE_CHECKING:
 
 #: The fractions of the ground's light that come from the key light and from the sky, and that their shadows remove.
 KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
-# Angle between the middle of the key light and its rim, as a slope.
-_SOFTNESS = 0.12
-# The ground uses this many times more light samples, and this many times fewer rays per pixel.
-_FINER = 4
+# The key light's diameter in degrees.
+_ANGLE = 14.0
 # The part of the sky that every surface sees in fast light. Faces turned away from the key light need it.
 _OPEN = 0.65
 # The pictures in the order of drawing, with their approximate relative times: rays to lights cost more than others.
-_SURFACES, _GROUND = {"key": 4.0, "fill": 1.0, "sky": 4.0}, {"ground in key": 3.0, "ground in sky": 3.0}
+_SURFACES = {"guides": 0.2, "key": 1.0, "shadows": 3.0, "sky": 1.0, "occlusion": 4.0, "fill": 1.0}
+_GROUND = {"ground in key": 2.0, "ground in sky": 3.0}
 _VALUES = {"values": 1.0}
 
 # The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
@@ -73,12 +72,9 @@ class Studio:
         The direction away from the ground; by default (0, 0, 1), or the one that `suggest_view` suggests for the scene
         if the camera's upward direction is nearer to it.
     light_samples : int
-        Points on the key light, and directions to the sky, for each ray of a pixel; 1 to 65536.
+        Shadow rays to the key light, and rays to the sky, for each ray of a pixel; 1 to 65536.
     fast : bool
         Leaves out shadows, sky and ground; takes a tenth of the time or less.
-    denoise : bool
-        Removes the grain of shadows and of the sky's light by Intel's Open Image Denoise (``pip install pyoidn``).
-        Colours and shapes of surfaces are not smoothed. Not for crops: pixels depend on their surroundings.
     material : Material, optional
         For objects that have no material of their own; by default white.
     materials : dict of object or geometry id to Material
@@ -104,9 +100,8 @@ class Studio:
     sky: float = 0.45
     ground: bool = True
     up: tuple[float, float, float] | None = None
-    light_samples: int = 4
+    light_samples: int = 1
     fast: bool = False
-    denoise: bool = False
     _: KW_ONLY
     material: _core.Material | None = None
     materials: Mapping[Any, _core.Material] = field(default_factory=dict, hash=False)
@@ -160,65 +155,56 @@ def render_in_studio(
         _lay_over(image.color, behind, None)
         return image
 
-    if light.denoise and options["crop"] is not None:
-        raise ValueError("crop: cannot be combined with Studio(denoise=True), which needs the whole picture")
     scene._prepare(_ray_count(looks.values(), light, **options))
     seen = copy(scene)  # shares the objects; the given scene does not get the ground
     radius = _radius(seen)
     ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
     shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
+    crop = options["crop"]
+    wide, inner = widened(crop, options["size"])
+    around = {**options, **flat, "crop": wide}
 
-    def draw(part, shading, is_told=True, **more):
+    def draw(part, shading, options, **more):
         begin = sum(list(shares.values())[: list(shares).index(part)]) / sum(shares.values())
         share = shares[part] / sum(shares.values())
-        report = is_told and progress and (lambda fraction: progress(begin + share * fraction))
-        return Image(
-            _core.render(
-                seen,
-                camera,
-                shading=shading,
-                background=None,
-                progress=report or None,
-                encoding="linear",
-                **{**options, **more},
-            )
-        )
+        report = progress and (lambda fraction: progress(begin + share * fraction))
+        options = {**options, **more, "progress": report or None, "background": None, "encoding": "linear"}
+        return Image(_core.render(seen, camera, shading=shading, **options))
 
-    # The fill light casts no shadow. The three pictures are means over the same rays of each pixel: they can be added.
-    key = {id: look.replace(lights=lights.keys, shadows=True, ambient=0) for id, look in looks.items()}
-    fill = {id: look.replace(lights=[lights.fill], shadows=False, ambient=0, specular=0) for id, look in looks.items()}
-    sky = {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}
-    image = draw("key", key)
-    filled = draw("fill", fill, **flat).color[..., :3]
-    in_sky = draw("sky", sky, **flat).color[..., :3]
-    if light.denoise:
-        unshaded = {id: look.replace(shadows=False) for id, look in key.items()}
-        unhidden = {id: look.replace(lights=[], ambient=1) for id, look in key.items()}
-        in_key, open_sky = (draw("fill", each, False, **flat).color[..., :3] for each in (unshaded, unhidden))
-        image.color[..., :3] = _without_grain(image.color[..., :3], in_key)
-        in_sky = _without_grain(in_sky, open_sky)
-    image.color[..., :3] += filled
-    image.color[..., :3] += light.sky * in_sky
+    # Each picture is a mean over the same rays of each pixel: they can be added. Only the hidden part of a light has
+    # noise. The fill light casts no shadow.
+    unhidden = {"lights": [lights.key], "shadows": False, "ambient": 0}
+    shadowed = {**unhidden, "shadows": True, "shadow_samples": light.light_samples}
+    key = {id: look.replace(**unhidden) for id, look in looks.items()}
+    fill = {id: look.replace(**{**unhidden, "lights": [lights.fill]}, specular=0) for id, look in looks.items()}
+    sky = {id: look.replace(**UNLIT) for id, look in looks.items()}
+    guides = draw("guides", sky, around, samples=1, layers=GUIDES)
+    image = draw("key", key, options)
+    open_key = image if crop is None else draw("key", key, around)
+    in_key = draw("shadows", {id: look.replace(**shadowed) for id, look in looks.items()}, around)
+    open_sky = draw("sky", sky, around)
+    in_sky = draw("occlusion", {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}, around)
+    of_key, of_sky = seen_parts([(in_key.color, open_key.color), (in_sky.color, open_sky.color)], guides)
+    color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]
+    color += draw("fill", fill, around).color[..., :3]
+    image.color[..., :3] = color[inner]
     _tone_map_surfaces(image.color)
     if values:
-        _add_values(image, draw("values", values, **{**flat, "layers": albedo}))
+        _add_values(image, draw("values", values, {**options, **flat, "layers": albedo}))
 
     shade = None
     if ground is not None:
         for id in seen.ids:
             seen.set_visibility(id, visible=False)
         id = seen.add(ground, casts_shadow=False)
-        # A plane has no edges, so it needs fewer rays per pixel. More points on the lights make its shadows smooth.
-        fine = light.replace(light_samples=_FINER * light.light_samples)
-        lights = _Lights(fine, camera)
-        options["samples"] = -(-options["samples"] // _FINER)
-        white = _core.Phong(ambient=0, specular=0, diffuse=lights.diffuse_of_white, lights=lights.keys, shadows=True)
-        in_key = draw("ground in key", {**looks, id: white}, **flat).color
-        even = _sky(_core.Phong(), fine.light_samples, radius)
-        in_sky = draw("ground in sky", {**looks, id: even}, **flat).color
+        # A plane has no edges, so one ray per pixel is enough.
+        around |= {"samples": 1, "mask": near(open_key.color[..., 3] < 1)}
+        count = options["samples"] * light.light_samples
+        white = _core.Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
+        in_key = draw("ground in key", {**looks, id: white}, around).color
+        in_sky = draw("ground in sky", {**looks, id: _sky(_core.Phong(), count, radius)}, around).color
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
-        if light.denoise:
-            shade = denoiser()(np.repeat(shade[..., None].astype(np.float32), 3, axis=-1))[..., 0]
+        shade = mean_on_plane(shade, in_key[..., 3])[inner]
     _lay_over(image.color, behind, shade)
     return image
 
@@ -227,8 +213,8 @@ def _ray_count(looks, light, *, size, samples, **others):
     """About the number of rays of a picture, by what a settled index saves of each, as ray_count() of the core."""
     is_opaque = all(look.opacity == 1 and look.silhouette_opacity is None for look in looks)
     coherent, to_sky = (0.3, 5) if is_opaque else (50, 50)
-    surfaces = samples * (3 * coherent + (coherent + to_sky) * light.light_samples / 2)
-    ground = -(-samples // _FINER) * _FINER * light.light_samples * 2 * coherent if light.ground else 0
+    surfaces = samples * (5 * coherent + (coherent + to_sky) * light.light_samples / 2)
+    ground = samples * light.light_samples * 2 * coherent if light.ground else 0
     return int(size[0] * size[1] * (surfaces + ground))
 
 
@@ -248,20 +234,10 @@ class _Lights:
         right, up, forward = camera.world_to_camera[:3, :3]
         gravity = np.asarray(studio.up)
         towards = 1.1 * right - 1.2 * up + 0.8 * forward
-        self.key = _core.DirectionalLight(towards, intensity=studio.key)
+        self.key = _core.DirectionalLight(towards, intensity=studio.key, angle=_ANGLE)
         self.fill = _core.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
-        count = studio.light_samples
-        unit = towards / np.linalg.norm(towards)
-        across = np.cross(unit, right)
-        across /= np.linalg.norm(across)
-        beside = np.cross(unit, across)
-        directions = []
-        for number in range(count):  # Vogel's spiral covers a disc evenly
-            distance, turn = _SOFTNESS * math.sqrt((number + 0.5) / count), number * math.pi * (3 - math.sqrt(5))
-            directions.append(unit + distance * (math.cos(turn) * across + math.sin(turn) * beside))
-        self.keys = [_core.DirectionalLight(each, intensity=studio.key / count) for each in directions]
         # The diffuse coefficient of a ground that is white where it receives all of the key light.
-        received = sum(max(0.0, -gravity @ each / np.linalg.norm(each)) for each in directions) * studio.key / count
+        received = studio.key * max(0.0, -gravity @ towards / np.linalg.norm(towards))
         self.diffuse_of_white = 1 / received if received > 0 else 0.0
 
 
@@ -300,12 +276,6 @@ def _sky(look, samples, distance):
     return _core.AmbientOcclusion(
         samples, distance=distance or math.inf, **{name: value for name, value in parts(look).items() if name in shared}
     )
-
-
-def _without_grain(lit, unhidden):
-    """Light of which a part is hidden, without noise: that part is denoised, and nothing else."""
-    part = np.divide(lit, unhidden, out=np.zeros_like(lit), where=unhidden > 1e-6)
-    return unhidden * denoiser()(np.ascontiguousarray(part.clip(0, 1), np.float32))
 
 
 def _radius(scene):

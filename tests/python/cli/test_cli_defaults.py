@@ -69,13 +69,13 @@ def test_first_suggestions_of_real_volumes_are_worth_seeing(volumes_folder):
 
 
 def test_the_default_picture_is_in_studio_light(ball, picture):
-    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "--no-denoise", "-o", str(picture)]) == 0
+    assert main(["render", str(ball), "-l", "0", "--size", "48x36", "-o", str(picture)]) == 0
     volume = isospline.Volume(np.load(ball))
     surface = isospline.Isosurface(volume, 0, closed=True)
     expected = isospline.render(
         surface,
         size=(48, 36),
-        samples=8,
+        samples=4,
         color="#d9c7a8",
         light=isospline.Studio(),
         background="#e8ebef",

@@ -124,7 +124,7 @@ def test_bad_colors_are_told(ball, monkeypatch, capsys, message, options):
         ),
         ("--shadows: expected --light phong with it, got path-trace", [*TRACED, "--shadows"]),
         ("--environment: expected --light path-trace with it, got studio", ["--environment", "1"]),
-        ("--denoise: expected --light studio or path-trace with it, got phong", ["--light", "phong", "--denoise"]),
+        ("--denoise: expected --light path-trace with it, got phong", ["--light", "phong", "--denoise"]),
         (
             "--environment: expected 1 or 3 numbers separated by commas or a file: .exr or .hdr, got 'blue'",
             [*TRACED, "--environment", "blue"],

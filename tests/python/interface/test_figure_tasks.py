@@ -117,5 +117,5 @@ def test_a_mesh_of_a_size_and_light_of_a_sky(part):
     assert iso.render(part, light="path-trace", environment=sky, **FEW) == iso.render(part, environment=sky, **FEW)
     with answered("light=Outline()"):
         iso.render(part, outline=True, **FEW)
-    with answered("light=Studio(denoise=True)"):
+    with answered('render(..., light="path-trace").denoise()'):
         iso.render(part, denoise=True, **FEW)

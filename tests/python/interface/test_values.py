@@ -39,7 +39,7 @@ VALUES = [
     isospline.ColorByVolume(
         VOLUME, limits=(0, 1), transform=[(2, 0.1, 0, 3), (0, 1.7, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]
     ),
-    isospline.DirectionalLight((1, 2, 3), intensity=(1, 2, 3)),
+    isospline.DirectionalLight((1, 2, 3), intensity=(1, 2, 3), angle=0.5),
     isospline.EnvironmentLight(0.3, image=np.random.default_rng(1).random((4, 8, 3)), visible=True),
     isospline.HalfSpace((0.1, 0.2, 0.3), (1, 2, 3)),
     isospline.Material((0.1, 0.2, 0.3), metallic=0.25, roughness=0.75, specular=1, cap_color=0.5),

@@ -264,6 +264,11 @@ LAMPS = {
         lambda at: np.full(at.shape[:-1], 0.8),
         (2, 1, 3),
     ),
+    "wide sun": (
+        isospline.DirectionalLight((3, 0, -4), intensity=(2, 1, 3), angle=40),
+        lambda at: np.full(at.shape[:-1], 0.8 * (1 + np.cos(np.radians(20))) / 2),
+        (2, 1, 3),
+    ),
 }
 
 

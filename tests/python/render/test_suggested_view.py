@@ -238,22 +238,6 @@ def test_the_ground_is_below_the_suggested_top(bodies):
     np.testing.assert_array_equal(picture, stated)
 
 
-def test_denoising_removes_grain_from_the_ground():
-    pytest.importorskip("pyoidn")
-    field = isospline.volumes.gyroid()
-    surface = isospline.Isosurface(field.volume(40), field.level, closed=True)
-    light = isospline.Studio()
-    options = dict(size=(96, 72), samples=4, background="white")
-    best = isospline.render(surface, light=light, **{**options, "samples": 64}).color
-    noisy, clean = (isospline.render(surface, light=light.replace(denoise=each), **options).color for each in (0, 1))
-    is_ground = isospline.render(surface, size=(96, 72), samples=4).color[..., 3] == 0
-    errors = [((image - best)[is_ground] ** 2).mean() for image in (noisy, clean)]
-    assert errors[1] < 0.5 * errors[0]
-    np.testing.assert_array_equal(clean[..., 3], noisy[..., 3])
-    with pytest.raises(ValueError, match="^crop: cannot be combined with Studio\\(denoise=True\\)"):
-        isospline.render(surface, light=light.replace(denoise=True), crop=(0, 0, 8, 8), **options)
-
-
 VOLUMES = os.environ.get("ISOSPLINE_VOLUMES")
 
 

@@ -84,7 +84,10 @@ def test_a_colour_of_cuts_is_lit(scene):
 
 
 def test_the_rest_of_a_picture_does_not_change_with_values_on_the_cut(scene):
-    """The values are drawn apart from the light of a studio, which must not light the surface or the ground twice."""
+    """The values are drawn apart from the light of a studio, which must not light the surface or the ground twice.
+
+    The means over blocks of pixels in a studio have no light of such a cut.
+    """
     volume = scene.object(0).volume
     values = isospline.ColorByVolume(volume, "gray", limits=LIMITS)
     cut = isospline.Material("ivory", cap_color=values)
@@ -93,7 +96,9 @@ def test_the_rest_of_a_picture_does_not_change_with_values_on_the_cut(scene):
         plain = render(scene, CAMERA, light=studio.replace(material=isospline.Material("ivory")), **options)
         shown = render(scene, CAMERA, light=studio.replace(material=cut), **options)
         cap = plain.primitive_ids == volume.cell_count
-        np.testing.assert_array_equal(shown.color[~cap], plain.color[~cap])
+        apart = ~(cap if studio.fast else scipy.ndimage.binary_dilation(cap, iterations=3))
+        np.testing.assert_array_equal(shown.color[apart], plain.color[apart])
+        assert np.abs(shown.color - plain.color)[~cap].max() < 0.15
         assert (shown.color[cap] != plain.color[cap]).any()
 
 

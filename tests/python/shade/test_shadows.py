@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+import scipy.ndimage
 from layered import render
 
 import isospline
@@ -64,6 +65,42 @@ def test_a_ball_casts_its_shadow_on_a_floor(light, to_light):
     facing = dot(plain.normal, direction)[..., 0] / np.linalg.norm(direction, axis=-1)
     assert on_ball.sum() > 500
     np.testing.assert_array_equal(shadowed.color[on_ball & (facing > 1e-4)], plain.color[on_ball & (facing > 1e-4)])
+
+
+@pytest.mark.parametrize("samples, rays, bound", [(1024, 1, 6e-3), (1, 1, 0.35), (1, 64, 0.04)])
+def test_the_shadow_of_a_disc_of_light_is_its_hidden_part(samples, rays, bound):
+    """A ball hides directions within asin(radius / distance); the light's are uniform on a cap of the sphere."""
+    light = isospline.DirectionalLight((0.3, 0.2, -1), intensity=0.8, angle=30)
+    shading = isospline.Phong(ambient=0, diffuse=1, specular=0, lights=[light], shadows=True, shadow_samples=samples)
+    image = render(isospline.Scene([FLOOR, ball()]), CAMERA, size=(60, 45), light=shading, samples=rays)
+    plain = render(isospline.Scene([FLOOR]), CAMERA, size=(60, 45), light=shading.replace(shadows=False))
+    to_light = -np.array(light.direction) / np.linalg.norm(light.direction)
+    # Directions by rejection from the sphere, independent of the renderer's map of a square.
+    drawn = np.random.default_rng(5).normal(size=(400_000, 3))
+    drawn /= np.linalg.norm(drawn, axis=1, keepdims=True)
+    cap = drawn[drawn @ to_light > np.cos(np.radians(15))]
+    assert len(cap) > 5000
+    on_floor = scipy.ndimage.binary_erosion(image.geometry_ids == 0)
+    to_ball = CENTER - image.position[on_floor].astype(float)
+    distance = np.linalg.norm(to_ball, axis=-1, keepdims=True)
+    is_hidden = (to_ball / distance) @ cap.T > np.sqrt(1 - (RADIUS / distance) ** 2)
+    expected = plain.color[on_floor][:, 0] * (1 - is_hidden.mean(axis=1))
+    assert (is_hidden.mean(axis=1) > 0.99).any() and ((expected > 0.1) & (expected < 0.6)).sum() > 20
+    error = np.abs(image.color[on_floor][:, 0] - expected)
+    assert np.sqrt((error**2).mean()) < bound
+    assert abs((image.color[on_floor][:, 0] - expected).mean()) < 0.004
+
+
+@pytest.mark.parametrize("angle", [-1.0, 180.5, np.nan])
+def test_angles_of_lights_are_checked(angle):
+    with pytest.raises(ValueError, match="^angle: expected degrees from 0 to 180, got"):
+        isospline.DirectionalLight((0, 0, 1), angle=angle)
+
+
+def test_numbers_of_shadow_rays_are_checked():
+    for samples in (0, 65537):
+        with pytest.raises(ValueError, match="^shadow_samples: expected rays a hit, from 1 to 65536, got"):
+            isospline.Phong(shadow_samples=samples)
 
 
 def test_a_mesh_casts_its_shadow_on_an_isosurface():
