@@ -72,9 +72,9 @@ direction : (3,) float or str
 intensity : float or (3,) float
     Linear red, green and blue, or one number for all three; at least 0.
 angle : float
-    The diameter of its disc as seen from the scene, in degrees, from 0 to 180; that of the sun is 0.53. Above 0, shadows
-    have soft edges: each shadow ray goes to another point of the disc. Surfaces are shaded by the disc's centre, but in
-    path tracing by its points.
+    The diameter of its disc as seen from the scene, in degrees, from 0 to 180; that of the sun is 0.53. Above 0,
+    shadows have soft edges: each shadow ray goes to another point of the disc. Surfaces are shaded by the disc's
+    centre, but in path tracing by its points.
 
 Raises
 ------
