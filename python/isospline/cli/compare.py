@@ -94,7 +94,7 @@ def is_closed(mesh):
 def _other_surface(arguments):
     volume = isospline.read_volume(arguments.other).to_volume()
     if arguments.other_level is None:
-        return suggested_surface(volume)
+        return suggested_surface(volume, arguments.inside)
     return isospline.Isosurface(volume, arguments.other_level, inside=arguments.inside)
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..levels import index_shape
 
+#: The side of a level on which a solid is.
+Inside = Literal["above", "below"]
 #: Most points of a grid along the longest side of a volume.
 FINEST = 96
 # The part of a side that few points cover, and the number of layers that may be padding.
@@ -61,9 +63,9 @@ class Samples(NamedTuple):
     spacing: NDArray[np.float64]
     steps: NDArray[np.int64]
 
-    def above(self, level: float) -> Grid:
-        """The solid above a level."""
-        return Grid(self.values > level, self.spacing)
+    def solid(self, level: float, inside: Inside) -> Grid:
+        """The solid above or below a level."""
+        return Grid(self.values < level if inside == "below" else self.values > level, self.spacing)
 
 
 def some_samples(data: Any, spacing: NDArray[np.float64]) -> Samples:

@@ -12,7 +12,7 @@ from .. import _core
 from ..base.parameters import check_type
 from ..base.signatures import explained
 from ..levels import count_pieces, default_levels, histogram, index_shape, levels_of_histogram, some_values
-from .grid import Grid, Samples, samples_of, some_samples
+from .grid import Grid, Inside, Samples, samples_of, some_samples
 from .holders import grown, holders
 from .plates import Plate, find_plate, is_only_plate
 from .posture import Posture, head_posture, standing_posture, trunk_posture
@@ -41,6 +41,8 @@ class Presentation:
     view : SuggestedView
     cut_sides : int
         The number of sides of the volume at which its border cuts the solid; 0 for what is recognised.
+    inside : {"above", "below"}
+        The side of the level on which the solid is.
     """
 
     level: float
@@ -50,6 +52,7 @@ class Presentation:
     steps: tuple[int, ...] = (1, 1, 1)
     view: SuggestedView = SuggestedView()
     cut_sides: int = 0
+    inside: Inside = "above"
 
     @property
     def confined_at(self) -> float | None:
@@ -69,16 +72,16 @@ class Presentation:
                 holder = holder.repeat(step, axis=axis)
             missing = [(0, max(0, count - held)) for count, held in zip(mask.shape, holder.shape)]
             mask &= ~np.pad(holder, missing, mode="edge")[tuple(slice(count) for count in mask.shape)]
-        return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask)
+        return mask if self.body_level is None else mask & body_mask(volume, self.body_level, mask, self.inside)
 
 
-def body_mask(volume: _core.Volume, level: float, within: Any = None) -> NDArray[np.bool_]:
+def body_mask(volume: _core.Volume, level: float, within: Any = None, inside: Inside = "above") -> NDArray[np.bool_]:
     """The samples of the largest piece at the level of the body: the patient without the table, which is apart."""
-    return _core.Isosurface(volume, level, mask=within, largest=1).to_mask(whole_cells=True)
+    return _core.Isosurface(volume, level, mask=within, largest=1, inside=inside).to_mask(whole_cells=True)
 
 
 @explained
-def suggest_mask(volume: _core.Volume) -> NDArray[np.bool_] | None:
+def suggest_mask(volume: _core.Volume, *, inside: Inside = "above") -> NDArray[np.bool_] | None:
     """Suggest the samples of a volume to which an isosurface is confined, for ``Isosurface(..., mask=)``.
 
     Left out are what is not the body in a patient's CT, what is not the head around a head, and the plate on which an
@@ -88,11 +91,18 @@ def suggest_mask(volume: _core.Volume) -> NDArray[np.bool_] | None:
     Parameters
     ----------
     volume : Volume
+    inside : {"above", "below"}
+        The side of the level on which the solid is, as of `Isosurface`.
 
     Returns
     -------
     (nz, ny, nx) bool array or None
         None if nothing is left out.
+
+    Raises
+    ------
+    ValueError
+        For another side.
 
     Examples
     --------
@@ -102,22 +112,23 @@ def suggest_mask(volume: _core.Volume) -> NDArray[np.bool_] | None:
     None
     """
     check_type(volume, "volume", _core.Volume, "a Volume")
-    return present(volume).mask(volume)
+    return present(volume, inside=_checked(inside)).mask(volume)
 
 
-def suggested_surface(volume: _core.Volume) -> _core.Isosurface:
+def suggested_surface(volume: _core.Volume, inside: Inside = "above") -> _core.Isosurface:
     """The isosurface of a picture for which nothing is said: without specks of noise, closed at the border."""
-    shown = present(volume)
+    shown = present(volume, inside=inside)
+    options: dict[str, Any] = {"inside": inside, "closed": True}
     if volume.paging is not None:  # its components would need all of it
-        return _core.Isosurface(volume, shown.level, closed=True)
-    mask = shown.mask(volume)
-    surface = _core.Isosurface(volume, shown.level, mask=mask, closed=True)
+        return _core.Isosurface(volume, shown.level, **options)
+    options["mask"] = shown.mask(volume)
+    surface = _core.Isosurface(volume, shown.level, **options)
     kept, found = count_pieces(surface)
-    return surface if kept == found else _core.Isosurface(volume, shown.level, mask=mask, closed=True, largest=kept)
+    return surface if kept == found else _core.Isosurface(volume, shown.level, largest=kept, **options)
 
 
 @explained
-def suggest_view(volume: _core.Volume) -> SuggestedView:
+def suggest_view(volume: _core.Volume, *, inside: Inside = "above") -> SuggestedView:
     """Suggest a view of a volume: from the front, with the top above, as a person would hold it.
 
     It is the view of pictures for which none is given. If the directions of a volume are not known, these rules apply
@@ -134,11 +145,18 @@ def suggest_view(volume: _core.Volume) -> SuggestedView:
     Parameters
     ----------
     volume : Volume
+    inside : {"above", "below"}
+        The side of the level on which the solid is, as of `Isosurface`. The rules for a patient's CT are for "above".
 
     Returns
     -------
     SuggestedView
         Its `view` and `up` are those of `camera_for`. If no rule applies, it is the view "three-quarter".
+
+    Raises
+    ------
+    ValueError
+        For another side.
 
     Examples
     --------
@@ -148,7 +166,14 @@ def suggest_view(volume: _core.Volume) -> SuggestedView:
     SuggestedView(view=(-0.45, -1.0, 0.3), up=(0.0, 0.0, 1.0), reason='')
     """
     check_type(volume, "volume", _core.Volume, "a Volume")
-    return present(volume).view
+    return present(volume, inside=_checked(inside)).view
+
+
+def _checked(inside: Any) -> Inside:
+    """The side of a level, if it is one."""
+    if inside not in ("above", "below"):
+        raise ValueError(f'inside: expected "above" or "below", got {inside!r}')
+    return "below" if inside == "below" else "above"
 
 
 def suggested_view(shown: Any) -> SuggestedView | None:
@@ -161,14 +186,15 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     else:
         items = shown if isinstance(shown, (list, tuple)) else [shown]
         placed = [(item, np.eye(4)) for item in items]
-    surfaces = [(item.volume, np.asarray(each)) for item, each in placed if isinstance(item, _core.Isosurface)]
+    surfaces = [(item, np.asarray(each)) for item, each in placed if isinstance(item, _core.Isosurface)]
     if not surfaces:
         return None
     first: SuggestedView | None = None
-    for volume, transform in surfaces:
-        if volume.paging is not None and volume._identity not in _KNOWN:  # its values would have to be read
+    for surface, transform in surfaces:
+        volume, inside = surface.volume, _checked(surface.inside)
+        if volume.paging is not None and (volume._identity, inside) not in _KNOWN:  # its values would have to be read
             return None
-        suggested = present(volume).view
+        suggested = present(volume, inside=inside).view
         view, up = (as_tuple(transform[:3, :3] @ vector) for vector in (suggested.view, suggested.up))
         if not suggested.reason or (first and not np.allclose((view, up), (first.view, first.up))):
             return None
@@ -176,21 +202,26 @@ def suggested_view(shown: Any) -> SuggestedView | None:
     return first
 
 
-# Presentations by the identity of their volumes, of which the last ones are kept.
-_KNOWN: dict[int, Presentation] = {}
+# Presentations by the identity of their volumes and the side of the solid, of which the last ones are kept.
+_KNOWN: dict[tuple[int, Inside], Presentation] = {}
 _MOST_KNOWN = 32
 
 
-def present(volume: _core.Volume, suggested: list[float] | None = None, minimum: float | None = None) -> Presentation:
+def present(
+    volume: _core.Volume,
+    suggested: list[float] | None = None,
+    minimum: float | None = None,
+    inside: Inside = "above",
+) -> Presentation:
     """The presentation of a volume, found once; by default for levels that some of its values suggest."""
-    key = volume._identity
+    key = volume._identity, inside
     if key not in _KNOWN:
         if suggested is None or minimum is None:
             values, counts = histogram(some_values(volume))
             minimum = float(values[0])
             suggested = levels_of_histogram(values, counts) or [minimum]
         direction = np.asarray(volume.direction)
-        shown = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested)
+        shown = _present(lambda: samples_of(volume), direction, volume.patient, minimum, suggested, inside)
         while len(_KNOWN) >= _MOST_KNOWN:
             _KNOWN.pop(next(iter(_KNOWN)), None)
         _KNOWN[key] = shown
@@ -198,27 +229,29 @@ def present(volume: _core.Volume, suggested: list[float] | None = None, minimum:
     return _KNOWN[key]
 
 
-def present_data(data: Any, suggested: list[float], minimum: float) -> Presentation:
+def present_data(data: Any, suggested: list[float], minimum: float, inside: Inside = "above") -> Presentation:
     """The presentation of a `VolumeData`, or of what has the same attributes, for its suggested levels."""
     spacing = np.asarray(data.spacing, float)[::-1]
     return _present(
-        lambda: some_samples(data.data, spacing), np.asarray(data.direction), data.patient, minimum, suggested
+        lambda: some_samples(data.data, spacing), np.asarray(data.direction), data.patient, minimum, suggested, inside
     )
 
 
-def _present(sample, direction, patient, minimum, suggested) -> Presentation:
+def _present(sample, direction, patient, minimum, suggested, inside) -> Presentation:
     level, body_level = default_levels(suggested, minimum, patient)
+    if inside == "below":  # a patient's body is above its levels
+        body_level = None
     if has_directions(patient, direction):
-        return Presentation(level, body_level)
+        return Presentation(level, body_level, inside=inside)
     samples = sample()
     if body_level is None:
-        level, plate = _level_of_object(samples, level, suggested)
-        solid = samples.above(level)
+        level, plate = _level_of_object(samples, level, suggested, inside)
+        solid = samples.solid(level, inside)
     else:
-        solid = samples.above(body_level)
+        solid = samples.solid(body_level, inside)
         plate = find_plate(solid)
     if not solid.inside.any():
-        return Presentation(level, body_level)
+        return Presentation(level, body_level, inside=inside)
     left_out = None
     if plate is not None and plate.is_left_out:
         solid.inside[_layers(plate, plate.layers)] = False
@@ -235,7 +268,8 @@ def _present(sample, direction, patient, minimum, suggested) -> Presentation:
         around = grown(grown(holder)) & ~body.inside if holder.any() and posture.is_head else None
         body_level = level if body_level is None else body_level
         view = view_of(posture, body, direction)
-        return Presentation(level, body_level, left_out, around, tuple(samples.steps.tolist()), view)
+        steps = tuple(samples.steps.tolist())
+        return Presentation(level, body_level, left_out, around, steps, view, inside=inside)
     if body_level is not None:
         return Presentation(level, body_level, left_out)
     if plate is not None:
@@ -243,13 +277,15 @@ def _present(sample, direction, patient, minimum, suggested) -> Presentation:
     elif not patient:
         posture = standing_posture(solid)
     view = view_of(posture, solid, direction)
-    return Presentation(level, None, left_out, view=view, cut_sides=0 if posture else cut_sides)
+    return Presentation(level, None, left_out, view=view, cut_sides=0 if posture else cut_sides, inside=inside)
 
 
-def _level_of_object(samples: Samples, level: float, suggested: list[float]) -> tuple[float, Plate | None]:
+def _level_of_object(
+    samples: Samples, level: float, suggested: list[float], inside: Inside
+) -> tuple[float, Plate | None]:
     """The first level that shows more than a plate, and the plate on which the object lies, if there is one."""
     for each in [level, *(other for other in suggested if other != level)]:
-        solid = samples.above(each)
+        solid = samples.solid(each, inside)
         plate = find_plate(solid)
         if plate is not None or not is_only_plate(solid):
             return each, plate

@@ -256,6 +256,13 @@ def test_the_command_tells_what_stands_out(tmp_path, capsys):
     assert main(["render", str(path), *options, "--view", "three-quarter", "-o", str(other)]) == 0
     assert "lies on a plate;" not in capsys.readouterr().err
     assert not np.array_equal(pixels(picture), pixels(other))
+    # The solid below the level of the negative values is the same.
+    below = tmp_path / "below.npy"
+    np.save(below, -values.astype(np.int16))
+    assert main(["render", str(below), *options, "--inside", "below", "-o", str(other)]) == 0
+    told = capsys.readouterr().err
+    assert "it lies on a plate;" in told and "the plate on which it lies is left out" in told
+    assert np.abs(pixels(picture).astype(int) - pixels(other)).max() <= 1
     # The same from Python, in the viewer and for a notebook: camera and pieces.
     volume = isospline.Volume(values.astype(np.uint8))
     surface = suggested_surface(volume)

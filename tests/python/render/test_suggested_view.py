@@ -134,6 +134,35 @@ def test_a_solid_stands_on_its_only_flat_end(bodies):
     assert isospline.suggest_view(isospline.Volume(np.flip(bodies["cone"][20:], 0))) == USUAL
 
 
+@pytest.mark.parametrize("name", ["head", "bottle", "bone", "cone", "ball on a saucer", "two objects", "slab"])
+@pytest.mark.parametrize("turn", TURNS[3::29], ids=str)
+def test_a_solid_below_a_level_is_that_of_the_negative_values(bodies, name, turn):
+    values = turned(bodies[name], *turn)
+    above, below = isospline.Volume(values), isospline.Volume(-values)
+    found = isospline.suggest_view(below, inside="below")
+    assert found == isospline.suggest_view(above)
+    masks = isospline.suggest_mask(above), isospline.suggest_mask(below, inside="below")
+    np.testing.assert_array_equal(*masks)
+    surfaces = [isospline.Isosurface(above, 0.0), isospline.Isosurface(below, 0.0, inside="below")]
+    ups = [isospline.camera_for(surface).up for surface in surfaces]
+    np.testing.assert_array_equal(*ups)
+    np.testing.assert_array_equal(ups[0], found.up)
+    kept = [suggested_surface(above), suggested_surface(below, "below")]
+    volumes = [each.with_level(0.0).enclosed_volume().value for each in kept]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-6)
+
+
+def test_the_solid_above_does_not_decide_on_the_view_of_the_one_below(bodies):
+    volume = isospline.Volume(bodies["head"][::-1])
+    assert isospline.suggest_view(volume).up == (0, 0, -1)
+    assert isospline.suggest_view(volume, inside="below") == USUAL  # a block with the hole of a head
+    surface = isospline.Isosurface(volume, 0.0, inside="below")
+    assert isospline.camera_for(surface).up.tolist() == [0, 0, 1]
+    for function in (isospline.suggest_view, isospline.suggest_mask):
+        with pytest.raises(ValueError, match='^inside: expected "above" or "below", got \'within\'$'):
+            function(volume, inside="within")
+
+
 @pytest.mark.parametrize("name", ["two objects", "slab", "noise"])
 def test_other_bodies_keep_the_usual_view(bodies, name):
     for axes, signs in TURNS[::9]:
