@@ -46,18 +46,14 @@ void bind_by_volume(py::module_& module)
         color.label = std::move(label);
         return color;
     };
-    py::class_<ColorByVolume> color_class(module, "ColorByVolume",
-                                          R"(The colour of a surface by the value of a volume's model there.
+    const std::string text = R"(The colour of a surface by the value of a volume's model there.
 
 Parameters
 ----------
 volume : Volume, VolumeData or (nz, ny, nx) array
     Any volume of any degree; it need not be the volume of the surface. Outside of its domain, it continues by its
     boundary rule.
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float), optional
+)" + cmap_parameter + R"(limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest sample.
 transform : (4, 4) array_like, optional
     Maps the volume's world space to the scene's, as in `Scene.add`; by default they are the same.
@@ -76,7 +72,8 @@ Examples
 >>> import isospline
 >>> temperature = isospline.Volume(np.random.default_rng(1).random((8, 8, 8)))
 >>> by_temperature = isospline.Phong(color=isospline.ColorByVolume(temperature, limits=(0, 1)))
-)");
+)";
+    py::class_<ColorByVolume> color_class(module, "ColorByVolume", text.c_str());
     color_class.def(py::init(make), py::arg("volume"), py::arg("cmap") = "viridis", py::kw_only(),
                     py::arg("limits") = py::none(), py::arg("transform") = py::none(), py::arg("label") = "");
     bind_map(color_class);
@@ -97,7 +94,7 @@ void bind_by_curvature(py::module_& module)
     const auto make = [](const std::string& kind, const py::object& cmap, Limits limits) {
         return ColorByCurvature{as_enum(kind_words, kind, "kind"), as_color_map(cmap, limits)};
     };
-    py::class_<ColorByCurvature> color_class(module, "ColorByCurvature", R"(The colour of a surface by its curvature.
+    const std::string text = R"(The colour of a surface by its curvature.
 
 The curvature is that of the model, from its exact gradient g and Hessian H in world space,
 
@@ -112,10 +109,7 @@ Parameters
 ----------
 kind : {"mean", "gaussian", "maximum", "minimum"}
     Mean or Gaussian curvature, or a principal one.
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float)
+)" + cmap_parameter + R"(limits : (float, float)
     Curvatures of the first and of the last colour, in 1 / world unit; for Gaussian curvature, in 1 / world unit^2.
 
 Raises
@@ -131,7 +125,8 @@ Examples
 --------
 >>> import isospline
 >>> bends = isospline.Phong(color=isospline.ColorByCurvature("mean", "coolwarm", limits=(-0.5, 0.5)))
-)");
+)";
+    py::class_<ColorByCurvature> color_class(module, "ColorByCurvature", text.c_str());
     color_class.def(py::init(make), py::arg("kind") = "mean", py::arg("cmap") = "coolwarm", py::kw_only(),
                     py::arg("limits"));
     bind_map(color_class);
@@ -148,14 +143,11 @@ void bind_by_depth(py::module_& module)
     const auto make = [](const py::object& cmap, std::optional<Limits> limits) {
         return ColorByDepth{as_color_map(cmap, limits.value_or(Limits{0.0, 1.0})), !limits};
     };
-    py::class_<ColorByDepth> color_class(module, "ColorByDepth", R"(The colour of a surface by its depth in the image.
+    const std::string text = R"(The colour of a surface by its depth in the image.
 
 Parameters
 ----------
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float), optional
+)" + cmap_parameter + R"(limits : (float, float), optional
     Depths of the first and of the last colour, world units, as in `Image.depth`; by default the smallest and the
     largest depth of the corners of the scene's box.
 
@@ -163,7 +155,8 @@ Raises
 ------
 ValueError
     For limits that are equal or not finite, an unknown map.
-)");
+)";
+    py::class_<ColorByDepth> color_class(module, "ColorByDepth", text.c_str());
     color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none());
     bind_map(color_class);
     color_class.def("__repr__", [](const ColorByDepth& color) {

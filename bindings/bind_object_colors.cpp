@@ -60,7 +60,7 @@ void bind_by_distance(py::module_& module)
         });
         return color;
     };
-    py::class_<ColorByDistance> color_class(module, "ColorByDistance", R"(The colour of a surface by its distance.
+    const std::string text = R"(The colour of a surface by its distance.
 
 The distance is that of `Scene.closest_points`, from each point to the nearest one of the other objects, in world units,
 to a millionth of a cell; it takes some microseconds for each ray of a pixel.
@@ -69,10 +69,7 @@ Parameters
 ----------
 other : Isosurface, Mesh, Scene, a mesh of another library, or (N, 3) array_like
     The objects as they are now, in the world of the scene that is rendered; or points.
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float), optional
+)" + cmap_parameter + R"(limits : (float, float), optional
     Distances of the first and of the last colour, world units. By default those of 98% of 500 points of the coloured
     objects: from 0, or as far below 0 if they are signed.
 signed : bool
@@ -95,7 +92,8 @@ Examples
 >>> deviation = isospline.ColorByDistance(part, limits=(-0.5, 0.5))
 >>> isospline.render(scan, color=deviation, size=(32, 24))
 Image(32 x 24, 42% covered)
-)");
+)";
+    py::class_<ColorByDistance> color_class(module, "ColorByDistance", text.c_str());
     color_class.def(py::init(make), py::arg("other"), py::arg("cmap") = "coolwarm", py::kw_only(),
                     py::arg("limits") = py::none(), py::arg("signed") = true, py::arg("label") = "");
     bind_map(color_class);
@@ -120,7 +118,7 @@ void bind_by_value(py::module_& module)
     const auto make = [](const py::object& cmap, std::optional<Limits> limits, std::string label) {
         return ColorByValue{as_color_map(cmap, limits.value_or(Limits{0.0, 1.0})), !limits, std::move(label)};
     };
-    py::class_<ColorByValue> color_class(module, "ColorByValue", R"(The colour of a mesh by the values at its vertices.
+    const std::string text = R"(The colour of a mesh by the values at its vertices.
 
 Inside of a triangle with the values v and barycentric coordinates b, the value is
 
@@ -130,10 +128,7 @@ A mesh with different values, but without a colour and colours of its vertices, 
 
 Parameters
 ----------
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float), optional
+)" + cmap_parameter + R"(limits : (float, float), optional
     Values of the first and of the last colour; by default the smallest and the largest value of all meshes with this
     rule whose values have the same name.
 label : str
@@ -158,7 +153,8 @@ Examples
 >>> isospline.render(mesh, size=(32, 24), annotate=True)
 Image(32 x 24, 3% covered)
 >>> hot = isospline.Mesh(mesh, color=isospline.ColorByValue("magma", limits=(0, 100)))
-)");
+)";
+    py::class_<ColorByValue> color_class(module, "ColorByValue", text.c_str());
     color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none(),
                     py::arg("label") = "");
     bind_map(color_class);
@@ -239,18 +235,14 @@ void bind_by_thickness(py::module_& module)
                   [&](const Progress& progress) { thickness->index(scale, progress); });
         return color;
     };
-    py::class_<ColorByThickness> color_class(module, "ColorByThickness",
-                                             R"(The colour of a surface by the thickness of its solid.
+    const std::string text = R"(The colour of a surface by the thickness of its solid.
 
 The thickness is that of `Isosurface.thickness`, in world units of the scene. It is that of the solid when the picture
 is made, of each surface that has this colour.
 
 Parameters
 ----------
-cmap : str, matplotlib Colormap or (N, 3) array_like
-    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
-    Between them, colours are interpolated in linear light.
-limits : (float, float), optional
+)" + cmap_parameter + R"(limits : (float, float), optional
     Thicknesses of the first and of the last colour, world units; by default from 0 to what 98% of the area are below,
     of 500 random points of each surface that has this colour.
 method : {"ray", "max_sphere"}
@@ -287,7 +279,8 @@ Examples
 >>> torus = isospline.Isosurface(field.volume(32), field.level)
 >>> isospline.render(torus, color=isospline.ColorByThickness(), annotate=True, size=(32, 24))
 Image(32 x 24, 10% covered)
-)");
+)";
+    py::class_<ColorByThickness> color_class(module, "ColorByThickness", text.c_str());
     color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none(),
                     py::arg("method") = "ray", py::arg("ripple") = py::none(), py::arg("surface") = py::none(),
                     py::arg("transform") = py::none(), py::arg("label") = "");

@@ -18,6 +18,12 @@ namespace isospline {
 
 using Limits = std::pair<double, double>;
 
+/// The parameter `cmap` in the docstrings of all colours by a number.
+inline const std::string cmap_parameter = R"(cmap : str, matplotlib Colormap or (N, 3) array_like
+    The name of a matplotlib map, a map object, or two or more colours at equal steps, sRGB from 0 to 1 or named.
+    Between them, colours are interpolated in linear light.
+)";
+
 /// Python code looks up the names of colour maps.
 inline ColorMap as_color_map(const pybind11::object& cmap, Limits limits)
 {
