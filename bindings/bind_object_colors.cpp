@@ -91,7 +91,7 @@ Examples
 >>> part = isospline.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
 >>> deviation = isospline.ColorByDistance(part, limits=(-0.5, 0.5))
 >>> isospline.render(scan, color=deviation, size=(32, 24))
-Image(32 x 24, 42% covered)
+Image(32 x 24, 45% covered)
 )";
     py::class_<ColorByDistance> color_class(module, "ColorByDistance", text.c_str());
     color_class.def(py::init(make), py::arg("other"), py::arg("cmap") = "coolwarm", py::kw_only(),
@@ -151,7 +151,7 @@ Examples
 >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
 >>> mesh = isospline.Mesh(corners, [(0, 1, 2)], values=[20, 30, 40], values_name="temperature in K")
 >>> isospline.render(mesh, size=(32, 24), annotate=True)
-Image(32 x 24, 3% covered)
+Image(32 x 24, 4% covered)
 >>> hot = isospline.Mesh(mesh, color=isospline.ColorByValue("magma", limits=(0, 100)))
 )";
     py::class_<ColorByValue> color_class(module, "ColorByValue", text.c_str());
@@ -278,7 +278,7 @@ Examples
 >>> field = isospline.volumes.torus(0.6, 0.25)
 >>> torus = isospline.Isosurface(field.volume(32), field.level)
 >>> isospline.render(torus, color=isospline.ColorByThickness(), annotate=True, size=(32, 24))
-Image(32 x 24, 10% covered)
+Image(32 x 24, 11% covered)
 )";
     py::class_<ColorByThickness> color_class(module, "ColorByThickness", text.c_str());
     color_class.def(py::init(make), py::arg("cmap") = "viridis", py::kw_only(), py::arg("limits") = py::none(),

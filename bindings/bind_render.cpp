@@ -7,6 +7,7 @@
 #include "isospline/io/atomic_file.h"
 #include "isospline/io/exr.h"
 #include "isospline/render/renderer.h"
+#include "isospline/render/tone.h"
 #include "isospline/scene/scene.h"
 #include "isospline/util/parallel.h"
 
@@ -38,6 +39,8 @@ using ShadingOfGeometry = std::map<std::uint32_t, Shading>;
 using GivenShading = std::variant<Shading, ShadingOfGeometry>;
 /// Whether each pixel is rendered, (height, width).
 using Mask = py::array_t<bool, py::array::c_style | py::array::forcecast>;
+using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using DoubleArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// `fragments` may be null.
 std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Camera& camera, std::array<int, 2> size,
@@ -148,6 +151,70 @@ py::array_t<std::uint8_t> encoded(const Image& image)
     return array;
 }
 
+/// Stores the linear colour of an image in 8-bit sRGB instead.
+void encode(Image& image)
+{
+    image.srgb8.resize(image.color.size());
+    std::transform(image.color.begin(), image.color.end(), image.srgb8.begin(), to_srgb8);
+    image.color.clear();
+}
+
+const EnumWords<ToneCurve> tone_curves{
+    {"neutral", ToneCurve::neutral}, {"aces", ToneCurve::aces}, {"linear", ToneCurve::linear}};
+
+/// Calls `change(pixel)` for the colour of each pixel of an image, with its number, in parallel.
+template <typename Change>
+void change_colors(Image& image, const Change& change)
+{
+    long_call("to change colours", py::none(), [&](const Progress& progress) {
+        parallel_for(
+            image.color.size(), 1 << 14,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    change(image.color[i], i);
+            },
+            progress);
+    });
+}
+
+/// Maps the parts of pixels that surfaces cover, `factor` times as bright.
+void tone_map(Image& image, const std::string& curve, double factor)
+{
+    const ToneCurve given = as_enum(tone_curves, curve, "curve");
+    change_colors(image, [&](glm::vec4& color, std::size_t) {
+        const double alpha = color.a > 0.0f ? color.a : 1.0;
+        color = glm::vec4(alpha * tone_mapped(factor / alpha * glm::dvec3(color), given), color.a);
+    });
+}
+
+/// Lays an image over a background, of which a part `shade` (height, width) is taken away and becomes opaque black.
+void lay_over(Image& image, const glm::vec4& background, const std::optional<FloatArray>& shade)
+{
+    if (shade && static_cast<std::size_t>(shade->size()) != image.color.size())
+        throw_invalid("shade", "a number for each pixel", shade->size());
+    const float* const shades = shade ? shade->data() : nullptr;
+    change_colors(image, [&](glm::vec4& color, std::size_t i) {
+        const float dark = shades ? std::clamp(shades[i], 0.0f, 1.0f) : 0.0f, left = 1.0f - color.a;
+        const float behind = left * (1.0f - dark) * background.a;
+        color += glm::vec4(behind * glm::vec3(background), left * (background.a + (1.0f - background.a) * dark));
+    });
+}
+
+/// The colours (N, 3) after a curve.
+py::array_t<double> tone_mapped_colors(const DoubleArray& colors, const std::string& curve)
+{
+    if (colors.ndim() != 2 || colors.shape(1) != 3)
+        throw_invalid("colors", "shape (N, 3)", colors.ndim());
+    const ToneCurve given = as_enum(tone_curves, curve, "curve");
+    py::array_t<double> result({colors.shape(0), py::ssize_t{3}});
+    for (py::ssize_t i = 0; i < colors.shape(0); ++i) {
+        const glm::dvec3 color = tone_mapped({colors.at(i, 0), colors.at(i, 1), colors.at(i, 2)}, given);
+        for (int part = 0; part < 3; ++part)
+            result.mutable_at(i, part) = color[part];
+    }
+    return result;
+}
+
 void bind_image(py::module_& module)
 {
     py::tuple names(std::size(layer_names));
@@ -172,6 +239,14 @@ void bind_image(py::module_& module)
         .def_property_readonly("color", [](const py::object& self) { return view<float>(self, &Image::color); })
         .def_property_readonly("srgb8", [](const py::object& self) { return view<std::uint8_t>(self, &Image::srgb8); })
         .def("to_srgb8", &encoded)
+        .def("encode_srgb8", &encode)
+        .def("tone_map", &tone_map, py::arg("curve"), py::arg("factor") = 1.0)
+        .def(
+            "lay_over",
+            [](Image& image, const py::object& background, const std::optional<FloatArray>& shade) {
+                lay_over(image, as_background(background, "background"), shade);
+            },
+            py::arg("background"), py::arg("shade") = py::none())
         .def_property_readonly("depth", [](const py::object& self) { return view<float>(self, &Image::depth); })
         .def_property_readonly("position", [](const py::object& self) { return view<float>(self, &Image::position); })
         .def_property_readonly("normal", [](const py::object& self) { return view<float>(self, &Image::normal); })
@@ -237,6 +312,8 @@ void bind_render(py::module_& module)
             return std::array<float, 4>{color.r, color.g, color.b, color.a};
         },
         py::arg("background"), "Linear red, green and blue of a background, and its opacity.");
+    module.def("tone_mapped", &tone_mapped_colors, py::arg("colors"), py::arg("curve"),
+               "Linear colours (N, 3) after a curve of `Image.tone_map`.");
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),

@@ -126,7 +126,9 @@ inline std::string to_text(const CapColor& color)
 /// A colour and an opacity, which is 1 by default; None is transparent.
 inline glm::vec4 as_background(const pybind11::handle& value, const char* parameter)
 {
-    if (value.is_none())
+    const bool is_transparent =
+        pybind11::isinstance<pybind11::str>(value) && value.cast<std::string>() == "transparent";
+    if (value.is_none() || is_transparent)
         return glm::vec4(0.0f);
     const auto parts = as_color_parts(decoded(value), parameter, {1, 3, 4},
                                       "None, a name, or one, three (red, green, blue) or four (and opacity) numbers");

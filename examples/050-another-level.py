@@ -17,7 +17,7 @@ def main(samples: int = 128, size: tuple[int, int] = (320, 240), folder: str = "
     counts = []
     for level in (0.2, 0.5, 0.9):
         surface.level = level
-        image = isospline.render(scene, camera, size=size, background="white", samples=16)
+        image = isospline.render(scene, camera, size=size, background="white")
         image.write(Path(folder) / f"050-level-{level}.png")
         counts.append(surface.shell.count)
         print(f"level {level}: {surface.shell.count} cells in the shell")

@@ -24,7 +24,7 @@ def main(samples: int = 128, size: tuple[int, int] = (640, 480), folder: str = "
     Path(folder).mkdir(exist_ok=True)
     for name, surface in {"clip": cut, "mask": masked}.items():
         scene = isospline.Scene([surface])
-        image = isospline.render(scene, camera, size=size, background="white", samples=16)
+        image = isospline.render(scene, camera, size=size, background="white")
         image.write(Path(folder) / f"060-cutouts-{name}.png")
 
 

@@ -16,7 +16,7 @@ def main(samples: int = 40, size: tuple[int, int] = (480, 480), folder: str = "o
         volume = isospline.Volume(data, **field.grid(samples), degree=degree)
         surface = isospline.Isosurface(volume, field.level, inside="below")
         scene = isospline.Scene([surface])
-        image = isospline.render(scene, camera, size=size, background="white", samples=16)
+        image = isospline.render(scene, camera, size=size, background="white")
         image.write(Path(folder) / f"080-degree-{degree}.png")
 
 

@@ -24,7 +24,7 @@ def main(samples: int = 48, size: tuple[int, int] = (640, 360), folder: str = "o
     scene = isospline.Scene([surface])
     scene.add(isospline.Mesh(mesh.vertices, mesh.faces), transform=apart)
     camera = isospline.camera_for(scene, view=(0.2, -1, 0.8), size=size)
-    image = isospline.render(scene, camera, size=size, background="white", samples=16)
+    image = isospline.render(scene, camera, size=size, background="white")
     image.write(Path(folder) / "187-mesh-out.png")
     return mesh, distance
 

@@ -62,7 +62,7 @@ def clusters_on(subject, store, settings, clusters, distributed, by_parts):
 
     scene = tasks.open_scene(str(store), subject.level, LIMIT)
     camera = whole_camera(scene, settings.size)
-    expected = isospline.render(scene, camera, size=settings.size, samples=SAMPLES)
+    expected = isospline.render(scene, camera, size=settings.size, samples=SAMPLES, light="phong")
     ways = ("tiles", "parts") if by_parts else ("tiles",)
     seconds, overhead = {}, None
     for workers in (1, 2):

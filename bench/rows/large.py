@@ -49,7 +49,9 @@ def compare(subject, settings):
     def to_and_fro():
         for level in levels:
             stages["level"].append(timed(lambda level=level: change(surface, scene, level, ray))[0])
-            stages["picture"].append(timed(lambda: isospline.render(scene, camera, size=settings.size))[0])
+            stages["picture"].append(
+                timed(lambda: isospline.render(scene, camera, size=settings.size, light="phong"))[0]
+            )
 
     seconds, _ = take_turns({"both": to_and_fro}, min(3, settings.repetitions))
     return {

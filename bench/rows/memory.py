@@ -53,7 +53,7 @@ def measure(settings):
 def with_picture(volume, level, camera, size):
     """A scene of a new surface, of which a picture has been taken."""
     scene = isospline.Scene([isospline.Isosurface(volume, level)])
-    isospline.render(scene, camera, size=size)
+    isospline.render(scene, camera, size=size, light="phong")
     return scene
 
 

@@ -79,7 +79,7 @@ def main(arguments):
         before = volume.paging
         start = time.perf_counter()
         surface = isospline.Isosurface(volume, float(level))
-        image = isospline.render(isospline.Scene([surface]), camera, size=size)
+        image = isospline.render(isospline.Scene([surface]), camera, size=size, light="phong")
         after = volume.paging
         found[name] = {"seconds": time.perf_counter() - start}
         found[name] |= {

@@ -28,7 +28,7 @@ def objects():
     made["plane_camera"] = iso.ProjectionPlaneCamera((0, -5, 0), right=(1, 0, 0), down=(0, 0, -1), center=(0, -4, 0))
     made["flat_camera"] = iso.OrthographicCamera((0, -5, 0), (0, 0, 0), height=3)
     made["panorama"] = iso.PanoramicCamera((0, -5, 0), (0, 0, 0))
-    made["image"] = iso.render(made["scene"], made["camera"], size=(4, 4))
+    made["image"] = iso.render(made["scene"], made["camera"], size=(4, 4), light="phong")
     made["rays"] = np.array([[0, -3, 0.2, 0, 1, 0], [3, 0, 0, -1, 0, 0.0]])
     made["hits"] = made["scene"].cast_rays(made["rays"])
     made["material"] = iso.Material()

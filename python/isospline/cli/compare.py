@@ -8,7 +8,6 @@ import numpy as np
 
 import isospline
 
-from ..colors import BACKGROUND
 from ..interop.mesh_output import MESHES
 from ..picture.sequences import check_folder
 from ..suggest.presentation import suggested_surface
@@ -107,8 +106,6 @@ def _write_picture(arguments, surface, other, found):
         color=rule,
         size=arguments.size,
         light=isospline.Studio(fast=True),
-        background=BACKGROUND,
-        samples=4,
         annotate=True,
         legend=False,
     )

@@ -11,7 +11,6 @@ import numpy as np
 import isospline
 
 from ..base.system import whole_file
-from ..colors import BACKGROUND
 from .write import writing
 
 #: Samples of the volume along each axis, and pixels of the picture.
@@ -54,12 +53,7 @@ def make_demo(folder, progress):
         volume = isospline.Volume(data, progress=report)
     scene = isospline.Scene([isospline.Isosurface(volume, field.level)])
     camera = isospline.camera_for(scene, view=(0.4, -1, 0.3), size=SIZE)
-    look: dict[str, Any] = {
-        "light": isospline.Studio(),
-        "color": (0.75, 0.06, 0.09),
-        "background": BACKGROUND,
-        "samples": 4,
-    }
+    look: dict[str, Any] = {"color": (0.75, 0.06, 0.09)}
     with progress("rendering") as report:
         image = isospline.render(scene, camera, size=SIZE, progress=report, **look)
     with writing():

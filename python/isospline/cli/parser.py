@@ -182,7 +182,6 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     group.add_argument(
         "--background",
         type=background,
-        default=(),
         metavar="COLOR",
         help="a name, #rrggbb, R,G,B or R,G,B,A from 0 to 1, or none; by default light in studio light, else black",
     )

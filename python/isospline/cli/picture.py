@@ -10,7 +10,7 @@ from typing import Any
 
 import isospline
 
-from ..colors import BACKGROUND, color_of, named_color
+from ..colors import color_of, named_color
 from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
 from ..picture.cameras import camera_for, turntable_cameras
@@ -102,8 +102,8 @@ def color(text):
 
 def background(text):
     """An argument type for backgrounds: as `color`, four numbers with an opacity, or none for no background."""
-    if text == "none":
-        return None
+    if text in ("none", "transparent"):
+        return "transparent"
     with contextlib.suppress(ValueError):
         numbers = tuple(float(part) for part in text.split(","))
         if len(numbers) == 4:
@@ -112,10 +112,8 @@ def background(text):
 
 
 def background_of(arguments):
-    """The background of a picture: light in studio light, otherwise black."""
-    if arguments.background != ():
-        return arguments.background
-    return BACKGROUND if arguments.light == "studio" else 0.0
+    """The background of a picture: as in Python in studio light, otherwise black."""
+    return 0.0 if arguments.background is None and arguments.light != "studio" else arguments.background
 
 
 def studio_looks(colors, others):

@@ -11,8 +11,8 @@ from typing import Any
 from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import tell
-from ..picture.annotations import check_annotations
 from ..picture.cameras import camera_for
+from ..picture.defaults import background_of, marks_of, samples_of
 from ..picture.image import Image
 from ..picture.layers import compiled, names_of
 from ..picture.lights import resolve
@@ -20,6 +20,7 @@ from ..picture.marks import Marks
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
+from ..picture.views import SIZE
 from . import parts as scene_parts
 from . import tasks
 from .cluster import dask_distributed, submit, worker_count
@@ -30,7 +31,7 @@ _PARTS_A_WORKER = 2
 
 #: The options of `render` that rendering by parts supports, with their defaults.
 _OF_PARTS = {
-    "size": (640, 360),
+    "size": SIZE,
     "light": None,
     "background": None,
     "samples": 1,
@@ -70,7 +71,8 @@ class PictureInTheMaking:
     ) -> None:
         self._client, self._threads, self._priority = client, threads, -number
         tile_size = options.pop("tile_size", (128, 128))
-        by, parts = options.pop("by", "tiles"), options.pop("parts", None)
+        self._by = by = options.pop("by", "tiles")
+        parts = options.pop("parts", None)
         if by not in ("tiles", "parts"):
             raise ValueError(f"by: expected 'tiles' or 'parts', got {by!r}")
         if parts is not None and by != "parts":
@@ -106,15 +108,19 @@ class PictureInTheMaking:
             inspect.signature(render_here).bind(None, **options)
         except TypeError as error:
             raise TypeError(f"isospline.distributed.render: {error}") from None
-        look = options.pop("color", None), options.pop("opacity", None)
-        if not self._scene.is_store or look != (None, None) or options.get("light") is not None:
-            options["light"] = resolve(self._scene.here, options.get("light"), *look)
-        size = options.get("size", (640, 360))
+        changes = options.pop("color", None), options.pop("opacity", None)
+        light = options.get("light", "phong" if self._by == "parts" else None)
+        look = options["light"] = resolve(self._scene.here, light, *changes)
+        options["samples"] = samples_of(options.get("samples"), look)
+        options["background"] = background_of(options.get("background"), look)
+        size = options.get("size", SIZE)
         crop = options.pop("crop", None)
         self._window = checked_window(crop, size)
-        self._camera, look = options.pop("camera", None), options.get("light")
+        self._camera = options.pop("camera", None)
         unit, legend = options.pop("unit", None), options.pop("legend", False)
-        names = check_annotations(options.pop("annotate", ()), self._camera, look, unit)
+        annotate, is_crop = options.pop("annotate", None), crop is not None
+        given = self._scene.here, self._camera, look, unit
+        names = marks_of(annotate, *given, is_default=light is None, is_crop=is_crop)
         if (names or legend) and crop is not None:
             raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
         self._marks = Marks(self._scene.here, look, size, names, legend, unit) if names or legend else None
@@ -137,7 +143,7 @@ class PictureInTheMaking:
             raise ValueError(f"{min(more)}: expected by='tiles' for this option, got by='parts'")
         options = _OF_PARTS | self._options
         options = {name: options[name] for name in _OF_PARTS}
-        options["shading"] = options.pop("light") or _core.Phong()
+        options["shading"] = options.pop("light")
         if isinstance(options["shading"], (Studio, _core.PathTracer)):
             kind = type(options["shading"]).__name__
             raise ValueError(f"light: a {kind} cannot be combined with by='parts'; did you mean by='tiles'?")

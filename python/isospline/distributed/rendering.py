@@ -63,7 +63,8 @@ def render(
     by : {"tiles", "parts"}
         How the work is divided. "tiles": workers render tiles of the picture, and read from stores only the data that
         these need. "parts": workers render parts of the volumes, which must be in stores, and the nearest hits of all
-        parts are merged. This is for opaque surfaces without shadows and ambient occlusion: `Phong` and `Outline`.
+        parts are merged. This is for opaque surfaces without shadows and ambient occlusion: ``Phong()``, which is the
+        default then, and `Outline`.
     parts : int, optional
         Number of the parts; by default two for each worker.
     memory_limit : int or str, bytes, optional

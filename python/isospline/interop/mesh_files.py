@@ -231,6 +231,8 @@ def _arrays(mesh):
 # The component type of glTF.
 _UNSIGNED_SHORT = 5123
 
+#: Suffixes of files that hold meshes where others hold volumes.
+MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
 #: The functions of formats by their suffix, and the packages that they need.
 _READERS = {
     **dict.fromkeys((".3mf", ".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl"), ("load_trimesh", "trimesh")),

@@ -15,8 +15,9 @@ from ..base.mistakes import described, sentence
 from ..base.parameters import COUNT_LIMIT, check_count, check_type
 from ..base.progress import as_callable, part_of, tell
 from ..base.signatures import explained
-from .annotations import Annotation, check_annotations
+from .annotations import Annotation
 from .cameras import Projection, camera_for
+from .defaults import background_of, marks_of
 from .image import Image
 from .lights import Light, in_environment, resolve
 from .marks import Marks
@@ -26,7 +27,7 @@ from .scenes import as_scene
 from .sequences import check_sequence, write_sequence
 from .studio import Studio, upward_for
 from .video import check_quality, check_rate
-from .views import DEFAULT_VIEW, View
+from .views import DEFAULT_VIEW, SIZE, View
 
 if TYPE_CHECKING:
     from .._core import _Background, _Color, _Progress
@@ -49,7 +50,7 @@ def turntable(
     projection: Projection = "perspective",
     field_of_view: float = 30.0,
     margin: float = 0.05,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     level: float | None = None,
     light: Light = None,
     environment: Any = None,
@@ -57,7 +58,7 @@ def turntable(
     opacity: float | None = None,
     background: _Background = None,
     samples: int = 4,
-    annotate: bool | Annotation | Iterable[Annotation] = (),
+    annotate: bool | Annotation | Iterable[Annotation] | None = None,
     unit: str | None = None,
     legend: bool = False,
     progress: _Progress = None,
@@ -87,7 +88,7 @@ def turntable(
     size : (int, int)
         Width and height of the frames in pixels; even numbers for an MP4.
     level, light, environment, color, opacity, background
-        As in `render`. Without a background, videos have a black one.
+        As in `render`. In videos, a transparent background is black.
     samples : int
         Rays per pixel, as in `render`. Take more for path tracing.
     annotate, unit, legend
@@ -121,10 +122,10 @@ def turntable(
     >>> torus = isospline.volumes.torus()
     >>> surface = isospline.Isosurface(torus.volume(16), torus.level, color="ivory")
     >>> folder = tempfile.mkdtemp()
-    >>> path = isospline.turntable(surface, os.path.join(folder, "turn"), frames=2, size=(32, 24), background="white")
+    >>> path = isospline.turntable(surface, os.path.join(folder, "turn"), frames=2, size=(32, 24))
     >>> sorted(os.listdir(path))
     ['frame-0000.png', 'frame-0001.png']
-    >>> isospline.turntable(surface, "turn.mp4", light="studio", seconds=6, progress=True)  # doctest: +SKIP
+    >>> isospline.turntable(surface, "turn.mp4", seconds=6, progress=True)  # doctest: +SKIP
     """
     if isinstance(path, numbers.Real):
         raise TypeError(sentence("path", _PATH, path, f"turntable_cameras(scene, {path})"))
@@ -132,6 +133,7 @@ def turntable(
     check_sequence(path, count, size, fps)
     check_quality(quality)
     check_count(samples, "samples", 65536)
+    is_default = light is None and environment is None
     scene = as_scene(scene, level)
     frame: dict[str, Any] = dict(view=view, up=up, projection=projection, field_of_view=field_of_view)
     frame.update(size=size, margin=margin)
@@ -140,14 +142,15 @@ def turntable(
         upward = upward_for(scene, camera_for(scene, **frame))
         light = in_environment(light, environment, upward)
     look = resolve(scene, light, color, opacity)
-    marks = Marks(scene, look, size, check_annotations(annotate, None, look, unit), legend, unit)
+    names = marks_of(annotate, scene, None, look, unit, is_default=is_default)
+    marks = Marks(scene, look, size, names, legend, unit)
     cameras = marks.cameras(count, **frame)
     if isinstance(look, Studio) and look.up is None:  # the same ground for all cameras
         look = look.replace(up=upward_for(scene, cameras[0]))
     told = as_callable(progress)
 
     def images() -> Iterator[Image]:
-        options: dict[str, Any] = dict(size=size, background=background, samples=samples)
+        options: dict[str, Any] = dict(size=size, background=background_of(background, look), samples=samples)
         for number, camera in enumerate(cameras):
             image = without_marks(scene, camera, look, progress=part_of(told, number, count), **options)
             yield marks.draw(image, camera, is_fitted=True)

@@ -15,7 +15,7 @@ from ..base.mistakes import sentence
 from ..base.parameters import check_count
 from ..base.signatures import explained
 from ..suggest.presentation import suggested_view
-from .views import DEFAULT_VIEW, Vector, View, direction_of
+from .views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 
 
 class HasBounds(Protocol):
@@ -42,7 +42,7 @@ def camera_for(
     up: ArrayLike | None = None,
     projection: Projection = "perspective",
     field_of_view: float = 30.0,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     margin: float = 0.05,
 ) -> _core.PerspectiveCamera | _core.OrthographicCamera:
     """Make a camera that shows all of a scene, or of a box, in the middle of the image.
@@ -113,7 +113,7 @@ def camera_beside(
     up: ArrayLike | None = None,
     projection: Projection = "perspective",
     field_of_view: float = 30.0,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     margin: float = 0.05,
 ) -> _core.PerspectiveCamera | _core.OrthographicCamera:
     """The camera of `camera_for` that leaves space for marks."""
@@ -130,7 +130,7 @@ def turntable_cameras(
     up: ArrayLike | None = None,
     projection: Projection = "perspective",
     field_of_view: float = 30.0,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     margin: float = 0.05,
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
     """Make the cameras of one turn around a scene or a box, at a constant distance. `turntable` makes the video.
@@ -174,7 +174,7 @@ def cameras_around(
     up: ArrayLike | None = None,
     projection: Projection = "perspective",
     field_of_view: float = 30.0,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     margin: float = 0.05,
 ) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
     """The cameras of `turntable_cameras` that leave space for marks."""

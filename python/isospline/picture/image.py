@@ -18,8 +18,8 @@ from ..base.signatures import explained_methods
 from ..base.system import whole_file
 from ..base.values import same
 from .layers import IDS, MASK
-from .pixels import denoiser, encoded, over_black, row_bands, write_bytes
-from .tone import CURVES, tone_mapped
+from .pixels import denoiser, encoded, over_black, write_bytes
+from .tone import CURVES
 
 
 def _layer(name: str, doc: str) -> Any:
@@ -233,6 +233,10 @@ class Image:
         held = self._arrays.srgb8
         return self._arrays.to_srgb8() if held is None else held
 
+    def _linear_copy(self) -> Image:
+        """A copy; raises an AttributeError for an image of 8-bit sRGB."""
+        return copy(self) if self.color is not None else self
+
     def tone_map(self, curve: Literal["neutral", "aces", "linear"] = "neutral", *, exposure: float = 0.0) -> Image:
         """Map light of any brightness to the range of displays and PNG files.
 
@@ -266,12 +270,8 @@ class Image:
         check_type(exposure, "exposure", numbers.Real, "a number")
         if not -64 <= exposure <= 64:
             raise ValueError(f"exposure: expected stops from -64 to 64, got {exposure!r}")
-        result = copy(self)
-        color = result.color
-        for rows in row_bands(color):
-            alpha = color[rows][..., 3:]
-            straight = color[rows][..., :3] / np.where(alpha > 0, alpha, 1)
-            color[rows][..., :3] = tone_mapped(2.0**exposure * straight, curve) * alpha
+        result = self._linear_copy()
+        result._arrays.tone_map(curve, 2.0**exposure)
         return result
 
     def over(self, background: Any) -> Image:
@@ -287,12 +287,8 @@ class Image:
         Image
             A new image, with the same layers.
         """
-        red, green, blue, opacity = _core.background_color(background)
-        result = copy(self)
-        color = result.color
-        behind = (1 - color[..., 3:]) * opacity
-        color[..., :3] += behind * np.array((red, green, blue), np.float32)
-        color[..., 3:] += behind
+        result = self._linear_copy()
+        result._arrays.lay_over(background)
         return result
 
     def denoise(self) -> Image:

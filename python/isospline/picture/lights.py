@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from .. import _core
 from ..base.mistakes import described, sentence
 from ..base.system import warn
+from ..colors import color_of
 from .environments import upright
 from .materials import UNLIT, look_of
 from .path_tracer import PathTracer
@@ -49,7 +50,7 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
     -------
     Phong, Outline, AmbientOcclusion, dict of geometry id to one of them, Studio or _core.PathTracer
     """
-    light = _core.Phong() if light is None else named(light)
+    light = Studio() if light is None else named(light)
     changes = {name: value for name, value in (("color", color), ("opacity", opacity)) if value is not None}
     if isinstance(light, Studio):
         return light.replace(materials=_materials(scene, light, changes))
@@ -105,6 +106,10 @@ def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str
     given = by_geometry_id(scene, light.materials, "materials")
     items = _items(scene)
     found = _own(items)
+    if isinstance(light, Studio) and light.material is None:  # colours at vertices are a colour
+        bare = {id: isinstance(item, _core.Mesh) and item._colors() is not None for id, (item, _) in items.items()}
+        looks = {id: _core.Material(color_of(place)) for place, id in enumerate(items) if not bare[id]}
+        found = looks | found
     if changes:
         found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in items}
     found |= given

@@ -85,7 +85,8 @@ def add_to_plotter(plotter, scene, **options):
     scene : Scene, Isosurface or Mesh
         In the Plotter's world.
     **options
-        Options of `render` that the Plotter does not determine, such as ``light=``, ``color=`` and ``samples=``.
+        Options of `render` that the Plotter does not determine, such as ``color=``, ``samples=`` and ``light=``, by
+        default ``Phong()``.
 
     Returns
     -------
@@ -113,4 +114,4 @@ def add_to_plotter(plotter, scene, **options):
         raise TypeError(sentence("plotter", "a Plotter of PyVista", plotter))
     if len(plotter.renderers) != 1:
         raise ValueError(f"plotter: expected one with a single view, got {len(plotter.renderers)} views")
-    return PlotterPicture(plotter, as_scene(scene), options)
+    return PlotterPicture(plotter, as_scene(scene), {"light": "phong", **options})

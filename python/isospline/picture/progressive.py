@@ -20,6 +20,7 @@ from .layers import compiled, names_of
 from .lights import named, resolve
 from .path_tracer import PathTracer
 from .scenes import as_scene
+from .views import SIZE
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Progress
@@ -83,7 +84,7 @@ class ProgressiveRenderer:
         scene: Any,
         camera: _Camera | None = None,
         *,
-        size: tuple[int, int] = (640, 360),
+        size: tuple[int, int] = SIZE,
         light: PathTracer | Literal["path-trace"] | None = None,
         background: _Background = None,
         layers: Iterable[Layer] = (),

@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
-from .annotations import Annotation, check_annotations
+from .annotations import Annotation
 from .cameras import camera_for
+from .defaults import background_of, marks_of, samples_of
+from .files import in_detail
 from .image import Image
 from .layers import compiled, names_of
 from .lights import Light, in_environment, resolve
 from .marks import Marks
 from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
+from .views import SIZE
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Color, _Progress
@@ -32,14 +35,14 @@ def render(
     environment: Any = None,
     color: _Color | None = None,
     opacity: float | None = None,
-    size: tuple[int, int] = (640, 360),
+    size: tuple[int, int] = SIZE,
     crop: tuple[int, int, int, int] | None = None,
     background: _Background = None,
-    samples: int = 1,
+    samples: int | None = None,
     layers: Iterable[Layer] = (),
     ambient_occlusion_samples: int = 16,
     encoding: Literal["linear", "srgb8"] = "linear",
-    annotate: bool | Annotation | Iterable[Annotation] = (),
+    annotate: bool | Annotation | Iterable[Annotation] | None = None,
     unit: str | None = None,
     legend: bool = False,
     progress: _Progress = None,
@@ -50,23 +53,25 @@ def render(
 
     Parameters
     ----------
-    scene : Scene, Isosurface, Mesh, sequence of them, Volume, VolumeData or (nz, ny, nx) array
-        What to show. Of a volume, it is the isosurface at `level`, closed at the border.
+    scene : Scene, Isosurface, Mesh, sequence of them, Volume, VolumeData, (nz, ny, nx) array, str or path-like
+        What to show. Of a volume, it is the isosurface at `level`, closed at the border. A file is read by
+        `read_volume`, `Labels.read` if it is a label map, or `read_mesh`; of the folder of a store, the scale is shown
+        whose voxels are about pixels.
     camera : PerspectiveCamera, ProjectionPlaneCamera, OrthographicCamera or PanoramicCamera, optional
         The camera; by default ``camera_for(scene, size=size)``, which shows the whole scene.
     level : float, optional
         Of a volume; by default the one that the command `isospline render` chooses.
     light : str, Studio, Phong, Outline, AmbientOcclusion, PathTracer, or dict of object or geometry id to shadings
-        The light of the whole scene; by default ``Phong()``. The names "studio", "phong", "unlit", "outline",
-        "ambient-occlusion" and "path-trace" are those of ``isospline render --light``; unlit colours are exactly those
-        of colour bars, so that values can be read off. A `Studio` has soft shadows on a
-        ground and tone mapping; it is the default of the command line. A `PathTracer` has the variance of its noise as
-        a layer. A dict has a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have ``Phong()``.
-        Objects have the look that they were made with, ``Isosurface(..., color=, opacity=)`` or ``material=``, unless
-        the dict has another one; without any, they have that of the light. If opacities are below 1, all crossings of a
-        ray, entering and leaving, are composited front to back by the over operator, in the exact order of
-        `Scene.list_intersections`, up to the first opaque surface. Shadows and ambient occlusion are attenuated by
-        opacities.
+        The light of the whole scene; by default ``Studio()``, which has soft shadows on a ground and tone mapping.
+        ``Studio(fast=True)`` has neither shadows nor a ground, and ``Phong()`` is the fastest. The names "studio",
+        "phong", "unlit", "outline", "ambient-occlusion" and "path-trace" are those of ``isospline render --light``;
+        unlit colours are exactly those of colour bars, so that values can be read off. A `PathTracer` has the variance
+        of its noise as a layer. A dict has a `Phong`, `Outline` or `AmbientOcclusion` for some objects; the others have
+        ``Phong()``. Objects have the look that they were made with, ``Isosurface(..., color=, opacity=)`` or
+        ``material=``, unless the dict has another one; without any, they have that of the light. If opacities are below
+        1, all crossings of a ray, entering and leaving, are composited front to back by the over operator, in the exact
+        order of `Scene.list_intersections`, up to the first opaque surface. Shadows and ambient occlusion are
+        attenuated by opacities.
     environment : path, (height, width, 3) array, float, (3,) float or EnvironmentLight, optional
         The light from all around, for path tracing, which is the default with it: an equirectangular panorama, as an
         .exr or .hdr file or an array, or a brightness or colour. A panorama stands upright: its zenith is +z, or the
@@ -81,12 +86,12 @@ def render(
         image has the crop's size, and its pixels are those of the whole picture, bit for bit. In OpenEXR files, the
         crop is the data window.
     background : str, float, (3,) float, (4,) float, optional
-        Colour of the background: a name, such as "white" or "#ff8000", or numbers from 0 to 1 in sRGB, with an opacity
-        if there are four; transparent by default.
-    samples : int
-        Rays per pixel, from 1 to 65536; the colour is their mean. They are evenly spread over the pixel, and over the
-        camera's lens if it has one. With an even number or a lens, one more ray goes through the centre, for the
-        layers.
+        Colour of the background: a name, such as "white" or "#ff8000", numbers from 0 to 1 in sRGB, with an opacity if
+        there are four, or "transparent". By default, it is light in a `Studio`, and otherwise transparent.
+    samples : int, optional
+        Rays per pixel, from 1 to 65536, by default 4 in a `Studio` and otherwise 1; the colour is their mean. They are
+        evenly spread over the pixel, and over the camera's lens if it has one. With an even number or a lens, one more
+        ray goes through the centre, for the layers.
     layers : sequence of str
         Further arrays of the `Image`, by name: "depth", "position", "normal", "albedo", "gradient_magnitude",
         "curvature", "ambient_occlusion", "geometry_ids", "primitive_ids", "mask", "certified" and, with a path tracer,
@@ -96,10 +101,11 @@ def render(
     encoding : {"linear", "srgb8"}
         How the colour is stored: linear in float32, as `Image.color`, or in 8 bits, as the result of `Image.to_srgb`,
         for viewers and videos. 8 bits need a quarter of the memory.
-    annotate : bool, or sequence of {"scale_bar", "colorbar"}
+    annotate : bool, or sequence of {"scale_bar", "colorbar"}, optional
         What to draw into the colour: a scale bar, whose length in a perspective is valid at the camera's target; a
         colour bar for each colour rule with a map. They are beside the scene if `camera` is not given, otherwise where
-        they hide least. True draws all that apply. Not allowed with a crop.
+        they hide least. True draws all that apply. By default, a picture without `light` has a scale bar if the unit is
+        known. Not allowed with a crop.
     unit : str, optional
         Unit of world coordinates, for the scale bar, such as "mm"; by default that of the scene's volumes, if all have
         the same.
@@ -140,21 +146,24 @@ def render(
     >>> isospline.render(scene, camera, size=(64, 48), encoding="srgb8").to_srgb().dtype
     dtype('uint8')
     """
+    is_default = light is None and environment is None
+    given = scene
     scene = as_scene(scene, level)
     if environment is not None:
         up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
         light = in_environment(light, environment, up)
     look = resolve(scene, light, color, opacity)
-    names = check_annotations(annotate, camera, look, unit)
+    names = marks_of(annotate, scene, camera, look, unit, is_default=is_default, is_crop=crop is not None)
     marks = Marks(scene, look, size, names, legend, unit)
     if marks and crop is not None:
         raise ValueError(f"{'annotate' if names else 'legend'}: cannot be combined with a crop")
     is_fitted = camera is None
     if camera is None:
         camera = marks.camera(size=size)
-    options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "background": background}
-    options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding, progress=progress)
-    image = without_marks(scene, camera, look, samples=samples, **options)
+    options: dict[str, Any] = {"size": size, "crop": crop, "layers": layers, "progress": progress}
+    options.update(samples=samples_of(samples, look), background=background_of(background, look))
+    options.update(ambient_occlusion_samples=ambient_occlusion_samples, encoding=encoding)
+    image = without_marks(in_detail(scene, given, camera, size), camera, look, **options)
     return marks.draw(image, camera, is_fitted=is_fitted)
 
 
@@ -172,15 +181,20 @@ def without_marks(
     encoding: Literal["linear", "srgb8"] = "linear",
     progress: _Progress = None,
 ) -> Image:
-    """The picture of a scene in a light with the looks of all objects, as `resolve` returns it."""
+    """The picture of a scene in a light with the looks of all objects, as `resolve` returns it.
+
+    `background` is transparent if it is None.
+    """
     names = names_of(layers)
     options: dict[str, Any] = {"size": size, "crop": crop, "layers": compiled(names), "background": background}
     options["ambient_occlusion_samples"] = ambient_occlusion_samples
     if isinstance(look, Studio):
-        if encoding != "linear":
-            raise ValueError(f"encoding: {encoding!r} cannot be combined with a Studio: use Image.to_srgb()")
+        if encoding not in ("linear", "srgb8"):
+            raise ValueError(f'encoding: expected "linear" or "srgb8", got "{encoding}"')
         lit = render_in_studio(scene, camera, look, progress=as_callable(progress), samples=samples, **options)
         arrays = lit._arrays
+        if encoding == "srgb8":
+            arrays.encode_srgb8()
     elif isinstance(look, _core.PathTracer):
         renderer = _core.ProgressiveRenderer(scene, camera, path_tracer=look, encoding=encoding, **options)
         renderer.step(samples, progress=progress)

@@ -10,24 +10,24 @@ import numpy as np
 
 from .. import _core
 from ..base.mistakes import sentence
-from ..interop.conversions import as_volume
 from ..io.volume_data import VolumeData
-from ..suggest.presentation import suggested_surface
+from .files import scene_of_file, surface_of
 
 
 def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
-    """A scene of isosurfaces and meshes, of one of them, or of the isosurface of a volume.
+    """A scene of isosurfaces and meshes, of one of them, of the isosurface of a volume, or of a file.
 
     Parameters
     ----------
-    shown : Scene, Isosurface, Mesh, Volume, VolumeData, (nz, ny, nx) array, or sequence of isosurfaces and meshes
+    shown : Scene, Isosurface, Mesh, Volume, VolumeData, (nz, ny, nx) array, path, or sequence of isosurfaces and meshes
     level : float, optional
         Of a volume; by default the level and the pieces that the command `isospline render` chooses.
     """
+    if isinstance(shown, (str, os.PathLike)):
+        return scene_of_file(shown, level)
     is_array = isinstance(shown, np.ndarray)
     if isinstance(shown, (_core.Volume, VolumeData)) or (is_array and shown.ndim in (3, 4)):
-        volume = as_volume(shown, "scene")
-        return _core.Scene([suggested_surface(volume) if level is None else closed_surface(volume, level)])
+        return _core.Scene([surface_of(shown, level)])
     if level is not None:
         raise ValueError(
             f"level: cannot be combined with a {type(shown).__name__}, which has one; "
@@ -35,7 +35,7 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
         )
     if isinstance(shown, _core.Scene):
         return shown
-    if shown is None or is_array or isinstance(shown, (str, os.PathLike, Mapping)):
+    if shown is None or is_array or isinstance(shown, Mapping):
         raise TypeError(sentence("scene", SHOWN, shown))
     try:
         return _core.Scene(shown)
@@ -44,10 +44,5 @@ def as_scene(shown: Any, level: float | None = None) -> _core.Scene:
         raise TypeError(message.replace("objects: ", "scene: ")) from None
 
 
-def closed_surface(volume: _core.Volume, level: float) -> _core.Isosurface:
-    """The isosurface at a level, closed at the border of the volume."""
-    return _core.Isosurface(volume, level, closed=True)
-
-
 #: What can be shown.
-SHOWN = "a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array"
+SHOWN = "a Scene, an Isosurface, a Mesh, a list of them, a Volume, an array or a file"

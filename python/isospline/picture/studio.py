@@ -21,7 +21,6 @@ from .ground import ground_for
 from .image import Image
 from .interleaved import GUIDES, mean_on_plane, near, seen_parts, widened
 from .materials import UNLIT, check_materials, look_of
-from .tone import tone_mapped
 
 if TYPE_CHECKING:
     from .._core import _Background
@@ -91,8 +90,8 @@ class Studio:
     >>> field = isospline.volumes.torus()
     >>> volume = field.volume(32)
     >>> surface = isospline.Isosurface(volume, field.level, color="ivory")
-    >>> isospline.render(surface, size=(32, 24), light=isospline.Studio(light_samples=1), background="white")
-    Image(32 x 24, 36% covered)
+    >>> isospline.render(surface, size=(32, 24), light=isospline.Studio(key=2.0), background="white")
+    Image(32 x 24, 40% covered)
     """
 
     key: float = 1.5
@@ -133,12 +132,13 @@ def render_in_studio(
     **options: Any,
 ) -> Image:
     """Render a scene in this light, whose materials are by geometry id."""
-    behind = np.array(_core.background_color(background))
+    _core.background_color(background)  # raises for a bad one
     light = light.replace(up=upward_for(scene, camera)) if light.up is None else light
     looks, values = _without_values(_looks(scene, light))
     lights = _Lights(light, camera)
     flat = {"layers": (), "ambient_occlusion_samples": 16}
-    albedo = tuple(name for name in options["layers"] if name == "albedo")
+    named = options["layers"]  # other types than tuples are refused by the first picture
+    albedo = ("albedo",) if isinstance(named, tuple) and "albedo" in named else ()
     if light.fast:
         lit = {
             id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
@@ -147,12 +147,12 @@ def render_in_studio(
         image = Image(
             _core.render(scene, camera, shading=lit, background=None, progress=progress, encoding="linear", **options)
         )
-        _tone_map_surfaces(image.color)
+        image._arrays.tone_map("neutral")
         if values:
             alone = {**options, **flat, "layers": albedo, "progress": None}
             picture = _core.render(scene, camera, shading=values, background=None, encoding="linear", **alone)
             _add_values(image, Image(picture))
-        _lay_over(image.color, behind, None)
+        image._arrays.lay_over(background)
         return image
 
     scene._prepare(_ray_count(looks.values(), light, **options))
@@ -188,7 +188,7 @@ def render_in_studio(
     color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]
     color += draw("fill", fill, around).color[..., :3]
     image.color[..., :3] = color[inner]
-    _tone_map_surfaces(image.color)
+    image._arrays.tone_map("neutral")
     if values:
         _add_values(image, draw("values", values, {**options, **flat, "layers": albedo}))
 
@@ -205,7 +205,7 @@ def render_in_studio(
         in_sky = draw("ground in sky", {**looks, id: _sky(_core.Phong(), count, radius)}, around).color
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
         shade = mean_on_plane(shade, in_key[..., 3])[inner]
-    _lay_over(image.color, behind, shade)
+    image._arrays.lay_over(background, shade)
     return image
 
 
@@ -296,17 +296,3 @@ def _ground(scene, camera, studio, radius):
     elif camera.eye @ up <= ground.vertices[0] @ up + 1e-3 * radius:
         return None
     return ground
-
-
-def _tone_map_surfaces(color):
-    """Tone map the parts of pixels that surfaces cover, in place."""
-    alpha = np.maximum(color[..., 3:], 1e-6)
-    color[..., :3] = tone_mapped(color[..., :3] / alpha, "neutral") * color[..., 3:]
-
-
-def _lay_over(color, behind, shade):
-    """Composite surfaces over a background darkened by `shade`, in place."""
-    left = 1 - color[..., 3:]
-    dark = np.zeros(color.shape[:2] + (1,)) if shade is None else np.clip(shade, 0, 1)[..., None]
-    color[..., :3] += left * behind[3] * behind[:3] * (1 - dark)
-    color[..., 3:] += left * (behind[3] + (1 - behind[3]) * dark)

@@ -36,6 +36,8 @@ VIEWS: dict[str, tuple[tuple[float, float, float], tuple[int, int, int]]] = {
     "-z": ((0, 0, -1), (0, -1, 0)),
 }
 
+#: Width and height of pictures by default.
+SIZE = (640, 480)
 #: The view of pictures by default: that of `suggest_view` for a scene of one volume, otherwise "three-quarter".
 DEFAULT_VIEW = "suggested"
 

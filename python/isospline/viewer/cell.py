@@ -9,17 +9,10 @@ import threading
 
 import numpy as np
 
-from .. import _core
-from ..colors import BACKGROUND, color_of
 from ..picture.cameras import camera_for
-from ..picture.marks import unit_of
 from ..picture.rendering import render
-from ..picture.rules import own_material
 from ..picture.scenes import as_scene
-from ..picture.studio import Studio
-
-#: Width and height of the picture of an object.
-SIZE = (640, 480)
+from ..picture.views import SIZE
 
 
 def in_notebook():
@@ -35,20 +28,8 @@ def in_notebook():
 def picture(item):
     """The image of an object that a notebook shows."""
     scene = as_scene(item)
-    looks = {
-        id: own_material(shown) or _core.Material(color_of(place))
-        for place, (id, shown, *_) in enumerate(scene._placed_objects())
-    }
-    seen = scene if np.isfinite(scene.extent(np.eye(3))).all() else [[-1] * 3, [1] * 3]
-    return render(
-        scene,
-        camera_for(seen, size=SIZE),
-        size=SIZE,
-        light=Studio(fast=True, materials=looks),
-        samples=4,
-        background=BACKGROUND,
-        annotate=("scale_bar",) if unit_of(scene) else (),
-    )
+    is_seen = np.isfinite(scene.extent(np.eye(3))).all()
+    return render(scene, None if is_seen else camera_for([[-1] * 3, [1] * 3]))
 
 
 def display(viewer, height):

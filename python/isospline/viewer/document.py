@@ -11,14 +11,11 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..interop import read_mesh
+from ..interop.mesh_files import MESH_SUFFIXES, read_mesh
 from ..io import VolumeData, read_volume
 from ..levels import bars, histogram, index_shape, levels_of_histogram, some_values
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import Presentation, body_mask, present
-
-#: Suffixes of files that hold meshes; others are read as volumes.
-MESH_SUFFIXES = (".stl", ".ply", ".obj", ".off", ".glb", ".gltf", ".vtp", ".vtu", ".msh", ".inp", ".3mf")
 
 # The number of bars in the page's histogram.
 BARS = 256

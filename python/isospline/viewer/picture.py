@@ -9,16 +9,18 @@ import numpy as np
 
 from .. import _core
 from ..colors import CURVATURES
+from ..picture.defaults import STUDIO_SAMPLES
 from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
 from ..picture.rendering import render
+from ..picture.studio import Studio
 
 #: Rays per pixel in the last pass.
-FINAL_SAMPLES = {"phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}
+FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}
 
 # Samples per pixel in each pass.
-_PASSES = (1, 4, 16)
-_PATH_TRACING_PASSES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
+_PASSES = {"studio": (1, STUDIO_SAMPLES), "path-trace": (1, 2, 4, 8, 16, 32, 64, 128, 256)}
+_OTHER_PASSES = (1, 4, 16)
 # Curvature at the ends of a colour map without limits, in 1 / spacing of samples.
 _CURVATURE = 0.25
 
@@ -36,7 +38,7 @@ class Stage:
 
 def passes(state):
     """The passes over a state that no longer changes."""
-    counts = _PATH_TRACING_PASSES if state.light == "path-trace" else _PASSES
+    counts = _PASSES.get(state.light, _OTHER_PASSES)
     return [Stage(count, count == counts[-1]) for count in counts]
 
 
@@ -169,26 +171,33 @@ class PictureMaker:
             return _core.AmbientOcclusion(color=color, **look)
         return _core.Phong(color=color, shadows=state.shadows and not moving, **look)
 
-    def look(self, state):
-        """The shadings or the path tracer of the last picture, as in the options of `isospline.render`."""
-        ids = {id: geometry for id, (_, geometry, _) in self._objects.items()}
-        if state.light == "path-trace":
-            return {"light": self.path_tracer(state, ids)}
-        return {"light": self.shadings(state, ids)}
+    def light(self, state, ids, moving=False):
+        """The light of a picture, as in the options of `isospline.render`."""
+        if state.light == "studio":
+            return Studio(fast=moving, materials=self._materials(state, ids))
+        if state.light == "path-trace" and not moving:
+            return PathTracer(materials=self._materials(state, ids), lights=path_tracing_lights(state.camera))
+        return self.shadings(state, ids, moving)
 
-    def path_tracer(self, state, ids):
-        """The path tracer of a state."""
-        materials = {
+    def look(self, state):
+        """The light of the last picture, as in the options of `isospline.render`."""
+        return {"light": self.light(state, {id: geometry for id, (_, geometry, _) in self._objects.items()})}
+
+    def _materials(self, state, ids):
+        """A material for each geometry id."""
+        is_traced = state.light == "path-trace"
+        return {
             ids[each.id]: _core.Material(
                 color_rule(each, self._document),
                 metallic=each.metallic,
                 roughness=each.roughness,
                 cap_color=cap_color(state, each, self._document),
+                opacity=1.0 if is_traced else each.opacity,
+                silhouette_opacity=None if is_traced else each.silhouette_opacity,
             )
             for each in state.objects
             if each.id in ids
         }
-        return PathTracer(materials=materials, lights=path_tracing_lights(state.camera))
 
     def render(self, state, size, stage=None, progress=None, **options):
         """Render a state that has a camera; without a stage, render as during movement."""
@@ -201,7 +210,7 @@ class PictureMaker:
             self._scene,
             camera,
             size=size,
-            light=self.shadings(state, ids, moving=stage is None),
+            light=self.light(state, ids, moving=stage is None),
             samples=stage.samples if stage else 1,
             progress=progress,
             **options,
@@ -212,7 +221,7 @@ class PictureMaker:
         tracing = (state, size, tuple(options.items()))
         if self._tracing is None or self._tracing[0] != tracing or self._tracing[1].samples > samples:
             renderer = ProgressiveRenderer(
-                self._scene, state.camera.camera(), size=size, light=self.path_tracer(state, ids), **options
+                self._scene, state.camera.camera(), size=size, light=self.light(state, ids), **options
             )
             self._tracing = (tracing, renderer)
         renderer = self._tracing[1]

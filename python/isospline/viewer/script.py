@@ -32,6 +32,8 @@ def script(document, state, size, path="picture.png"):
             "]",
             f"look = isospline.PathTracer(materials={looks}, lights=lights)",
         ]
+    elif state.light == "studio":
+        lines.append(f"look = isospline.Studio(materials={looks})")
     else:
         lines.append(f"look = {looks}")
     lines += [
@@ -97,6 +99,8 @@ def _look(document, state, each):
         options["opacity"] = each.opacity
     if each.silhouette_opacity is not None:
         options["silhouette_opacity"] = each.silhouette_opacity
+    if state.light == "studio":
+        return f"isospline.Material({color}{_keywords(options)})"
     if state.light == "outline":
         return f"isospline.Outline({state.exponent!r}, surface_color={color}, color=0.02{_keywords(options)})"
     if state.light == "ambient-occlusion":

@@ -11,8 +11,8 @@ from .. import _core
 from ..colors import BACKGROUND, COLORS, CURVATURES
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 
-#: The lights of the viewer; the studio of `render` is too slow for movement.
-VIEWER_LIGHTS = ("phong", "outline", "ambient-occlusion", "path-trace")
+#: The lights of the viewer.
+VIEWER_LIGHTS = ("studio", "phong", "outline", "ambient-occlusion", "path-trace")
 #: Colour maps to choose from.
 COLOR_MAPS = ("viridis", "magma", "coolwarm", "turbo", "gray", "cividis", "plasma", "RdBu")
 
@@ -136,7 +136,7 @@ class ViewState(Checked):
     """Everything that determines a picture, except its size."""
 
     objects: tuple[ObjectState, ...] = field(records(ObjectState), ())
-    light: str = field(choice(*VIEWER_LIGHTS), "phong")
+    light: str = field(choice(*VIEWER_LIGHTS), "studio")
     shadows: bool = field(flag, False)
     exponent: float = field(number(0.1, 100), 2.0)
     background: str = field(color, BACKGROUND)

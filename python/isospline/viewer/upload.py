@@ -7,8 +7,8 @@ import shutil
 import threading
 
 from ..base.parameters import check_count
+from ..interop.mesh_files import MESH_SUFFIXES
 from ..store.budget import parse_memory
-from .document import MESH_SUFFIXES
 from .session import SESSION_SUFFIXES
 from .temporary import TemporaryFolder
 

@@ -204,14 +204,12 @@ def test_a_solid_is_closed_where_the_volume_ends(tmp_path, picture):
 
 
 def test_a_solid_in_an_oblique_volume_is_closed():
-    from isospline.picture.scenes import closed_surface
-
     turn = np.array([(0.6, -0.8, 0), (0.8, 0.6, 0), (0, 0, 1)])
     for degree in (1, 2, 3):
         for axes in ("zyx", "xyz"):
             place = dict(spacing=(1, 2, 0.5), direction=turn, origin=(3, 4, 5))
             volume = isospline.Volume(np.ones((6, 7, 8), np.float32), degree=degree, axes=axes, **place)
-            surface = closed_surface(volume, 0.5)
+            surface = isospline.Isosurface(volume, 0.5, closed=True)
             cells = np.array([8, 7, 6] if axes == "zyx" else [6, 7, 8]) - (degree % 2)
             assert surface.enclosed_volume().value == pytest.approx(cells.prod() * 1.0, rel=1e-6)
             assert surface.to_mesh().to_trimesh().is_watertight

@@ -213,7 +213,7 @@ def test_light_is_tone_mapped_and_the_background_is_not(ball, picture):
     assert (got[0, 0] == 255).all()
 
     got = draw(ball, picture, *COMMON, "--exposure", "1", "--background", "none")
-    expected = isospline.render(scene, camera, size=(48, 32), samples=2)
+    expected = isospline.render(scene, camera, size=(48, 32), samples=2, light="phong")
     np.testing.assert_array_equal(got, expected.tone_map("linear", exposure=1).to_srgb())
 
 

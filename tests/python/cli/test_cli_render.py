@@ -42,7 +42,9 @@ def test_render_gives_the_picture_of_the_library(ball, picture):
     render(ball, picture, "-l", "0", "--light", "phong")
     volume = isospline.Volume(np.load(ball))
     scene = isospline.Scene([isospline.Isosurface(volume, 0)])
-    expected = isospline.render(scene, isospline.camera_for(scene, size=(48, 32)), size=(48, 32), background=0)
+    expected = isospline.render(
+        scene, isospline.camera_for(scene, size=(48, 32)), size=(48, 32), background=0, light="phong"
+    )
     np.testing.assert_array_equal(np.asarray(image.open(picture)), expected.to_srgb())
 
 
@@ -273,7 +275,9 @@ def test_render_through_a_lens_stores_curvature(ball, tmp_path):
     render(ball, tmp_path / "a.exr", "-l", "0", *look, "--aperture", "2", "--focus", "60")
     scene = isospline.Scene([isospline.Isosurface(isospline.Volume(np.load(ball)), 0)])
     camera = isospline.camera_for(scene, size=(48, 32)).with_lens(2, focus_distance=60)
-    expected = isospline.render(scene, camera, size=(48, 32), background=0, samples=4, layers=("curvature",))
+    expected = isospline.render(
+        scene, camera, size=(48, 32), background=0, samples=4, layers=("curvature",), light="phong"
+    )
     with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
         channels = file.channels()
         np.testing.assert_array_equal(channels["curvature.mean"].pixels, expected.curvature[..., 0])

@@ -59,13 +59,14 @@ def shuffled(monkeypatch):
 LOOKS = {
     "layers": dict(light=isospline.Phong(), layers=LAYERS),
     "samples": dict(light=isospline.Outline(2), samples=4, background=(0.2, 0.4, 0.6, 0.5), layers=("depth", "mask")),
-    "srgb8": dict(samples=3, encoding="srgb8", background="white"),
+    "srgb8": dict(light="phong", samples=3, encoding="srgb8", background="white"),
 }
 OF_TILES = {
     "occlusion": dict(light=isospline.AmbientOcclusion(4), layers=("ambient_occlusion",)),
     "translucent": dict(light=isospline.Phong(opacity=0.5, shadows=True), samples=2),
     "path tracer": dict(light=isospline.PathTracer(max_bounces=2), samples=2, layers=("variance", "depth")),
-    "studio": dict(light=isospline.Studio(light_samples=1), background="white", annotate="scale_bar", unit="mm"),
+    "studio": dict(light=isospline.Studio(), background="white", annotate="scale_bar", unit="mm"),
+    "default": dict(layers=("mask",)),
 }
 
 
@@ -141,7 +142,7 @@ def test_colors_by_other_things_are_those_of_one_process(client, store, rule, op
     shown = colored(store, rules(store)[rule])
     options = dict(size=SIZE, **options)
     of_cluster = {name: options.pop(name) for name in ("by", "parts") if name in options}
-    expected = isospline.render(shown, **options)
+    expected = isospline.render(shown, **({"light": "phong"} if of_cluster else {}), **options)
     got = isospline.distributed.render(shown, client=client, tile_size=(37, 23), **of_cluster, **options)
     assert got == expected
     assert len(np.unique(expected.to_srgb().reshape(-1, 4), axis=0)) > 100
@@ -159,13 +160,13 @@ def test_batches_are_made_in_order(client, store, scene):
     own = [{"camera": each, "level": level} for each in cameras for level in (0.0, 0.2)]
     own.append({"camera": cameras[0], "scene": scene})  # another time step
     expected = [
-        isospline.render(tasks.open_scene(store, each["level"], LIMIT), each["camera"], size=(40, 30))
+        isospline.render(tasks.open_scene(store, each["level"], LIMIT), each["camera"], size=(40, 30), light="phong")
         for each in own[:-1]
     ]
     own[-1]["level"] = None
-    expected.append(isospline.render(scene, cameras[0], size=(40, 30)))
+    expected.append(isospline.render(scene, cameras[0], size=(40, 30), light="phong"))
     got = isospline.distributed.render_batch(
-        store, iter(own), client=client, size=(40, 30), tile_size=(16, 16), memory_limit=LIMIT
+        store, iter(own), client=client, size=(40, 30), tile_size=(16, 16), memory_limit=LIMIT, light="phong"
     )
     assert list(got) == expected
 
@@ -207,7 +208,7 @@ def test_workers_stay_under_their_limit(client, store, camera):
         (dict(crop=(0, 0, 4, 4), legend=True), ValueError, "^legend: cannot be combined with a crop"),
         (dict(samples=0), ValueError, "^samples: expected"),
         (dict(colour=1), TypeError, "colour"),
-        (dict(scene=7), TypeError, "^scene: expected a Scene, an Isosurface, a Mesh, .* or an array, got"),
+        (dict(scene=7), TypeError, "^scene: expected a Scene, an Isosurface, a Mesh, .* an array or a file, got"),
         (dict(scene="no.zarr"), TypeError, "^level: expected a number for the folder of a store, got None"),
         (dict(scene="no.zarr", level=1.0), OSError, "no.zarr"),
         (dict(memory_limit="much"), ValueError, "^memory_limit: expected bytes"),

@@ -216,7 +216,7 @@ def test_bad_places(scene, rays, out, error, message):
 
 @pytest.mark.parametrize("encoding", ["linear", "srgb8"])
 def test_images_are_arrays(scene, encoding):
-    image = isospline.render(scene, size=(20, 12), encoding=encoding)
+    image = isospline.render(scene, size=(20, 12), encoding=encoding, light="phong")
     pixels = np.asarray(image)
     assert pixels.shape == (12, 20, 4) and pixels.dtype == np.uint8
     np.testing.assert_array_equal(pixels, image.to_srgb())
@@ -229,14 +229,14 @@ def test_images_are_arrays(scene, encoding):
 
 def test_matplotlib_shows_images(scene):
     pyplot = pytest.importorskip("matplotlib.pyplot")
-    image = isospline.render(scene, size=(20, 12))
+    image = isospline.render(scene, size=(20, 12), light="phong")
     shown = pyplot.figure().add_subplot().imshow(image)
     np.testing.assert_array_equal(np.asarray(shown.get_array()), image.to_srgb())
     pyplot.close("all")
 
 
 def test_images_are_shown_and_saved(scene, tmp_path, monkeypatch):
-    image = isospline.render(scene, size=(40, 24), background="white", samples=4)
+    image = isospline.render(scene, size=(40, 24), background="white", samples=4, light="phong")
     shown = []
     monkeypatch.setattr(PIL.Image.Image, "show", lambda self: shown.append(np.asarray(self)))
     image.show()
@@ -253,6 +253,8 @@ def test_images_are_shown_and_saved(scene, tmp_path, monkeypatch):
         with pytest.raises(error, match="^quality: expected a whole number"):
             image.write(tmp_path / "b.jpg", quality=quality)
     assert not (tmp_path / "b.jpg").exists()
-    clear = isospline.render(isospline.Scene(), isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0)), size=(4, 4))
+    clear = isospline.render(
+        isospline.Scene(), isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0)), size=(4, 4), light="phong"
+    )
     clear.save(tmp_path / "clear.jpg")
     assert np.asarray(PIL.Image.open(tmp_path / "clear.jpg")).max() == 0

@@ -36,7 +36,7 @@ def objects():
         "Mesh": surface.to_mesh(),
         "SurfaceDistance": isospline.surface_distance(surface, surface, samples=10),
         "Scene": isospline.Scene(surface),
-        "Image": isospline.render(surface, size=(4, 4)),
+        "Image": isospline.render(surface, size=(4, 4), light="phong"),
         "PerspectiveCamera": isospline.camera_for(surface),
     }
 

@@ -319,7 +319,7 @@ def test_values_for_parameters_run(world, tmp_path):
         for name, call in {
             "scene": lambda value: isospline.ground_for(value),
             "material": lambda value: isospline.PathTracer(value),
-            "camera": lambda value: isospline.render(n["scene"], value, size=(4, 3)),
+            "camera": lambda value: isospline.render(n["scene"], value, size=(4, 3), light="phong"),
             "volume": lambda value: isospline.Isosurface(value, 0.1),
             "data": lambda value: isospline.suggest_levels(value),
         }.items():

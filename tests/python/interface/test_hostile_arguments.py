@@ -20,14 +20,14 @@ def volume():
     [
         (None, "None"),
         (3, "3"),
-        ("volume", "'volume'"),
+        ({"a": 1}, "dict of str to int"),
         (np.zeros(3), "ndarray of shape (3,) and type float64"),
     ],
 )
 def test_none_is_not_an_object(wrong, got):
     data = "volume: expected a Volume, a VolumeData or a three-dimensional array"
     colors = f"{data} whose values give the colours"
-    shown = "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array"
+    shown = "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume, an array or a file"
     for call, message in (
         (lambda: isospline.ColorByVolume(wrong), colors),
         (lambda: isospline.ColorByVolume(wrong, limits=(0, 1)), colors),
@@ -37,7 +37,7 @@ def test_none_is_not_an_object(wrong, got):
             lambda: isospline.Scene().add(wrong),
             "obj: expected an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio",
         ),
-        (lambda: isospline.render(wrong, None), shown),
+        (lambda: isospline.render(wrong, None, light="phong"), shown),
         (lambda: isospline.ProgressiveRenderer(wrong, None), shown),
     ):
         with pytest.raises(TypeError) as caught:
@@ -117,7 +117,7 @@ def test_videos_are_made_of_images(tmp_path, wrong):
 
 def test_images_are_written_to_paths():
     camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
-    image = isospline.render(isospline.Scene(), camera, size=(4, 4))
+    image = isospline.render(isospline.Scene(), camera, size=(4, 4), light="phong")
     for wrong in (None, 3, b"a.png"):
         with pytest.raises(TypeError, match="^path: expected a str or path-like"):
             image.write(wrong)

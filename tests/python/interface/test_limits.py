@@ -59,7 +59,7 @@ def test_images_that_are_too_large(size):
     scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -5, 0), (0, 0, 0))
     message = "^size: expected a width and a height of 1 to 268435456, got "
     for call in (
-        lambda: isospline.render(scene, camera, size=size),
+        lambda: isospline.render(scene, camera, size=size, light="phong"),
         lambda: camera.rays(size),
         lambda: camera.world_to_ndc(size),
         lambda: isospline.ProgressiveRenderer(scene, camera, size=size, light=isospline.PathTracer()),

@@ -37,13 +37,13 @@ LIGHT = isospline.PositionalLight((0, 0, 3))
 
 # The call, the beginning of the message, and the suggestion.
 MISTAKES = {
-    "a file in place of a scene": (
-        lambda s: isospline.ProgressiveRenderer("ct.nii.gz", s.camera),
-        "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume or an array, got 'ct.nii.gz'",
-        "Scene([Isosurface(read_volume(path), level)])",
+    "a dict in place of a scene": (
+        lambda s: isospline.ProgressiveRenderer({"a": s.scene}, s.camera),
+        "scene: expected a Scene, an Isosurface, a Mesh, a list of them, a Volume, an array or a file, got",
+        None,
     ),
     "one number for a size": (
-        lambda s: isospline.render(s.scene, s.camera, size=128),
+        lambda s: isospline.render(s.scene, s.camera, size=128, light="phong"),
         "size: expected two whole numbers, got 128",
         "(128, 128)",
     ),
@@ -63,7 +63,7 @@ MISTAKES = {
         None,
     ),
     "the shading of earlier versions": (
-        lambda s: isospline.render(s.scene, s.camera, shading=isospline.Phong()),
+        lambda s: isospline.render(s.scene, s.camera, shading=isospline.Phong(), light="phong"),
         "shading: unknown keyword of render",
         "light=Phong(...)",
     ),
@@ -88,7 +88,7 @@ MISTAKES = {
         "color",
     ),
     "a misspelt keyword of a Python function": (
-        lambda s: isospline.render(s.scene, s.camera, lightt=None),
+        lambda s: isospline.render(s.scene, s.camera, lightt=None, light="phong"),
         "lightt: expected a parameter of render (",
         "light",
     ),
@@ -135,7 +135,7 @@ MISTAKES = {
         "Material(color=...)",
     ),
     "a position as camera": (
-        lambda s: isospline.render(s.scene, (0, -5, 0)),
+        lambda s: isospline.render(s.scene, (0, -5, 0), light="phong"),
         "camera: expected a PerspectiveCamera, a",
         "PerspectiveCamera(eye, target)",
     ),
@@ -186,7 +186,7 @@ MISTAKES = {
         "data.to_volume()",
     ),
     "a picture in place of a volume": (
-        lambda s: isospline.Volume(isospline.render(s.scene, s.camera, size=(4, 4))),
+        lambda s: isospline.Volume(isospline.render(s.scene, s.camera, size=(4, 4), light="phong")),
         "data: expected a three-dimensional array of real numbers, got isospline.Image",
         None,
     ),
@@ -206,7 +206,7 @@ MISTAKES = {
         "color",
     ),
     "one number for a size without a camera": (
-        lambda s: isospline.render(s.scene, size=128),
+        lambda s: isospline.render(s.scene, size=128, light="phong"),
         "size: expected two numbers, a width and a height, got 128",
         "(128, 128)",
     ),
@@ -286,20 +286,22 @@ def test_integers_that_do_not_fit_the_machine():
 
 
 def test_names_of_colors(scene, camera):
-    white = isospline.render(scene, camera, size=(9, 6), background="white")
-    np.testing.assert_array_equal(white.color, isospline.render(scene, camera, size=(9, 6), background=1.0).color)
+    white = isospline.render(scene, camera, size=(9, 6), background="white", light="phong")
+    np.testing.assert_array_equal(
+        white.color, isospline.render(scene, camera, size=(9, 6), background=1.0, light="phong").color
+    )
     assert isospline.Phong(color="red") == isospline.Phong(color=(1, 0, 0))
     np.testing.assert_allclose(isospline.Material("#ff7f00").color, (1, 0.5 * 255 // 1 / 255, 0))
     with pytest.raises(
         ValueError, match="^background: expected .* the name of a colour, such as \"white\".*, got 'wite'"
     ):
-        isospline.render(scene, camera, size=(9, 6), background="wite")
+        isospline.render(scene, camera, size=(9, 6), background="wite", light="phong")
 
 
 def test_progress_as_a_bar(scene, camera, capsys):
-    isospline.render(scene, camera, size=(64, 48), progress=True)
+    isospline.render(scene, camera, size=(64, 48), progress=True, light="phong")
     assert re.search(r"\d+%\|", capsys.readouterr().err)
-    isospline.render(scene, camera, size=(64, 48), progress=False)
+    isospline.render(scene, camera, size=(64, 48), progress=False, light="phong")
     assert capsys.readouterr().err == ""
 
 

@@ -97,7 +97,7 @@ RESULTS = {
     "Crossings": lambda _: make_scene().list_intersections(RAYS),
     "Hits": lambda _: make_scene().cast_rays(RAYS, outputs=("t_hit", "positions")),  # some miss: NaN
     "HopStatistics": lambda _: make_hopper().statistics,
-    "Image": lambda _: isospline.render(make_scene(), size=(16, 12)),
+    "Image": lambda _: isospline.render(make_scene(), size=(16, 12), light="phong"),
     "LabelComparison": lambda _: make_labels().compare(isospline.Labels(make_labels().data % 2)),  # some are NaN
     "LabelMeasures": lambda _: make_labels().measure(),
     "LabelTable": lambda _: make_labels().table(),

@@ -285,7 +285,7 @@ time.sleep(0.2)
 def live():
     # What was not in use.
     assert (scene.cast_rays(rays)["t_hit"] == expected).all()
-    isospline.render(scene, camera, size=(40, 30))
+    isospline.render(scene, camera, size=(40, 30), light="phong")
     surface.level = 49.0
     scene.add(mesh_sphere(1.0, 8))
     scene.remove(1)

@@ -86,11 +86,11 @@ def test_deviation_from_a_cad_mesh_with_a_colour_bar(surface, tmp_path):
     z, y, x = np.mgrid[-1:1:24j, -1:1:24j, -1:1:24j]
     distances = scene.signed_distance(np.stack([x, y, z], axis=-1))
     with answered("color=ColorByVolume("):
-        iso.render(surface, scalars=distances, cmap="coolwarm")
+        iso.render(surface, scalars=distances, cmap="coolwarm", light="phong")
     at = iso.Volume(distances, spacing=(2 / 23,) * 3, origin=(-1, -1, -1))
     colored = iso.ColorByVolume(at, "coolwarm", limits=(-0.02, 0.02))
-    plain = iso.render(surface, color=colored, size=(320, 240))
-    image = iso.render(surface, color=colored, size=(320, 240), annotate=True)
+    plain = iso.render(surface, color=colored, size=(320, 240), light="phong")
+    image = iso.render(surface, color=colored, size=(320, 240), annotate=True, light="phong")
     assert (np.asarray(image) != np.asarray(plain)).any(axis=-1).mean() > 0.01
     iso.ColorByVolume(distances)
     image.save(tmp_path / "deviation.png")
@@ -102,7 +102,7 @@ def test_opencv_camera_to_exr(surface, tmp_path):
     with answered("ProjectionPlaneCamera.from_opencv("):
         iso.Camera(intrinsics, rotation, translation)
     camera = iso.ProjectionPlaneCamera.from_opencv(intrinsics, rotation, translation, size=(48, 36))
-    image = iso.render(surface, camera, size=(48, 36), layers=["depth"])
+    image = iso.render(surface, camera, size=(48, 36), layers=["depth"], light="phong")
     image.save(tmp_path / "picture.exr")
     OpenEXR = pytest.importorskip("OpenEXR")
     with OpenEXR.File(str(tmp_path / "picture.exr")) as file:
@@ -119,7 +119,7 @@ def test_path_traced_scene_with_hdr_sky(surface, tmp_path):
     np.testing.assert_allclose(iso.EnvironmentLight(sky).image, light.image, rtol=0.01)
     gold = iso.Material("gold", metallic=1)
     with answered("light=PathTracer("):
-        iso.render(surface, integrator="path", spp=4)
+        iso.render(surface, integrator="path", spp=4, light="phong")
     tracer = iso.PathTracer(materials={surface: gold}, lights=[light])
     image = iso.render(surface, light=tracer, samples=4, size=(48, 36))
     own = iso.render(iso.Isosurface(surface.volume, 0.0, material=gold), light=iso.PathTracer(lights=[light]), **FEW)
@@ -183,7 +183,7 @@ def test_notebook_slider(surface):
 
 def test_turntable(surface, tmp_path):
     cameras = iso.turntable_cameras(surface, 3, size=(48, 36))
-    images = [iso.render(surface, camera, size=(48, 36)) for camera in cameras]
+    images = [iso.render(surface, camera, size=(48, 36), light="phong") for camera in cameras]
     pytest.importorskip("imageio_ffmpeg")
     with answered("write_video(path, images)"):
         iso.animate(images, tmp_path / "turn.mp4")
@@ -195,13 +195,16 @@ def test_two_transparent_surfaces_with_legend():
     volume = iso.volumes.blobs(6).volume(24)
     skin = iso.Isosurface(volume, 0.2, color="peachpuff", opacity=0.4, name="skin")
     bone = iso.Isosurface(volume, 0.6, color="ivory", name="bone")
-    image = iso.render([skin, bone], size=(48, 36))
+    image = iso.render([skin, bone], size=(48, 36), light="phong")
     by_hand = {0: iso.Phong(color="peachpuff", opacity=0.4), 1: iso.Phong(color="ivory")}
     assert image == iso.render(iso.Scene([skin, bone]), size=(48, 36), light=by_hand)
     assert (skin.name, skin.opacity, bone.opacity) == ("skin", 0.4, 1.0)
-    one = iso.render(skin, color="ivory", opacity=0.5, size=(48, 36))
+    one = iso.render(skin, color="ivory", opacity=0.5, size=(48, 36), light="phong")
     assert one == iso.render(skin, light={skin: iso.Phong(color="ivory", opacity=0.5)}, size=(48, 36))
-    large = [iso.render([skin, bone], size=(240, 180), legend=legend, background="white") for legend in (False, True)]
+    large = [
+        iso.render([skin, bone], size=(240, 180), legend=legend, background="white", light="phong")
+        for legend in (False, True)
+    ]
     assert (np.asarray(large[0]) != np.asarray(large[1])).any()
 
 

@@ -210,7 +210,7 @@ def test_distorted_pictures_agree_with_opencv_projection():
     camera = isospline.ProjectionPlaneCamera.from_opencv(
         LENS_INTRINSICS, rotation, -rotation @ eye, SIZE, distortion=distortion
     )
-    image = isospline.render(scene, camera, size=SIZE, layers=("position", "depth"))
+    image = isospline.render(scene, camera, size=SIZE, layers=("position", "depth"), light="phong")
     seen = np.isfinite(image.depth)
     assert 1000 < seen.sum() < seen.size
     pixels = cv2.projectPoints(

@@ -400,7 +400,7 @@ def test_vtk_xml_that_counts_more_than_it_holds_is_refused(tmp_path, count):
 @pytest.fixture(scope="module")
 def image():
     camera = isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
-    return isospline.render(isospline.Scene(), camera, size=(16, 12))
+    return isospline.render(isospline.Scene(), camera, size=(16, 12), light="phong")
 
 
 @pytest.fixture(params=["exr", "png", "mp4"])

@@ -91,7 +91,7 @@ def test_a_scene_has_all_labels_with_their_names():
     assert [item.name for _, item, *_ in scene._placed_objects()] == ["left", "right"]
     assert fractions == sorted(fractions) and fractions[-1] == 1
     assert len(labels.scene(["right"]).ids) == 1
-    picture = isospline.render(scene, size=(60, 40), samples=1, legend=True)
+    picture = isospline.render(scene, size=(60, 40), samples=1, legend=True, light="phong")
     assert picture.size == (60, 40)
 
 

@@ -254,7 +254,7 @@ def test_all_queries_see_the_largest_alone(degree, n):
     assert np.all(kept.bounds[0] >= whole.bounds[0]) and np.all(kept.bounds[1] <= whole.bounds[1])
     size = (60, 60)
     camera = isospline.camera_for(whole, size=size)
-    image = isospline.render(scene, camera, size=size, layers=("depth",))
+    image = isospline.render(scene, camera, size=size, layers=("depth",), light="phong")
     assert np.array_equal(np.isfinite(image.depth), np.isfinite(scene.cast_rays(camera.rays(size)).t_hit))
 
 

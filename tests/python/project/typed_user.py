@@ -30,14 +30,15 @@ def pictures(scene: isospline.Scene, folder: Path) -> isospline.Image:
     moved = camera.replace(up=(0, 0, 1))
     assert moved == camera
     looks = {0: isospline.Phong(color="white", opacity=0.5), 1: isospline.Outline(3)}
-    isospline.render(scene).save(folder / "first.jpg")
+    isospline.render(scene, light="phong").save(folder / "first.jpg")
     image = isospline.render(
         scene, moved, size=(320, 240), light=looks, background="#102030", layers=("depth", "normal"), progress=True
     )
     lamp = isospline.SphereLight((0, 0, 9), 1.0, radiance=(10, 9, 8))
     traced = isospline.render(scene, light=isospline.PathTracer(lights=[lamp, isospline.EnvironmentLight(0.2)]))
     isospline.write_video(
-        folder / "turn.mp4", (isospline.render(scene, each) for each in isospline.turntable_cameras(scene, 90))
+        folder / "turn.mp4",
+        (isospline.render(scene, each, light="phong") for each in isospline.turntable_cameras(scene, 90)),
     )
     studio = isospline.Studio(fast=True).replace(key=2.0)
     marked = isospline.render(scene.object(0), light=studio, annotate=("scale_bar",), unit="mm", background="w")

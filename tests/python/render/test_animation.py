@@ -46,7 +46,7 @@ def frames_of_gif(path):
     return np.stack(frames), times
 
 
-@pytest.mark.parametrize("light", [None, "studio", "path-trace"])
+@pytest.mark.parametrize("light", [None, "phong", "path-trace"])
 def test_a_turn_has_the_pictures_of_its_cameras(surface, folder, light):
     options = dict(size=SIZE, light=light, samples=2, background="white")
     assert isospline.turntable(surface, folder / "turn", frames=3, view="front", **options) == folder / "turn"
@@ -87,7 +87,7 @@ def test_the_legend_and_colour_bars_of_a_turn_hide_nothing(folder, monkeypatch, 
         return copy.copy(plain[-1])
 
     monkeypatch.setattr(animation, "without_marks", without_marks)
-    options = dict(size=(320, 120), samples=1, projection=projection, view="front")
+    options = dict(size=(320, 120), samples=1, projection=projection, view="front", light="phong")
     isospline.turntable(surface, "marked", frames=3, legend=True, annotate="colorbar", **options)
     places = []
     for number, image in enumerate(plain):
@@ -111,10 +111,10 @@ def test_the_environment_of_a_turn_is_that_of_pictures(surface, folder):
 def test_anything_that_is_rendered_is_turned(surface, folder):
     array = volumes.torus().values(12)
     for scene in ([surface, surface.to_mesh()], isospline.Scene(surface), surface.volume, array):
-        isospline.turntable(scene, "turn-#.png", frames=1, size=(8, 6), samples=1)
+        isospline.turntable(scene, "turn-#.png", frames=1, size=(8, 6), samples=1, light="phong")
         assert pixels("turn-0.png")[..., 3].any()
         os.remove("turn-0.png")
-    isospline.turntable(array, "turn-#.png", frames=1, size=(8, 6), level=-0.1)
+    isospline.turntable(array, "turn-#.png", frames=1, size=(8, 6), level=-0.1, light="phong")
 
 
 def test_time_runs_from_zero_to_one_without_one(folder):
@@ -137,7 +137,7 @@ def test_time_runs_from_zero_to_one_without_one(folder):
 
 def test_images_and_arrays_are_frames(surface, folder):
     pytest.importorskip("imageio_ffmpeg")
-    image = isospline.render(surface, size=SIZE)
+    image = isospline.render(surface, size=SIZE, light="phong")
     clear = image.to_srgb().copy()
     assert 0 < (clear[..., 3] == 0).mean() < 1
     for frame in (image, clear):
@@ -196,14 +196,19 @@ def test_no_part_of_a_video_is_left(surface, folder, error):
     def picture(t):
         if t > 0.4:
             raise error
-        return isospline.render(surface, size=SIZE)
+        return isospline.render(surface, size=SIZE, light="phong")
 
     with pytest.raises(type(error)):
         isospline.animate(picture, "a.mp4", frames=4)
     told = []
     with pytest.raises(isospline.Cancelled):
         isospline.turntable(
-            surface, "a.mp4", frames=4, size=SIZE, progress=lambda part: told.append(part) or part < 0.5
+            surface,
+            "a.mp4",
+            frames=4,
+            size=SIZE,
+            progress=lambda part: told.append(part) or part < 0.5,
+            light="phong",
         )
     assert os.listdir() == ["a.mp4"] and (folder / "a.mp4").read_bytes() == b"old"
     assert 0.5 <= max(told) < 1
@@ -244,12 +249,12 @@ def test_bad_animations(surface, folder):
 
 
 def test_a_folder_has_no_pictures_of_a_longer_turn(surface, folder):
-    isospline.turntable(surface, "turn", frames=2, size=(8, 6))
+    isospline.turntable(surface, "turn", frames=2, size=(8, 6), light="phong")
     (folder / "turn" / "other.txt").touch()
-    isospline.turntable(surface, "turn", frames=2, size=(6, 6))
+    isospline.turntable(surface, "turn", frames=2, size=(6, 6), light="phong")
     assert pixels("turn/frame-0001.png").shape == (6, 6, 4)
     with pytest.raises(ValueError, match=r"^path: expected a folder without pictures after the 1 .* frame-0001\.png"):
-        isospline.turntable(surface, "turn", frames=1, size=(8, 6))
+        isospline.turntable(surface, "turn", frames=1, size=(8, 6), light="phong")
 
 
 def test_frames_have_one_size(folder):
@@ -263,10 +268,10 @@ def test_calls_that_meant_another_function_are_answered(surface, folder):
         with pytest.raises(
             TypeError, match=rf"^path: .* got {wrong}; did you mean turntable_cameras\(scene, {wrong}\)\?"
         ):
-            isospline.turntable(surface, wrong, view="front")
+            isospline.turntable(surface, wrong, view="front", light="phong")
     with pytest.raises(TypeError, match=r"^count: .*turntable_cameras\(scene, count\)"):
-        isospline.turntable(surface, count=36)
+        isospline.turntable(surface, count=36, light="phong")
     with pytest.raises(TypeError, match=r"^function: .* got Isosurface; did you mean turntable\(scene, path\)\?"):
         isospline.animate(surface, "a.gif")
     with pytest.raises(TypeError, match=r"^function: .* did you mean write_video\(path, images\)\?"):
-        isospline.animate([isospline.render(surface, size=SIZE)], "a.gif")
+        isospline.animate([isospline.render(surface, size=SIZE, light="phong")], "a.gif")

@@ -17,7 +17,9 @@ RAMP = isospline.ColorByVolume(sphere().volume, [(0.1, 0, 0.2), (0.2, 0.9, 0.3),
 def test_marks_are_dark_on_bright_and_bright_on_dark():
     camera = isospline.camera_for(sphere(), size=SIZE)
     for background, ink in (("white", 0.015), ("black", 1.0)):
-        image = isospline.render(sphere(), camera, size=SIZE, background=background, annotate=("scale_bar",))
+        image = isospline.render(
+            sphere(), camera, size=SIZE, background=background, annotate=("scale_bar",), light="phong"
+        )
         assert (np.abs(image.color[int(0.9 * SIZE[1]) :, :, 1] - ink) < 1e-6).sum() > 30
 
 
@@ -121,11 +123,11 @@ def test_marks_have_letters_that_the_font_has(monkeypatch):
 
 def pixels_on(surface, camera, **marks):
     """The pixels of a surface that marks change in a picture from a camera, None for the one of render()."""
-    marked = isospline.render(surface, camera, size=SIZE, **marks)
+    marked = isospline.render(surface, camera, size=SIZE, light="phong", **marks)
     if camera is None:  # the object is where the marks are not: its colour is left on both sides of a gap
         alpha = marked.color[..., 3].max(axis=0) > 0
         return np.diff(np.flatnonzero(alpha)).max() - 1
-    plain = isospline.render(surface, camera, size=SIZE)
+    plain = isospline.render(surface, camera, size=SIZE, light="phong")
     return np.count_nonzero((marked.color != plain.color).any(axis=-1) & (plain.color[..., 3] > 0))
 
 
@@ -151,7 +153,7 @@ def test_marks_stand_beside_the_object(marks):
 def test_cameras_leave_space_for_marks(projection, space):
     surface, options = sphere(), dict(size=(200, 80), projection=projection, margin=0.1)
     for camera in (camera_beside(space, surface, **options), *cameras_around(space, surface, 3, **options)):
-        covered = isospline.render(surface, camera, size=(200, 80)).color[..., 3] > 0
+        covered = isospline.render(surface, camera, size=(200, 80), light="phong").color[..., 3] > 0
         columns, rows = (np.flatnonzero(covered.any(axis=axis)) for axis in (0, 1))
         left, right = columns[0] / 200 - space[0], 1 - (columns[-1] + 1) / 200 - space[1]
         assert left == pytest.approx(right, abs=0.02) and left >= 0.045
@@ -175,7 +177,7 @@ def test_the_title_of_a_colour_bar_is_its_label(monkeypatch):
 
 def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():
     surface = isospline.Isosurface(sphere().volume, sphere().level, name="ball")
-    picture = isospline.render(surface, size=(200, 120), legend=True).color
+    picture = isospline.render(surface, size=(200, 120), legend=True, light="phong").color
     for background in (0.0, 1.0):
         over = picture[..., :3] + (1 - picture[..., 3:]) * background
         names = over[5:20, 18:45]  # beside the swatch
@@ -184,4 +186,4 @@ def test_marks_on_a_transparent_picture_are_readable_on_black_and_on_white():
 
 def test_pictures_without_marks_load_no_font(monkeypatch):
     monkeypatch.setattr("PIL.ImageFont.load_default", lambda *_: pytest.fail("a font was loaded"))
-    isospline.render(sphere(), size=(16, 9))
+    isospline.render(sphere(), size=(16, 9), light="phong")

@@ -78,7 +78,7 @@ def test_every_camera_is_cropped(scene):
 def test_a_crop_keeps_its_place_in_pickles_copies_and_files(scene, camera, tmp_path):
     OpenEXR = pytest.importorskip("OpenEXR")
     x, y, width, height = window = WINDOWS[0]
-    image = isospline.render(scene, camera, size=SIZE, crop=window, layers=("depth", "primitive_ids"))
+    image = isospline.render(scene, camera, size=SIZE, crop=window, layers=("depth", "primitive_ids"), light="phong")
     assert pickle.loads(pickle.dumps(image)) == image and pickle.loads(pickle.dumps(image)).crop == window
     image.write(tmp_path / "crop.exr")
     with OpenEXR.File(str(tmp_path / "crop.exr")) as file:
@@ -99,8 +99,8 @@ def test_crops_beyond_the_picture_are_refused(scene, camera, window, look):
 
 def test_crops_of_another_type_and_marks_are_refused(scene, camera):
     with pytest.raises(TypeError, match="crop"):
-        isospline.render(scene, camera, size=SIZE, crop=(1, 2, 3))
+        isospline.render(scene, camera, size=SIZE, crop=(1, 2, 3), light="phong")
     with pytest.raises(TypeError, match="crop"):
-        isospline.render(scene, camera, size=SIZE, crop=(0.5, 0, 2, 2))
+        isospline.render(scene, camera, size=SIZE, crop=(0.5, 0, 2, 2), light="phong")
     with pytest.raises(ValueError, match="^annotate: cannot be combined with a crop"):
-        isospline.render(scene, camera, size=SIZE, crop=(0, 0, 4, 4), annotate="scale_bar")
+        isospline.render(scene, camera, size=SIZE, crop=(0, 0, 4, 4), annotate="scale_bar", light="phong")

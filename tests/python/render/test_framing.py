@@ -186,4 +186,6 @@ def test_surfaces_and_meshes_are_rendered_by_themselves():
     field = volumes.torus()
     surface = isospline.Isosurface(field.volume(32), field.level)
     for item in (surface, mesh_sphere(1.0, 16)):
-        assert isospline.render(item, size=(24, 18)) == isospline.render(isospline.Scene([item]), size=(24, 18))
+        assert isospline.render(item, size=(24, 18), light="phong") == isospline.render(
+            isospline.Scene([item]), size=(24, 18), light="phong"
+        )

@@ -101,7 +101,7 @@ def test_an_image_of_8_bits_is_the_linear_one_encoded(camera, tmp_path, integrat
 
 
 def test_srgb_follows_changes_of_the_colour(camera):
-    image = isospline.render(isospline.Scene(), camera, size=(4, 3))
+    image = isospline.render(isospline.Scene(), camera, size=(4, 3), light="phong")
     image.color[1, 2] = (0.25, 0.5, 0.0, 0.5)
     assert image.to_srgb()[1, 2].tolist() == [188, 255, 0, 128] and not image.to_srgb()[0].any()
 
@@ -170,7 +170,9 @@ def test_numpy_reads_all_arrays(image, camera, tmp_path):
             assert found[name].dtype == expected.dtype
             np.testing.assert_array_equal(found[name], expected)
     panorama = isospline.PanoramicCamera((0, -5, 0), (0, 0, 0))
-    encoded = isospline.render(isospline.Scene(), panorama, size=(6, 4), encoding="srgb8", crop=(1, 2, 3, 2))
+    encoded = isospline.render(
+        isospline.Scene(), panorama, size=(6, 4), encoding="srgb8", crop=(1, 2, 3, 2), light="phong"
+    )
     encoded.save(tmp_path / "image.npz")
     with np.load(tmp_path / "image.npz") as found:
         assert set(found) == {"srgb", "crop", "full_size", "world_to_camera"}

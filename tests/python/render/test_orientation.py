@@ -99,7 +99,7 @@ def seen_marks(volume, view):
     """Column, row and depth of each mark in the picture."""
     surface = isospline.Isosurface(volume, 100)
     camera = isospline.camera_for(surface, view=view, size=(120, 120))
-    image = isospline.render(surface, camera, size=(120, 120), layers=("position", "depth"))
+    image = isospline.render(surface, camera, size=(120, 120), layers=("position", "depth"), light="phong")
     found = {}
     for name, mark in MARKS.items():
         near = (np.linalg.norm(image.position - mark, axis=-1) < 6.5) & np.isfinite(image.depth)

@@ -82,7 +82,7 @@ def hidden(marked, plain):
 @pytest.mark.parametrize("size", [(320, 180), (160, 160), (96, 72), (90, 200)], ids=str)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_no_object_is_below_the_scale_bar(shape, size, monkeypatch):
-    options = dict(size=size, samples=4, unit="mm")
+    options = dict(size=size, samples=4, unit="mm", light="phong")
     marked = isospline.render(SHAPES[shape], annotate="scale_bar", **options)
     with monkeypatch.context() as patch:
         patch.setattr(ScaleBar, "draw", lambda *_: None)
@@ -93,7 +93,7 @@ def test_no_object_is_below_the_scale_bar(shape, size, monkeypatch):
     marks = Marks(scene, isospline.Phong(), size, ("scale_bar",), False, "mm")
     for framing in (dict(view="front"), dict(view=(1, -2, 1), projection="orthographic")):
         for camera in (marks.camera(size=size, **framing), *marks.cameras(3, size=size, **framing)):
-            plain = isospline.render(scene, camera, size=size)
+            plain = isospline.render(scene, camera, size=size, light="phong")
             assert hidden(marks.draw(plain.over((0, 0, 0, 0)), camera, is_fitted=True), plain) == 0
 
 
@@ -109,7 +109,7 @@ def test_from_a_given_camera_the_scale_bar_is_where_it_hides_least():
     scene = SHAPES["wide"]
     middle = isospline.camera_for(scene, size=SIZE)
     right, up = middle.world_to_camera[:2, :3]
-    options = dict(size=SIZE, unit="mm")
+    options = dict(size=SIZE, unit="mm", light="phong")
     for x, y in ((1, 1), (-1, 1), (1, -1), (-1, -1)):  # the object is in one corner
         shift = 8 * x * right + 6 * y * up
         camera = isospline.PerspectiveCamera(middle.eye + shift, middle.target + shift, middle.up, 30)
@@ -120,12 +120,12 @@ def test_from_a_given_camera_the_scale_bar_is_where_it_hides_least():
 
 def test_a_panel_keeps_a_scale_bar_on_an_object_readable(monkeypatch):
     camera = isospline.OrthographicCamera((8, -90, 4.5), (8, 4, 4.5), height=2)
-    plain = isospline.render(SHAPES["wide"], camera, size=SIZE)
+    plain = isospline.render(SHAPES["wide"], camera, size=SIZE, light="phong")
     assert (plain.color[..., 3] == 1).all()
     with monkeypatch.context() as patch:
         patch.setattr(Drawing, "finish", lambda _: None)
-        panel = isospline.render(SHAPES["wide"], camera, size=SIZE, annotate="scale_bar", unit="mm")
-    marked = isospline.render(SHAPES["wide"], camera, size=SIZE, annotate="scale_bar", unit="mm")
+        panel = isospline.render(SHAPES["wide"], camera, size=SIZE, annotate="scale_bar", unit="mm", light="phong")
+    marked = isospline.render(SHAPES["wide"], camera, size=SIZE, annotate="scale_bar", unit="mm", light="phong")
     behind = (panel.color != plain.color).any(axis=-1)
     ink = (marked.color != panel.color).any(axis=-1)
     assert ink.any() and not (ink & ~behind).any()
@@ -137,10 +137,10 @@ def test_a_scale_bar_leaves_the_legend_alone():
     named = isospline.Mesh(ball.vertices * (4, 1, 1), ball.faces, color="tab:blue", name="an egg")
     # The object covers the upper half of the picture, so that both marks belong below it.
     camera = isospline.OrthographicCamera((0, -9, -0.8), (0, 0, -0.8), height=1.8)
-    options = dict(size=SIZE, unit="mm", legend=True)
+    options = dict(size=SIZE, unit="mm", legend=True, light="phong")
     legend = isospline.render(named, camera, **options)
     both = isospline.render(named, camera, annotate="scale_bar", **options)
-    plain = isospline.render(named, camera, size=SIZE)
+    plain = isospline.render(named, camera, size=SIZE, light="phong")
     drawn = (legend.color != plain.color).any(axis=-1)
     assert drawn[-60:, :160].any() and (both.color != legend.color).any()
     np.testing.assert_array_equal(both.color[drawn], legend.color[drawn])

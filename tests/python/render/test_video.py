@@ -96,8 +96,8 @@ def test_bad_videos(images, tmp_path, monkeypatch):
     refused(ValueError, "fps: expected", fps=np.nan)
     refused(ValueError, "quality: expected", quality=11)
     scene, camera = isospline.Scene(), isospline.PerspectiveCamera((0, -1, 0), (0, 0, 0))
-    refused(ValueError, "size: expected an even", images=[isospline.render(scene, camera, size=(9, 8))])
-    other = isospline.render(scene, camera, size=(8, 8))
+    refused(ValueError, "size: expected an even", images=[isospline.render(scene, camera, size=(9, 8), light="phong")])
+    other = isospline.render(scene, camera, size=(8, 8), light="phong")
     refused(ValueError, "images: expected all of one size", images=[images[0], other])
     refused(OSError, "No such file", name="missing/a.mp4")
 

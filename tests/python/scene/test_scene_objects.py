@@ -453,7 +453,7 @@ def test_a_copy_has_what_the_scene_has_built():
 def test_a_picture_of_many_rays_settles_first():
     field = isospline.volumes.torus()
     scene = isospline.Scene([isospline.Isosurface(field.volume(24), field.level)])
-    isospline.render(scene, size=(16, 12))
+    isospline.render(scene, size=(16, 12), light="phong")
     assert not scene.is_settled
-    isospline.render(scene, size=(16, 12), samples=1024)
+    isospline.render(scene, size=(16, 12), samples=1024, light="phong")
     assert scene.is_settled

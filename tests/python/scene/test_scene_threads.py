@@ -43,7 +43,9 @@ def test_threads_see_one_state_of_a_scene():
     levels, places = [36.0, 49.0, 64.0], [moved(11.5, 11.5, z) for z in (0.0, 10.0, 30.0)]
 
     def answer():
-        return scene.cast_rays(rays[:1])["t_hit"][0], isospline.render(scene, camera, size=(16, 12)).color.tobytes()
+        return scene.cast_rays(rays[:1])["t_hit"][0], isospline.render(
+            scene, camera, size=(16, 12), light="phong"
+        ).color.tobytes()
 
     states = set()
     for level in levels:
@@ -80,7 +82,7 @@ def test_threads_see_one_state_of_a_scene():
 
     def draw():
         while not stop.is_set():
-            seen.add(isospline.render(scene, camera, size=(16, 12)).color.tobytes())
+            seen.add(isospline.render(scene, camera, size=(16, 12), light="phong").color.tobytes())
 
     run(change_level, change_place, query, draw)
     assert found <= distances and seen <= pictures
@@ -181,7 +183,7 @@ def test_threads_ask_for_all_that_a_changing_scene_tells():
         assert scene.count_intersections(rays).tolist() == [2, 2]
 
     def draw():
-        image = isospline.render(scene, camera, size=(16, 12), layers=("geometry_ids",))
+        image = isospline.render(scene, camera, size=(16, 12), layers=("geometry_ids",), light="phong")
         assert set(np.unique(image.geometry_ids)) <= {0, 1, 2, isospline.INVALID_ID}
 
     run(

@@ -316,7 +316,7 @@ def test_names_of_colors_are_taken_wherever_a_color_is(camera):
         np.testing.assert_allclose(isospline.SphereLight((0, 0, 1), 1.0, radiance=name).radiance, tan)
         np.testing.assert_allclose(isospline.EnvironmentLight(name).radiance, tan)
         np.testing.assert_allclose(isospline.ridges_and_valleys(0.5, color=name).cmap[1], srgb)
-        image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=name)
+        image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=name, light="phong")
         np.testing.assert_allclose(image.color[0, 0], [*tan, 1], atol=1e-6)
     mesh = isospline.Mesh(CORNERS, [(0, 1, 2)], colors="tan")
     np.testing.assert_allclose(mesh.colors, [srgb] * 3)
@@ -325,7 +325,7 @@ def test_names_of_colors_are_taken_wherever_a_color_is(camera):
     np.testing.assert_allclose(isospline.ColorByDepth(["black", "tan"]).cmap, [(0, 0, 0), srgb])
     np.testing.assert_allclose(color_map([(0, 0, 0), "tan"]), [(0, 0, 0), tan])
     np.testing.assert_allclose(color_map([(0, 0, 0), tuple(srgb)]), [(0, 0, 0), tan])
-    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=(*srgb, 0.5))
+    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background=(*srgb, 0.5), light="phong")
     np.testing.assert_allclose(image.color[0, 0], [*(0.5 * tan), 0.5], atol=1e-6)
     assert isospline.Phong(color=tuple(srgb)) == isospline.Phong(color="tan") == isospline.Phong(color=linear(tan))
 
@@ -373,7 +373,11 @@ def test_without_matplotlib_the_names_of_css_and_its_short_ones_are_there(monkey
         (lambda: isospline.Phong(color="#11223344"), "^color: expected the name of a colour without an opacity"),
         (
             lambda: isospline.render(
-                isospline.Scene(), size=(2, 2), background=9, camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0))
+                isospline.Scene(),
+                size=(2, 2),
+                background=9,
+                camera=isospline.PanoramicCamera((0, 0, 0), (0, 1, 0)),
+                light="phong",
             ),
             "^background: expected numbers from 0 to 1",
         ),
@@ -385,7 +389,7 @@ def test_a_color_out_of_range_is_explained(make, message):
 
 
 def test_a_background_may_have_an_opacity(camera):
-    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background="#ff000080")
+    image = isospline.render(isospline.Scene(), camera, size=(2, 2), background="#ff000080", light="phong")
     np.testing.assert_allclose(image.color[0, 0], [128 / 255, 0, 0, 128 / 255], atol=1e-6)
     assert isospline.PositionalLight((0, 0, 1), intensity=40).intensity[0] == 40  # lights have no bound
 

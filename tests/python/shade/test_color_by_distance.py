@@ -31,6 +31,7 @@ def expected(rule, distances):
 
 def colors(surface, rule, **options):
     """Positions and colours of the pixels that a surface covers."""
+    options = {"light": "phong", "background": "transparent", "samples": 1, **options}
     image = isospline.render(surface, color=rule, size=SIZE, layers=("position", "albedo"), **options)
     is_hit = image.color[..., 3] == 1
     assert is_hit.sum() > 200

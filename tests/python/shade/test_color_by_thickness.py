@@ -38,7 +38,7 @@ def plate(middle, half):
 
 def shown(scene, rule, **options):
     """Positions and colours of the pixels that a scene covers."""
-    options = {"size": SIZE, **options}
+    options = {"size": SIZE, "light": "phong", "background": "transparent", "samples": 1, **options}
     image = isospline.render(scene, color=rule, layers=("position", "albedo"), **options)
     is_hit = image.color[..., 3] == 1
     assert is_hit.sum() > 40
@@ -72,7 +72,7 @@ def test_a_transform_scales_the_thickness():
     np.testing.assert_allclose(50 * colors, 1.7 * chord(back), rtol=2e-5)
     sheared = place @ np.diag([1, 1, 2, 1])
     with pytest.raises(ValueError, match="^transform: expected a rotation, a translation and a uniform scale, for the"):
-        isospline.render([(ellipsoid(), sheared)], color=isospline.ColorByThickness(), size=SIZE)
+        isospline.render([(ellipsoid(), sheared)], color=isospline.ColorByThickness(), size=SIZE, light="phong")
 
 
 def test_lights_and_threads_give_the_same_colours():
@@ -101,7 +101,7 @@ def test_each_surface_has_its_own_solid_and_a_mesh_one_that_is_given():
     np.testing.assert_allclose(24 * colors, 2 * radii, rtol=1e-5)
     mesh = mesh_sphere(8.0, 32)
     with pytest.raises(ValueError, match=r"^color: expected ColorByThickness\(surface=\.\.\.\) for a mesh, got one"):
-        isospline.render(mesh, color=rule, size=SIZE)
+        isospline.render(mesh, color=rule, size=SIZE, light="phong")
     at_origin = rule.replace(surface=sphere(7.0), transform=moved(*-CENTER))
     np.testing.assert_allclose(24 * shown(mesh, at_origin)[1], 14, rtol=1e-5)
 

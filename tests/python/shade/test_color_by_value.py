@@ -19,7 +19,13 @@ def triangle(**options):
 def shown(scene, **options):
     """Positions, linear colours and geometry ids of the pixels that a scene covers."""
     camera = isospline.OrthographicCamera((1.5, 1, 30), (1.5, 1, 0), height=10, up=(0, 1, 0))
-    options = {"camera": camera, "size": SIZE, "layers": ("position", "albedo", "geometry_ids"), **options}
+    options = {
+        "camera": camera,
+        "size": SIZE,
+        "layers": ("position", "albedo", "geometry_ids"),
+        "light": "phong",
+        **options,
+    }
     image = isospline.render(scene, **options)
     is_hit = image.geometry_ids != isospline.INVALID_ID
     assert is_hit.sum() > 60
@@ -97,7 +103,7 @@ def test_unknown_values_are_grey():
     np.testing.assert_allclose(colors, np.broadcast_to(grey, colors.shape), atol=1e-3)
     _, colors, _ = shown(triangle(values=None), color=isospline.ColorByValue())
     np.testing.assert_allclose(colors, np.broadcast_to(grey, colors.shape), atol=1e-3)
-    surface = isospline.render(sphere(), color=isospline.ColorByValue(), size=SIZE, layers=("albedo",))
+    surface = isospline.render(sphere(), color=isospline.ColorByValue(), size=SIZE, layers=("albedo",), light="phong")
     np.testing.assert_allclose(surface.albedo[surface.color[..., 3] == 1].max(axis=0), grey, atol=1e-3)
 
 

@@ -75,11 +75,13 @@ LAYERS = {
 TRACED = ("direct", "variance")
 
 
-@pytest.mark.parametrize("integrator", [None, isospline.PathTracer()], ids=["shading", "path tracer"])
+@pytest.mark.parametrize(
+    "integrator", ["phong", isospline.Studio(), isospline.PathTracer()], ids=["phong", "studio", "path tracer"]
+)
 def test_an_image_holds_the_layers_that_are_named_and_no_others(integrator):
     """Each layer, and the colour, is the same for all combinations of layers."""
     scene = isospline.Scene([ball(), square(12, height=-7)])
-    names = [name for name in LAYERS if integrator or name not in TRACED]
+    names = [name for name in LAYERS if isinstance(integrator, isospline.PathTracer) or name not in TRACED]
     options = {"size": (40, 30), "light": integrator, "samples": 2}
     everything = isospline.render(scene, OUTSIDE, layers=names, **options)
     assert everything.layers == tuple(names)
@@ -111,9 +113,9 @@ def test_the_mask_has_the_pixels_whose_rays_hit(tmp_path):
     for same in (copy.copy(image), copy.deepcopy(image), pickle.loads(pickle.dumps(image)), image.over("blue")):
         assert same.layers == image.layers
         np.testing.assert_array_equal(same.mask, expected)
-    both = isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask", "geometry_ids"])
+    both = isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask", "geometry_ids"], light="phong")
     assert both.layers == ("geometry_ids", "mask") and repr(both).startswith("Image(40 x 30, geometry_ids, mask, ")
-    assert both != isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask"])
+    assert both != isospline.render(scene, OUTSIDE, size=(40, 30), layers=["mask"], light="phong")
     np.testing.assert_array_equal(both.geometry_ids != isospline.INVALID_ID, expected)
 
     image.save(tmp_path / "a.npz")

@@ -87,7 +87,7 @@ def test_bricks_are_dropped_under_the_limit_and_pictures_stay_the_same(pair):
     surfaces = [isospline.Isosurface(opened, FIELD.level + 0.001 * i) for i in range(40)]
     camera = isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0), field_of_view=35)
     for surface in surfaces:
-        isospline.render(isospline.Scene([surface]), camera, size=SIZE)
+        isospline.render(isospline.Scene([surface]), camera, size=SIZE, light="phong")
         assert opened.paging["memory"] <= limit
     np.testing.assert_array_equal(picture(opened).depth, expected.depth)
 
@@ -198,7 +198,7 @@ def test_broken_chunks_are_named_and_give_no_picture(tmp_path, name):
     damage(name, folder)
     for _ in range(2):
         with pytest.raises(OSError, match=SAID[name]) as caught:
-            isospline.render(scene, isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0)), size=SIZE)
+            isospline.render(scene, isospline.PerspectiveCamera((2.5, -3, 1.5), (0, 0, 0)), size=SIZE, light="phong")
         assert str(caught.value.filename) == str(
             shards_of(folder)[0] if name != "deleted" else folder / "coefficients/0/c/0/0/0"
         )

@@ -6,7 +6,7 @@ import pytest
 import isospline
 from isospline import volumes
 from isospline.viewer.document import Document, read_source
-from isospline.viewer.picture import PictureMaker, Stage
+from isospline.viewer.picture import PictureMaker, Stage, passes
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
 from isospline.viewer.state import CameraState, ViewState
@@ -57,7 +57,7 @@ def test_script_makes_the_very_picture(opened, camera, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     known = {}
     exec(compile(script(document, state, SIZE), "picture.py", "exec"), known)
-    image = PictureMaker(document).render(state, SIZE, Stage(16, True))
+    image = PictureMaker(document).render(state, SIZE, passes(state)[-1])
     np.testing.assert_array_equal(known["image"].to_srgb(), image.to_srgb())
 
 

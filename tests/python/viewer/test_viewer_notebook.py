@@ -78,7 +78,7 @@ def test_the_cell_is_alive_with_a_viewer_and_a_picture_without(volume, tmp_path)
                     frame = page.page.frame_locator("iframe")
                     for _ in range(2):
                         frame.locator("#histogram [data-object]").wait_for()
-                        frame.locator("#status:has-text('16 samples')").wait_for(timeout=60_000)
+                        frame.locator("#status:has-text('4 samples')").wait_for(timeout=60_000)
                         inner = page.page.frames[1]
                         inner.evaluate("location.reload()")
                         inner.wait_for_load_state()

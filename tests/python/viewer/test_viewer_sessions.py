@@ -211,10 +211,10 @@ def test_broken_bundles_are_one_clear_error(client, viewer, content, message):
 
 
 def shot(viewer, state=None):
-    from isospline.viewer.picture import PictureMaker, Stage
+    from isospline.viewer.picture import PictureMaker, passes
 
     state = viewer.state if state is None else state
-    return PictureMaker(viewer.document).render(state, (48, 36), Stage(16, True)).to_srgb()
+    return PictureMaker(viewer.document).render(state, (48, 36), passes(state)[-1]).to_srgb()
 
 
 def test_a_session_with_uploads_is_saved_as_a_bundle(client, viewer, ball, tmp_path):

@@ -10,7 +10,7 @@ import isospline
 from isospline import volumes
 from isospline.cli.main import main
 from isospline.viewer.document import Document, read_source, source_of
-from isospline.viewer.picture import PictureMaker, Stage
+from isospline.viewer.picture import PictureMaker, passes
 from isospline.viewer.script import script
 from isospline.viewer.session import open_session, read_session, session_of, write_session
 from isospline.viewer.state import CameraState, ClipState, ObjectState, SliceState, ViewState
@@ -21,7 +21,7 @@ PARALLEL = CAMERA.replace(projection="orthographic", height=30.0)
 
 STATES = {
     "plain": {},
-    "shadows": {"shadows": True, "camera": PARALLEL},
+    "phong": {"light": "phong", "shadows": True, "camera": PARALLEL},
     "outline": {"light": "outline", "exponent": 1.5},
     "ambient occlusion": {"light": "ambient-occlusion"},
     "path traced": {"light": "path-trace"},
@@ -50,8 +50,7 @@ def opened(folder):
 
 
 def shot(document, state):
-    samples = 256 if state.light == "path-trace" else 16
-    return PictureMaker(document).render(state, SIZE, Stage(samples, True)).to_srgb()
+    return PictureMaker(document).render(state, SIZE, passes(state)[-1]).to_srgb()
 
 
 @pytest.mark.slow
@@ -132,7 +131,7 @@ def test_sessions_need_objects_from_files():
         ({"objects": [{"id": 0, "source": "a", "level": float("nan")}]}, "level: expected a finite number, got nan"),
         ({"objects": [{"id": 0, "source": "a", "opacity": 2}]}, "opacity: expected a finite number from 0 to 1, got 2"),
         ({"objects": [{"id": 0, "source": "a", "color": "rde"}]}, "color: expected .* name of a colour, .*got 'rde'"),
-        ({"light": "best"}, "light: expected one of phong, outline, ambient-occlusion, path-trace, got 'best'"),
+        ({"light": "best"}, "light: expected one of studio, phong, outline, ambient-occlusion, path-trace, got 'best'"),
         ({"clip": {"kind": "plane", "normal": [0, 1]}}, r"normal: expected 3 numbers, got \[0, 1\]"),
         ({"lens": 1}, "session.json.*: expected one of .*, got 'lens'|state: expected one of .*, got 'lens'"),
         ({"camera": {"eye": [0, 0, 0]}}, "camera: expected target, got eye"),

@@ -5,7 +5,7 @@ import {checkbox, field, make, numberInput, segments, select, slider, tidy} from
 import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
 
-const LIGHTS = {phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
+const LIGHTS = {studio: "Studio", phong: "Phong", outline: "Outline", "ambient-occlusion": "Ambient", "path-trace": "Path traced"};
 const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean curvature", "gaussian-curvature": "Gaussian curvature",
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
 // Windows for computed tomography: width and level, in Hounsfield units.
