@@ -10,6 +10,7 @@ import pytest
 #: docs/architecture.md.
 LAYERS = (
     {"base"},
+    {"farthest"},
     {"colors", "distances", "io", "levels", "volumes"},
     {"interop", "labels", "store", "suggest"},
     {"picture", "research"},
