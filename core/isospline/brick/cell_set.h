@@ -56,6 +56,16 @@ public:
                         return true;
         return false;
     }
+    /// Whether it has all of them.
+    bool contains_all(const glm::ivec3& first, const glm::ivec3& last) const
+    {
+        for (int z = first.z; z <= last.z; ++z)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int x = first.x; x <= last.x; ++x)
+                    if (!contains({x, y, z}))
+                        return false;
+        return true;
+    }
     std::size_t memory() const
     {
         return bricks_.capacity() * sizeof(bricks_[0]) + mixed_.capacity() * sizeof(BrickCells);

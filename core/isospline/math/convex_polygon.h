@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -28,6 +29,21 @@ inline ConvexPolygon cut(const ConvexPolygon& polygon, const glm::dvec3& normal,
             left.push_back(corner + here / (here - there) * (next - corner));
     }
     return left;
+}
+
+/// A length from half the width of a polygon to its width: its area over the largest distance between its corners. 0
+/// for an empty polygon.
+inline double width_of(const ConvexPolygon& polygon)
+{
+    glm::dvec3 area(0.0);
+    double longest = 0.0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        if (i >= 2)
+            area += 0.5 * glm::cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+        for (std::size_t j = 0; j < i; ++j)
+            longest = std::max(longest, glm::length(polygon[i] - polygon[j]));
+    }
+    return longest > 0.0 ? glm::length(area) / longest : 0.0;
 }
 
 /// The point of a polygon with at least three corners that is nearest to another one.

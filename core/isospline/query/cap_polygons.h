@@ -20,7 +20,7 @@ struct CapPolygon {
     glm::dvec3 normal{0.0};         ///< unit, outward
     std::size_t plane;              ///< of SolidPlanes::all()
     double coordinate_error;        ///< of its points, lattice space
-    std::optional<glm::ivec3> cell; ///< its cell, if the mask cuts the polygon into parts in single cells
+    std::optional<glm::ivec3> cell; ///< its cell, if the polygon is only the part in it
 };
 
 class CapPolygons {
@@ -50,9 +50,10 @@ public:
 
 private:
     void find_masked_parts();
+    bool is_away_from_mask(const CapPolygon& polygon, const glm::dvec3& point) const;
 
     const IsosurfaceSnapshot& surface_;
-    glm::dmat4 to_lattice_;
+    glm::dmat4 to_world_, to_lattice_; ///< from the lattice to the space of the polygons, and back
     std::vector<CapPolygon> polygons_;
     bool has_masked_parts_ = false;
     std::vector<CapPolygon> masked_parts_; ///< of polygons, in cells next to cells that the mask cuts away

@@ -29,7 +29,7 @@ Side side_of(const IsosurfaceSnapshot& surface, const CappedChord& chord, double
     if (plane < 0)
         return side_of(surface, end, error);
     const HalfSpace& half_space = surface.planes().all()[static_cast<std::size_t>(plane)];
-    return side_on_plane(surface, end, error, inner_cell(surface, end, half_space));
+    return side_on_plane(surface, end, error, inner_cell(surface, end, half_space, error));
 }
 
 /// Whether the coefficients of a brick, within rounding, allow it to contain a part of the solid.

@@ -9,6 +9,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
 
+#include <algorithm>
+
 namespace isospline {
 
 // Points are in lattice space. The errors of their coordinates are up to `coordinate_error`.
@@ -37,9 +39,10 @@ inline glm::ivec3 cell_at(const IsosurfaceSnapshot& surface, const glm::dvec3& l
 }
 
 /// The cell on the inner side of a point on a half-space's plane.
-inline glm::ivec3 inner_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, const HalfSpace& half_space)
+inline glm::ivec3 inner_cell(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice, const HalfSpace& half_space,
+                             double coordinate_error)
 {
-    return cell_at(surface, lattice + 2.0 * plane_margin * half_space.normal);
+    return cell_at(surface, lattice + 2.0 * std::max(plane_margin, coordinate_error) * half_space.normal);
 }
 
 /// The side of a point of the domain in a cell, before the solid is clipped. All points of cells that the mask removes

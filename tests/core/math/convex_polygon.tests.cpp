@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include <cmath>
 #include <random>
 
 using namespace isospline;
@@ -36,5 +37,24 @@ TEST_CASE("the nearest point of a polygon is nearest among its points", "[math]"
         const glm::dvec3 nearest = closest_point_of_polygon(point, square);
         const glm::dvec3 expected(glm::clamp(point.x, 0.0, 2.0), glm::clamp(point.y, 0.0, 2.0), 1.0);
         CHECK(glm::distance(nearest, expected) < 1e-12);
+    }
+}
+
+TEST_CASE("the width of a polygon is known up to a factor of two", "[math]")
+{
+    CHECK(width_of({}) == 0.0);
+    CHECK(width_of({{1, 2, 3}, {2, 3, 4}}) == 0.0);
+    CHECK(width_of({{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}) == 0.0);
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> angle(0.0, 6.28), exponent(-9.0, 0.0);
+    for (int i = 0; i < 1000; ++i) {
+        const double width = std::pow(10.0, exponent(random)), turn = angle(random);
+        const glm::dvec3 along(std::cos(turn), std::sin(turn), 0.5), across(-std::sin(turn), std::cos(turn), 0.0);
+        const glm::dvec3 end = 1.5 * along, side = width * across;
+        for (const ConvexPolygon& polygon :
+             {ConvexPolygon{{0, 0, 0}, end, end + side, side}, ConvexPolygon{{0, 0, 0}, end, 0.3 * end + side}}) {
+            CHECK(width_of(polygon) <= width * (1.0 + 1e-6));
+            CHECK(width_of(polygon) >= 0.5 * width * (1.0 - 1e-6));
+        }
     }
 }
