@@ -42,46 +42,78 @@ using Mask = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using DoubleArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// `fragments` may be null.
-std::unique_ptr<Image> render_into(Fragments* fragments, Scene& scene, const Camera& camera, std::array<int, 2> size,
-                                   GivenShading shading, const py::object& background, int samples,
-                                   const py::object& layers, int ambient_occlusion_samples, const std::string& encoding,
-                                   const Crop& crop, const py::object& progress, std::vector<std::uint8_t> mask = {})
+Look as_look(GivenShading shading)
+{
+    Look look;
+    if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
+        look.shading_of_geometry = std::move(*by_geometry);
+    else
+        look.shading = std::get<Shading>(std::move(shading));
+    return look;
+}
+
+/// The options of a picture. Those of its look are left at their defaults.
+RenderOptions as_options(std::array<int, 2> size, const py::object& background, int samples, const py::object& layers,
+                         int ambient_occlusion_samples, const std::string& encoding, const Crop& crop)
 {
     RenderOptions options;
-    options.mask = std::move(mask);
     options.size = {size[0], size[1]};
     options.crop = as_window(crop);
     options.background = as_background(background, "background");
     options.samples = samples;
     options.layers = as_layers(layers, ambient_occlusion_samples);
     options.encoding = as_enum(color_encodings, encoding, "encoding");
-    if (auto* by_geometry = std::get_if<ShadingOfGeometry>(&shading))
-        options.shading_of_geometry = std::move(*by_geometry);
-    else
-        options.shading = std::get<Shading>(std::move(shading));
+    return options;
+}
 
-    auto image = std::make_unique<Image>();
+/// Calls `make(snapshot, progress)` with a snapshot for the rays of some pictures.
+template <typename Make>
+void with_snapshot(Scene& scene, const RenderOptions& options, std::span<const Look> further,
+                   const py::object& progress, const Make& make)
+{
     long_call("to render " + size_text(options.size.x, options.size.y), progress, [&](const Progress& report) {
-        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1), ray_count(options));
-        const Progress rest = part_of(report, 0.1, 1.0);
-        *image = fragments ? render_part(*snapshot, camera, options, *fragments, rest)
-                           : render(*snapshot, camera, options, rest);
+        const auto snapshot = scene.snapshot(part_of(report, 0.0, 0.1), ray_count(options, further));
+        make(*snapshot, part_of(report, 0.1, 1.0));
     });
-    return image;
 }
 
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
                                     const py::object& background, int samples, const py::object& layers,
                                     int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
-                                    const py::object& progress, const std::optional<Mask>& mask)
+                                    const py::object& progress)
 {
-    std::vector<std::uint8_t> pixels;
+    RenderOptions options = as_options(size, background, samples, layers, ambient_occlusion_samples, encoding, crop);
+    static_cast<Look&>(options) = as_look(std::move(shading));
+    auto image = std::make_unique<Image>();
+    with_snapshot(scene, options, {}, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {
+        *image = render(snapshot, camera, options, report);
+    });
+    return image;
+}
+
+/// The linear images of a scene over no background in several looks; the first one has layers.
+std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Camera& camera, std::array<int, 2> size,
+                                                          std::vector<GivenShading> shadings, int samples,
+                                                          const py::object& layers, int ambient_occlusion_samples,
+                                                          const Crop& crop, const py::object& progress,
+                                                          const std::optional<Mask>& mask)
+{
+    RenderOptions options = as_options(size, py::none(), samples, layers, ambient_occlusion_samples, "linear", crop);
     if (mask)
-        for (const bool pixel : std::span(mask->data(), static_cast<std::size_t>(mask->size())))
-            pixels.push_back(pixel);
-    return render_into(nullptr, scene, camera, size, std::move(shading), background, samples, layers,
-                       ambient_occlusion_samples, encoding, crop, progress, std::move(pixels));
+        options.mask.assign(mask->data(), mask->data() + mask->size());
+    if (shadings.empty())
+        throw_invalid("shadings", "at least one", 0);
+    std::vector<Look> looks;
+    for (GivenShading& shading : shadings)
+        looks.push_back(as_look(std::move(shading)));
+    static_cast<Look&>(options) = looks.front();
+    const std::span<const Look> further = std::span(looks).subspan(1);
+    std::vector<std::unique_ptr<Image>> images;
+    with_snapshot(scene, options, further, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {
+        for (Image& image : render_looks(snapshot, camera, options, further, report))
+            images.push_back(std::make_unique<Image>(std::move(image)));
+    });
+    return images;
 }
 
 /// A new array with the numbers of a vector, (samples, pixels, ...).
@@ -102,9 +134,13 @@ py::tuple render_part_of_scene(Scene& scene, const Camera& camera, std::array<in
                                int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
                                const py::object& progress)
 {
+    RenderOptions options = as_options(size, background, samples, layers, ambient_occlusion_samples, encoding, crop);
+    static_cast<Look&>(options) = as_look(std::move(shading));
     Fragments fragments;
-    auto image = render_into(&fragments, scene, camera, size, std::move(shading), background, samples, layers,
-                             ambient_occlusion_samples, encoding, crop, progress);
+    auto image = std::make_unique<Image>();
+    with_snapshot(scene, options, {}, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {
+        *image = render_part(snapshot, camera, options, fragments, report);
+    });
     const std::size_t count = fragments.weights.size();
     py::dict arrays;
     arrays["weights"] = fragments.weights;
@@ -317,8 +353,12 @@ void bind_render(py::module_& module)
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
-               py::arg("mask") = py::none(),
-               "The arrays of isospline.render(); pixels outside of a mask (height, width) of the crop stay empty.");
+               "The arrays of isospline.render().");
+    module.def("render_looks", &render_scene_in_looks, py::arg("scene"), py::arg("camera"), py::kw_only(),
+               py::arg("size"), py::arg("shadings"), py::arg("samples"), py::arg("layers"),
+               py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"), py::arg("mask") = py::none(),
+               "Images in several looks from the same rays, the first with layers. Pixels outside of a mask (height, "
+               "width) of the crop stay empty.");
     module.def("render_part", &render_part_of_scene, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),

@@ -54,13 +54,6 @@ void settle(Scene& scene, const py::object& progress)
 void bind_scene_index(py::module_& module)
 {
     py::class_<Scene, std::shared_ptr<Scene>>(module.attr("Scene"))
-        .def(
-            "_prepare",
-            [](Scene& scene, std::uint64_t rays_to_come) {
-                long_call("to build a scene", py::none(),
-                          [&](const Progress& report) { scene.snapshot(report, rays_to_come); });
-            },
-            py::arg("rays_to_come"), "Builds what rays need, settled if so many of them pay for it.")
         .def("_share_built_objects", &Scene::share_built_objects, py::arg("other"),
              "Uses what another scene has built, wherever both have the same object.")
         .def("settle", &settle, py::kw_only(), py::arg("progress") = py::none(), settle_doc)

@@ -476,7 +476,6 @@ class Scene(_Shown):
     def __len__(self) -> int: ...
     def _cast_touching_rays(self, rays: ArrayLike) -> Hits: ...
     def _placed_objects(self) -> list[tuple[int, Isosurface | Mesh, NDArray[np.float64], Visibility]]: ...
-    def _prepare(self, rays_to_come: int) -> None: ...
     def _share_built_objects(self, other: Scene) -> None: ...
     def add(
         self, obj: _Placeable, transform: ArrayLike | None = None, *, visible: bool = True, casts_shadow: bool = True
@@ -1065,8 +1064,20 @@ def render(
     encoding: Literal["linear", "srgb8"],
     crop: tuple[int, int, int, int] | None,
     progress: _Progress,
-    mask: NDArray[np.bool_] | None = None,
 ) -> Image: ...
+def render_looks(
+    scene: Scene,
+    camera: _Camera,
+    *,
+    size: _Size,
+    shadings: Sequence[_Shading | Mapping[int, _Shading]],
+    samples: int,
+    layers: Iterable[_Layer],
+    ambient_occlusion_samples: int,
+    crop: tuple[int, int, int, int] | None,
+    progress: _Progress,
+    mask: NDArray[np.bool_] | None = None,
+) -> list[Image]: ...
 def render_part(
     scene: Scene,
     camera: _Camera,

@@ -37,28 +37,34 @@ void validate(const Layers& layers)
         throw_invalid("ambient_occlusion_samples", "rays a hit, from 1 to 65536", layers.ambient_occlusion_samples);
 }
 
-std::uint64_t ray_count(const RenderOptions& options)
+std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further)
 {
     const glm::ivec2 size = rendered_window(options.crop, options.size).size;
-    double most = 0.0;
-    const auto add = [&](const Shading& shading) {
-        double to_lights = 0.0, to_sky = 0.0;
-        if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows)
-            for (const Light& light : phong->lights ? *phong->lights : std::vector<Light>(2))
-                to_lights += shadow_ray_count(*phong, light);
-        else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading))
-            to_sky = occlusion->samples;
-        // About half of the pixels show surfaces. In units of 0.1 us, the draft takes 0.3 more for a coherent ray, 5
-        // for one to the sky, and 50 for a ray that does not end at the first surface.
-        const double of_opaque = 0.3 * (1.0 + 0.5 * to_lights) + 5.0 * 0.5 * to_sky;
-        const double of_translucent = 50.0 * (1.0 + 0.5 * (to_lights + to_sky));
-        most = std::max(most, even_opacity(shading) == 1.0 ? of_opaque : of_translucent);
+    const auto of_look = [](const Look& look) {
+        double most = 0.0;
+        const auto add = [&](const Shading& shading) {
+            double to_lights = 0.0, to_sky = 0.0;
+            if (const auto* phong = std::get_if<Phong>(&shading); phong && phong->shadows)
+                for (const Light& light : phong->lights ? *phong->lights : std::vector<Light>(2))
+                    to_lights += shadow_ray_count(*phong, light);
+            else if (const auto* occlusion = std::get_if<AmbientOcclusion>(&shading))
+                to_sky = occlusion->samples;
+            // About half of the pixels show surfaces. In units of 0.1 us, the draft takes 0.3 more for a coherent ray,
+            // 5 for one to the sky, and 50 for a ray that does not end at the first surface.
+            const double of_opaque = 0.3 * (1.0 + 0.5 * to_lights) + 5.0 * 0.5 * to_sky;
+            const double of_translucent = 50.0 * (1.0 + 0.5 * (to_lights + to_sky));
+            most = std::max(most, even_opacity(shading) == 1.0 ? of_opaque : of_translucent);
+        };
+        add(look.shading);
+        for (const auto& [geometry_id, shading] : look.shading_of_geometry)
+            add(shading);
+        return most;
     };
-    add(options.shading);
-    for (const auto& [geometry_id, shading] : options.shading_of_geometry)
-        add(shading);
+    double rays = of_look(options);
+    for (const Look& look : further)
+        rays += of_look(look);
     // Numbers that are refused later may be negative.
-    return static_cast<std::uint64_t>(std::max(0.0, most * size.x * size.y * options.samples));
+    return static_cast<std::uint64_t>(std::max(0.0, rays * size.x * size.y * options.samples));
 }
 
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers, ColorEncoding encoding)

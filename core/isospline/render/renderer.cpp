@@ -1,5 +1,6 @@
 #include "isospline/render/renderer.h"
 
+#include "isospline/render/appearances.h"
 #include "isospline/render/pixel_samples.h"
 #include "isospline/render/projection.h"
 #include "isospline/render/ray_batch.h"
@@ -31,21 +32,14 @@ namespace isospline {
 
 namespace {
 
-/// A checked shading with its lights, and values that are needed at every hit.
-struct Appearance {
-    Shading shading;
-    std::optional<double> even_opacity; ///< nothing if it varies from point to point
-    bool needs_curvature;
-};
-
 /// The memory of one thread that renders tile after tile.
 struct Workspace {
     explicit Workspace(const SceneSnapshot& scene) : caster(scene, RayCaster::Rays::coherent) {}
 
     RayCaster caster;
     RayBatch batch;
-    std::vector<glm::dvec3> colors_of_hits;   ///< of a batch
-    std::vector<glm::dvec4> colors_of_pixels; ///< of a tile, premultiplied
+    std::vector<glm::dvec3> colors_of_hits;                ///< of a batch
+    std::vector<std::vector<glm::dvec4>> colors_of_pixels; ///< of a tile in each look, premultiplied
     PhongPoints points;
     PhongColors colors_of_points;
 };
@@ -54,7 +48,8 @@ struct Workspace {
 class Renderer {
 public:
     /// `fragments` are filled as well, if they are not null.
-    Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments* fragments)
+    Renderer(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+             std::span<const Look> further, Fragments* fragments)
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
@@ -68,16 +63,15 @@ public:
                 throw_invalid("shading", "limits of ColorByDepth for parts of a scene", "none");
             return projection_.depth_range(scene.bounds());
         };
-        appearance_ = prepared(options.shading, depths);
-        for (const auto& [geometry_id, shading] : options.shading_of_geometry) {
-            if (!scene.contains(geometry_id))
-                throw_invalid("shading", "geometry ids of objects in the scene", geometry_id);
-            appearance_of_geometry_.emplace(geometry_id, prepared(shading, depths));
-        }
-        if (!all_opaque_)
+        looks_.emplace_back(scene, options, projection_, depths);
+        for (const Look& look : further)
+            looks_.emplace_back(scene, look, projection_, depths);
+        if (!looks_[0].all_opaque())
             absorption_.emplace(
-                scene, [this](std::uint32_t id) { return appearance_of(id).even_opacity; }, opacities());
-        image_ = blank_image(projection_, window_, layers_, options.encoding);
+                scene, [this](std::uint32_t id) { return looks_[0].of(id).even_opacity; }, opacities());
+        for (const Appearances& look : looks_)
+            images_.push_back(
+                blank_image(projection_, window_, &look == &looks_[0] ? layers_ : Layers(), options.encoding));
         if (fragments)
             prepare_fragments();
     }
@@ -86,33 +80,14 @@ public:
 
     void render_tile(std::size_t tile, Workspace& workspace);
 
-    Image take_image() &&
+    std::vector<Image> take_images() &&
     {
-        image_.covered_count = covered_count_;
-        return std::move(image_);
+        for (Image& image : images_)
+            image.covered_count = covered_count_;
+        return std::move(images_);
     }
 
 private:
-    Appearance prepared(Shading shading, const DepthRange& depths)
-    {
-        validate(shading);
-        fit_depth_limits(shading, depths);
-        if (auto* phong = std::get_if<Phong>(&shading); phong && !phong->lights)
-            phong->lights = camera_lights(projection_.right(), projection_.up(), projection_.forward());
-        needs_visibility_ = needs_visibility_ || Visibility::is_needed_by(shading);
-        const std::optional<double> opacity = even_opacity(shading);
-        all_opaque_ = all_opaque_ && opacity == 1.0;
-        return {shading, opacity, needs_curvature(shading)};
-    }
-
-    const Appearance& appearance_of(const Hit& hit) const { return appearance_of(hit.geometry_id); }
-
-    const Appearance& appearance_of(std::uint32_t geometry_id) const
-    {
-        const auto found = appearance_of_geometry_.find(geometry_id);
-        return found == appearance_of_geometry_.end() ? appearance_ : found->second;
-    }
-
     std::size_t index(const glm::ivec2& pixel) const
     {
         const glm::vec<2, std::size_t> place(pixel - window_.first);
@@ -128,7 +103,7 @@ private:
 
     double opacity_of(const Hit& hit, const Ray& ray) const
     {
-        const Appearance& appearance = appearance_of(hit);
+        const Appearance& appearance = looks_[0].of(hit.geometry_id);
         return appearance.even_opacity ? *appearance.even_opacity
                                        : opacity(appearance.shading, point_of(hit, ray, false));
     }
@@ -140,16 +115,16 @@ private:
 
     std::size_t fragment(std::size_t sample, const glm::ivec2& pixel) const
     {
-        return sample * image_.pixel_count() + index(pixel);
+        return sample * images_[0].pixel_count() + index(pixel);
     }
 
     void prepare_fragments();
     void store_fragments(std::size_t sample, const RayBatch& batch);
     void store_openness(RayBatch batch, std::size_t ray_count);
-    void shade_hits(const Visibility& visibility, Workspace& workspace) const;
+    void shade_hits(const Appearances& look, std::uint32_t sample, Workspace& workspace) const;
     glm::dvec4 color_of_ray(const Workspace& workspace, std::size_t ray) const;
     void store_layers(std::size_t pixel, const Hit& hit, const Ray& ray);
-    void store_color(std::size_t pixel, const glm::dvec4& color);
+    void store_color(Image& image, std::size_t pixel, const glm::dvec4& color);
 
     const SceneSnapshot& scene_;
     SurfaceLookup lookup_;
@@ -157,13 +132,11 @@ private:
     Window window_;
     Layers layers_;
     std::vector<PixelSample> samples_;
-    bool needs_visibility_ = false, all_opaque_ = true;
-    Appearance appearance_;
-    std::map<std::uint32_t, Appearance> appearance_of_geometry_;
+    std::vector<Appearances> looks_;       ///< the first decides opacities and layers
     std::optional<Absorption> absorption_; ///< unless all surfaces are opaque
     glm::vec4 background_;
-    Tiles tiles_; ///< of the window
-    Image image_;
+    Tiles tiles_;               ///< of the window
+    std::vector<Image> images_; ///< in each look
     Fragments* fragments_;
     std::optional<SceneCertifier> certifier_; ///< for the layer
     std::atomic<std::size_t> covered_count_ = 0;
@@ -176,12 +149,9 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
     for (glm::ivec2& pixel : batch.pixels)
         pixel += window_.first;
 
-    const auto shading_at = [this](const Hit& hit, const Ray& ray) {
-        return std::pair(&appearance_of(hit).shading, point_of(hit, ray, false));
-    };
     // One batch of rays per sample; the first goes through the centres, and may be for the layers only.
     const std::size_t ray_count = batch.pixels.size();
-    workspace.colors_of_pixels.assign(ray_count, glm::dvec4(0.0));
+    workspace.colors_of_pixels.assign(looks_.size(), std::vector<glm::dvec4>(ray_count, glm::dvec4(0.0)));
     for (std::size_t number = 0; number < samples_.size(); ++number) {
         const PixelSample& sample = samples_[number];
         const bool for_layers = number == 0 && layers_.any_of_centers();
@@ -193,14 +163,14 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             batch.rays[i] = projection_.ray(glm::dvec2(pixel) + sample.position, lens_position(sample, pixel));
         }
         workspace.caster.cast(batch.rays, batch.hits);
-        if (!all_opaque_)
+        if (absorption_)
             append_hits_behind(batch, scene_, opacities());
 
         if (for_layers) {
             if (layers_.ambient_occlusion)
                 store_openness(batch, ray_count);
             for (std::size_t i = 0; certifier_ && i < ray_count; ++i)
-                image_.certified[index(batch.pixels[i])] =
+                images_[0].certified[index(batch.pixels[i])] =
                     static_cast<std::uint32_t>(certifier_->certify(batch.rays[i]).status);
             for (std::size_t i = 0; i < ray_count; ++i)
                 if (batch.hits[i])
@@ -210,32 +180,37 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             store_fragments(number, batch);
         if (sample.weight == 0.0)
             continue;
-        Visibility visibility;
-        if (needs_visibility_)
-            visibility = {scene_, batch, shading_at, absorption_, static_cast<std::uint32_t>(number)};
-        shade_hits(visibility, workspace);
-        for (std::size_t i = 0; i < ray_count; ++i) {
-            if (!batch.hits[i])
-                continue;
-            const glm::dvec4 color = color_of_ray(workspace, i);
-            workspace.colors_of_pixels[i] += sample.weight * color;
-            if (fragments_)
-                fragments_->colors[fragment(number, batch.pixels[i])] = glm::dvec3(color);
+        for (std::size_t look = 0; look < looks_.size(); ++look) {
+            shade_hits(looks_[look], static_cast<std::uint32_t>(number), workspace);
+            for (std::size_t i = 0; i < ray_count; ++i) {
+                if (!batch.hits[i])
+                    continue;
+                const glm::dvec4 color = color_of_ray(workspace, i);
+                workspace.colors_of_pixels[look][i] += sample.weight * color;
+                if (fragments_)
+                    fragments_->colors[fragment(number, batch.pixels[i])] = glm::dvec3(color);
+            }
         }
     }
 
     std::size_t covered_count = 0;
     for (std::size_t i = 0; i < ray_count; ++i) {
-        store_color(index(batch.pixels[i]), workspace.colors_of_pixels[i]);
-        covered_count += workspace.colors_of_pixels[i].a > 0.0;
+        for (std::size_t look = 0; look < looks_.size(); ++look)
+            store_color(images_[look], index(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
+        covered_count += workspace.colors_of_pixels[0][i].a > 0.0;
     }
     covered_count_ += covered_count;
 }
 
-/// The colours of all hits of the batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
-void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) const
+/// The colours of all hits of a sample's batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
+void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspace& workspace) const
 {
     const RayBatch& batch = workspace.batch;
+    const auto shading_at = [&](const Hit& hit, const Ray& ray) {
+        return std::pair(&look.of(hit.geometry_id).shading, point_of(hit, ray, false));
+    };
+    const Visibility visibility =
+        look.needs_visibility() ? Visibility(scene_, batch, shading_at, absorption_, sample) : Visibility();
     workspace.colors_of_hits.resize(batch.hits.size());
     const Phong* model = nullptr;
     std::array<std::size_t, PhongPoints::capacity> hit_of_point;
@@ -254,12 +229,12 @@ void Renderer::shade_hits(const Visibility& visibility, Workspace& workspace) co
         const Hit& hit = batch.hits[i];
         if (!hit)
             continue;
-        const Appearance& appearance = appearance_of(hit);
+        const Appearance& appearance = look.of(hit.geometry_id);
         const auto* const phong = std::get_if<Phong>(&appearance.shading);
         const auto* const constant = phong ? std::get_if<glm::dvec3>(&phong->color) : nullptr;
-        if (needs_visibility_ || !constant || !lookup_.is_plain(hit)) {
+        if (look.needs_visibility() || !constant || !lookup_.is_plain(hit)) {
             SurfacePoint point = point_of(hit, batch.rays[i], appearance.needs_curvature);
-            if (needs_visibility_) {
+            if (look.needs_visibility()) {
                 point.lit = visibility.lit(i);
                 point.openness = visibility.openness(i);
             }
@@ -291,10 +266,10 @@ glm::dvec4 Renderer::color_of_ray(const Workspace& workspace, std::size_t ray) c
 
 void Renderer::prepare_fragments()
 {
-    if (!all_opaque_ || needs_visibility_ || layers_.ambient_occlusion)
+    if (absorption_ || looks_[0].needs_visibility() || layers_.ambient_occlusion)
         throw_invalid("shading", "opaque surfaces without shadows and ambient occlusion for parts of a scene",
-                      all_opaque_ ? "another that casts shadow rays" : "an opacity below 1");
-    const std::size_t count = samples_.size() * image_.pixel_count();
+                      !absorption_ ? "another that casts shadow rays" : "an opacity below 1");
+    const std::size_t count = samples_.size() * images_[0].pixel_count();
     *fragments_ = {};
     for (const PixelSample& sample : samples_)
         fragments_->weights.push_back(sample.weight);
@@ -325,39 +300,41 @@ void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
         scene_, batch, [&](const Hit&, const Ray&) { return std::pair(&shading, SurfacePoint()); }, absorption_, 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
-            image_.ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));
+            images_[0].ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));
 }
 
 void Renderer::store_layers(std::size_t pixel, const Hit& hit, const Ray& ray)
 {
-    const SurfacePoint point = point_of(hit, ray, layers_.curvature || appearance_of(hit).needs_curvature);
+    Image& image = images_[0];
+    const Appearance& appearance = looks_[0].of(hit.geometry_id);
+    const SurfacePoint point = point_of(hit, ray, layers_.curvature || appearance.needs_curvature);
     if (layers_.depth)
-        image_.depth[pixel] = static_cast<float>(point.depth);
+        image.depth[pixel] = static_cast<float>(point.depth);
     if (layers_.position)
-        image_.position[pixel] = glm::vec3(point.position);
+        image.position[pixel] = glm::vec3(point.position);
     if (layers_.normal)
-        image_.normal[pixel] = glm::vec3(point.normal);
+        image.normal[pixel] = glm::vec3(point.normal);
     if (layers_.albedo)
-        image_.albedo[pixel] = glm::vec3(albedo(appearance_of(hit).shading, point));
+        image.albedo[pixel] = glm::vec3(albedo(appearance.shading, point));
     if (layers_.gradient_magnitude)
-        image_.gradient_magnitude[pixel] = static_cast<float>(hit.gradient_magnitude);
+        image.gradient_magnitude[pixel] = static_cast<float>(hit.gradient_magnitude);
     if (layers_.curvature)
-        image_.curvature[pixel] = glm::vec2(point.curvature.mean, point.curvature.gaussian);
+        image.curvature[pixel] = glm::vec2(point.curvature.mean, point.curvature.gaussian);
     if (layers_.geometry_ids)
-        image_.geometry_ids[pixel] = hit.geometry_id;
+        image.geometry_ids[pixel] = hit.geometry_id;
     if (layers_.primitive_ids)
-        image_.primitive_ids[pixel] = hit.primitive_id;
+        image.primitive_ids[pixel] = hit.primitive_id;
 }
 
-void Renderer::store_color(std::size_t pixel, const glm::dvec4& color)
+void Renderer::store_color(Image& image, std::size_t pixel, const glm::dvec4& color)
 {
     // Sums of weights may differ from 1 by rounding.
     const double coverage = std::abs(color.a - 1.0) < 1e-9 ? 1.0 : color.a;
     const double behind = (1.0 - coverage) * background_.a;
-    image_.set_color(pixel, glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind));
+    image.set_color(pixel, glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind));
 }
 
-Image render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& progress)
+std::vector<Image> render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& progress)
 {
     std::mutex mutex;
     std::vector<std::unique_ptr<Workspace>> idle;
@@ -381,20 +358,26 @@ Image render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& pr
             idle.push_back(std::move(workspace));
         },
         progress);
-    return std::move(renderer).take_image();
+    return std::move(renderer).take_images();
 }
 
 } // namespace
 
 Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, const Progress& progress)
 {
-    return render(scene, Renderer(scene, camera, options, nullptr), progress);
+    return std::move(render_looks(scene, camera, options, {}, progress)[0]);
+}
+
+std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+                                std::span<const Look> further, const Progress& progress)
+{
+    return render(scene, Renderer(scene, camera, options, further, nullptr), progress);
 }
 
 Image render_part(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options, Fragments& fragments,
                   const Progress& progress)
 {
-    return render(scene, Renderer(scene, camera, options, &fragments), progress);
+    return std::move(render(scene, Renderer(scene, camera, options, {}, &fragments), progress)[0]);
 }
 
 } // namespace isospline

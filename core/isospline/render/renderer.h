@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace isospline {
@@ -20,11 +21,15 @@ namespace isospline {
 class Projection;
 class SceneSnapshot;
 
-struct RenderOptions {
-    glm::ivec2 size{640, 360};  ///< width and height in pixels; the default is the paper's
-    std::optional<Window> crop; ///< the part of the picture that is rendered; by default all
+/// The shadings of a scene's objects.
+struct Look {
     Shading shading = Phong{};
     std::map<std::uint32_t, Shading> shading_of_geometry; ///< by geometry id, instead of `shading`
+};
+
+struct RenderOptions : Look {
+    glm::ivec2 size{640, 360};  ///< width and height in pixels; the default is the paper's
+    std::optional<Window> crop; ///< the part of the picture that is rendered; by default all
     glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of the background
     int samples = 1;            ///< rays per pixel for its colour
     Layers layers;              ///< all except those of path traced images
@@ -59,7 +64,7 @@ void validate(const RenderOptions& options, bool is_part);
 
 /// About the number of rays that a picture needs, for Scene::snapshot(): single rays for which a settled index pays as
 /// much. A ray in a packet counts for less than one, one through translucent surfaces for many.
-std::uint64_t ray_count(const RenderOptions& options);
+std::uint64_t ray_count(const RenderOptions& options, std::span<const Look> further = {});
 
 /// A window of an image in which all rays missed.
 Image blank_image(const Projection& projection, const Window& window, const Layers& layers = {},
@@ -76,6 +81,10 @@ Image blank_image(const Projection& projection, const Window& window, const Laye
 /// returns false.
 Image render(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
              const Progress& progress = {});
+
+/// The same, and pictures in further looks, with the same opacities, from the same rays; these have no layers.
+std::vector<Image> render_looks(const SceneSnapshot& scene, const Camera& camera, const RenderOptions& options,
+                                std::span<const Look> further, const Progress& progress = {});
 
 /// The same for a part of a larger scene, with the fragments from which the picture of the larger scene is composed.
 /// Also throws std::invalid_argument for shadings whose colours depend on more than the first hit of a ray: those that

@@ -31,10 +31,8 @@ KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
 _ANGLE = 14.0
 # The part of the sky that every surface sees in fast light. Faces turned away from the key light need it.
 _OPEN = 0.65
-# The pictures in the order of drawing, with their approximate relative times: rays to lights cost more than others.
-_SURFACES = {"guides": 0.2, "key": 1.0, "shadows": 3.0, "sky": 1.0, "occlusion": 4.0, "fill": 1.0}
-_GROUND = {"ground in key": 2.0, "ground in sky": 3.0}
-_VALUES = {"values": 1.0}
+# The part of the time until the ground is drawn.
+_UNTIL_GROUND = 0.7
 
 # The colours of cuts that show values, and what they have in pictures of light. Rules are not lit.
 _RULES = (
@@ -155,67 +153,61 @@ def render_in_studio(
         image._arrays.lay_over(background)
         return image
 
-    scene._prepare(_ray_count(looks.values(), light, **options))
-    seen = copy(scene)  # shares the objects; the given scene does not get the ground
-    radius = _radius(seen)
-    ground = _ground(seen, camera, light, radius) if light.ground and radius > 0 else None
-    shares = {**_SURFACES, **(_VALUES if values else {}), **({} if ground is None else _GROUND)}
+    radius = _radius(scene)
+    ground = _ground(scene, camera, light, radius) if light.ground and radius > 0 else None
     crop = options["crop"]
     wide, inner = widened(crop, options["size"])
     around = {**options, **flat, "crop": wide}
 
-    def draw(part, shading, options, **more):
-        begin = sum(list(shares.values())[: list(shares).index(part)]) / sum(shares.values())
-        share = shares[part] / sum(shares.values())
-        report = progress and (lambda fraction: progress(begin + share * fraction))
-        options = {**options, **more, "progress": report or None, "background": None, "encoding": "linear"}
-        return Image(_core.render(seen, camera, shading=shading, **options))
+    def draw(scene, shadings, options, begin, end, **more):
+        report = progress and (lambda fraction: progress(begin + (end - begin) * fraction))
+        options = {**options, **more, "progress": report or None}
+        return [Image(arrays) for arrays in _core.render_looks(scene, camera, shadings=shadings, **options)]
 
-    # Each picture is a mean over the same rays of each pixel: they can be added. Only the hidden part of a light has
+    # The pictures are means over the same rays of each pixel: they can be added. Only the hidden part of a light has
     # noise. The fill light casts no shadow.
     unhidden = {"lights": [lights.key], "shadows": False, "ambient": 0}
     shadowed = {**unhidden, "shadows": True, "shadow_samples": light.light_samples}
     key = {id: look.replace(**unhidden) for id, look in looks.items()}
-    fill = {id: look.replace(**{**unhidden, "lights": [lights.fill]}, specular=0) for id, look in looks.items()}
-    sky = {id: look.replace(**UNLIT) for id, look in looks.items()}
-    guides = draw("guides", sky, around, samples=1, layers=GUIDES)
-    image = draw("key", key, options)
-    open_key = image if crop is None else draw("key", key, around)
-    in_key = draw("shadows", {id: look.replace(**shadowed) for id, look in looks.items()}, around)
-    open_sky = draw("sky", sky, around)
-    in_sky = draw("occlusion", {id: _sky(look, light.light_samples, radius) for id, look in looks.items()}, around)
+    in_looks = (
+        key,
+        {id: look.replace(**shadowed) for id, look in looks.items()},
+        {id: look.replace(**UNLIT) for id, look in looks.items()},
+        {id: _sky(look, light.light_samples, radius) for id, look in looks.items()},
+        {id: look.replace(**{**unhidden, "lights": [lights.fill]}, specular=0) for id, look in looks.items()},
+    )
+    until = 1.0 if ground is None else _UNTIL_GROUND
+    if crop is None:
+        image, in_key, open_sky, in_sky, filled = draw(scene, in_looks, options, 0.0, until)
+        open_key = image
+    else:
+        (image,) = draw(scene, [key], options, 0.0, 0.0)
+        open_key, in_key, open_sky, in_sky, filled = draw(scene, in_looks, around, 0.0, until)
+    (guides,) = draw(scene, [key], around, until, until, samples=1, layers=GUIDES)
     of_key, of_sky = seen_parts([(in_key.color, open_key.color), (in_sky.color, open_sky.color)], guides)
     color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]
-    color += draw("fill", fill, around).color[..., :3]
-    image.color[..., :3] = color[inner]
+    image.color[..., :3] = (color + filled.color[..., :3])[inner]
     image._arrays.tone_map("neutral")
     if values:
-        _add_values(image, draw("values", values, {**options, **flat, "layers": albedo}))
+        (picture,) = draw(scene, [values], {**options, **flat, "layers": albedo}, until, until)
+        _add_values(image, picture)
 
     shade = None
     if ground is not None:
-        for id in seen.ids:
-            seen.set_visibility(id, visible=False)
-        id = seen.add(ground, casts_shadow=False)
+        below = copy(scene)  # shares the objects; the given scene does not get the ground
+        for id in below.ids:
+            below.set_visibility(id, visible=False)
+        id = below.add(ground, casts_shadow=False)
         # A plane has no edges, so one ray per pixel is enough.
         around |= {"samples": 1, "mask": near(open_key.color[..., 3] < 1)}
         count = options["samples"] * light.light_samples
         white = _core.Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
-        in_key = draw("ground in key", {**looks, id: white}, around).color
-        in_sky = draw("ground in sky", {**looks, id: _sky(_core.Phong(), count, radius)}, around).color
+        under_lights = [{**looks, id: white}, {**looks, id: _sky(_core.Phong(), count, radius)}]
+        in_key, in_sky = (each.color for each in draw(below, under_lights, around, until, 1.0))
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
         shade = mean_on_plane(shade, in_key[..., 3])[inner]
     image._arrays.lay_over(background, shade)
     return image
-
-
-def _ray_count(looks, light, *, size, samples, **others):
-    """About the number of rays of a picture, by what a settled index saves of each, as ray_count() of the core."""
-    is_opaque = all(look.opacity == 1 and look.silhouette_opacity is None for look in looks)
-    coherent, to_sky = (0.3, 5) if is_opaque else (50, 50)
-    surfaces = samples * (5 * coherent + (coherent + to_sky) * light.light_samples / 2)
-    ground = samples * light.light_samples * 2 * coherent if light.ground else 0
-    return int(size[0] * size[1] * (surfaces + ground))
 
 
 def upward_for(scene: _core.Scene, camera: Any) -> tuple[float, float, float]:
