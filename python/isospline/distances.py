@@ -57,8 +57,8 @@ def surface_distance(
 
     Notes
     -----
-    Caps count. No point p of `surface` is farther from `other` than from any point q of `other`. In a triangle, |p - q|
-    is largest at a corner. In a box, the surface is between two parallel planes, which Taylor's theorem gives from a
+    Caps count. No point p of `surface` is farther from `other` than from any point q of `other`. In a triangle, the
+    distance of p from q is largest at a corner. In a box, the surface is between two parallel planes, which Taylor's theorem gives from a
     bound on the second derivatives of the model there, of degree 2 or 3; caps are in known planes. If q is the point
     nearest to the middle of a part with radius r, at a distance d, and the surfaces are parallel, the bound is about
     sqrt(d^2 + r^2). At degree 1, whose gradient jumps, it is that of the box, d + r. Boxes with the largest bounds are
