@@ -58,13 +58,13 @@ def surface_distance(
     Notes
     -----
     Caps count. No point p of `surface` is farther from `other` than from any point q of `other`. In a triangle, the
-    distance of p from q is largest at a corner. In a box, the surface is between two parallel planes, which Taylor's theorem gives from a
-    bound on the second derivatives of the model there, of degree 2 or 3; caps are in known planes. If q is the point
-    nearest to the middle of a part with radius r, at a distance d, and the surfaces are parallel, the bound is about
-    sqrt(d^2 + r^2). At degree 1, whose gradient jumps, it is that of the box, d + r. Boxes with the largest bounds are
-    divided into eight, triangles into four, until the bounds are within the tolerance of a known distance or there are
-    2^19 of them. So a small tolerance is not reached for large surfaces that are parallel, and for surfaces much less
-    than a voxel apart; the bounds show this.
+    distance of p from q is largest at a corner. In a box, the surface is between two parallel planes, which Taylor's
+    theorem gives from a bound on the second derivatives of the model there, of degree 2 or 3; caps are in known planes.
+    If q is the point nearest to the middle of a part with radius r, at a distance d, and the surfaces are parallel, the
+    bound is about sqrt(d^2 + r^2). At degree 1, whose gradient jumps, it is that of the box, d + r. Boxes with the
+    largest bounds are divided into eight, triangles into four, until the bounds are within the tolerance of a known
+    distance or there are 2^19 of them. So a small tolerance is not reached for large surfaces that are parallel, and
+    for surfaces much less than a voxel apart; the bounds show this.
 
     Examples
     --------
