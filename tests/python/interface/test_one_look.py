@@ -54,20 +54,29 @@ def by_viewer(shown, camera):
         return image.to_srgb(), script(viewer.document, state, (640, 480), "viewer.png")
 
 
-def test_a_file_an_array_a_notebook_the_command_and_the_viewer(file, samples, tmp_path, monkeypatch):
+def test_a_file_an_array_a_notebook_and_the_command(file, samples):
     image = isospline.render(file)
     volume = isospline.Volume(samples)
     assert image.size == (640, 480) and image == isospline.render(samples)
     expected = image.to_srgb()
     np.testing.assert_array_equal(pixels(volume._repr_png_()), expected)
     np.testing.assert_array_equal(by_command(file), expected)
+    # It is in studio light on the light background, and the speck is gone.
+    assert image == isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=())
+
+
+def test_the_viewer_and_its_code(file, samples, tmp_path, monkeypatch):
+    pytest.importorskip("websockets")
+    expected = isospline.render(samples).to_srgb()
     shown, program = by_viewer(file, isospline.camera_for(as_scene(samples)))
     np.testing.assert_array_equal(shown, expected)
     monkeypatch.chdir(tmp_path)
     exec(compile(program, "picture.py", "exec"), {})  # as a user runs it
     np.testing.assert_array_equal(pixels((tmp_path / "viewer.png").read_bytes()), expected)
-    # It is in studio light on the light background, and the speck is gone.
-    assert image == isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=())
+    volume = isospline.Volume(samples)
+    scene = isospline.Scene([isospline.Isosurface(volume, level, closed=True) for level in (300, 600)])
+    shown, _ = by_viewer(scene, isospline.camera_for(scene))
+    np.testing.assert_array_equal(shown, isospline.render(scene).to_srgb())
 
 
 def test_a_level_and_the_quick_variant(file, samples):
@@ -87,8 +96,6 @@ def test_several_objects_have_the_same_colours_everywhere(file, samples):
     expected = isospline.render(scene)
     np.testing.assert_array_equal(by_command(file, "-l", "300", "-l", "600"), expected.to_srgb())
     np.testing.assert_array_equal(pixels(scene._repr_png_()), expected.to_srgb())
-    shown, _ = by_viewer(scene, isospline.camera_for(scene))
-    np.testing.assert_array_equal(shown, expected.to_srgb())
 
 
 def test_a_scale_bar_if_the_unit_is_known(samples, tmp_path):
