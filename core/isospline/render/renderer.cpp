@@ -207,7 +207,8 @@ void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspa
 {
     const RayBatch& batch = workspace.batch;
     const auto shading_at = [&](const Hit& hit, const Ray& ray) {
-        return std::pair(&look.of(hit.geometry_id).shading, point_of(hit, ray, false));
+        const glm::dvec3 normal = lookup_.is_plain(hit) ? hit.normal : point_of(hit, ray, false).normal;
+        return std::pair(&look.of(hit.geometry_id).shading, normal);
     };
     const Visibility visibility =
         look.needs_visibility() ? Visibility(scene_, batch, shading_at, absorption_, sample) : Visibility();
@@ -297,7 +298,7 @@ void Renderer::store_openness(RayBatch batch, std::size_t ray_count)
     openness.samples = layers_.ambient_occlusion_samples;
     const Shading shading = openness;
     const Visibility sky(
-        scene_, batch, [&](const Hit&, const Ray&) { return std::pair(&shading, SurfacePoint()); }, absorption_, 0);
+        scene_, batch, [&](const Hit& hit, const Ray&) { return std::pair(&shading, hit.normal); }, absorption_, 0);
     for (std::size_t i = 0; i < ray_count; ++i)
         if (batch.hits[i])
             images_[0].ambient_occlusion[index(batch.pixels[i])] = static_cast<float>(sky.openness(i));

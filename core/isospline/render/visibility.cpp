@@ -97,33 +97,39 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
     : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
 {
     const std::vector<Hit>& hits = batch.hits;
-    std::vector<Ray> sky_rays, light_rays;
-    // Of each ray to a light: its place in from_lights_, its number among those of all hits, and its part of the light.
+    std::vector<Ray> sky_rays;
     struct ToLight {
-        std::size_t order, place, hit;
-        const Light* light;
-        glm::dvec2 square;
-        double part;
+        Ray ray;
+        std::size_t place; ///< in from_lights_
+        double part;       ///< of the light
     };
-    std::vector<ToLight> to_lights;
+    // By their number among the rays of a hit, because rays of neighbouring hits to one light are coherent.
+    std::vector<std::vector<ToLight>> to_lights;
     for (std::size_t i = 0; i < hits.size(); ++i) {
         if (!hits[i])
             continue;
-        const auto [shading, point] = shading_at(hits[i], batch.rays[i]);
+        const auto [shading, normal] = shading_at(hits[i], batch.rays[i]);
         // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
         const double weight = batch.weights.empty() ? 1.0 : batch.weights[i];
         const glm::dvec2 shift = shift_of(batch.pixels[i], sample);
         if (const auto* phong = std::get_if<Phong>(shading); phong && phong->shadows && phong->lights) {
             to_lights_[i] = {from_lights_.size(), phong->lights->size()};
+            const glm::dvec3 to_viewer = -glm::normalize(batch.rays[i].direction);
             std::size_t order = 0;
             for (const Light& light : *phong->lights) {
                 const std::size_t place = from_lights_.size();
                 const auto most = static_cast<std::size_t>(shadow_ray_count(*phong, light));
-                const std::size_t count = receives(*phong, light, point) ? share(weight, most) : 0;
+                const bool is_received = receives(*phong, light, hits[i].position, normal, to_viewer);
+                const std::size_t count = is_received ? share(weight, most) : 0;
                 from_lights_.push_back(0.0); // the sum of what follows; of a light that is not received, any number
-                for (std::size_t j = 0; j < count; ++j)
-                    to_lights.push_back({order + j, place, i, &light, lattice_point(j, count, shift),
-                                         1.0 / static_cast<double>(count)});
+                if (to_lights.size() < order + most)
+                    to_lights.resize(order + most);
+                for (std::size_t j = 0; j < count; ++j) {
+                    const glm::dvec2 square = lattice_point(j, count, shift);
+                    const auto ray_to = [&](const auto& source) { return towards(scene, hits[i], source, square); };
+                    to_lights[order + j].push_back(
+                        {std::visit(ray_to, light), place, 1.0 / static_cast<double>(count)});
+                }
                 order += most;
             }
         } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(shading)) {
@@ -136,16 +142,15 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
     }
     from_sky_ = transmittances(scene, sky_rays, absorption);
 
-    // Light by light, because rays of neighbouring hits to one light are coherent.
-    std::stable_sort(to_lights.begin(), to_lights.end(),
-                     [](const ToLight& a, const ToLight& b) { return a.order < b.order; });
-    light_rays.reserve(to_lights.size());
-    for (const ToLight& each : to_lights)
-        light_rays.push_back(std::visit(
-            [&](const auto& light) { return towards(scene, hits[each.hit], light, each.square); }, *each.light));
+    std::vector<Ray> light_rays;
+    for (const std::vector<ToLight>& of_order : to_lights)
+        for (const ToLight& each : of_order)
+            light_rays.push_back(each.ray);
     const std::vector<double> transmitted = transmittances(scene, light_rays, absorption);
-    for (std::size_t i = 0; i < to_lights.size(); ++i)
-        from_lights_[to_lights[i].place] += to_lights[i].part * transmitted[i];
+    auto part = transmitted.begin();
+    for (const std::vector<ToLight>& of_order : to_lights)
+        for (const ToLight& each : of_order)
+            from_lights_[each.place] += each.part * *part++;
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const

@@ -6,6 +6,8 @@
 #include "isospline/shade/shading.h"
 #include "isospline/trace/hit.h"
 
+#include <glm/vec3.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -24,8 +26,8 @@ public:
     /// Whether a model's colour depends on more than the point that it shades.
     static bool is_needed_by(const Shading& shading);
 
-    /// The model of a hit, with its lights, and the point that it shades.
-    using ShadingAt = std::function<std::pair<const Shading*, SurfacePoint>(const Hit&, const Ray&)>;
+    /// The model of a hit, with its lights, and the normal with which it shades.
+    using ShadingAt = std::function<std::pair<const Shading*, glm::dvec3>(const Hit&, const Ray&)>;
 
     /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out, and so is light that does not
     /// reach the shaded side. `absorption` is nothing if all surfaces are opaque.
