@@ -151,7 +151,9 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
 
     // One batch of rays per sample; the first goes through the centres, and may be for the layers only.
     const std::size_t ray_count = batch.pixels.size();
-    workspace.colors_of_pixels.assign(looks_.size(), std::vector<glm::dvec4>(ray_count, glm::dvec4(0.0)));
+    workspace.colors_of_pixels.resize(looks_.size());
+    for (std::vector<glm::dvec4>& colors : workspace.colors_of_pixels)
+        colors.assign(ray_count, glm::dvec4(0.0));
     for (std::size_t number = 0; number < samples_.size(); ++number) {
         const PixelSample& sample = samples_[number];
         const bool for_layers = number == 0 && layers_.any_of_centers();
@@ -182,11 +184,12 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
             continue;
         for (std::size_t look = 0; look < looks_.size(); ++look) {
             shade_hits(looks_[look], static_cast<std::uint32_t>(number), workspace);
+            std::vector<glm::dvec4>& colors = workspace.colors_of_pixels[look];
             for (std::size_t i = 0; i < ray_count; ++i) {
                 if (!batch.hits[i])
                     continue;
                 const glm::dvec4 color = color_of_ray(workspace, i);
-                workspace.colors_of_pixels[look][i] += sample.weight * color;
+                colors[i] += sample.weight * color;
                 if (fragments_)
                     fragments_->colors[fragment(number, batch.pixels[i])] = glm::dvec3(color);
             }
@@ -194,11 +197,11 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
     }
 
     std::size_t covered_count = 0;
-    for (std::size_t i = 0; i < ray_count; ++i) {
-        for (std::size_t look = 0; look < looks_.size(); ++look)
+    for (std::size_t look = 0; look < looks_.size(); ++look)
+        for (std::size_t i = 0; i < ray_count; ++i)
             store_color(images_[look], index(batch.pixels[i]), workspace.colors_of_pixels[look][i]);
+    for (std::size_t i = 0; i < ray_count; ++i)
         covered_count += workspace.colors_of_pixels[0][i].a > 0.0;
-    }
     covered_count_ += covered_count;
 }
 

@@ -122,8 +122,8 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
                 const bool is_received = receives(*phong, light, hits[i].position, normal, to_viewer);
                 const std::size_t count = is_received ? share(weight, most) : 0;
                 from_lights_.push_back(0.0); // the sum of what follows; of a light that is not received, any number
-                if (to_lights.size() < order + most)
-                    to_lights.resize(order + most);
+                while (to_lights.size() < order + most)
+                    to_lights.emplace_back().reserve(to_lights.size() < 4 ? hits.size() : 0);
                 for (std::size_t j = 0; j < count; ++j) {
                     const glm::dvec2 square = lattice_point(j, count, shift);
                     const auto ray_to = [&](const auto& source) { return towards(scene, hits[i], source, square); };
@@ -143,6 +143,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
     from_sky_ = transmittances(scene, sky_rays, absorption);
 
     std::vector<Ray> light_rays;
+    light_rays.reserve(from_lights_.size());
     for (const std::vector<ToLight>& of_order : to_lights)
         for (const ToLight& each : of_order)
             light_rays.push_back(each.ray);
