@@ -128,7 +128,10 @@ def test_each_frame_is_of_one_state(page, large_ball, viewer):
     """Level and colour change together: each drawn picture shows both changes or neither."""
     id = viewer.state.objects[0].id
     viewer.change(lambda state: state.with_object(id, color="#0000ff"))
-    page.settle()
+    for _ in range(600):  # until the first colour, which is reddish, is gone
+        if (page.pixels()[..., 0].astype(int) < page.pixels()[..., 2] - 40).mean() > 0.1:
+            break
+        time.sleep(0.1)
     for number in range(30):
         color = "#ff0000" if number % 2 else "#0000ff"
         viewer.change(lambda state, c=color, n=number % 2: state.with_object(id, color=c, level=float(10 * n)))
