@@ -187,18 +187,10 @@ py::array_t<std::uint8_t> encoded(const Image& image)
     return array;
 }
 
-/// Stores the linear colour of an image in 8-bit sRGB instead.
-void encode(Image& image)
-{
-    image.srgb8.resize(image.color.size());
-    std::transform(image.color.begin(), image.color.end(), image.srgb8.begin(), to_srgb8);
-    image.color.clear();
-}
-
 const EnumWords<ToneCurve> tone_curves{
     {"neutral", ToneCurve::neutral}, {"aces", ToneCurve::aces}, {"linear", ToneCurve::linear}};
 
-/// Calls `change(pixel)` for the colour of each pixel of an image, with its number, in parallel.
+/// Calls `change(color, i)` for the colour of each pixel of an image and its number, in parallel.
 template <typename Change>
 void change_colors(Image& image, const Change& change)
 {
@@ -211,6 +203,14 @@ void change_colors(Image& image, const Change& change)
             },
             progress);
     });
+}
+
+/// Stores the linear colour of an image in 8-bit sRGB instead.
+void encode(Image& image)
+{
+    image.srgb8.resize(image.color.size());
+    change_colors(image, [&](const glm::vec4& color, std::size_t i) { image.srgb8[i] = to_srgb8(color); });
+    image.color.clear();
 }
 
 /// Maps the parts of pixels that surfaces cover, `factor` times as bright.

@@ -1,7 +1,6 @@
 #include "isospline/render/visibility.h"
 
 #include "isospline/math/frame.h"
-#include "isospline/math/random.h"
 #include "isospline/scene/scene_snapshot.h"
 
 #include <glm/common.hpp>

@@ -177,7 +177,7 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     group.add_argument(
         "--focus", type=float, metavar="DISTANCE", help="of the plane in focus, world units; by default the middle"
     )
-    group.add_argument("--samples", type=int, metavar="N", help="rays per pixel (default 4, studio 8, path-trace 64)")
+    group.add_argument("--samples", type=int, metavar="N", help="rays per pixel (default 4, path-trace 64)")
     add_picture_options(group)
     group.add_argument(
         "--background",

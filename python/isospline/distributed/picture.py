@@ -109,7 +109,9 @@ class PictureInTheMaking:
         except TypeError as error:
             raise TypeError(f"isospline.distributed.render: {error}") from None
         changes = options.pop("color", None), options.pop("opacity", None)
-        light = options.get("light", "phong" if self._by == "parts" else None)
+        light = options.get("light")
+        if light is None and self._by == "parts":
+            light = "phong"
         look = options["light"] = resolve(self._scene.here, light, *changes)
         options["samples"] = samples_of(options.get("samples"), look)
         options["background"] = background_of(options.get("background"), look)

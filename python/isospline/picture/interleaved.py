@@ -56,17 +56,16 @@ def seen_parts(
     results = [np.ones(part.shape, np.float32) for part in parts]
     is_edge = np.zeros(guides.geometry_ids.shape, bool)
     for rows in row_bands(guides.geometry_ids):
-        first = rows.start
-        last = min(rows.stop, len(guides.geometry_ids))
+        first, last = rows.start, min(rows.stop, len(guides.geometry_ids))
         position, normal, id = (getattr(guides, name)[first:last] for name in GUIDES)
         sums, totals = ([np.zeros(id.shape, np.float32) for _ in parts] for _ in range(2))
         for weight, here, there, is_beside in _offsets(guides.geometry_ids.shape, first, last):
             apart = guides.position[there] - position[here]
-            distance = np.einsum("...i,...i", apart, apart)
+            square_distance = np.einsum("...i,...i", apart, apart)
             height = np.einsum("...i,...i", apart, normal[here])
             is_same = id[here] == guides.geometry_ids[there]
             is_same &= np.einsum("...i,...i", normal[here], guides.normal[there]) >= _ALIKE
-            is_same &= height * height <= _SLOPE**2 * distance
+            is_same &= height * height <= _SLOPE**2 * square_distance
             share = weight * is_same
             if is_beside:
                 is_edge[first:last][here] |= ~is_same & (guides.geometry_ids[there] != _core.INVALID_ID)

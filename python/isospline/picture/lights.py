@@ -106,10 +106,12 @@ def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str
     given = by_geometry_id(scene, light.materials, "materials")
     items = _items(scene)
     found = _own(items)
-    if isinstance(light, Studio) and light.material is None:  # colours at vertices are a colour
-        bare = {id: isinstance(item, _core.Mesh) and item._colors() is not None for id, (item, _) in items.items()}
-        looks = {id: _core.Material(color_of(place)) for place, id in enumerate(items) if not bare[id]}
-        found = looks | found
+    if isinstance(light, Studio) and light.material is None:
+        for place, (id, (item, _)) in enumerate(items.items()):
+            material = found.get(id, _core.Material())
+            has_colors = isinstance(item, _core.Mesh) and item._colors() is not None  # at its vertices
+            if material.color is None and not has_colors:
+                found[id] = material.replace(color=color_of(place))
     if changes:
         found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in items}
     found |= given

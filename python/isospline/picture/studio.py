@@ -73,7 +73,8 @@ class Studio:
     fast : bool
         Leaves out shadows, sky and ground; takes a tenth of the time or less.
     material : Material, optional
-        For objects that have no material of their own; by default white.
+        For objects that have no material of their own. By default, those without a colour have one of
+        `isospline.colors.COLORS` each, by their places in the scene.
     materials : dict of object or geometry id to Material
         For these objects of the scene; replaces their own.
 
@@ -181,8 +182,8 @@ def render_in_studio(
         image, in_key, open_sky, in_sky, filled = draw(scene, in_looks, options, 0.0, until)
         open_key = image
     else:
-        (image,) = draw(scene, [key], options, 0.0, 0.0)
         open_key, in_key, open_sky, in_sky, filled = draw(scene, in_looks, around, 0.0, until)
+        (image,) = draw(scene, [key], options, until, until)
     (guides,) = draw(scene, [key], around, until, until, samples=1, layers=GUIDES)
     of_key, of_sky = seen_parts([(in_key.color, open_key.color), (in_sky.color, open_sky.color)], guides)
     color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]

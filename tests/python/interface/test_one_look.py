@@ -153,6 +153,15 @@ def test_what_cannot_be_shown_is_told(tmp_path):
         isospline.render({"a": 1})
 
 
+def test_a_name_and_an_opacity_leave_the_colour(samples):
+    volume, options = isospline.Volume(samples), {"size": (96, 72)}
+    plain, named = (isospline.Isosurface(volume, 400.0, **look) for look in ({}, {"name": "a ball"}))
+    assert isospline.render(plain, **options) == isospline.render(named, **options)
+    thin = isospline.Isosurface(volume, 400.0, opacity=0.4)
+    assert isospline.render(thin, **options) == isospline.render(plain, opacity=0.4, **options)
+    assert isospline.render(thin, **options) != isospline.render(plain, **options)
+
+
 def test_backgrounds_and_encodings_of_the_default_light(samples):
     options = {"size": (96, 72)}
     image = isospline.render(samples, **options)
