@@ -28,7 +28,7 @@ ALL = "all"
 def add_picture_options(group):
     """Add the options of the argument group "picture"."""
     group.add_argument(
-        "--fast", action="store_true", help="leave out shadows, sky and ground; takes a tenth of the time or less"
+        "--fast", action="store_true", help="leave out shadows, sky and ground; takes about a tenth of the time"
     )
     group.add_argument("--denoise", action="store_true", help="remove the noise of path tracing by Open Image Denoise")
     group.add_argument(

@@ -71,7 +71,7 @@ class Studio:
     light_samples : int
         Shadow rays to the key light, and rays to the sky, for each ray of a pixel; 1 to 65536.
     fast : bool
-        Leaves out shadows, sky and ground; takes a tenth of the time or less.
+        Leaves out shadows, sky and ground; takes about a tenth of the time.
     material : Material, optional
         For objects that have no material of their own. By default, those without a colour have one of
         `isospline.colors.COLORS` each, by their places in the scene.
