@@ -54,9 +54,11 @@ class Page:
     def wait(self, expression, seconds=60):
         """Wait until something is true in the page."""
         end = time.monotonic() + seconds
+        messages = set()  # the page removes them after some seconds
         while not self.evaluate(expression):
+            messages.add(self.messages())
             assert not self.problems, self.problems
-            assert time.monotonic() < end, f"waited in vain for {expression}; messages: {self.messages()!r}"
+            assert time.monotonic() < end, f"waited in vain for {expression}; messages: {messages}"
             time.sleep(0.02)
 
     def settle(self):

@@ -10,18 +10,33 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterator
+from contextvars import ContextVar
 
 from .. import _core
+
+_is_silent = ContextVar("is_silent", default=False)
 
 
 def warn(message: str) -> None:
     """Warn the user, at the line that called this package; compiled functions warn in this way, too."""
+    if _is_silent.get():
+        return
     frame = sys._getframe(1)
     level = 2
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "isospline":
         frame = frame.f_back
         level += 1
     warnings.warn(message, UserWarning, stacklevel=level)
+
+
+@contextlib.contextmanager
+def without_warnings() -> Iterator[None]:
+    """Leave out the warnings of this package on this thread; `warnings.catch_warnings` changes those of all threads."""
+    token = _is_silent.set(True)
+    try:
+        yield
+    finally:
+        _is_silent.reset(token)
 
 
 def child_environment(**variables: str) -> dict[str, str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..base.system import without_warnings
 from ..colors import CURVATURES
 from ..picture.defaults import STUDIO_SAMPLES
 from ..picture.path_tracer import PathTracer
@@ -104,6 +105,7 @@ class PictureMaker:
             key: self._document[key].scales.overview if detail is None else detail for key, detail in stored.items()
         }
 
+    @without_warnings()  # a level may be moved to where there is no surface
     def geometry_ids(self, state, camera=None, size=None):
         """The visible objects' geometry ids in the scene, by their ids in the state.
 

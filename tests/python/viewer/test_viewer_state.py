@@ -76,6 +76,21 @@ def test_script_makes_the_very_picture(opened, folder, name, monkeypatch):
     assert (folder / "picture.png").stat().st_size > 100
 
 
+def test_a_level_without_a_surface_leaves_an_empty_picture_without_a_warning(opened):
+    document, state = opened
+    state = state.without_object(1).without_object(2).replace(light="phong")  # a studio has a ground
+    maker = PictureMaker(document)
+    above = 2 * document["source1"].level_range[1]
+    for level in (0.0, above, 0.0):
+        state = state.with_object(0, level=level)
+        for stage in (None, passes(state)[-1]):
+            for each in (maker, PictureMaker(document)):
+                image = each.render(state, SIZE, stage, layers=("depth",))
+                assert np.isfinite(image.depth).any() == (level == 0)
+    with pytest.warns(UserWarning, match="no surface"):
+        isospline.Isosurface(document["source1"].item, above)
+
+
 def test_render_takes_a_session(opened, folder):
     document, state = opened
     write_session(folder / "a.json", session_of(document, state))
