@@ -91,7 +91,8 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
     return image;
 }
 
-/// The linear images of a scene over no background in several looks; the first one has layers.
+/// The linear images of a scene over no background in several looks; the first one has layers. Their light is a mean
+/// over neighbouring pixels, which isospline.picture.interleaved takes.
 std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Camera& camera, std::array<int, 2> size,
                                                           std::vector<GivenShading> shadings, int samples,
                                                           const py::object& layers, int ambient_occlusion_samples,
@@ -99,6 +100,7 @@ std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Ca
                                                           const std::optional<Mask>& mask)
 {
     RenderOptions options = as_options(size, py::none(), samples, layers, ambient_occlusion_samples, "linear", crop);
+    options.shadow_rays = ShadowRays::at_random;
     if (mask)
         options.mask.assign(mask->data(), mask->data() + mask->size());
     if (shadings.empty())

@@ -72,13 +72,14 @@ void visit_roots_of(const CandidateCells& cells, double threshold, const Lattice
     std::vector<CrossingInCell> crossings;
     for (LaneMask rest = cells.lanes; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
+        const LatticeRay ray = rays.ray(lane);
         crossings.clear();
         if (cells.are_copied)
-            all_roots(CellOfLane<Degree>(cells, threshold, lane), rays.ray(lane), crossings);
+            all_roots(CellOfLane<Degree>(cells, threshold, lane), ray, crossings);
         else
-            all_roots(CellCoefficients(cells.only, threshold, cells.lower_of_only), rays.ray(lane), crossings);
+            all_roots(CellCoefficients(cells.only, threshold, cells.lower_of_only), ray, crossings);
         for (const CrossingInCell& crossing : crossings)
-            visitor.visit(visitor.context, lane, crossing.root);
+            visitor.visit(visitor.context, lane, crossing, ray.inside_cell(cells.lower_of(lane)).t_near);
     }
 }
 
@@ -90,7 +91,7 @@ LaneMask count_roots_of(const CandidateCells& cells, double threshold, const Lat
         std::uint8_t* counts;
         LaneMask lanes;
     } found{counts, 0};
-    const auto count = [](void* context, int lane, const RootInCell&) {
+    const auto count = [](void* context, int lane, const CrossingInCell&, double) {
         Found& of = *static_cast<Found*>(context);
         const LaneMask bit = LaneMask{1} << lane;
         of.counts[lane] = static_cast<std::uint8_t>((of.lanes & bit) != 0 ? of.counts[lane] + 1 : 1);

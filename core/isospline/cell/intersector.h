@@ -14,9 +14,9 @@
 
 namespace isospline {
 
-/// Called for a crossing of the ray in a lane of a packet.
+/// Called for a crossing of the ray in a lane of a packet, with the t at which the ray enters the cell.
 struct RootVisitor {
-    void (*visit)(void* context, int lane, const RootInCell& root);
+    void (*visit)(void* context, int lane, const CrossingInCell& crossing, double t_begin);
     void* context;
 };
 

@@ -169,6 +169,7 @@ HWY_INLINE LaneMask clip_packet(const Cells& cells, const LatticeRayPacket& rays
 // What single precision proves about the segments.
 struct PacketVerdict {
     LaneMask one_root, undecided;
+    LaneMask rising;                                 ///< of those with one root: f increases along the ray
     alignas(64) float s[LatticeRayPacket::capacity]; ///< if there is one root, its approximate place
     alignas(64) float slope[LatticeRayPacket::capacity];
 };
@@ -180,7 +181,7 @@ HWY_INLINE PacketVerdict judge_packet(const Cells& cells, const PacketSegments& 
     using V = hn::Vec<Singles>;
     constexpr int order = 3 * Degree;
     PacketVerdict verdict;
-    verdict.one_root = verdict.undecided = 0;
+    verdict.one_root = verdict.undecided = verdict.rising = 0;
     for (std::size_t first = 0; first < LatticeRayPacket::capacity; first += hn::Lanes(d)) {
         const LaneMask wanted = inside & all_lanes(d) << first;
         if (wanted == 0)
@@ -196,6 +197,7 @@ HWY_INLINE PacketVerdict judge_packet(const Cells& cells, const PacketSegments& 
         verdict.one_root |= one_root;
         verdict.undecided |= wanted & ~to_lane_mask(d, proven.no_root, first) & ~one_root;
         if (one_root != 0) {
+            verdict.rising |= to_lane_mask(d, hn::Lt(scaled[0], hn::Zero(d)), first) & one_root;
             const RootEstimate<V> estimate = estimate_root<order>(scaled);
             hn::Store(estimate.s, d, verdict.s + first);
             hn::Store(estimate.slope, d, verdict.slope + first);

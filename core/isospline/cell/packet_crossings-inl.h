@@ -99,7 +99,8 @@ void visit_roots_in(const Cells& cells, const LatticeRayPacket& rays, LaneMask a
         refine_packet<Degree>(cells, rays, segments, verdict, verdict.one_root, rays.t_far, roots);
     for (LaneMask rest = refined.found; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        visitor.visit(visitor.context, lane, roots.root(lane));
+        const bool rising = (verdict.rising >> lane & 1u) != 0;
+        visitor.visit(visitor.context, lane, {roots.root(lane), rising}, segments.t_near[lane]);
     }
     std::vector<CrossingInCell> crossings;
     for (LaneMask rest = verdict.undecided | refined.undecided; rest != 0; rest &= rest - 1u) {
@@ -107,7 +108,7 @@ void visit_roots_in(const Cells& cells, const LatticeRayPacket& rays, LaneMask a
         crossings.clear();
         exact_all_roots<Degree>(cells.of_lane(lane), rays.ray(lane), crossings);
         for (const CrossingInCell& crossing : crossings)
-            visitor.visit(visitor.context, lane, crossing.root);
+            visitor.visit(visitor.context, lane, crossing, segments.t_near[lane]);
     }
 }
 

@@ -28,7 +28,7 @@ void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const Opaci
     }
     std::vector<Crossing> crossings;
     std::vector<std::uint32_t> counts(translucent.size());
-    scene.list_intersections(translucent, crossings, counts);
+    scene.list_intersections(translucent, crossings, counts, /*coherent=*/true);
 
     auto next = crossings.cbegin();
     auto count = counts.cbegin();

@@ -53,7 +53,7 @@ public:
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          tiles_(window_.size, options.mask), fragments_(fragments)
+          shadow_rays_(options.shadow_rays), tiles_(window_.size, options.mask), fragments_(fragments)
     {
         validate(options, fragments != nullptr);
         if (layers_.certified)
@@ -135,6 +135,7 @@ private:
     std::vector<Appearances> looks_;       ///< the first decides opacities and layers
     std::optional<Absorption> absorption_; ///< unless all surfaces are opaque
     glm::vec4 background_;
+    ShadowRays shadow_rays_;
     Tiles tiles_;               ///< of the window
     std::vector<Image> images_; ///< in each look
     Fragments* fragments_;
@@ -213,8 +214,9 @@ void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspa
         const glm::dvec3 normal = lookup_.is_plain(hit) ? hit.normal : point_of(hit, ray, false).normal;
         return std::pair(&look.of(hit.geometry_id).shading, normal);
     };
-    const Visibility visibility =
-        look.needs_visibility() ? Visibility(scene_, batch, shading_at, absorption_, sample) : Visibility();
+    const Visibility visibility = look.needs_visibility()
+                                      ? Visibility(scene_, batch, shading_at, absorption_, sample, shadow_rays_)
+                                      : Visibility();
     workspace.colors_of_hits.resize(batch.hits.size());
     const Phong* model = nullptr;
     std::array<std::size_t, PhongPoints::capacity> hit_of_point;

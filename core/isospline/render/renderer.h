@@ -21,6 +21,12 @@ namespace isospline {
 class Projection;
 class SceneSnapshot;
 
+/// Where the shadow rays of a camera ray through translucent surfaces begin.
+enum class ShadowRays {
+    by_weight, ///< at each surface, by its weight in the colour; they transmit parts of the light
+    at_random  ///< at one of the surfaces; they transmit all or nothing. For means over neighbouring pixels.
+};
+
 /// The shadings of a scene's objects.
 struct Look {
     Shading shading = Phong{};
@@ -36,6 +42,7 @@ struct RenderOptions : Look {
     ColorEncoding encoding = ColorEncoding::linear;
     /// One number for each pixel of the rendered window, 0 for those that stay empty; without numbers, none does.
     std::vector<std::uint8_t> mask;
+    ShadowRays shadow_rays = ShadowRays::by_weight;
 };
 
 /// The first hits of a picture's rays: all samples of a pixel one after the other, pixels row by row. The nearest

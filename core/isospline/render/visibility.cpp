@@ -8,29 +8,39 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace isospline {
 
 namespace {
 
-/// The shift of a pixel's sample in the unit square. The samples of a pixel are an additive recurrence of the plastic
-/// number, whose terms are well separated. The pixels of a block of 4 x 4 begin at the points of a Hammersley set, so
-/// that the block covers the square 16 times as finely (A. Keller, W. Heidrich, "Interleaved sampling", EGWR 2001), and
-/// in the order of a Bayer matrix, so that neighbours differ most and the error has high frequencies only.
-glm::dvec2 shift_of(const glm::ivec2& pixel, std::uint32_t sample)
+/// Steps of additive recurrences: the fractions of multiples of badly approximable numbers.
+constexpr double golden = 0.61803398874989484820, silver = 0.41421356237309504880, bronze = 0.30277563773199464656;
+
+/// The random numbers of a pixel's sample.
+struct Shifts {
+    glm::dvec2 square; ///< of points of the unit square
+    double surface;    ///< of the choice among the surfaces along a ray
+    double threshold;  ///< of the light that has to be left
+};
+
+/// The samples of a pixel are an additive recurrence of the plastic number, whose terms are well separated. The pixels
+/// of a block of 4 x 4 begin at the points of a Hammersley set, so that the block covers the square 16 times as finely
+/// (A. Keller, W. Heidrich, "Interleaved sampling", EGWR 2001), and in the order of a Bayer matrix, so that neighbours
+/// differ most and the error has high frequencies only. The other numbers are recurrences over all samples of a block.
+Shifts shifts_of(const glm::ivec2& pixel, std::uint32_t sample)
 {
     constexpr glm::dvec2 step(0.7548776662466927, 0.5698402909980532);
     const auto x = static_cast<unsigned>(pixel.x), y = static_cast<unsigned>(pixel.y), z = x ^ y;
     const unsigned reversed = (z & 1) << 3 | (y & 1) << 2 | (z & 2) | (y & 2) >> 1;
     const unsigned order = (y & 2) << 2 | (z & 2) << 1 | (y & 1) << 1 | (z & 1);
-    return glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step);
+    const double place = 16.0 * sample + order;
+    return {glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step),
+            glm::fract(place * golden), glm::fract(place * silver)};
 }
 
 /// The i-th of `count` points of the unit square: Fibonacci's lattice, shifted.
 glm::dvec2 lattice_point(std::size_t i, std::size_t count, const glm::dvec2& shift)
 {
-    constexpr double golden = 0.61803398874989484820;
     const auto place = static_cast<double>(i);
     return {(place + shift.x) / static_cast<double>(count), glm::fract(place * golden + shift.y)};
 }
@@ -50,37 +60,181 @@ Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& 
     return {scene.offset_position(hit, to_light), to_light};
 }
 
-/// Directions to the sky.
-void append_sky(std::vector<Ray>& rays, const SceneSnapshot& scene, const Hit& hit, const glm::dvec3& normal,
-                std::size_t count, double distance, const glm::dvec2& shift)
+bool is_disc(const Light& light)
 {
-    const Frame frame(normal);
-    const glm::dvec3 origin = scene.offset_position(hit, normal);
-    for (std::size_t i = 0; i < count; ++i)
-        rays.push_back({origin, frame.to_world(cosine_direction(lattice_point(i, count, shift))), 0.0, distance});
+    const auto* const directional = std::get_if<DirectionalLight>(&light);
+    return directional != nullptr && directional->angle > 0.0;
 }
 
-/// The share of one surface along a ray, at least one, in a number of samples.
-std::size_t share(double weight, std::size_t samples)
-{
-    return std::max(std::size_t{1}, static_cast<std::size_t>(std::ceil(weight * static_cast<double>(samples))));
-}
+/// A surface along a camera ray.
+struct Surface {
+    std::size_t hit;
+    double weight; ///< in the colour of the ray
+    const Shading* shading;
+    glm::dvec3 normal;
+};
 
-/// The transmitted part of the light along each ray; without an absorption, all or nothing. Neighbouring rays are
-/// coherent: they begin at one hit or end at one light.
-std::vector<double> transmittances(const SceneSnapshot& scene, std::span<const Ray> rays,
-                                   const std::optional<Absorption>& absorption)
-{
-    std::vector<double> result(rays.size());
-    if (absorption) {
-        scene.attenuate_rays(rays, *absorption, result);
-        return result;
+/// The surfaces along a camera ray, without misses.
+struct SurfacesAlongRay {
+    std::vector<Surface> surfaces;
+    glm::dvec3 to_viewer;
+    Shifts shifts;
+};
+
+/// A surface that receives light from a source.
+struct Receiver {
+    const Surface* surface;
+    double part;       ///< of what the camera ray shows of the source
+    std::size_t place; ///< of the sum of the light that arrives
+};
+
+/// Shadow rays in groups of coherent ones.
+class ShadowRayGroups {
+public:
+    ShadowRayGroups(ShadowRays kind, std::size_t hit_count) : kind_(kind), hit_count_(hit_count) {}
+
+    void add(std::size_t group, const Ray& ray, std::size_t place, double factor, double threshold)
+    {
+        while (groups_.size() <= group)
+            groups_.emplace_back().reserve(groups_.size() < 4 ? hit_count_ : 0);
+        groups_[group].push_back({ray, place, factor, threshold});
     }
-    std::vector<std::uint8_t> occluded(rays.size());
-    scene.test_occlusions(rays, occluded, /*coherent=*/true);
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        result[i] = occluded[i] ? 0.0 : 1.0;
-    return result;
+
+    /// Adds `count` rays from the receivers along a camera ray to groups from `first` on, one to each of `group_count`.
+    /// `rays_from(surface)(point)` is the ray to the place of a source that a point of the unit square is mapped to.
+    template <typename RaysFrom>
+    void add_samples(std::span<const Receiver> receivers, std::size_t count, const Shifts& shifts, std::size_t first,
+                     std::size_t group_count, const RaysFrom& rays_from)
+    {
+        const auto add_one = [&](const Receiver& from, const auto& ray_to, std::size_t i, std::size_t its_count,
+                                 double factor, double threshold) {
+            add(first + i % group_count, ray_to(lattice_point(i, its_count, shifts.square)), from.place,
+                factor / static_cast<double>(its_count), threshold);
+        };
+        if (kind_ == ShadowRays::by_weight) {
+            // The noise is that of one opaque surface, or less.
+            for (const Receiver& receiver : receivers) {
+                const double share = std::ceil(receiver.surface->weight * static_cast<double>(count));
+                const auto its_count = std::max(std::size_t{1}, static_cast<std::size_t>(share));
+                const auto ray_to = rays_from(*receiver.surface);
+                for (std::size_t i = 0; i < its_count; ++i)
+                    add_one(receiver, ray_to, i, its_count, 1.0, 0.0);
+            }
+            return;
+        }
+        double total = 0.0;
+        for (const Receiver& receiver : receivers)
+            total += receiver.part;
+        for (std::size_t i = 0; i < count && !receivers.empty(); ++i) {
+            const auto place = static_cast<double>(i);
+            double rest = total * glm::fract(shifts.surface + place * silver);
+            auto receiver = receivers.begin();
+            for (; rest >= receiver->part && receiver + 1 != receivers.end(); ++receiver)
+                rest -= receiver->part;
+            add_one(*receiver, rays_from(*receiver->surface), i, count, total / receiver->part,
+                    1.0 - glm::fract(shifts.threshold + place * bronze));
+        }
+    }
+
+    /// Adds the transmitted part of the light along each ray; without an absorption, all or nothing.
+    void trace(const SceneSnapshot& scene, const std::optional<Absorption>& absorption, std::vector<double>& sums)
+    {
+        std::vector<Ray> rays;
+        std::vector<double> thresholds;
+        for (const auto& group : groups_)
+            for (const ShadowRay& each : group) {
+                rays.push_back(each.ray);
+                if (absorption)
+                    thresholds.push_back(each.threshold);
+            }
+        std::vector<double> transmitted(rays.size());
+        if (absorption) {
+            scene.attenuate_rays(rays, *absorption, transmitted, thresholds);
+        } else {
+            std::vector<std::uint8_t> occluded(rays.size());
+            scene.test_occlusions(rays, occluded, /*coherent=*/true);
+            std::transform(occluded.begin(), occluded.end(), transmitted.begin(),
+                           [](std::uint8_t is_occluded) { return is_occluded ? 0.0 : 1.0; });
+        }
+        auto part = transmitted.begin();
+        for (const auto& group : groups_)
+            for (const ShadowRay& each : group)
+                sums[each.place] += each.factor * *part++;
+    }
+
+private:
+    struct ShadowRay {
+        Ray ray;
+        std::size_t place; ///< of the sum to which it adds
+        double factor;     ///< of what arrives
+        double threshold;  ///< of attenuate_rays()
+    };
+    ShadowRays kind_;
+    std::size_t hit_count_;
+    std::vector<std::vector<ShadowRay>> groups_;
+};
+
+/// Whether rays of a shading look for hidden lights.
+const Phong* with_shadows(const Shading& shading)
+{
+    const auto* const phong = std::get_if<Phong>(&shading);
+    return phong != nullptr && phong->shadows && phong->lights ? phong : nullptr;
+}
+
+/// Adds the rays to the lights with a number; returns the number of groups that they are in. `place_of` gives the place
+/// of the sum for a surface.
+template <typename PlaceOf>
+std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, const RayBatch& batch,
+                              const SurfacesAlongRay& along, std::size_t group, const PlaceOf& place_of,
+                              std::vector<Receiver>& receivers, ShadowRayGroups& groups)
+{
+    receivers.clear();
+    std::size_t count = 1;
+    const auto light_of = [&](const Surface& surface) -> const Light& {
+        return (*std::get<Phong>(*surface.shading).lights)[number];
+    };
+    const auto rays_from = [&](const Surface& surface) {
+        return [&scene, &hit = batch.hits[surface.hit], &light = light_of(surface)](const glm::dvec2& point) {
+            return std::visit([&](const auto& source) { return towards(scene, hit, source, point); }, light);
+        };
+    };
+    for (const Surface& surface : along.surfaces) {
+        const Phong* const phong = with_shadows(*surface.shading);
+        if (phong == nullptr || number >= phong->lights->size())
+            continue;
+        const Light& light = (*phong->lights)[number];
+        const double part = reflected(*phong, light, batch.hits[surface.hit].position, surface.normal, along.to_viewer);
+        if (part <= 0.0)
+            continue;
+        if (is_disc(light)) {
+            receivers.push_back({&surface, surface.weight * part, place_of(surface)});
+            count = std::max(count, static_cast<std::size_t>(phong->shadow_samples));
+        } else {
+            groups.add(group, rays_from(surface)({}), place_of(surface), 1.0, 0.0);
+        }
+    }
+    groups.add_samples(receivers, count, along.shifts, group, count, rays_from);
+    return count;
+}
+
+void add_rays_to_sky(const SceneSnapshot& scene, const RayBatch& batch, const SurfacesAlongRay& along,
+                     std::vector<Receiver>& receivers, ShadowRayGroups& groups)
+{
+    receivers.clear();
+    std::size_t count = 1;
+    for (const Surface& surface : along.surfaces)
+        if (const auto* occlusion = std::get_if<AmbientOcclusion>(surface.shading)) {
+            receivers.push_back({&surface, surface.weight, surface.hit});
+            count = std::max(count, static_cast<std::size_t>(occlusion->samples));
+        }
+    groups.add_samples(receivers, count, along.shifts, 0, 1, [&](const Surface& surface) {
+        const Hit& hit = batch.hits[surface.hit];
+        const glm::dvec3 up = glm::dot(hit.normal, along.to_viewer) < 0.0 ? -hit.normal : hit.normal;
+        return [origin = scene.offset_position(hit, up), frame = Frame(up),
+                distance = std::get<AmbientOcclusion>(*surface.shading).distance](const glm::dvec2& point) {
+            return Ray{origin, frame.to_world(cosine_direction(point)), 0.0, distance};
+        };
+    });
 }
 
 } // namespace
@@ -92,65 +246,46 @@ bool Visibility::is_needed_by(const Shading& shading)
 }
 
 Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
-                       const std::optional<Absorption>& absorption, std::uint32_t sample)
-    : to_lights_(batch.hits.size()), to_sky_(batch.hits.size())
+                       const std::optional<Absorption>& absorption, std::uint32_t sample, ShadowRays kind)
+    : to_lights_(batch.hits.size()), from_sky_(batch.hits.size())
 {
-    const std::vector<Hit>& hits = batch.hits;
-    std::vector<Ray> sky_rays;
-    struct ToLight {
-        Ray ray;
-        std::size_t place; ///< in from_lights_
-        double part;       ///< of the light
-    };
-    // By their number among the rays of a hit, because rays of neighbouring hits to one light are coherent.
-    std::vector<std::vector<ToLight>> to_lights;
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-        if (!hits[i])
-            continue;
-        const auto [shading, normal] = shading_at(hits[i], batch.rays[i]);
-        // The hits of a ray share the samples by their weights: the noise is that of one opaque hit, or less.
-        const double weight = batch.weights.empty() ? 1.0 : batch.weights[i];
-        const glm::dvec2 shift = shift_of(batch.pixels[i], sample);
-        if (const auto* phong = std::get_if<Phong>(shading); phong && phong->shadows && phong->lights) {
-            to_lights_[i] = {from_lights_.size(), phong->lights->size()};
-            const glm::dvec3 to_viewer = -glm::normalize(batch.rays[i].direction);
-            std::size_t order = 0;
-            for (const Light& light : *phong->lights) {
-                const std::size_t place = from_lights_.size();
-                const auto most = static_cast<std::size_t>(shadow_ray_count(*phong, light));
-                const bool is_received = receives(*phong, light, hits[i].position, normal, to_viewer);
-                const std::size_t count = is_received ? share(weight, most) : 0;
-                from_lights_.push_back(0.0); // the sum of what follows; of a light that is not received, any number
-                while (to_lights.size() < order + most)
-                    to_lights.emplace_back().reserve(to_lights.size() < 4 ? hits.size() : 0);
-                for (std::size_t j = 0; j < count; ++j) {
-                    const glm::dvec2 square = lattice_point(j, count, shift);
-                    const auto ray_to = [&](const auto& source) { return towards(scene, hits[i], source, square); };
-                    to_lights[order + j].push_back(
-                        {std::visit(ray_to, light), place, 1.0 / static_cast<double>(count)});
-                }
-                order += most;
+    const bool all_opaque = batch.weights.empty();
+    const std::size_t ray_count = all_opaque ? batch.hits.size() : batch.behind.size() - 1;
+    // Rays of neighbouring hits to one light are coherent, and so are those of one hit to the sky.
+    ShadowRayGroups to_lights(kind, batch.hits.size()), to_sky(kind, batch.hits.size());
+    SurfacesAlongRay along;
+    std::vector<Receiver> receivers;
+    for (std::size_t ray = 0; ray < ray_count; ++ray) {
+        along.surfaces.clear();
+        std::size_t most_lights = 0;
+        const auto add_surface = [&](std::size_t i) {
+            if (!batch.hits[i])
+                return;
+            const auto [shading, normal] = shading_at(batch.hits[i], batch.rays[i]);
+            along.surfaces.push_back({i, all_opaque ? 1.0 : batch.weights[i], shading, normal});
+            if (const Phong* const phong = with_shadows(*shading)) {
+                to_lights_[i] = {from_lights_.size(), phong->lights->size()};
+                from_lights_.resize(from_lights_.size() + phong->lights->size());
+                most_lights = std::max(most_lights, phong->lights->size());
             }
-        } else if (const auto* occlusion = std::get_if<AmbientOcclusion>(shading)) {
-            const std::size_t first = sky_rays.size();
-            const bool away = glm::dot(hits[i].normal, batch.rays[i].direction) > 0.0;
-            append_sky(sky_rays, scene, hits[i], away ? -hits[i].normal : hits[i].normal,
-                       share(weight, static_cast<std::size_t>(occlusion->samples)), occlusion->distance, shift);
-            to_sky_[i] = {first, sky_rays.size() - first};
-        }
+        };
+        add_surface(ray);
+        if (!all_opaque)
+            for (std::size_t i = batch.behind[ray]; i < batch.behind[ray + 1]; ++i)
+                add_surface(i);
+        if (along.surfaces.empty())
+            continue;
+        along.to_viewer = -glm::normalize(batch.rays[ray].direction);
+        along.shifts = shifts_of(batch.pixels[ray], sample);
+        std::size_t group = 0;
+        for (std::size_t number = 0; number < most_lights; ++number)
+            group += add_rays_to_light(
+                number, scene, batch, along, group,
+                [&](const Surface& surface) { return to_lights_[surface.hit].first + number; }, receivers, to_lights);
+        add_rays_to_sky(scene, batch, along, receivers, to_sky);
     }
-    from_sky_ = transmittances(scene, sky_rays, absorption);
-
-    std::vector<Ray> light_rays;
-    light_rays.reserve(from_lights_.size());
-    for (const std::vector<ToLight>& of_order : to_lights)
-        for (const ToLight& each : of_order)
-            light_rays.push_back(each.ray);
-    const std::vector<double> transmitted = transmittances(scene, light_rays, absorption);
-    auto part = transmitted.begin();
-    for (const std::vector<ToLight>& of_order : to_lights)
-        for (const ToLight& each : of_order)
-            from_lights_[each.place] += each.part * *part++;
+    to_sky.trace(scene, absorption, from_sky_);
+    to_lights.trace(scene, absorption, from_lights_);
 }
 
 std::span<const double> Visibility::lit(std::size_t i) const
@@ -162,10 +297,7 @@ std::span<const double> Visibility::lit(std::size_t i) const
 
 double Visibility::openness(std::size_t i) const
 {
-    if (to_sky_.empty() || to_sky_[i].count == 0)
-        return 1.0;
-    const auto of_hit = std::span(from_sky_).subspan(to_sky_[i].first, to_sky_[i].count);
-    return std::accumulate(of_hit.begin(), of_hit.end(), 0.0) / static_cast<double>(of_hit.size());
+    return from_sky_.empty() ? 1.0 : from_sky_[i];
 }
 
 } // namespace isospline

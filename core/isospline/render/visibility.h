@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/render/ray_batch.h"
+#include "isospline/render/renderer.h"
 #include "isospline/scene/absorption.h"
 #include "isospline/shade/shading.h"
 #include "isospline/trace/hit.h"
@@ -32,11 +33,13 @@ public:
     /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out, and so is light that does not
     /// reach the shaded side. `absorption` is nothing if all surfaces are opaque.
     Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
-               const std::optional<Absorption>& absorption, std::uint32_t sample);
+               const std::optional<Absorption>& absorption, std::uint32_t sample,
+               ShadowRays kind = ShadowRays::by_weight);
     /// All lights and the sky are visible.
     Visibility() = default;
 
-    /// The parts of a SurfacePoint for the i-th hit.
+    /// The parts of a SurfacePoint for the i-th hit. If rays begin at random, only the sum of the colours along a ray
+    /// is right on average, and a part may be above 1.
     std::span<const double> lit(std::size_t i) const;
     double openness(std::size_t i) const;
 
@@ -44,8 +47,9 @@ private:
     struct Range {
         std::size_t first = 0, count = 0;
     };
-    std::vector<double> from_lights_, from_sky_; ///< the parts of light that arrive
-    std::vector<Range> to_lights_, to_sky_;      ///< the places of each hit in these
+    std::vector<double> from_lights_; ///< the parts of light that arrive
+    std::vector<Range> to_lights_;    ///< the places of each hit in these
+    std::vector<double> from_sky_;    ///< by hit
 };
 
 } // namespace isospline

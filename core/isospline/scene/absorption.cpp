@@ -46,4 +46,11 @@ double Absorption::transmittance(Depth depth)
     return depth < darkness ? std::exp2(static_cast<double>(-depth) / halving) : 0.0;
 }
 
+Absorption::Depth Absorption::depth_of_part(double part)
+{
+    if (!(part > least_transmittance))
+        return darkness;
+    return std::min(darkness, static_cast<Depth>(std::floor(-halving * std::log2(part))) + 1);
+}
+
 } // namespace isospline

@@ -36,6 +36,8 @@ public:
 
     /// The part of the light that is left, from 0 to 1.
     static double transmittance(Depth depth);
+    /// The smallest depth at which less than a part of the light is left, at most that of darkness.
+    static Depth depth_of_part(double part);
 
 private:
     std::vector<std::optional<Depth>> depths_; ///< by slot

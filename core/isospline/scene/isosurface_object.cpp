@@ -285,13 +285,15 @@ LaneMask IsosurfaceObject::occluded_lanes(unsigned int primitive, LaneMask activ
 {
     const std::uint32_t slot = query.instID[0];
     query.enter(slot, *this);
-    if (query.absorption == nullptr)
+    if (!query.needs_each())
         query.set_occluded(active & query.clip_leaves & query.enters_cap & ~query.occluded);
     const LaneMask rest = active & query.clip_leaves & ~query.occluded;
     if (primitive < box_count()) {
         query.test(primitive, rest);
         return active & query.occluded;
     }
+    if (query.all != nullptr) // they follow from the chords
+        return 0;
     for (LaneMask lanes = query.without_caps(slot, rest); lanes != 0; lanes &= lanes - 1u) {
         const int lane = std::countr_zero(lanes);
         const CappedChord& chord = query.chords[lane];

@@ -1,6 +1,4 @@
-#include "isospline/scene/ray_query.h"
-#include "isospline/scene/scene_snapshot_impl.h"
-#include "isospline/util/check.h"
+#include "isospline/scene/ray_caster_impl.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -84,25 +82,31 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     set_ray(query.prepared.ray, ray_hit);
     embree::intersect(top, query, ray_hit);
     query.rethrow();
+    list(ray, query.prepared, *query.all, query.chords, crossings);
+}
 
+void SceneSnapshot::Impl::list(const Ray& ray, const PreparedRay& prepared, std::vector<RawCrossing>& raw,
+                               const std::vector<ChordOfInstance>& chords, std::vector<ListedCrossing>& crossings) const
+{
+    crossings.clear();
     // Instance by instance, in the order in which the ray meets the crossings.
-    std::sort(query.all->begin(), query.all->end(), [](const RawCrossing& a, const RawCrossing& b) {
+    std::sort(raw.begin(), raw.end(), [](const RawCrossing& a, const RawCrossing& b) {
         return std::tuple(a.slot, a.t_begin, a.t(), a.primitive) < std::tuple(b.slot, b.t_begin, b.t(), b.primitive);
     });
     std::vector<Crossing> of_instance;
-    for (auto first = query.all->begin(); first != query.all->end();) {
+    for (auto first = raw.begin(); first != raw.end();) {
         const Instance& instance = *instances[first->slot];
         const auto last =
-            std::find_if(first, query.all->end(), [&](const RawCrossing& raw) { return raw.slot != first->slot; });
+            std::find_if(first, raw.end(), [&](const RawCrossing& each) { return each.slot != first->slot; });
         of_instance.clear();
         for (; first != last; ++first)
-            of_instance.push_back(complete(*first, instance, ray, query.prepared));
+            of_instance.push_back(complete(*first, instance, ray, prepared));
         instance.object->settle_order(of_instance, ray, instance.placement);
         for (const Crossing& crossing : of_instance)
             crossings.push_back({crossing, false});
     }
-    for (const ChordOfInstance& chord : query.chords)
-        add_caps(chord, ray, query.prepared, crossings);
+    for (const ChordOfInstance& chord : chords)
+        add_caps(chord, ray, prepared, crossings);
 
     // Then sort all by t, as in cast_rays(): see precedes(). Crossings of one instance at the same t stay together.
     for (std::size_t i = 1; i < crossings.size(); ++i) {
@@ -120,22 +124,33 @@ void SceneSnapshot::Impl::list(RTCScene top, const Ray& ray, std::size_t index, 
     });
 }
 
+void append_list(const std::vector<ListedCrossing>& of_ray, std::vector<Crossing>& crossings, std::uint32_t& count)
+{
+    if (of_ray.size() > std::numeric_limits<std::int32_t>::max())
+        throw std::length_error("crossings of a ray: more than " +
+                                std::to_string(std::numeric_limits<std::int32_t>::max()));
+    for (const ListedCrossing& listed : of_ray)
+        crossings.push_back(listed.crossing);
+    count = static_cast<std::uint32_t>(of_ray.size());
+}
+
 void SceneSnapshot::list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                                       std::span<std::uint32_t> counts) const
+                                       std::span<std::uint32_t> counts, bool coherent) const
 {
     check_one_per_ray("counts", rays.size(), counts.size());
-    constexpr std::size_t largest_count = std::numeric_limits<std::int32_t>::max(); // the same limit as in Open3D
+    if (coherent) {
+        RayCaster caster(*this, RayCaster::Rays::coherent);
+        return for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+            caster.list(packet, first, crossings, counts.subspan(first));
+        });
+    }
     RayQuery query(impl_->instances);
     std::vector<RawCrossing> raw;
     query.all = &raw;
     std::vector<ListedCrossing> of_ray;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         impl_->list(impl_->camera_top.get(), rays[i], i, query, of_ray);
-        for (const ListedCrossing& listed : of_ray)
-            crossings.push_back(listed.crossing);
-        if (of_ray.size() > largest_count)
-            throw std::length_error("crossings of a ray: more than " + std::to_string(largest_count));
-        counts[i] = static_cast<std::uint32_t>(of_ray.size());
+        append_list(of_ray, crossings, counts[i]);
     }
 }
 

@@ -159,7 +159,7 @@ LaneMask MeshObject::occluded_lanes(unsigned int primitive, LaneMask active, Pac
         const bool along = (found.along_normal >> lane & 1u) != 0;
         const TriangleHit hit = triangle_hit(ray, met, along ? Passage::along_normal : Passage::against_normal);
         if (ray.has(hit.t))
-            query.cross(lane, slot, hit.t, primitive);
+            query.cross(lane, slot, primitive, hit);
     }
     return active & query.occluded;
 }

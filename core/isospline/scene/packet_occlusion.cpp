@@ -17,13 +17,28 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
 {
     const CellIntersector& intersector = object_->intersector_;
     const IsosurfaceSnapshot& surface = *object_->surface_;
-    if (absorption == nullptr) {
+    if (!needs_each()) {
         const LaneMask found = intersector.any_roots(cells, surface.threshold(), in_lattice);
         set_occluded(found);
         return found != 0;
     }
     const LaneMask before = occluded;
-    if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
+    struct Visit {
+        PacketOcclusion& query;
+        const CandidateCells& cells;
+
+        std::uint64_t primitive(int lane) const
+        {
+            return query.object_->surface_->volume().primitive_id(cells.lower_of(lane));
+        }
+    } visit{*this, cells};
+    if (all != nullptr) {
+        const auto list = [](void* context, int lane, const CrossingInCell& crossing, double t_begin) {
+            const Visit& of = *static_cast<Visit*>(context);
+            of.query.all->of_ray[lane].push_back({crossing, t_begin, of.query.cached_slot, of.primitive(lane)});
+        };
+        intersector.visit_roots(cells, surface.threshold(), in_lattice, {list, &visit});
+    } else if (const std::optional<Absorption::Depth>& each = absorption->depth(cached_slot)) {
         std::uint8_t counts[packet_capacity];
         const LaneMask found = intersector.count_roots(cells, surface.threshold(), in_lattice, counts);
         for (LaneMask rest = found; rest != 0; rest &= rest - 1u) {
@@ -31,14 +46,10 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
             absorb(lane, counts[lane] * *each);
         }
     } else {
-        struct Visit {
-            PacketOcclusion& query;
-            const CandidateCells& cells;
-        } visit{*this, cells};
-        const auto cross = [](void* context, int lane, const RootInCell& root) {
-            const auto& [query, of] = *static_cast<Visit*>(context);
-            query.cross(lane, query.cached_slot, query.prepared.limits[lane].given_t(root.t),
-                        query.object_->surface_->volume().primitive_id(of.lower_of(lane)), root.gradient);
+        const auto cross = [](void* context, int lane, const CrossingInCell& crossing, double) {
+            const Visit& of = *static_cast<Visit*>(context);
+            of.query.cross(lane, of.query.cached_slot, of.query.prepared.limits[lane].given_t(crossing.root.t),
+                           of.primitive(lane), crossing.root.gradient);
         };
         intersector.visit_roots(cells, surface.threshold(), in_lattice, {cross, &visit});
     }
@@ -48,8 +59,8 @@ bool PacketOcclusion::solve(const CandidateCells& cells)
 void PacketOcclusion::absorb(int lane, Absorption::Depth added)
 {
     // Once dark, a ray stays dark, and its sum does not overflow.
-    depth[lane] = std::min(depth[lane] + added, Absorption::darkness);
-    if (depth[lane] == Absorption::darkness)
+    depth[lane] = std::min(depth[lane] + added, largest_depth[lane]);
+    if (depth[lane] == largest_depth[lane])
         set_occluded(LaneMask{1} << lane);
 }
 
@@ -71,6 +82,14 @@ void PacketOcclusion::cross(int lane, std::uint32_t slot, double t_given, std::u
     absorb(lane, absorption->depth(hit, ray));
 }
 
+void PacketOcclusion::cross(int lane, std::uint32_t slot, std::uint32_t primitive, const TriangleHit& hit)
+{
+    if (all != nullptr)
+        all->of_ray[lane].push_back({hit, hit.t, slot, primitive});
+    else
+        cross(lane, slot, hit.t, primitive);
+}
+
 LaneMask PacketOcclusion::without_caps(std::uint32_t slot, LaneMask lanes)
 {
     const auto found = std::find_if(capped_.begin(), capped_.end(), [&](const auto& of) { return of.first == slot; });
@@ -88,8 +107,8 @@ void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
     object_ = &entered;
     first_.lanes = 0;
     // An instance may be entered again; its crossings count once.
-    if (absorption != nullptr)
-        return;
+    if (needs_each())
+        return list_chords();
     // The origin of a ray may be, within rounding, in a cell that a plane cuts away.
     if (!surface.planes().all().empty())
         return;
@@ -100,6 +119,16 @@ void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
             waiting_.lanes &= ~(LaneMask{1} << lane);
     }
     finish();
+}
+
+void PacketOcclusion::list_chords()
+{
+    const IsosurfaceSnapshot& surface = *object_->surface_;
+    for (LaneMask rest = all != nullptr && surface.planes().have_caps() ? clip_leaves : 0; rest != 0;
+         rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        add_chord({chords[lane], &surface, cached_slot}, all->chords_of_ray[lane]);
+    }
 }
 
 void PacketOcclusion::test(unsigned int primitive, LaneMask lanes)

@@ -18,7 +18,8 @@ class IsosurfaceObject;
 /// Occlusion needs any crossing, in any order. The cells in which rays begin are solved first, all at once. Other cells
 /// are collected, and solved together as soon as one ray has two.
 ///
-/// Through translucent surfaces, it needs all crossings, each once, up to darkness.
+/// Through translucent surfaces, it needs all crossings, each once, up to the largest depth; and for lists, all of
+/// them.
 struct PacketOcclusion : PacketQuery {
     using PacketQuery::PacketQuery;
 
@@ -27,7 +28,12 @@ struct PacketOcclusion : PacketQuery {
         PacketQuery::begin(rays, used_lanes);
         occluded = undecided = waiting_.lanes = 0;
         std::fill_n(depth, PreparedPacket::capacity, Absorption::Depth{0});
+        std::fill_n(largest_depth, PreparedPacket::capacity, Absorption::darkness);
         capped_.clear();
+        for (int lane = 0; all != nullptr && lane < PreparedPacket::capacity; ++lane) {
+            all->of_ray[lane].clear();
+            all->chords_of_ray[lane].clear();
+        }
     }
 
     /// Enters an isosurface, as PacketQuery does, and solves the cells in which rays begin.
@@ -39,10 +45,14 @@ struct PacketOcclusion : PacketQuery {
     /// Nothing more is asked of occluded rays.
     void set_occluded(LaneMask lanes);
 
+    /// Whether each crossing matters, and not just any.
+    bool needs_each() const { return absorption != nullptr || all != nullptr; }
     /// A ray crosses a surface once: it is occluded, or loses light. The gradient is that of an isosurface, in local
     /// space.
     void cross(int lane, std::uint32_t slot, double t_given, std::uint64_t primitive,
                const glm::dvec3& gradient_local = glm::dvec3(0.0));
+    /// The same for a triangle, which may also be listed.
+    void cross(int lane, std::uint32_t slot, std::uint32_t primitive, const TriangleHit& hit);
     /// Leaves the light of a ray to the list of its crossings.
     void set_undecided(int lane)
     {
@@ -52,14 +62,17 @@ struct PacketOcclusion : PacketQuery {
     /// Those of some lanes whose caps of an instance were not asked for before.
     LaneMask without_caps(std::uint32_t slot, LaneMask lanes);
 
-    const Absorption* absorption = nullptr; ///< if given, crossings absorb light, and darkness is occlusion
+    const Absorption* absorption = nullptr; ///< if given, crossings absorb light, and the largest depth is occlusion
+    RawCrossings* all = nullptr;            ///< if given, gets all crossings, and none occludes a ray
     LaneMask occluded = 0;
-    LaneMask undecided = 0;                                 ///< occluded lanes whose crossings have to be listed
-    Absorption::Depth depth[PreparedPacket::capacity] = {}; ///< of all crossings so far
+    LaneMask undecided = 0;                                    ///< occluded lanes whose crossings have to be listed
+    Absorption::Depth depth[PreparedPacket::capacity] = {};    ///< of all crossings so far, at most the largest
+    Absorption::Depth largest_depth[PreparedPacket::capacity]; ///< that is looked for
 
 private:
     bool solve(const CandidateCells& cells);
     void absorb(int lane, Absorption::Depth added);
+    void list_chords();
 
     const IsosurfaceObject* object_ = nullptr; ///< that rays are in
     FirstCells first_;                         ///< solved

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace isospline {
 
@@ -54,7 +55,12 @@ public:
     /// The part of the light that is left at the end of each ray of a packet, as in attenuate_rays() of the snapshot.
     /// For coherent rays alone. Throws like cast().
     void attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
-                   std::span<double> transmitted);
+                   std::span<double> transmitted, std::span<const double> thresholds = {});
+
+    /// Appends the crossings of each ray of a packet, as list_intersections() of the snapshot does. For coherent rays
+    /// alone. Throws like cast().
+    void list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
+              std::span<std::uint32_t> counts);
 
 private:
     struct Impl;

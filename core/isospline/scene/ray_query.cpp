@@ -29,11 +29,10 @@ void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     if (!planes.have_caps())
         return;
     chord = CappedChord(*kept, in_lattice.origin, in_lattice.direction, in_lattice.limits, planes);
-    const auto is_this = [&](const ChordOfInstance& listed) { return listed.slot == slot; };
     if (all == nullptr)
         enters_cap = chord.enters_cap(surface);
-    else if (std::none_of(chords.begin(), chords.end(), is_this))
-        chords.push_back({chord, &surface, slot});
+    else
+        add_chord({chord, &surface, slot}, chords);
 }
 
 void PacketQuery::enter_mesh(std::uint32_t slot)

@@ -147,6 +147,19 @@ struct ChordOfInstance {
     std::uint32_t slot;
 };
 
+/// All crossings of the rays of a packet, in no order, and the chords of capped surfaces.
+struct RawCrossings {
+    std::vector<RawCrossing> of_ray[PreparedPacket::capacity];
+    std::vector<ChordOfInstance> chords_of_ray[PreparedPacket::capacity];
+};
+
+/// Adds the chord of an instance to a list in which it is once.
+inline void add_chord(const ChordOfInstance& chord, std::vector<ChordOfInstance>& chords)
+{
+    if (std::none_of(chords.begin(), chords.end(), [&](const auto& listed) { return listed.slot == chord.slot; }))
+        chords.push_back(chord);
+}
+
 /// The common part of queries of one ray and of a packet: the first exception of a callback. It must not cross Embree's
 /// frames.
 struct Query : embree::QueryContext {

@@ -62,13 +62,18 @@ public:
     /// The part of the light that is left at the end of each ray, from 0 to 1: all surfaces that test_occlusions() sees
     /// absorb light where the ray crosses them within its [t_near, t_far]. Less than 1% counts as none. Consecutive
     /// rays are traced in packets. Throws like cast_rays().
-    void attenuate_rays(std::span<const Ray> rays, const Absorption& absorption, std::span<double> transmitted) const;
+    ///
+    /// With `thresholds`, a ray whose threshold is above 0 transmits all or nothing: 1 if at least this part of the
+    /// light is left. The mean over random thresholds is the part that is left, and rays end earlier (E. Enderton et
+    /// al., "Stochastic transparency", I3D 2010).
+    void attenuate_rays(std::span<const Ray> rays, const Absorption& absorption, std::span<double> transmitted,
+                        std::span<const double> thresholds = {}) const;
 
     /// All crossings of each ray within its [t_near, t_far], in ascending order. Each is listed once, even on a face
-    /// between cells or an edge between triangles. Appends them, and sets their number for each ray. Throws like
-    /// cast_rays().
+    /// between cells or an edge between triangles. Appends them, and sets their number for each ray. `coherent` rays
+    /// are traced in packets; the lists are the same. Throws like cast_rays().
     void list_intersections(std::span<const Ray> rays, std::vector<Crossing>& crossings,
-                            std::span<std::uint32_t> counts) const;
+                            std::span<std::uint32_t> counts, bool coherent = false) const;
 
     /// The origin for a ray that leaves a hit in the direction `towards`. It is off the surface, on the side that the
     /// ray goes to, by no more than rounding requires (docs/method.md). A ray from there does not meet the surface at

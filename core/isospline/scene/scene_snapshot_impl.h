@@ -14,6 +14,7 @@
 namespace isospline {
 
 struct ChordOfInstance;
+struct RawCrossing;
 struct RayQuery;
 
 /// A crossing that will be sorted among crossings of other instances.
@@ -21,6 +22,10 @@ struct ListedCrossing {
     Crossing crossing;
     bool sorts_as_cap;
 };
+
+/// Appends the list of one ray to those of others, and sets its length. Throws std::length_error for more than the
+/// largest number of Open3D's lists, 2^31 - 1.
+void append_list(const std::vector<ListedCrossing>& of_ray, std::vector<Crossing>& crossings, std::uint32_t& count);
 
 /// An isosurface of a scene, and its own snapshot.
 struct SurfaceAtLevel {
@@ -46,6 +51,9 @@ struct SceneSnapshot::Impl {
     /// All crossings of a ray with the objects of an Embree scene.
     void list(RTCScene top, const Ray& ray, std::size_t index, RayQuery& query,
               std::vector<ListedCrossing>& crossings) const;
+    /// The list of crossings in the order in which the ray meets them, from those in no order.
+    void list(const Ray& ray, const PreparedRay& prepared, std::vector<RawCrossing>& raw,
+              const std::vector<ChordOfInstance>& chords, std::vector<ListedCrossing>& crossings) const;
     /// Adds crossings with the caps of an instance to its other crossings, which are sorted.
     void add_caps(const ChordOfInstance& of_instance, const Ray& ray, const PreparedRay& prepared,
                   std::vector<ListedCrossing>& crossings) const;

@@ -63,13 +63,26 @@ struct Products {
     N n_l, v_r;
 };
 
+/// The diffuse and the specular part of a light that a white surface reflects; `n` is on the shaded side.
+template <class N, class AnyLight>
+HWY_INLINE std::pair<N, N> reflected_parts(const Phong& phong, const AnyLight& light, const Vector3<N>& position,
+                                           const Vector3<N>& n, const Vector3<N>& to_viewer)
+{
+    const N zero = number<N>(0.0);
+    const auto [n_l, v_r] = Products<N>(n, to_light(light, position), to_viewer);
+    // A product of zero stays dark even with an exponent of zero, where 0^0 would be 1.
+    const auto shines = less(zero, v_r);
+    const N highlight = power(select(shines, v_r, zero), phong.specular_exponent);
+    return {number<N>(phong.diffuse) * select(less(zero, n_l), n_l, zero),
+            number<N>(phong.specular) * select(shines, highlight, zero)};
+}
+
 /// Phong's formula: the colour of points whose normals and directions to the viewer are unit; `lit(k)` is the part of
 /// light k that reaches them.
 template <class N, class Lit>
 HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position, const Vector3<N>& normal,
                                   const Vector3<N>& to_viewer, const Vector3<N>& surface_color, const Lit& lit)
 {
-    const N zero = number<N>(0.0);
     const Vector3<N> n = shaded_side(phong, normal, to_viewer);
 
     Vector3<N> color = constant_vector<N>(phong.ambient * phong.ambient_light);
@@ -79,14 +92,9 @@ HWY_INLINE Vector3<N> phong_color(const Phong& phong, const Vector3<N>& position
         return color;
     for (std::size_t k = 0; k < phong.lights->size(); ++k) {
         const auto add = [&](const auto& light) HWY_ATTR {
-            const auto [n_l, v_r] = Products<N>(n, to_light(light, position), to_viewer);
-            const N diffuse = lit(k) * number<N>(phong.diffuse) * select(less(zero, n_l), n_l, zero);
-            // A product of zero stays dark even with an exponent of zero, where 0^0 would be 1.
-            const auto shines = less(zero, v_r);
-            const N highlight = power(select(shines, v_r, zero), phong.specular_exponent);
-            const N specular = lit(k) * number<N>(phong.specular) * select(shines, highlight, zero);
+            const auto [diffuse, specular] = reflected_parts<N>(phong, light, position, n, to_viewer);
             for (std::size_t part = 0; part < 3; ++part)
-                color[part] = color[part] + number<N>(light.intensity[static_cast<int>(part)]) *
+                color[part] = color[part] + number<N>(light.intensity[static_cast<int>(part)]) * lit(k) *
                                                 (diffuse * surface_color[part] + specular);
         };
         std::visit(add, (*phong.lights)[k]);
@@ -169,16 +177,16 @@ int shadow_ray_count(const Phong& phong, const Light& light)
     return directional != nullptr && directional->angle > 0.0 ? phong.shadow_samples : 1;
 }
 
-bool receives(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
-              const glm::dvec3& to_viewer)
+double reflected(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
+                 const glm::dvec3& to_viewer)
 {
     const scalar::Vector3<double> v = in_lanes(to_viewer);
     const scalar::Vector3<double> n = scalar::shaded_side(phong, in_lanes(normal), v);
-    const auto adds = [&](const auto& source) {
-        const scalar::Products<double> products(n, scalar::to_light(source, in_lanes(position)), v);
-        return (phong.diffuse > 0.0 && products.n_l > 0.0) || (phong.specular > 0.0 && products.v_r > 0.0);
+    const auto of_source = [&](const auto& source) {
+        const auto [diffuse, specular] = scalar::reflected_parts<double>(phong, source, in_lanes(position), n, v);
+        return diffuse + specular;
     };
-    return std::visit(adds, light);
+    return std::visit(of_source, light);
 }
 
 void shade(const Phong& phong, const PhongPoints& points, PhongColors& colors)

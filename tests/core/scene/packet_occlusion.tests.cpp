@@ -65,6 +65,26 @@ double opacity_of(const Hit& hit, const Ray& ray)
                 : 0.2 + (first_half ? 0.3 : 0.5) * std::abs(glm::dot(hit.normal, glm::normalize(ray.direction)));
 }
 
+/// With a threshold, a ray transmits all if at least this part of the light is left, and nothing otherwise.
+void require_all_or_nothing(const std::vector<Ray>& rays, const SceneSnapshot& scene, const std::vector<double>& left)
+{
+    std::vector<double> transmitted(rays.size()), thresholds(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        thresholds[i] = 1.0 - std::fmod(static_cast<double>(i) * 0.618, 1.0) * (i % 7 != 0 ? 1.0 : 0.0);
+    thresholds[1] = 0.0;
+    scene.attenuate_rays(rays, Absorption(scene, even_opacity, opacity_of), transmitted, thresholds);
+    REQUIRE(transmitted[1] == left[1]);
+    std::size_t wrong = 0, all = 0;
+    for (std::size_t i = 2; i < rays.size(); ++i) {
+        const bool at_limit = std::abs(left[i] - thresholds[i]) < 1e-11 && left[i] < 1.0;
+        wrong += !at_limit && transmitted[i] != (left[i] >= thresholds[i] && left[i] > 0.0 ? 1.0 : 0.0);
+        all += transmitted[i] == 1.0;
+    }
+    REQUIRE(wrong == 0);
+    REQUIRE(all > rays.size() / 10);
+    REQUIRE(all < rays.size());
+}
+
 /// The light that is left is the product over the list of all crossings.
 void require_product(const std::vector<Ray>& rays, const SceneSnapshot& scene)
 {
@@ -88,11 +108,31 @@ void require_product(const std::vector<Ray>& rays, const SceneSnapshot& scene)
     REQUIRE(wrong == 0);
     REQUIRE(dark + dim > rays.size() / 10);
     REQUIRE(dim > rays.size() / 20);
+    require_all_or_nothing(rays, scene, transmitted);
+}
+
+bool is_same(const Crossing& a, const Crossing& b)
+{
+    return a.entering == b.entering && a.hit.t == b.hit.t && a.hit.geometry_id == b.hit.geometry_id &&
+           a.hit.primitive_id == b.hit.primitive_id && a.hit.position == b.hit.position &&
+           a.hit.normal == b.hit.normal && a.hit.gradient_magnitude == b.hit.gradient_magnitude && a.hit.uv == b.hit.uv;
+}
+
+/// Coherent rays have the lists of rays that are traced one by one.
+void require_same_lists(const std::vector<Ray>& rays, const SceneSnapshot& scene)
+{
+    std::vector<Crossing> single, coherent;
+    std::vector<std::uint32_t> counts(rays.size()), coherent_counts(rays.size());
+    scene.list_intersections(rays, single, counts);
+    scene.list_intersections(rays, coherent, coherent_counts, true);
+    REQUIRE(coherent_counts == counts);
+    REQUIRE(std::equal(single.begin(), single.end(), coherent.begin(), coherent.end(), is_same));
 }
 
 void require_same(const std::vector<Ray>& rays, const SceneSnapshot& scene)
 {
     require_product(rays, scene);
+    require_same_lists(rays, scene);
     const std::vector<std::uint8_t> single = occlusions(scene, rays, false);
     const auto occluded = static_cast<std::size_t>(std::count(single.begin(), single.end(), 1));
     REQUIRE(occluded > rays.size() / 10);

@@ -1,0 +1,144 @@
+// The members of a ray caster, shared by the sources that implement it.
+#pragma once
+
+#include "isospline/scene/packet_occlusion.h"
+#include "isospline/scene/ray_caster.h"
+#include "isospline/scene/scene_snapshot_impl.h"
+#include "isospline/util/check.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace isospline {
+
+/// Throws std::invalid_argument unless a packet has at most `width` rays, and a hit for each of them.
+inline void check_packet(const RayPacket& rays, int width, std::size_t hits)
+{
+    if (rays.count < 0 || rays.count > width)
+        throw_invalid("rays", "a packet of at most " + std::to_string(width) + " rays", rays.count);
+    if (static_cast<std::size_t>(rays.count) > hits)
+        throw_invalid("hits", "one for each of " + std::to_string(rays.count) + " rays", hits);
+}
+
+/// Flags of lanes for Embree.
+template <int Size>
+struct ValidLanes {
+    explicit ValidLanes(LaneMask lanes)
+    {
+        for (int lane = 0; lane < Size; ++lane)
+            flags[lane] = -static_cast<int>(lanes >> lane & 1u);
+    }
+    alignas(64) int flags[Size];
+};
+
+/// Calls `body(packet, first)` for packets of up to `width` rays.
+template <typename Body>
+void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
+{
+    RayPacket packet;
+    for (std::size_t first = 0; first < rays.size(); first += static_cast<std::size_t>(packet.count)) {
+        packet.count = static_cast<int>(std::min(static_cast<std::size_t>(width), rays.size() - first));
+        for (int lane = 0; lane < packet.count; ++lane)
+            packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
+        body(packet, first);
+    }
+}
+
+struct RayCaster::Impl {
+    Impl(const SceneSnapshot::Impl& given_scene, Parts given_parts)
+        : scene(given_scene), camera(scene.camera_traversal()), shadow(scene.shadow_traversal()),
+          complete(given_parts == Parts::all), query(scene.instances)
+    {
+    }
+    ~Impl() { scene.ray_count.fetch_add(ray_count, std::memory_order_relaxed); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    /// Begins the query of a prepared ray, and returns the ray for Embree.
+    Ray begin(const Traversal& traversal, const Ray& given, int lane);
+    /// Prepares rays that are traced one by one; returns those that do not miss the scene's box.
+    LaneMask prepare_singles(const RayPacket& rays, std::size_t index, const Traversal& traversal);
+    LaneMask cast_singles(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    /// Begins the query of a packet, and sets Embree's rays; returns the rays that do not miss the scene's box.
+    template <int Size, class Packet, class EmbreeRays>
+    LaneMask begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
+                   EmbreeRays& ready) const;
+    /// Finds the nearest hits of a packet, for `packet_query`; returns the rays that hit.
+    template <int Size>
+    LaneMask find_hits(const RayPacket& rays, std::size_t index, const Traversal& traversal);
+    template <int Size>
+    LaneMask cast_packet(const RayPacket& rays, std::size_t index, std::span<Hit> hits);
+    LaneMask test_singles(const RayPacket& rays, std::size_t index);
+    template <int Size>
+    LaneMask test_packet(const RayPacket& rays, std::size_t index);
+    /// Finds the occluded rays of a packet and their optical depths, or all crossings, for `packet_occlusion`; returns
+    /// the rays that do not miss the scene's box.
+    template <int Size>
+    LaneMask find_occlusions(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                             const Absorption* absorption, std::span<const double> thresholds = {},
+                             RawCrossings* all = nullptr);
+    template <int Size>
+    void attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                          std::span<double> transmitted, std::span<const double> thresholds);
+
+    template <int Size>
+    void list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
+                     std::span<std::uint32_t> counts);
+
+    /// The depth of all crossings of a ray with what shadow rays see.
+    Absorption::Depth listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const;
+
+    const SceneSnapshot::Impl& scene;
+    const Traversal camera, shadow;
+    bool complete;
+    std::uint64_t ray_count = 0; ///< added to the scene's at the end, so that threads do not share a counter
+    int packet_size = 0;         ///< 0 if rays are traced one by one
+    RayQuery query;
+    PreparedPacket prepared;
+    LatticeRayPacket local; ///< in the space of the only instance
+    std::optional<PacketQuery> packet_query;
+    std::optional<PacketOcclusion> packet_occlusion; ///< made when it is needed
+    RawCrossings all;                                ///< of a packet
+};
+
+template <int Size, class Packet, class EmbreeRays>
+LaneMask RayCaster::Impl::begin(const Traversal& traversal, const RayPacket& rays, std::size_t index, Packet& packet,
+                                EmbreeRays& ready) const
+{
+    const LaneMask used = prepare_packet(rays, index, scene.frame, packet.prepared);
+    if (used == 0)
+        return 0;
+    packet.begin(rays, used);
+    if (const Instance* const alone = traversal.alone; alone != nullptr) {
+        to_lattice(packet.prepared, alone->placement.centred_to_local, alone->object->cell_shape(), packet.in_lattice);
+        packet.slot_in_lattice = packet.instID[0] = traversal.slot; // as in a scene of instances
+        set_rays<Size>(packet.in_lattice, ready);
+    } else {
+        set_rays<Size>(packet.prepared, ready);
+    }
+    return used;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::find_hits(const RayPacket& rays, std::size_t index, const Traversal& traversal)
+{
+    PacketQuery& packet = *packet_query;
+    alignas(64) RTCRayHitNt<Size> ray_hits;
+    const LaneMask used = begin<Size>(traversal, rays, index, packet, ray_hits);
+    if (used == 0)
+        return 0;
+    const ValidLanes<Size> valid(used);
+    embree::intersect_coherent(traversal.scene, packet, valid.flags, ray_hits);
+    packet.rethrow();
+    LaneMask hit_lanes = 0;
+    for (LaneMask rest = used; rest != 0; rest &= rest - 1u)
+        if (const int lane = std::countr_zero(rest); packet.has_hit(lane))
+            hit_lanes |= LaneMask{1} << lane;
+    return hit_lanes;
+}
+
+} // namespace isospline

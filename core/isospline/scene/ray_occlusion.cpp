@@ -1,0 +1,182 @@
+// Shadow rays: whether they are occluded, and how much light is left.
+#include "isospline/scene/ray_caster_impl.h"
+
+#include <bit>
+#include <vector>
+
+namespace isospline {
+
+LaneMask RayCaster::Impl::test_singles(const RayPacket& rays, std::size_t index)
+{
+    LaneMask occluded = 0;
+    RTCRayHit ray_hit;
+    for (LaneMask rest = prepare_singles(rays, index, shadow); rest != 0; rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const Ray given = rays.ray(lane);
+        const Ray ready = begin(shadow, given, lane);
+        bool is_occluded = false;
+        if (scene.reads_sources) {
+            // Embree looks for any hit in any order, and would read far boxes in vain.
+            set_ray(ready, ray_hit);
+            embree::intersect(shadow.scene, query, ray_hit);
+            is_occluded = query.has_hit();
+        } else {
+            set_ray(ready, ray_hit.ray);
+            embree::occluded(shadow.scene, query, ray_hit.ray);
+            is_occluded = ray_hit.ray.tfar < 0.0f;
+        }
+        query.rethrow();
+        occluded |= static_cast<LaneMask>(is_occluded) << lane;
+    }
+    return occluded;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::test_packet(const RayPacket& rays, std::size_t index)
+{
+    if (scene.reads_sources) // as test_singles()
+        return find_hits<Size>(rays, index, shadow);
+    return find_occlusions<Size>(shadow, rays, index, nullptr) != 0 ? packet_occlusion->occluded : 0;
+}
+
+template <int Size>
+LaneMask RayCaster::Impl::find_occlusions(const Traversal& traversal, const RayPacket& rays, std::size_t index,
+                                          const Absorption* absorption, std::span<const double> thresholds,
+                                          RawCrossings* crossings)
+{
+    if (!packet_occlusion)
+        packet_occlusion.emplace(scene.instances);
+    PacketOcclusion& packet = *packet_occlusion;
+    packet.absorption = absorption;
+    packet.all = crossings;
+    alignas(64) RTCRayNt<Size> ready;
+    const LaneMask used = begin<Size>(traversal, rays, index, packet, ready);
+    if (used == 0)
+        return 0;
+    std::transform(thresholds.begin(), thresholds.end(), packet.largest_depth, Absorption::depth_of_part);
+    const ValidLanes<Size> valid(used);
+    embree::occluded<Size>(traversal.scene, packet, valid.flags, ready);
+    packet.rethrow();
+    packet.finish();
+    return used;
+}
+
+template <int Size>
+void RayCaster::Impl::attenuate_packet(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                                       std::span<double> transmitted, std::span<const double> thresholds)
+{
+    std::fill_n(transmitted.begin(), rays.count, 1.0);
+    for (LaneMask rest = find_occlusions<Size>(shadow, rays, index, &absorption, thresholds); rest != 0;
+         rest &= rest - 1u) {
+        const int lane = std::countr_zero(rest);
+        const bool is_decided = (packet_occlusion->undecided >> lane & 1u) == 0;
+        const Absorption::Depth depth =
+            is_decided ? packet_occlusion->depth[lane]
+                       : listed_depth(rays.ray(lane), index + static_cast<std::size_t>(lane), absorption);
+        const auto place = static_cast<std::size_t>(lane);
+        const bool is_all_or_nothing = !thresholds.empty() && thresholds[place] > 0.0;
+        transmitted[place] = is_all_or_nothing ? static_cast<double>(depth < packet_occlusion->largest_depth[lane])
+                                               : Absorption::transmittance(depth);
+    }
+}
+
+Absorption::Depth RayCaster::Impl::listed_depth(const Ray& ray, std::size_t index, const Absorption& absorption) const
+{
+    RayQuery of_all(scene.instances);
+    std::vector<RawCrossing> raw;
+    of_all.all = &raw;
+    std::vector<ListedCrossing> crossings;
+    scene.list(scene.shadow_top(), ray, index, of_all, crossings);
+    Absorption::Depth depth = 0;
+    for (const ListedCrossing& listed : crossings)
+        depth = std::min(depth + absorption.depth(listed.crossing.hit, ray), Absorption::darkness);
+    return depth;
+}
+
+template <int Size>
+void RayCaster::Impl::list_packet(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
+                                  std::span<std::uint32_t> counts)
+{
+    const LaneMask used = find_occlusions<Size>(camera, rays, index, nullptr, {}, &all);
+    std::vector<ListedCrossing> of_ray;
+    for (int lane = 0; lane < rays.count; ++lane) {
+        of_ray.clear();
+        if ((used >> lane & 1u) != 0)
+            scene.list(rays.ray(lane), packet_occlusion->prepared[lane], all.of_ray[lane], all.chords_of_ray[lane],
+                       of_ray);
+        append_list(of_ray, crossings, counts[static_cast<std::size_t>(lane)]);
+    }
+}
+
+LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
+{
+    check_packet(rays, width(), RayPacket::capacity);
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->test_packet<16>(rays, index);
+    case 8:
+        return impl_->test_packet<8>(rays, index);
+    case 4:
+        return impl_->test_packet<4>(rays, index);
+    default:
+        return impl_->test_singles(rays, index);
+    }
+}
+
+void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
+                          std::span<double> transmitted, std::span<const double> thresholds)
+{
+    check_packet(rays, width(), transmitted.size());
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->attenuate_packet<16>(rays, index, absorption, transmitted, thresholds);
+    case 8:
+        return impl_->attenuate_packet<8>(rays, index, absorption, transmitted, thresholds);
+    default:
+        return impl_->attenuate_packet<4>(rays, index, absorption, transmitted, thresholds);
+    }
+}
+
+void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
+                     std::span<std::uint32_t> counts)
+{
+    check_packet(rays, width(), counts.size());
+    impl_->ray_count += static_cast<unsigned int>(rays.count);
+    switch (impl_->packet_size) {
+    case 16:
+        return impl_->list_packet<16>(rays, index, crossings, counts);
+    case 8:
+        return impl_->list_packet<8>(rays, index, crossings, counts);
+    default:
+        return impl_->list_packet<4>(rays, index, crossings, counts);
+    }
+}
+
+void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent) const
+{
+    check_one_per_ray("occluded", rays.size(), occluded.size());
+    RayCaster caster(*this, coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent);
+    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+        const LaneMask lanes = caster.test_occlusions(packet, first);
+        for (int lane = 0; lane < packet.count; ++lane)
+            occluded[first + static_cast<std::size_t>(lane)] = lanes >> lane & 1u;
+    });
+}
+
+void SceneSnapshot::attenuate_rays(std::span<const Ray> rays, const Absorption& absorption,
+                                   std::span<double> transmitted, std::span<const double> thresholds) const
+{
+    check_one_per_ray("transmitted", rays.size(), transmitted.size());
+    if (!thresholds.empty())
+        check_one_per_ray("thresholds", rays.size(), thresholds.size());
+    RayCaster caster(*this, RayCaster::Rays::coherent);
+    for_each_packet(rays, caster.width(), [&](const RayPacket& packet, std::size_t first) {
+        const auto of_packet = [&](auto all) { return all.subspan(first, static_cast<std::size_t>(packet.count)); };
+        caster.attenuate(packet, first, absorption, of_packet(transmitted),
+                         thresholds.empty() ? thresholds : of_packet(thresholds));
+    });
+}
+
+} // namespace isospline
