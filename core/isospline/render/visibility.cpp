@@ -91,7 +91,7 @@ struct Receiver {
 /// Shadow rays in groups of coherent ones.
 class ShadowRayGroups {
 public:
-    ShadowRayGroups(ShadowRays kind, std::size_t hit_count) : kind_(kind), hit_count_(hit_count) {}
+    explicit ShadowRayGroups(std::size_t hit_count) : hit_count_(hit_count) {}
 
     void add(std::size_t group, const Ray& ray, std::size_t place, double factor, double threshold)
     {
@@ -100,39 +100,38 @@ public:
         groups_[group].push_back({ray, place, factor, threshold});
     }
 
-    /// Adds `count` rays from the receivers along a camera ray to groups from `first` on, one to each of `group_count`.
-    /// `rays_from(surface)(point)` is the ray to the place of a source that a point of the unit square is mapped to.
-    template <typename RaysFrom>
-    void add_samples(std::span<const Receiver> receivers, std::size_t count, const Shifts& shifts, std::size_t first,
-                     std::size_t group_count, const RaysFrom& rays_from)
+    /// Adds the share of one surface in `count` rays by its weight, at least one: the noise of all surfaces along a ray
+    /// is that of one opaque surface, or less. They are in groups from `first` on, one in each of `group_count`.
+    /// `ray_to(point)` is the ray to the place of a source that a point of the unit square is mapped to.
+    template <typename RayTo>
+    void add_by_weight(const Surface& surface, std::size_t count, const Shifts& shifts, std::size_t first,
+                       std::size_t group_count, std::size_t place, const RayTo& ray_to)
     {
-        const auto add_one = [&](const Receiver& from, const auto& ray_to, std::size_t i, std::size_t its_count,
-                                 double factor, double threshold) {
-            add(first + i % group_count, ray_to(lattice_point(i, its_count, shifts.square)), from.place,
-                factor / static_cast<double>(its_count), threshold);
-        };
-        if (kind_ == ShadowRays::by_weight) {
-            // The noise is that of one opaque surface, or less.
-            for (const Receiver& receiver : receivers) {
-                const double share = std::ceil(receiver.surface->weight * static_cast<double>(count));
-                const auto its_count = std::max(std::size_t{1}, static_cast<std::size_t>(share));
-                const auto ray_to = rays_from(*receiver.surface);
-                for (std::size_t i = 0; i < its_count; ++i)
-                    add_one(receiver, ray_to, i, its_count, 1.0, 0.0);
-            }
-            return;
-        }
+        const double share = std::ceil(surface.weight * static_cast<double>(count));
+        const auto its_count = std::max(std::size_t{1}, static_cast<std::size_t>(share));
+        for (std::size_t i = 0; i < its_count; ++i)
+            add(first + i % group_count, ray_to(lattice_point(i, its_count, shifts.square)), place,
+                1.0 / static_cast<double>(its_count), 0.0);
+    }
+
+    /// Adds `count` rays, each from one of the receivers along a camera ray, which is chosen with the probability of
+    /// its part. They transmit all or nothing. `rays_from(surface)` is the function `ray_to`.
+    template <typename RaysFrom>
+    void add_at_random(std::span<const Receiver> receivers, std::size_t count, const Shifts& shifts, std::size_t first,
+                       std::size_t group_count, const RaysFrom& rays_from)
+    {
         double total = 0.0;
         for (const Receiver& receiver : receivers)
             total += receiver.part;
         for (std::size_t i = 0; i < count && !receivers.empty(); ++i) {
-            const auto place = static_cast<double>(i);
-            double rest = total * glm::fract(shifts.surface + place * silver);
+            const auto order = static_cast<double>(i);
+            double rest = total * glm::fract(shifts.surface + order * silver);
             auto receiver = receivers.begin();
             for (; rest >= receiver->part && receiver + 1 != receivers.end(); ++receiver)
                 rest -= receiver->part;
-            add_one(*receiver, rays_from(*receiver->surface), i, count, total / receiver->part,
-                    1.0 - glm::fract(shifts.threshold + place * bronze));
+            add(first + i % group_count, rays_from(*receiver->surface)(lattice_point(i, count, shifts.square)),
+                receiver->place, total / receiver->part / static_cast<double>(count),
+                1.0 - glm::fract(shifts.threshold + order * bronze));
         }
     }
 
@@ -169,7 +168,6 @@ private:
         double factor;     ///< of what arrives
         double threshold;  ///< of attenuate_rays()
     };
-    ShadowRays kind_;
     std::size_t hit_count_;
     std::vector<std::vector<ShadowRay>> groups_;
 };
@@ -185,16 +183,14 @@ const Phong* with_shadows(const Shading& shading)
 /// of the sum for a surface.
 template <typename PlaceOf>
 std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, const RayBatch& batch,
-                              const SurfacesAlongRay& along, std::size_t group, const PlaceOf& place_of,
-                              std::vector<Receiver>& receivers, ShadowRayGroups& groups)
+                              const SurfacesAlongRay& along, ShadowRays kind, std::size_t group,
+                              const PlaceOf& place_of, std::vector<Receiver>& receivers, ShadowRayGroups& groups)
 {
     receivers.clear();
-    std::size_t count = 1;
-    const auto light_of = [&](const Surface& surface) -> const Light& {
-        return (*std::get<Phong>(*surface.shading).lights)[number];
-    };
+    std::size_t most = 1;
     const auto rays_from = [&](const Surface& surface) {
-        return [&scene, &hit = batch.hits[surface.hit], &light = light_of(surface)](const glm::dvec2& point) {
+        const Light& light = (*std::get<Phong>(*surface.shading).lights)[number];
+        return [&scene, &hit = batch.hits[surface.hit], &light](const glm::dvec2& point) {
             return std::visit([&](const auto& source) { return towards(scene, hit, source, point); }, light);
         };
     };
@@ -203,38 +199,47 @@ std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, co
         if (phong == nullptr || number >= phong->lights->size())
             continue;
         const Light& light = (*phong->lights)[number];
-        const double part = reflected(*phong, light, batch.hits[surface.hit].position, surface.normal, along.to_viewer);
-        if (part <= 0.0)
+        const glm::dvec3& position = batch.hits[surface.hit].position;
+        if (!receives(*phong, light, position, surface.normal, along.to_viewer))
             continue;
-        if (is_disc(light)) {
+        const auto count = static_cast<std::size_t>(shadow_ray_count(*phong, light));
+        most = std::max(most, count);
+        if (kind == ShadowRays::by_weight || !is_disc(light)) {
+            groups.add_by_weight(surface, count, along.shifts, group, count, place_of(surface), rays_from(surface));
+        } else if (const double part = reflected(*phong, light, position, surface.normal, along.to_viewer);
+                   part > 0.0) {
             receivers.push_back({&surface, surface.weight * part, place_of(surface)});
-            count = std::max(count, static_cast<std::size_t>(phong->shadow_samples));
-        } else {
-            groups.add(group, rays_from(surface)({}), place_of(surface), 1.0, 0.0);
         }
     }
-    groups.add_samples(receivers, count, along.shifts, group, count, rays_from);
-    return count;
+    groups.add_at_random(receivers, most, along.shifts, group, most, rays_from);
+    return most;
 }
 
-void add_rays_to_sky(const SceneSnapshot& scene, const RayBatch& batch, const SurfacesAlongRay& along,
+void add_rays_to_sky(const SceneSnapshot& scene, const RayBatch& batch, const SurfacesAlongRay& along, ShadowRays kind,
                      std::vector<Receiver>& receivers, ShadowRayGroups& groups)
 {
     receivers.clear();
-    std::size_t count = 1;
-    for (const Surface& surface : along.surfaces)
-        if (const auto* occlusion = std::get_if<AmbientOcclusion>(surface.shading)) {
-            receivers.push_back({&surface, surface.weight, surface.hit});
-            count = std::max(count, static_cast<std::size_t>(occlusion->samples));
-        }
-    groups.add_samples(receivers, count, along.shifts, 0, 1, [&](const Surface& surface) {
+    std::size_t most = 1;
+    const auto rays_from = [&](const Surface& surface) {
         const Hit& hit = batch.hits[surface.hit];
         const glm::dvec3 up = glm::dot(hit.normal, along.to_viewer) < 0.0 ? -hit.normal : hit.normal;
         return [origin = scene.offset_position(hit, up), frame = Frame(up),
                 distance = std::get<AmbientOcclusion>(*surface.shading).distance](const glm::dvec2& point) {
             return Ray{origin, frame.to_world(cosine_direction(point)), 0.0, distance};
         };
-    });
+    };
+    for (const Surface& surface : along.surfaces) {
+        const auto* const occlusion = std::get_if<AmbientOcclusion>(surface.shading);
+        if (occlusion == nullptr)
+            continue;
+        const auto count = static_cast<std::size_t>(occlusion->samples);
+        most = std::max(most, count);
+        if (kind == ShadowRays::by_weight)
+            groups.add_by_weight(surface, count, along.shifts, 0, 1, surface.hit, rays_from(surface));
+        else
+            receivers.push_back({&surface, surface.weight, surface.hit});
+    }
+    groups.add_at_random(receivers, most, along.shifts, 0, 1, rays_from);
 }
 
 } // namespace
@@ -252,7 +257,7 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
     const bool all_opaque = batch.weights.empty();
     const std::size_t ray_count = all_opaque ? batch.hits.size() : batch.behind.size() - 1;
     // Rays of neighbouring hits to one light are coherent, and so are those of one hit to the sky.
-    ShadowRayGroups to_lights(kind, batch.hits.size()), to_sky(kind, batch.hits.size());
+    ShadowRayGroups to_lights(batch.hits.size()), to_sky(batch.hits.size());
     SurfacesAlongRay along;
     std::vector<Receiver> receivers;
     for (std::size_t ray = 0; ray < ray_count; ++ray) {
@@ -280,9 +285,9 @@ Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const 
         std::size_t group = 0;
         for (std::size_t number = 0; number < most_lights; ++number)
             group += add_rays_to_light(
-                number, scene, batch, along, group,
+                number, scene, batch, along, kind, group,
                 [&](const Surface& surface) { return to_lights_[surface.hit].first + number; }, receivers, to_lights);
-        add_rays_to_sky(scene, batch, along, receivers, to_sky);
+        add_rays_to_sky(scene, batch, along, kind, receivers, to_sky);
     }
     to_sky.trace(scene, absorption, from_sky_);
     to_lights.trace(scene, absorption, from_lights_);

@@ -177,6 +177,18 @@ int shadow_ray_count(const Phong& phong, const Light& light)
     return directional != nullptr && directional->angle > 0.0 ? phong.shadow_samples : 1;
 }
 
+bool receives(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
+              const glm::dvec3& to_viewer)
+{
+    const scalar::Vector3<double> v = in_lanes(to_viewer);
+    const scalar::Vector3<double> n = scalar::shaded_side(phong, in_lanes(normal), v);
+    const auto adds = [&](const auto& source) {
+        const scalar::Products<double> products(n, scalar::to_light(source, in_lanes(position)), v);
+        return (phong.diffuse > 0.0 && products.n_l > 0.0) || (phong.specular > 0.0 && products.v_r > 0.0);
+    };
+    return std::visit(adds, light);
+}
+
 double reflected(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
                  const glm::dvec3& to_viewer)
 {

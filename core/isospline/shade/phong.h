@@ -50,8 +50,12 @@ glm::dvec3 shade(const Phong& phong, const SurfacePoint& point);
 /// The number of shadow rays from a point to a light: several to a disc.
 int shadow_ray_count(const Phong& phong, const Light& light);
 
-/// The part of a light that a white surface reflects at a point, if nothing is between them. The vectors are those of
+/// Whether a light may add to the colour of a point: if not, it need not be seen. The vectors are those of
 /// SurfacePoint.
+bool receives(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
+              const glm::dvec3& to_viewer);
+
+/// The part of a light that a white surface reflects at a point, if nothing is between them.
 double reflected(const Phong& phong, const Light& light, const glm::dvec3& position, const glm::dvec3& normal,
                  const glm::dvec3& to_viewer);
 
