@@ -95,9 +95,14 @@ public:
 
     void add(std::size_t group, const Ray& ray, std::size_t place, double factor, double threshold)
     {
-        while (groups_.size() <= group)
-            groups_.emplace_back().reserve(groups_.size() < 4 ? hit_count_ : 0);
-        groups_[group].push_back({ray, place, factor, threshold});
+        while (groups_.size() <= group) {
+            const std::size_t count = groups_.size() < 4 ? hit_count_ : 0;
+            groups_.emplace_back();
+            groups_.back().rays.reserve(count);
+            groups_.back().ends.reserve(count);
+        }
+        groups_[group].rays.push_back(ray);
+        groups_[group].ends.push_back({place, factor, threshold});
     }
 
     /// Adds the share of one surface in `count` rays by its weight, at least one: the noise of all surfaces along a ray
@@ -138,38 +143,42 @@ public:
     /// Adds the transmitted part of the light along each ray; without an absorption, all or nothing.
     void trace(const SceneSnapshot& scene, const std::optional<Absorption>& absorption, std::vector<double>& sums)
     {
-        std::vector<Ray> rays;
-        std::vector<double> thresholds;
-        for (const auto& group : groups_)
-            for (const ShadowRay& each : group) {
-                rays.push_back(each.ray);
-                if (absorption)
-                    thresholds.push_back(each.threshold);
-            }
-        std::vector<double> transmitted(rays.size());
-        if (absorption) {
-            scene.attenuate_rays(rays, *absorption, transmitted, thresholds);
-        } else {
-            std::vector<std::uint8_t> occluded(rays.size());
-            scene.test_occlusions(rays, occluded, /*coherent=*/true);
-            std::transform(occluded.begin(), occluded.end(), transmitted.begin(),
-                           [](std::uint8_t is_occluded) { return is_occluded ? 0.0 : 1.0; });
+        if (groups_.empty())
+            return;
+        Group all = std::move(groups_[0]);
+        for (std::size_t i = 1; i < groups_.size(); ++i) {
+            all.rays.insert(all.rays.end(), groups_[i].rays.begin(), groups_[i].rays.end());
+            all.ends.insert(all.ends.end(), groups_[i].ends.begin(), groups_[i].ends.end());
         }
-        auto part = transmitted.begin();
-        for (const auto& group : groups_)
-            for (const ShadowRay& each : group)
-                sums[each.place] += each.factor * *part++;
+        if (!absorption) {
+            std::vector<std::uint8_t> occluded(all.rays.size());
+            scene.test_occlusions(all.rays, occluded, /*coherent=*/true);
+            for (std::size_t i = 0; i < all.rays.size(); ++i)
+                sums[all.ends[i].place] += occluded[i] ? 0.0 : all.ends[i].factor;
+            return;
+        }
+        std::vector<double> transmitted(all.rays.size()), thresholds;
+        for (const End& end : all.ends)
+            thresholds.push_back(end.threshold);
+        scene.attenuate_rays(all.rays, *absorption, transmitted, thresholds);
+        for (std::size_t i = 0; i < all.rays.size(); ++i)
+            sums[all.ends[i].place] += all.ends[i].factor * transmitted[i];
     }
 
 private:
-    struct ShadowRay {
-        Ray ray;
-        std::size_t place; ///< of the sum to which it adds
-        double factor;     ///< of what arrives
-        double threshold;  ///< of attenuate_rays()
+    /// What becomes of the light that arrives along a ray.
+    struct End {
+        std::size_t place; ///< of the sum to which it is added
+        double factor;
+        double threshold; ///< of attenuate_rays()
     };
+    struct Group {
+        std::vector<Ray> rays;
+        std::vector<End> ends; ///< one for each ray
+    };
+
     std::size_t hit_count_;
-    std::vector<std::vector<ShadowRay>> groups_;
+    std::vector<Group> groups_;
 };
 
 /// Whether rays of a shading look for hidden lights.
@@ -204,7 +213,9 @@ std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, co
             continue;
         const auto count = static_cast<std::size_t>(shadow_ray_count(*phong, light));
         most = std::max(most, count);
-        if (kind == ShadowRays::by_weight || !is_disc(light)) {
+        if (!is_disc(light)) {
+            groups.add(group, rays_from(surface)({}), place_of(surface), 1.0, 0.0);
+        } else if (kind == ShadowRays::by_weight) {
             groups.add_by_weight(surface, count, along.shifts, group, count, place_of(surface), rays_from(surface));
         } else if (const double part = reflected(*phong, light, position, surface.normal, along.to_viewer);
                    part > 0.0) {
