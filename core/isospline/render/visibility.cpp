@@ -19,8 +19,11 @@ constexpr double golden = 0.61803398874989484820, silver = 0.4142135623730950488
 /// The random numbers of a pixel's sample.
 struct Shifts {
     glm::dvec2 square; ///< of points of the unit square
-    double surface;    ///< of the choice among the surfaces along a ray
-    double threshold;  ///< of the light that has to be left
+    double number;     ///< of the sample in its block
+
+    /// Of the choice among the surfaces along a ray, and of the light that has to be left.
+    double surface() const { return glm::fract(number * golden); }
+    double threshold() const { return glm::fract(number * silver); }
 };
 
 /// The samples of a pixel are an additive recurrence of the plastic number, whose terms are well separated. The pixels
@@ -33,9 +36,7 @@ Shifts shifts_of(const glm::ivec2& pixel, std::uint32_t sample)
     const auto x = static_cast<unsigned>(pixel.x), y = static_cast<unsigned>(pixel.y), z = x ^ y;
     const unsigned reversed = (z & 1) << 3 | (y & 1) << 2 | (z & 2) | (y & 2) >> 1;
     const unsigned order = (y & 2) << 2 | (z & 2) << 1 | (y & 1) << 1 | (z & 1);
-    const double place = 16.0 * sample + order;
-    return {glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step),
-            glm::fract(place * golden), glm::fract(place * silver)};
+    return {glm::fract(glm::dvec2(reversed, order) / 16.0 + static_cast<double>(sample) * step), 16.0 * sample + order};
 }
 
 /// The i-th of `count` points of the unit square: Fibonacci's lattice, shifted.
@@ -130,13 +131,13 @@ public:
             total += receiver.part;
         for (std::size_t i = 0; i < count && !receivers.empty(); ++i) {
             const auto order = static_cast<double>(i);
-            double rest = total * glm::fract(shifts.surface + order * silver);
+            double rest = total * glm::fract(shifts.surface() + order * silver);
             auto receiver = receivers.begin();
             for (; rest >= receiver->part && receiver + 1 != receivers.end(); ++receiver)
                 rest -= receiver->part;
             add(first + i % group_count, rays_from(*receiver->surface)(lattice_point(i, count, shifts.square)),
                 receiver->place, total / receiver->part / static_cast<double>(count),
-                1.0 - glm::fract(shifts.threshold + order * bronze));
+                1.0 - glm::fract(shifts.threshold() + order * bronze));
         }
     }
 
