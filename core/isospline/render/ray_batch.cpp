@@ -2,6 +2,8 @@
 
 #include "isospline/scene/scene_snapshot.h"
 
+#include <glm/geometric.hpp>
+
 #include <cstdint>
 
 namespace isospline {
@@ -13,6 +15,19 @@ void RayBatch::resize(std::size_t count)
     hits.resize(count);
     behind.clear();
     weights.clear();
+    origins_.clear();
+}
+
+glm::dvec3 RayBatch::origin(const SceneSnapshot& scene, std::size_t i, const glm::dvec3& towards)
+{
+    // Without a gradient, the direction matters, and not just its side.
+    if (!(hits[i].gradient_magnitude > 0.0))
+        return scene.offset_position(hits[i], towards);
+    origins_.resize(hits.size());
+    std::optional<glm::dvec3>& known = origins_[i][glm::dot(hits[i].normal, towards) >= 0.0 ? 1 : 0];
+    if (!known)
+        known = scene.offset_position(hits[i], towards);
+    return *known;
 }
 
 void append_hits_behind(RayBatch& batch, const SceneSnapshot& scene, const OpacityOf& opacity_of)

@@ -7,7 +7,9 @@
 
 #include <glm/vec2.hpp>
 
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace isospline {
@@ -27,6 +29,12 @@ struct RayBatch {
 
     /// Reduces the batch to one ray for each of the first `count` pixels.
     void resize(std::size_t count);
+    /// The origin for a ray that leaves hit i in a direction: SceneSnapshot::offset_position(), found once for each
+    /// side of the surface.
+    glm::dvec3 origin(const SceneSnapshot& scene, std::size_t i, const glm::dvec3& towards);
+
+private:
+    std::vector<std::array<std::optional<glm::dvec3>, 2>> origins_; ///< of each hit, inside and outside
 };
 
 /// Appends the hits of a batch's rays up to their first opaque surface. Surfaces of opacity 0 are ignored: if the first

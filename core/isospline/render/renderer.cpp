@@ -209,7 +209,7 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
 /// The colours of all hits of a sample's batch; hits with Phong's model and without shadows are shaded in SIMD lanes.
 void Renderer::shade_hits(const Appearances& look, std::uint32_t sample, Workspace& workspace) const
 {
-    const RayBatch& batch = workspace.batch;
+    RayBatch& batch = workspace.batch;
     const auto shading_at = [&](const Hit& hit, const Ray& ray) {
         const glm::dvec3 normal = lookup_.is_plain(hit) ? hit.normal : point_of(hit, ray, false).normal;
         return std::pair(&look.of(hit.geometry_id).shading, normal);

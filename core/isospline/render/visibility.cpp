@@ -46,19 +46,21 @@ glm::dvec2 lattice_point(std::size_t i, std::size_t count, const glm::dvec2& shi
     return {(place + shift.x) / static_cast<double>(count), glm::fract(place * golden + shift.y)};
 }
 
-/// The segment from a hit to a point of a light.
-Ray towards(const SceneSnapshot& scene, const Hit& hit, const PositionalLight& light, const glm::dvec2&)
+/// The segment from a hit of a batch to a point of a light.
+Ray towards(const SceneSnapshot& scene, RayBatch& batch, std::size_t hit, const PositionalLight& light,
+            const glm::dvec2&)
 {
-    const glm::dvec3 origin = scene.offset_position(hit, light.position - hit.position);
+    const glm::dvec3 origin = batch.origin(scene, hit, light.position - batch.hits[hit].position);
     const glm::dvec3 to_light = light.position - origin;
     // A light at the point itself is not hidden.
     return to_light == glm::dvec3(0.0) ? Ray{origin, {0.0, 0.0, 1.0}, 0.0, 0.0} : Ray{origin, to_light, 0.0, 1.0};
 }
 
-Ray towards(const SceneSnapshot& scene, const Hit& hit, const DirectionalLight& light, const glm::dvec2& square)
+Ray towards(const SceneSnapshot& scene, RayBatch& batch, std::size_t hit, const DirectionalLight& light,
+            const glm::dvec2& square)
 {
     const glm::dvec3 to_light = light.to_point(square);
-    return {scene.offset_position(hit, to_light), to_light};
+    return {batch.origin(scene, hit, to_light), to_light};
 }
 
 bool is_disc(const Light& light)
@@ -192,7 +194,7 @@ const Phong* with_shadows(const Shading& shading)
 /// Adds the rays to the lights with a number; returns the number of groups that they are in. `place_of` gives the place
 /// of the sum for a surface.
 template <typename PlaceOf>
-std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, const RayBatch& batch,
+std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, RayBatch& batch,
                               const SurfacesAlongRay& along, ShadowRays kind, std::size_t group,
                               const PlaceOf& place_of, std::vector<Receiver>& receivers, ShadowRayGroups& groups)
 {
@@ -200,8 +202,8 @@ std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, co
     std::size_t most = 1;
     const auto rays_from = [&](const Surface& surface) {
         const Light& light = (*std::get<Phong>(*surface.shading).lights)[number];
-        return [&scene, &hit = batch.hits[surface.hit], &light](const glm::dvec2& point) {
-            return std::visit([&](const auto& source) { return towards(scene, hit, source, point); }, light);
+        return [&scene, &batch, hit = surface.hit, &light](const glm::dvec2& point) {
+            return std::visit([&](const auto& source) { return towards(scene, batch, hit, source, point); }, light);
         };
     };
     for (const Surface& surface : along.surfaces) {
@@ -227,7 +229,7 @@ std::size_t add_rays_to_light(std::size_t number, const SceneSnapshot& scene, co
     return most;
 }
 
-void add_rays_to_sky(const SceneSnapshot& scene, const RayBatch& batch, const SurfacesAlongRay& along, ShadowRays kind,
+void add_rays_to_sky(const SceneSnapshot& scene, RayBatch& batch, const SurfacesAlongRay& along, ShadowRays kind,
                      std::vector<Receiver>& receivers, ShadowRayGroups& groups)
 {
     receivers.clear();
@@ -235,7 +237,7 @@ void add_rays_to_sky(const SceneSnapshot& scene, const RayBatch& batch, const Su
     const auto rays_from = [&](const Surface& surface) {
         const Hit& hit = batch.hits[surface.hit];
         const glm::dvec3 up = glm::dot(hit.normal, along.to_viewer) < 0.0 ? -hit.normal : hit.normal;
-        return [origin = scene.offset_position(hit, up), frame = Frame(up),
+        return [origin = batch.origin(scene, surface.hit, up), frame = Frame(up),
                 distance = std::get<AmbientOcclusion>(*surface.shading).distance](const glm::dvec2& point) {
             return Ray{origin, frame.to_world(cosine_direction(point)), 0.0, distance};
         };
@@ -262,7 +264,7 @@ bool Visibility::is_needed_by(const Shading& shading)
     return (phong && phong->shadows) || std::holds_alternative<AmbientOcclusion>(shading);
 }
 
-Visibility::Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
+Visibility::Visibility(const SceneSnapshot& scene, RayBatch& batch, const ShadingAt& shading_at,
                        const std::optional<Absorption>& absorption, std::uint32_t sample, ShadowRays kind)
     : to_lights_(batch.hits.size()), from_sky_(batch.hits.size())
 {

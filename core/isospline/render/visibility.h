@@ -32,7 +32,7 @@ public:
 
     /// Casts shadow rays from all hits of some pixels' `sample`; misses are left out, and so is light that does not
     /// reach the shaded side. `absorption` is nothing if all surfaces are opaque.
-    Visibility(const SceneSnapshot& scene, const RayBatch& batch, const ShadingAt& shading_at,
+    Visibility(const SceneSnapshot& scene, RayBatch& batch, const ShadingAt& shading_at,
                const std::optional<Absorption>& absorption, std::uint32_t sample,
                ShadowRays kind = ShadowRays::by_weight);
     /// All lights and the sky are visible.
