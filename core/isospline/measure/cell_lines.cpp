@@ -3,6 +3,7 @@
 #include "isospline/cell/jet.h"
 #include "isospline/math/bernstein_box.h"
 #include "isospline/measure/brick_solid.h"
+#include "isospline/measure/line_lanes.h"
 #include "isospline/measure/plane_section.h"
 #include "isospline/measure/polynomial.h"
 #include "isospline/spline/curvature.h"
@@ -58,6 +59,31 @@ struct CellLines::MethodOfDegree final : Method {
                              {rule[i].weight, without_middle[i], every_other[i]},
                              bernstein_values<Degree>(rule[i].position),
                              slopes_at(rule[i].position)});
+        if constexpr (Degree <= 2)
+            set_lanes();
+    }
+
+    /// The nodes for SIMD lanes.
+    void set_lanes()
+    {
+        in_lanes.count = nodes.size();
+        const std::size_t padded = (nodes.size() + LineNodes::group - 1) / LineNodes::group * LineNodes::group;
+        for (std::size_t i = 0; i < padded; ++i) {
+            const Node& node = nodes[std::min(i, nodes.size() - 1)];
+            for (std::size_t k = 0; k < count; ++k) {
+                in_lanes.values[k].push_back(node.values[k]);
+                in_lanes.slopes[k].push_back(node.slopes[k]);
+            }
+            for (std::size_t r = 0; r < 3; ++r)
+                in_lanes.weights[r].push_back(i < nodes.size() ? node.weights[r] : 0.0);
+        }
+        const glm::dmat3 metric = to_lattice * glm::transpose(to_lattice);
+        for (int axis = 0; axis < 3; ++axis) {
+            const int order[3] = {first_of_face(axis), second_of_face(axis), axis};
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j)
+                    metrics[axis][i][j] = metric[order[i]][order[j]];
+        }
     }
 
     /// The weights of the rule that integrates the polynomial through the values at some of the nodes of a Gauss rule.
@@ -154,6 +180,8 @@ struct CellLines::MethodOfDegree final : Method {
 
     void add_lines(const Lines& lines, LineSums& to) const
     {
+        if (Degree <= 2 && !options.curvature)
+            return add_lines_in_lanes(lines, to);
         for (const Node& x : nodes) {
             Plane plane;
             for (std::size_t i = 0; i < count; ++i)
@@ -178,6 +206,25 @@ struct CellLines::MethodOfDegree final : Method {
             for (const Node& y : nodes)
                 add_line(lines, plane, x, y, to);
         }
+    }
+
+    void add_lines_in_lanes(const Lines& lines, LineSums& to) const
+    {
+        LinesOverFace face{Degree, {}, metrics[lines.axis], lines.add_volume, options.surface};
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t j = 0; j < count; ++j)
+                std::copy(lines.c[i][j].begin(), lines.c[i][j].end(), face.c[i][j].begin());
+        LineLaneSums sums;
+        isospline::add_lines(face, in_lanes, sums);
+        const auto add_sums = [&](Quantity quantity, const auto& lanes) {
+            for (std::size_t rule = 0; rule < 3; ++rule)
+                to.rules[rule][at(quantity)] += determinant * LineLaneSums::total(lanes[rule]);
+            to.magnitude[at(quantity)] += determinant * LineLaneSums::total(lanes[0]);
+        };
+        if (lines.add_volume)
+            add_sums(Quantity::volume, sums.volume);
+        if (options.surface)
+            add_sums(Quantity::area, sums.area);
     }
 
     void add_line(const Lines& lines, const Plane& plane, const Node& x, const Node& y, LineSums& to) const
@@ -255,6 +302,8 @@ struct CellLines::MethodOfDegree final : Method {
     glm::dmat3 to_lattice;
     double determinant;
     std::vector<Node> nodes;
+    LineNodes in_lanes;    ///< the same
+    glm::dmat3 metrics[3]; ///< by axis
 };
 
 CellLines::CellLines(int degree, const QuadratureOptions& options)

@@ -4,9 +4,11 @@
 
 #include <glm/geometric.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <random>
 #include <vector>
 
 using namespace isospline;
@@ -87,4 +89,37 @@ TEST_CASE("lines leave a cell alone that has a coefficient at the level", "[meas
     REQUIRE_FALSE(CellLines(1, {7}).add(cell, 1.0, sums));
     REQUIRE(sums.rules[0][0] == 0.0);
     REQUIRE(sums.cells == 0);
+}
+
+TEST_CASE("lines in SIMD lanes have the integrals of single lines", "[measure]")
+{
+    const int degree = GENERATE(1, 2);
+    const int order = GENERATE(5, 7, 16, 21);
+    std::mt19937 random(degree + order);
+    std::uniform_real_distribution<float> number(-1.0f, 1.0f);
+    const glm::dmat3 lattice_to_world(1.1, 0.2, 0.0, -0.1, 0.9, 0.3, 0.0, 0.1, 1.4);
+    // With curvatures, lines are cut one by one.
+    const CellLines in_lanes(degree, {order, true, false, lattice_to_world});
+    const CellLines without_area(degree, {order, false, false, lattice_to_world});
+    const CellLines one_by_one(degree, {order, true, true, lattice_to_world});
+    LineSums found, volume, expected;
+    for (int cell = 0; cell < 400; ++cell) {
+        std::array<float, 27> numbers;
+        for (float& each : numbers)
+            each = number(random);
+        const CellCoefficients coefficients(CoefficientView{numbers.data(), degree + 1, (degree + 1) * (degree + 1)},
+                                            0.1, glm::ivec3(0));
+        const double sign = cell % 2 == 0 ? 1.0 : -1.0;
+        REQUIRE(in_lanes.add(coefficients, sign, found));
+        REQUIRE(without_area.add(coefficients, sign, volume));
+        REQUIRE(one_by_one.add(coefficients, sign, expected));
+    }
+    REQUIRE(found.cells == expected.cells);
+    for (std::size_t rule = 0; rule < 3; ++rule) {
+        REQUIRE(found.rules[rule][0] == Approx(expected.rules[rule][0]).epsilon(1e-11));
+        REQUIRE(found.rules[rule][1] == Approx(expected.rules[rule][1]).epsilon(1e-9));
+        REQUIRE(volume.rules[rule][0] == Approx(expected.rules[rule][0]).epsilon(1e-11));
+        REQUIRE(volume.rules[rule][1] == 0.0);
+    }
+    REQUIRE(found.magnitude[1] == Approx(expected.magnitude[1]).epsilon(1e-9));
 }
