@@ -22,13 +22,16 @@ namespace isospline {
 
 namespace {
 
-/// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is.
-/// Quadrature in every cell converges faster where the surface is smooth.
-constexpr std::array<PieceRule, 8> all_rules{
-    {{true, 7}, {true, 11}, {true, 15}, {true, 21}, {true, 31}, {false, 4}, {false, 6}, {false, 10}}};
-constexpr std::size_t first_quadrature = 5;
+/// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is; the
+/// numbers of nodes are odd, and fill SIMD lanes. Quadrature in every cell converges faster where the surface is
+/// smooth.
+constexpr std::array<PieceRule, 7> all_rules{
+    {{true, 7}, {true, 15}, {true, 23}, {true, 31}, {false, 4}, {false, 6}, {false, 10}}};
+constexpr std::size_t first_quadrature = 4;
 /// The errors of lines fall with about this power of their number of nodes.
 constexpr double rate_of_lines = 3.0;
+/// Every so many pieces of a component are integrated first, to choose the rule for all, if there are enough.
+constexpr std::size_t sample_step = 16, fewest_sampled = 32;
 /// The errors of lines are estimated by statistics of many cells. If there are fewer, they are not used.
 constexpr std::size_t fewest_cells_of_lines = 1000;
 
@@ -78,6 +81,20 @@ struct Sums {
         line_pieces += piece.line_cells > 0;
     }
 
+    /// The sums over all pieces, estimated from one in `step`. The differences have lost what may be chance.
+    Sums scaled(std::size_t step) const
+    {
+        const auto factor = static_cast<double>(step);
+        Sums all = *this;
+        for (double* const each : {&all.value, &all.error, &all.magnitude, &all.sum_of_squares})
+            *each *= factor;
+        for (double& each : all.difference)
+            each = factor * std::max(0.0, std::abs(each) - 2.0 * std::sqrt(sum_of_squares));
+        all.line_cells *= step;
+        all.line_pieces *= step;
+        return all;
+    }
+
     /// The errors of lines in different pieces are independent, except for what all have in common, which the
     /// difference of the sums shows: that, and three standard deviations of the rest, or more if these are not well
     /// known, because there are few pieces.
@@ -119,6 +136,10 @@ public:
         std::iota(chosen.begin(), chosen.end(), std::size_t{0});
         const bool is_once = options_.order != 0;
         double begin = 0.0;
+        if (!is_once) {
+            begin = 0.05;
+            choose_first_rules(part_of(progress, 0.0, begin));
+        }
         do {
             const double end = is_once ? 1.0 : 0.5 * (begin + 1.0);
             compute(chosen, part_of(progress, begin, end));
@@ -148,6 +169,36 @@ private:
                 }
             },
             progress);
+    }
+
+    /// Chooses the rules of components with many pieces by a sample of these.
+    void choose_first_rules(const Progress& progress)
+    {
+        std::vector<std::size_t> sample;
+        const auto is_sampled = [](const std::vector<std::size_t>& component) {
+            return component.size() >= fewest_sampled * sample_step;
+        };
+        for (const auto& component : of_component_)
+            for (std::size_t i = 0; is_sampled(component) && i < component.size(); i += sample_step)
+                sample.push_back(component[i]);
+        compute(sample, progress);
+        std::vector<std::uint8_t> rules = rule_of_;
+        for (std::size_t component = 0; component < of_component_.size(); ++component) {
+            const std::vector<std::size_t>& of_component = of_component_[component];
+            for (std::size_t quantity = 0; is_sampled(of_component) && quantity < quantity_count; ++quantity) {
+                Sums some;
+                for (std::size_t i = 0; i < of_component.size(); i += sample_step)
+                    some.add(sums_[of_component[i]], quantity);
+                const Sums all = some.scaled(sample_step);
+                const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
+                const double limit = options_.tolerance * (all.magnitude + whole);
+                if (options_.wanted[quantity] && all.total_error() > limit)
+                    choose_rules(of_component, quantity, all, limit, rules);
+            }
+        }
+        for (std::size_t i = 0; i < rules.size(); ++i)
+            if (all_rules[rule_of_[i]].has_lines) // a sample does not tell that lines are not enough
+                rule_of_[i] = std::min(rules[i], static_cast<std::uint8_t>(first_quadrature - 1));
     }
 
     /// Keeps the sums with the smallest errors so far, and returns the pieces that need a more precise rule, which is

@@ -45,6 +45,27 @@ def test_ellipsoids(degree, tolerance):
         assert_bounded(getattr(surface, name)(tolerance=tolerance), expected, tolerance)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_sample_of_many_bricks_chooses_the_first_rule(degree):
+    """A ball across about 900 bricks, which degrees 2 and 3 represent exactly, and degree 1 by chords.
+
+    For degree 1, quadrature in every cell is the other method.
+    """
+    z, y, x = np.ogrid[:128, :128, :128]
+    square, radius = (x - 64.2) ** 2 + (y - 63.1) ** 2 + (z - 63.7) ** 2, 57.0
+    values, level = (np.sqrt(square), radius) if degree == 1 else (square, radius**2 + {2: 0.75, 3: 1}[degree])
+    volume = isospline.Volume(values, degree=degree, filter="none")
+    surface = isospline.Isosurface(volume, level, inside="below")
+    exact = (4 / 3 * math.pi * radius**3, 4 * math.pi * radius**2)
+    if degree == 1:
+        by_chords = tuple(getattr(surface, name)(order=6).value for name in NAMES[:2])
+        np.testing.assert_allclose(by_chords, exact, rtol=2e-4)
+        exact = by_chords
+    for tolerance in (1e-3, 1e-4) if degree == 3 else (1e-3, 1e-4, 1e-5):
+        for name, expected in zip(NAMES, exact):
+            assert_bounded(getattr(surface, name)(tolerance=tolerance), expected, tolerance)
+
+
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_torus(tolerance):
     """The model differs from the torus by less than the smallest stated error."""
