@@ -290,78 +290,41 @@ py::object components(const Isosurface& surface, bool measured, std::optional<do
     return as_result("Components", result);
 }
 
-constexpr const char* to_mask_doc =
-    R"(The samples that are in the solid, as bool array.
-
-Sums and means of the mask, and of data in it, are those of the samples of the solid: ``to_mask().mean()`` of pores is
-the porosity by counting. `enclosed_volume` is more precise.
-
-Parameters
-----------
-whole_cells : bool
-    Whether to return the samples of all cells that contain a part of the solid instead: their centres (degree 2) or
-    their corners (odd degrees). As `mask` of another surface of the volume, this keeps all of the other one that is in
-    this solid. These are more samples than those in the solid.
-progress : callable, optional
-    Called with the finished fraction; cancels if it returns a false value other than None.
-
-Returns
--------
-bool array of the volume's shape
-    True where a sample's position is in the solid, as `mask`, `largest` and `clip` leave it. f is compared with the
-    level there: a sample where it equals the level is in the solid if that is above. Samples on a plane of `clip` and
-    at the border of the volume can be in the solid.
-
-Examples
---------
-The bones in a body, without the table on which it lies:
-
->>> import numpy as np
->>> import isospline
->>> z, y, x = np.mgrid[0:32, 0:32, 0:32]
->>> samples = np.where(z > 9, 0.0, -1000.0)
->>> samples[z < 5] = 700  # the table
->>> samples[(x - 16) ** 2 + (y - 16) ** 2 + (z - 20) ** 2 < 36] = 700  # a bone
->>> volume = isospline.Volume(samples)
->>> body = isospline.Isosurface(volume, -500, largest=1)
->>> bones = isospline.Isosurface(volume, 300, mask=body.to_mask(whole_cells=True))
->>> len(isospline.Isosurface(volume, 300).components().bounds), len(bones.components().bounds)
-(2, 1)
-
-The samples of a body, counted:
-
->>> int(body.to_mask().sum()), int((samples[9:] > -500).sum())
-(22528, 22528)
-)";
-
-py::array_t<bool> to_mask(const Isosurface& surface, bool whole_cells, const py::object& progress)
+Integrals integrate(const Isosurface& surface, const IntegralOptions& options, const py::object& progress)
 {
     const auto snapshot = surface.snapshot();
-    Mask mask;
-    long_call("to find the samples of a solid", progress, [&](const Progress& report) {
-        mask = whole_cells ? mask_of_cells(solid_of(*snapshot), report) : samples_inside(*snapshot, report);
-    });
-    const Volume& volume = snapshot->volume();
-    auto array = new_grid<bool>(volume.shape(), volume.options().axes);
-    std::copy(mask.begin(), mask.end(), array.mutable_data());
-    return array;
+    Integrals found;
+    long_call("to integrate over a surface", progress,
+              [&](const Progress& report) { found = integrate(solid_of(*snapshot), options, report); });
+    return found;
+}
+
+/// The value and the error of a quantity, with names.
+void set_measured(py::dict& to, const Integrals& found, Quantity quantity, const char* value, const char* error)
+{
+    to[value] = found.value[static_cast<std::size_t>(quantity)];
+    to[error] = found.error[static_cast<std::size_t>(quantity)];
 }
 
 py::object measure(const Isosurface& surface, Quantity quantity, std::optional<double> tolerance,
                    std::optional<int> order, const py::object& progress)
 {
-    const auto snapshot = surface.snapshot();
     IntegralOptions options = options_of(tolerance, order);
     options.wanted = {};
     options.wanted[static_cast<std::size_t>(quantity)] = true;
-    Integrals found;
-    long_call("to integrate over a surface", progress,
-              [&](const Progress& report) { found = integrate(solid_of(*snapshot), options, report); });
-    const auto i = static_cast<std::size_t>(quantity);
     py::dict measured;
-    measured["value"] = found.value[i];
-    measured["error"] = found.error[i];
+    set_measured(measured, integrate(surface, options, progress), quantity, "value", "error");
     return as_result("measurement_of", measured);
+}
+
+py::dict volume_and_area(const Isosurface& surface, std::optional<double> tolerance, std::optional<int> order,
+                         const py::object& progress)
+{
+    const Integrals found = integrate(surface, options_of(tolerance, order), progress);
+    py::dict row;
+    set_measured(row, found, Quantity::volume, "enclosed_volumes", "volume_errors");
+    set_measured(row, found, Quantity::area, "areas", "area_errors");
+    return row;
 }
 
 } // namespace
@@ -384,8 +347,8 @@ void bind_measure(py::module_& module)
     surface.def("components", &components, py::kw_only(), py::arg("measured") = false,
                 py::arg("tolerance") = py::none(), py::arg("order") = py::none(), py::arg("progress") = py::none(),
                 components_doc);
-    surface.def("to_mask", &to_mask, py::kw_only(), py::arg("whole_cells") = false, py::arg("progress") = py::none(),
-                to_mask_doc);
+    surface.def("_volume_and_area", &volume_and_area, py::arg("tolerance"), py::arg("order"), py::arg("progress"),
+                "A row of the table of `isospline.measure`.");
 }
 
 } // namespace isospline

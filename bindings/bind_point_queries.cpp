@@ -7,9 +7,11 @@
 #include "visiting_order.h"
 #include "warn.h"
 
+#include "isospline/measure/components.h"
 #include "isospline/query/closest_point.h"
 #include "isospline/query/contains.h"
 #include "isospline/query/lattice_metric.h"
+#include "isospline/query/solid.h"
 #include "isospline/trace/certified_ray.h"
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
@@ -286,6 +288,63 @@ py::array_t<double> signed_distance(const Isosurface& surface, const py::object&
     return result;
 }
 
+constexpr const char* to_mask_doc =
+    R"(The samples that are in the solid, as bool array.
+
+Sums and means of the mask, and of data in it, are those of the samples of the solid: ``to_mask().mean()`` of pores is
+the porosity by counting. `enclosed_volume` is more precise.
+
+Parameters
+----------
+whole_cells : bool
+    Whether to return the samples of all cells that contain a part of the solid instead: their centres (degree 2) or
+    their corners (odd degrees). As `mask` of another surface of the volume, this keeps all of the other one that is in
+    this solid. These are more samples than those in the solid.
+progress : callable, optional
+    Called with the finished fraction; cancels if it returns a false value other than None.
+
+Returns
+-------
+bool array of the volume's shape
+    True where a sample's position is in the solid, as `mask`, `largest` and `clip` leave it. f is compared with the
+    level there: a sample where it equals the level is in the solid if that is above. Samples on a plane of `clip` and
+    at the border of the volume can be in the solid.
+
+Examples
+--------
+The bones in a body, without the table on which it lies:
+
+>>> import numpy as np
+>>> import isospline
+>>> z, y, x = np.mgrid[0:32, 0:32, 0:32]
+>>> samples = np.where(z > 9, 0.0, -1000.0)
+>>> samples[z < 5] = 700  # the table
+>>> samples[(x - 16) ** 2 + (y - 16) ** 2 + (z - 20) ** 2 < 36] = 700  # a bone
+>>> volume = isospline.Volume(samples)
+>>> body = isospline.Isosurface(volume, -500, largest=1)
+>>> bones = isospline.Isosurface(volume, 300, mask=body.to_mask(whole_cells=True))
+>>> len(isospline.Isosurface(volume, 300).components().bounds), len(bones.components().bounds)
+(2, 1)
+
+The samples of a body, counted:
+
+>>> int(body.to_mask().sum()), int((samples[9:] > -500).sum())
+(22528, 22528)
+)";
+
+py::array_t<bool> to_mask(const Isosurface& surface, bool whole_cells, const py::object& progress)
+{
+    const auto snapshot = surface.snapshot();
+    Mask mask;
+    long_call("to find the samples of a solid", progress, [&](const Progress& report) {
+        mask = whole_cells ? mask_of_cells(solid_of(*snapshot), report) : samples_inside(*snapshot, report);
+    });
+    const Volume& volume = snapshot->volume();
+    auto array = new_grid<bool>(volume.shape(), volume.options().axes);
+    std::copy(mask.begin(), mask.end(), array.mutable_data());
+    return array;
+}
+
 } // namespace
 
 void bind_point_queries(py::module_& module)
@@ -294,6 +353,8 @@ void bind_point_queries(py::module_& module)
     py::class_<Isosurface, std::shared_ptr<Isosurface>> surface(module.attr("Isosurface"));
     surface
         .def("contains", &contains_points, py::arg("points"), py::kw_only(), py::arg("certify") = false, contains_doc)
+        .def("to_mask", &to_mask, py::kw_only(), py::arg("whole_cells") = false, py::arg("progress") = py::none(),
+             to_mask_doc)
         .def("closest_points", &closest_points, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,
              py::arg("tolerance") = py::none(), closest_points_doc)
         .def("signed_distance", &signed_distance, py::arg("points"), py::kw_only(), py::arg("max_distance") = infinity,

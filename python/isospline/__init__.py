@@ -52,6 +52,7 @@ from .base.results import (
     LabelComparison,
     LabelMeasures,
     LabelTable,
+    LevelMeasures,
     Measurement,
     SurfaceDistance,
 )
@@ -61,6 +62,7 @@ from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .labels import Labels
 from .levels import suggest_levels
+from .measures import measure
 from .picture.animation import animate, turntable
 from .picture.cameras import camera_for, turntable_cameras
 from .picture.environments import read_environment
@@ -121,6 +123,7 @@ __all__ = [
     "LabelMeasures",
     "LabelTable",
     "Labels",
+    "LevelMeasures",
     "Material",
     "Measurement",
     "Mesh",
@@ -148,6 +151,7 @@ __all__ = [
     "distributed",
     "ground_for",
     "hausdorff_distance",
+    "measure",
     "open_volume",
     "read_environment",
     "read_mesh",

@@ -22,6 +22,7 @@ __all__ = [
     "LabelMeasures",
     "LabelTable",
     "LeftOut",
+    "LevelMeasures",
     "Measurement",
     "MeshReport",
     "Paging",
@@ -220,6 +221,16 @@ class MeshReport(Result):
     distance: float = _item("distance", "Bound on the distance of surface and mesh, world units.")
     left_out: LeftOut = _item("left_out", "The parts of the surface that are left out.")
     self_intersections: int = _item("self_intersections", "Number of pairs of faces that cross.")
+
+
+class LevelMeasures(Table):
+    """The measures of surfaces at several levels, as `isospline.measure` returns them."""
+
+    levels: NDArray[np.float64] = _item("levels", "(N,) float64: as given.")
+    enclosed_volumes: NDArray[np.float64] = _item("enclosed_volumes", "(N,) float64, world units cubed.")
+    volume_errors: NDArray[np.float64] = _item("volume_errors", "(N,) float64: estimated errors of the integrals.")
+    areas: NDArray[np.float64] = _item("areas", "(N,) float64, world units squared, with caps.")
+    area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of the integrals.")
 
 
 class SurfaceDistance(Table):

@@ -9,7 +9,6 @@ import isospline
 from ..colors import color_of
 from ..io.label_map import count_of_labels
 from ..labels.segments import find
-from ..picture.sequences import check_folder
 from .summary import unit_power
 from .write import writing
 
@@ -105,10 +104,6 @@ def label_surfaces(labels, arguments, **options):
 
 def measure_labels(labels, arguments, progress, unicode):
     """Print the measures of labels, or write them to a table."""
-    if arguments.output:
-        if not arguments.output.lower().endswith(".csv"):
-            raise ValueError(f"{arguments.output}: expected the name of a table, which ends in .csv")
-        check_folder(arguments.output)
     with progress("measuring", arguments) as report:
         chosen = wanted_labels(labels, arguments)
         found = labels.measure(chosen, smoothing=arguments.label_smoothing, progress=report)

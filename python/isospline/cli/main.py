@@ -36,7 +36,7 @@ from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
-from .write import DISK_ERRORS, error_text, write_images, writing
+from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures, writing
 
 
 def main(argv=None):
@@ -90,14 +90,17 @@ def measure(arguments):
     from .summary import describe_measures
 
     clip = _clip(arguments)
+    if arguments.output:
+        check_table(arguments.output)
     data, labels = _volume_or_labels(arguments)
     if labels is not None:
         measure_labels(labels, arguments, _progress, _has_unicode())
         return
-    if arguments.output:
-        raise ValueError(f"--output: expected a label map for a table, got a volume: {arguments.file}")
     chosen = choose_levels(data, arguments, _say)
     surfaces = _surfaces(_volume(data, arguments), chosen, clip, arguments)
+    if arguments.output:
+        write_measures(arguments, surfaces, _progress)
+        return
     measured = [_measured(surface, arguments) for surface in surfaces]
     if arguments.json:
         parts = [

@@ -84,7 +84,7 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     _add_input(command)
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.add_argument("--json", action="store_true", help="print JSON")
-    command.add_argument("-o", "--output", metavar="OUT", help="write the table of a label map: .csv")
+    command.add_argument("-o", "--output", metavar="OUT", help="write a table of the levels or labels: .csv")
     command.add_argument("--tolerance", type=float, metavar="T", help="largest relative errors (default 1e-4)")
     command.add_argument("--order", type=int, metavar="N", help="instead of --tolerance: nodes along axes, 2 to 10")
     command.set_defaults(run=measure)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import contextlib
 import errno
 
-from ..picture.sequences import is_video, numbered, write_sequence
+import numpy as np
+
+import isospline
+
+from ..picture.sequences import check_folder, is_video, numbered, write_sequence
 from .record import turntable_record
 
 #: Errors of the disk, and not of a wrong name.
@@ -19,6 +23,26 @@ def writing():
         yield
     except OSError as error:
         raise RuntimeError(error_text(error)) from error
+
+
+def check_table(path):
+    """Raise ValueError unless a table can be written to a file of this name."""
+    if not path.lower().endswith(".csv"):
+        raise ValueError(f"{path}: expected the name of a table, which ends in .csv")
+    check_folder(path)
+
+
+def write_measures(arguments, surfaces, progress):
+    """Write the table of the volumes and areas of surfaces, one for each level."""
+    options = {"tolerance": arguments.tolerance, "order": arguments.order}
+    tables = []
+    for surface in surfaces:
+        with progress(f"level {surface.level:g}", arguments) as report:
+            tables.append(isospline.measure(surface, [surface.level], progress=report, **options))
+    table = isospline.LevelMeasures({name: np.concatenate([each[name] for each in tables]) for name in tables[0]})
+    with writing():
+        table.to_csv(arguments.output)
+    print(f"{arguments.output}: {len(surfaces)} level{'s' if len(surfaces) > 1 else ''}")
 
 
 def write_images(arguments, frames, images):

@@ -157,8 +157,6 @@ def render_in_studio(
     radius = _radius(scene)
     ground = _ground(scene, camera, light, radius) if light.ground and radius > 0 else None
     crop = options["crop"]
-    wide, inner = widened(crop, options["size"])
-    around = {**options, **flat, "crop": wide}
 
     def draw(scene, shadings, options, begin, end, **more):
         report = progress and (lambda fraction: progress(begin + (end - begin) * fraction))
@@ -178,12 +176,15 @@ def render_in_studio(
         {id: look.replace(**{**unhidden, "lights": [lights.fill]}, specular=0) for id, look in looks.items()},
     )
     until = 1.0 if ground is None else _UNTIL_GROUND
+    if crop is not None:
+        (image,) = draw(scene, [key], options, 0.0, 0.0)  # raises for a bad size or crop
+    wide, inner = widened(crop, options["size"])
+    around = {**options, **flat, "crop": wide}
     if crop is None:
         image, in_key, open_sky, in_sky, filled = draw(scene, in_looks, options, 0.0, until)
         open_key = image
     else:
         open_key, in_key, open_sky, in_sky, filled = draw(scene, in_looks, around, 0.0, until)
-        (image,) = draw(scene, [key], options, until, until)
     (guides,) = draw(scene, [key], around, until, until, samples=1, layers=GUIDES)
     of_key, of_sky = seen_parts([(in_key.color, open_key.color), (in_sky.color, open_sky.color)], guides)
     color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]

@@ -28,6 +28,18 @@ def test_each_level_is_measured(ball, capsys):
     assert [line.split()[1] for line in capsys.readouterr().out.splitlines() if "  level" in line] == ["0", "400"]
 
 
+def test_a_table_of_levels(ball, tmp_path, capsys):
+    path = tmp_path / "levels.csv"
+    assert main(["measure", str(ball), "-l", "0", "-l", "400", "-o", str(path), "--quiet"]) == 0
+    assert capsys.readouterr().out == f"{path}: 2 levels\n"
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    expected = isospline.measure(np.load(ball), [0, 400])
+    for name in expected:
+        assert table[name].tolist() == expected[name].tolist()
+    assert main(["measure", str(ball), "-l", "0", "-o", str(tmp_path / "levels.txt"), "--quiet"]) == 2
+    assert "expected the name of a table, which ends in .csv" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("command", ["measure", "mesh"])
 def test_measures_and_meshes_are_of_the_surface_in_the_picture(command, tmp_path, scan_with_table, capsys):

@@ -15,7 +15,7 @@ LAYERS = (
     {"interop", "labels", "store", "suggest"},
     {"picture", "research"},
     {"distributed", "viewer"},
-    {"showing"},
+    {"measures", "showing"},
     {""},
     {"cli"},
 )
