@@ -180,7 +180,7 @@ struct CellLines::MethodOfDegree final : Method {
 
     void add_lines(const Lines& lines, LineSums& to) const
     {
-        if (Degree <= 2 && !options.curvature)
+        if (Degree <= 2 && !options.curvature && nodes.size() <= LineNodes::most)
             return add_lines_in_lanes(lines, to);
         for (const Node& x : nodes) {
             Plane plane;
@@ -214,12 +214,11 @@ struct CellLines::MethodOfDegree final : Method {
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t j = 0; j < count; ++j)
                 std::copy(lines.c[i][j].begin(), lines.c[i][j].end(), face.c[i][j].begin());
-        LineLaneSums sums;
-        isospline::add_lines(face, in_lanes, sums);
-        const auto add_sums = [&](Quantity quantity, const auto& lanes) {
+        const LineSumsOverFace sums = sum_lines(face, in_lanes);
+        const auto add_sums = [&](Quantity quantity, const std::array<double, 3>& of_rules) {
             for (std::size_t rule = 0; rule < 3; ++rule)
-                to.rules[rule][at(quantity)] += determinant * LineLaneSums::total(lanes[rule]);
-            to.magnitude[at(quantity)] += determinant * LineLaneSums::total(lanes[0]);
+                to.rules[rule][at(quantity)] += determinant * of_rules[rule];
+            to.magnitude[at(quantity)] += determinant * of_rules[0];
         };
         if (lines.add_volume)
             add_sums(Quantity::volume, sums.volume);

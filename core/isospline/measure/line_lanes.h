@@ -15,6 +15,7 @@ namespace isospline {
 /// by nodes without weight.
 struct LineNodes {
     static constexpr std::size_t group = 8;
+    static constexpr std::size_t most = 32; ///< nodes, with the padding
 
     std::size_t count = 0;                      ///< without the padding
     std::array<std::vector<double>, 3> values;  ///< of each Bernstein polynomial at the nodes
@@ -31,17 +32,13 @@ struct LinesOverFace {
     bool volume, area;
 };
 
-/// Sums over lines by three rules, in lanes; the sum of all lanes counts. They do not depend on the SIMD target.
-struct LineLaneSums {
-    alignas(64) double volume[3][LineNodes::group] = {};
-    alignas(64) double area[3][LineNodes::group] = {};
-
-    /// The sums of lanes.
-    static double total(const double (&lanes)[LineNodes::group]);
+/// Sums over lines by three rules.
+struct LineSumsOverFace {
+    std::array<double, 3> volume{}, area{};
 };
 
-/// Adds, in lattice units for volumes, the lengths of lines in the solid, where f >= 0, and the areas that their
-/// crossings stand for: |g|_M |g_axis| / |g|^2, g being the gradient.
-void add_lines(const LinesOverFace& face, const LineNodes& nodes, LineLaneSums& sums);
+/// The lengths of lines in the solid, where f >= 0, in lattice units, and the areas that their crossings stand for:
+/// |g|_M |g_axis| / |g|^2, g being the gradient. The sums do not depend on the SIMD target.
+LineSumsOverFace sum_lines(const LinesOverFace& face, const LineNodes& nodes);
 
 } // namespace isospline
