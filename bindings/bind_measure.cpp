@@ -38,7 +38,7 @@ tolerance : float, optional
     The largest relative error, 1e-4 unless an order is given. The smaller it is, the longer it takes.
 order : int, optional
     Instead of a tolerance: quadrature in every cell with so many nodes of Gauss-Legendre rules along each axis, 2 to
-    10. Orders 2, 4, 6 and 10 take about 1 : 2.5 : 5 : 13 of the time, and order 2 takes 2 to 11 times that of the
+    10. Orders 2, 4, 6 and 10 take about 1 : 2.5 : 5 : 13 of the time, and order 2 takes 2 to 14 times that of the
     default tolerance. The true errors of orders 2, 4 and 6 were below 1e-4, 1e-7 and 1e-8 for two CT volumes.
 progress : callable, optional
     Called with the finished fraction; cancels if it returns a false value other than None.
@@ -94,7 +94,7 @@ a cut that is not capped.
 Parameters
 ----------
 tolerance, order, progress
-    As in `enclosed_volume`. The default tolerance takes a third to twice the time of order 2; orders 4, 6 and 10 take
+    As in `enclosed_volume`. The default tolerance takes a quarter to twice the time of order 2; orders 4, 6 and 10 take
     3, 6.5 and 19 times as long as that. The true errors of orders 2, 4 and 6 were below 5e-4, 3e-5 and 5e-6 for two CT
     volumes, and 2e-3 at order 2 for a noisy one.
 
