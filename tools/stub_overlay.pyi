@@ -25,6 +25,7 @@ from .base.results import (
     Measurement,
     MeshReport,
     Paging,
+    PrintReport,
     SurfaceSamples,
     Visibility,
 )
@@ -195,17 +196,36 @@ class Isosurface(_Shown):
     def to_mesh(
         self, *, faces: int, return_distance: Literal[False] = False, return_report: Literal[True]
     ) -> tuple[Mesh, MeshReport]: ...
-    def to_pyvista(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
-    def to_trimesh(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
+    def to_print_mesh(
+        self, tolerance: float | None = None, *, faces: int | None = None, progress: _Progress = None
+    ) -> tuple[Mesh, PrintReport]: ...
+    def to_pyvista(
+        self, tolerance: float | None = None, *, faces: int | None = None, for_print: bool = False
+    ) -> Any: ...
+    def to_trimesh(
+        self, tolerance: float | None = None, *, faces: int | None = None, for_print: bool = False
+    ) -> Any: ...
     def GetClassName(self) -> str: ...
+    @overload
     def write(
         self,
         path: str | PathLike[str],
         tolerance: float | None = None,
         *,
         faces: int | None = None,
+        for_print: Literal[False] = False,
         progress: _Progress = None,
     ) -> None: ...
+    @overload
+    def write(
+        self,
+        path: str | PathLike[str],
+        tolerance: float | None = None,
+        *,
+        faces: int | None = None,
+        for_print: Literal[True],
+        progress: _Progress = None,
+    ) -> PrintReport: ...
 
 class Mesh(_Shown):
     material: Material | None
@@ -222,7 +242,7 @@ class Mesh(_Shown):
     def to_meshio(self) -> Any: ...
     def to_pyvista(self) -> Any: ...
     def to_trimesh(self) -> Any: ...
-    def write(self, path: str | PathLike[str]) -> None: ...
+    def write(self, path: str | PathLike[str], *, unit: str | None = None) -> None: ...
 
 class Scene(_Shown):
     def __init__(self, *more: _Placeable | tuple[_Placeable, ArrayLike | None]) -> None: ...

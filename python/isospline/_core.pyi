@@ -17,6 +17,7 @@ from .base.results import (
     Measurement,
     MeshReport,
     Paging,
+    PrintReport,
     SurfaceSamples,
     Visibility,
 )
@@ -368,17 +369,36 @@ class Isosurface(_Shown):
         return_report: Literal[True],
         progress: _Progress = None,
     ) -> tuple[Mesh, MeshReport]: ...
-    def to_pyvista(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
-    def to_trimesh(self, tolerance: float | None = None, *, faces: int | None = None) -> Any: ...
+    def to_print_mesh(
+        self, tolerance: float | None = None, *, faces: int | None = None, progress: _Progress = None
+    ) -> tuple[Mesh, PrintReport]: ...
+    def to_pyvista(
+        self, tolerance: float | None = None, *, faces: int | None = None, for_print: bool = False
+    ) -> Any: ...
+    def to_trimesh(
+        self, tolerance: float | None = None, *, faces: int | None = None, for_print: bool = False
+    ) -> Any: ...
     def with_level(self, level: float, *, progress: _Progress = None) -> Isosurface: ...
+    @overload
     def write(
         self,
         path: str | PathLike[str],
         tolerance: float | None = None,
         *,
         faces: int | None = None,
+        for_print: Literal[False] = False,
         progress: _Progress = None,
     ) -> None: ...
+    @overload
+    def write(
+        self,
+        path: str | PathLike[str],
+        tolerance: float | None = None,
+        *,
+        faces: int | None = None,
+        for_print: Literal[True],
+        progress: _Progress = None,
+    ) -> PrintReport: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
     @property
@@ -441,7 +461,7 @@ class Mesh(_Shown):
     def to_meshio(self) -> Any: ...
     def to_pyvista(self) -> Any: ...
     def to_trimesh(self) -> Any: ...
-    def write(self, path: str | PathLike[str]) -> None: ...
+    def write(self, path: str | PathLike[str], *, unit: str | None = None) -> None: ...
     @property
     def bounds(self) -> NDArray[np.float64]: ...
     @property

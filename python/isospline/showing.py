@@ -50,7 +50,7 @@ def save(self, path, *arguments, **options):
     ----------
     path : str or path-like
         Ends in ``.png``, ``.exr``, ``.npz``, ``.jpg`` or ``.jpeg`` for a picture. Of isosurfaces and meshes it may also
-        end in ``.stl``, ``.ply``, ``.obj`` or ``.glb``.
+        end in ``.stl``, ``.ply``, ``.obj``, ``.glb`` or ``.3mf``.
     *arguments, **options
         Those of `isospline.render`, or those of `write`.
 

@@ -162,8 +162,9 @@ def calls(o, folder):
         (
             "Isosurface.write",
             surface.write,
-            {"path": folder / "a.stl", "tolerance": None, "faces": None, "progress": None},
+            {"path": folder / "a.stl", "tolerance": None, "faces": None, "for_print": True, "progress": None},
         ),
+        ("Isosurface.to_print_mesh", surface.to_print_mesh, {"tolerance": 0.5, "faces": None, "progress": None}),
         ("Measurement", iso.Measurement, {"value": 1.0, "error": 0.1}),
         (
             "Isosurface.signed_distance",
@@ -197,7 +198,7 @@ def calls(o, folder):
             if hasattr(o[key], method) and (name, method) not in (("Mesh", "to_pyvista"), ("Mesh", "to_trimesh"))
         ),
         ("Measurement.replace", iso.Measurement(1.0, 0.1).replace, {"value": 2.0}),
-        ("Mesh.write", o["mesh"].write, {"path": folder / "a.ply"}),
+        ("Mesh.write", o["mesh"].write, {"path": folder / "a.ply", "unit": "mm"}),
         *(
             (f"{of.__name__}.{name}", lambda value, function=getattr(of, name): function(value), {"value": None})
             for of in (iso.Mesh, iso.Volume)

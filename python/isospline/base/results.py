@@ -26,6 +26,7 @@ __all__ = [
     "Measurement",
     "MeshReport",
     "Paging",
+    "PrintReport",
     "SurfaceDistance",
     "SurfaceSamples",
     "Visibility",
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 _XYZ = ("x", "y", "z")
+_PROVEN = "a tolerance or faces of to_print_mesh"
 _CORNERS = tuple(f"{corner}_{axis}" for corner in ("lower", "upper") for axis in _XYZ)
 
 
@@ -231,6 +233,37 @@ class LevelMeasures(Table):
     volume_errors: NDArray[np.float64] = _item("volume_errors", "(N,) float64: estimated errors of the integrals.")
     areas: NDArray[np.float64] = _item("areas", "(N,) float64, world units squared, with caps.")
     area_errors: NDArray[np.float64] = _item("area_errors", "(N,) float64: estimated errors of the integrals.")
+
+
+class PrintReport(Result):
+    """What was done for a mesh that can be printed, as `Isosurface.to_print_mesh` returns it. ``str`` is a sentence."""
+
+    pieces: int = _item("pieces", "Number of connected components of the solid, of which the largest is kept.")
+    cavities: int = _item("cavities", "Number of cavities that were filled.")
+    closed_at_border: bool = _item("closed_at_border", "Whether the piece reaches the volume's border, and ends there.")
+    faces: int = _item("faces", "Number of triangles.")
+    watertight: bool = _item(
+        "watertight", "True; False if the mesh touches itself, which is not watertight in formats without indices."
+    )
+    distance: float = _item("distance", "As in `MeshReport`, before cavities were filled.", option=_PROVEN)
+    left_out: LeftOut = _item("left_out", "As in `MeshReport`.", option=_PROVEN)
+    self_intersections: int = _item(
+        "self_intersections", "As in `MeshReport`, before cavities were filled.", option=_PROVEN
+    )
+
+    def __str__(self) -> str:
+        parts = ["closed at the border"] if self.closed_at_border else []
+        parts.append(f"kept 1 of {self.pieces:,} pieces" if self.pieces > 1 else "1 piece")
+        if self.cavities:
+            parts.append(f"filled {self.cavities:,} {'cavity' if self.cavities == 1 else 'cavities'}")
+        parts += [
+            f"{self.faces:,} faces",
+            "watertight" if self.watertight else "watertight except where it touches itself",
+        ]
+        if "self_intersections" in self:
+            count = self.self_intersections
+            parts.append(f"{count:,} pairs of faces cross" if count else "no faces cross")
+        return ", ".join(parts)
 
 
 class SurfaceDistance(Table):

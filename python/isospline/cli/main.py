@@ -16,9 +16,7 @@ import isospline
 
 from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
-from ..interop.mesh_output import MESHES
 from ..picture.pixels import denoiser
-from ..picture.sequences import check_folder
 from ..picture.views import DEFAULT_VIEW
 from .cluster import cluster_images, wants_cluster
 from .compare import run as run_compare
@@ -30,13 +28,14 @@ from .labels import given_labels, label_surfaces, measure_labels, recognized_lab
 from .levels import Chosen, choose_levels, make_surfaces, tell_of_open_borders
 from .light_options import LIMITS, TONE, flag, given, ground_look, looks
 from .limits import check_limits, frames_to_make, traced_images
+from .mesh import check_mesh_options, write_mesh
 from .output import check_output
 from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negative, make_parser
 from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
 from .view import serve, session_image
-from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures, writing
+from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures
 
 
 def main(argv=None):
@@ -240,28 +239,18 @@ def _render(arguments, write=True):
 def mesh(arguments):
     """Read a volume, and write a mesh of an isosurface of it."""
     begin = time.perf_counter()
-    if not arguments.output.lower().endswith(MESHES):
-        raise ValueError(f"{arguments.output}: expected a name that ends in {', '.join(MESHES)}")
-    check_folder(arguments.output)
-    if len(arguments.level or ()) > 1:
-        raise ValueError(f"--level: expected one level for a mesh, got {len(arguments.level)}: write a mesh for each")
+    check_mesh_options(arguments)
     if arguments.threads:
         isospline.set_thread_count(arguments.threads)
     clip = _clip(arguments)
     data = opened(arguments, _read)
     chosen = choose_levels(data, arguments, _say)
+    if arguments.for_print:
+        chosen = chosen._replace(without_specks=False)  # only the largest piece will be kept
     (surface,) = _surfaces(_volume(data, arguments), chosen, clip, arguments)
     with _progress("meshing", arguments) as progress:
-        if arguments.tolerance is None and arguments.faces is None:
-            made, distance = surface.to_mesh(progress=progress), ""
-        else:
-            made, distance = surface.to_mesh(
-                arguments.tolerance, faces=arguments.faces, return_distance=True, progress=progress
-            )
-            distance = f" at most {distance:.3g} from the surface,"
-    with writing():
-        made.write(arguments.output)
-    print(f"{arguments.output}: {made!r},{distance} {time.perf_counter() - begin:.1f} s")
+        said = write_mesh(surface, arguments, progress)
+    print(f"{arguments.output}: {said}, {time.perf_counter() - begin:.1f} s")
 
 
 def _surfaces(volume, chosen, clip, arguments):

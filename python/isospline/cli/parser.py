@@ -8,6 +8,7 @@ import re
 import isospline
 
 from ..colors import CURVATURES
+from ..interop.mesh_output import MESHES
 from ..picture.layers import LAYERS
 from ..picture.views import DEFAULT_VIEW
 from . import types as cli_types
@@ -17,6 +18,7 @@ from .convert import add_convert
 from .labels import add_labels
 from .light_options import LIGHTS, add_environment, add_ground, add_materials, add_silhouettes, add_tone
 from .limits import add_limits
+from .mesh import add_mesh_options
 from .picture import add_largest, add_picture_options, background, color
 from .store import add_memory_limit, add_store_options
 
@@ -61,20 +63,15 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     add_memory_limit(command)
     command.set_defaults(run=info)
 
+    kinds = f"{', '.join(MESHES[:-1])} or {MESHES[-1]}"
     command = commands.add_parser("mesh", help="write the triangle mesh of an isosurface")
     _add_input(command)
-    command.add_argument("-o", "--output", required=True, metavar="OUT", help="mesh to write: .stl, .ply, .obj or .glb")
+    command.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh to write: {kinds}")
     command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     command.set_defaults(run=mesh)
     group = command.add_argument_group("surface")
     group.add_argument("-l", "--level", type=float, action="append", help=f"value on the surface; {_LEVEL}")
-    group.add_argument(
-        "--tolerance",
-        type=float,
-        metavar="DISTANCE",
-        help="largest distance between surface and mesh, world units; by default a vertex on each edge that it crosses",
-    )
-    group.add_argument("--faces", type=int, metavar="N", help="largest number of triangles, in place of --tolerance")
+    add_mesh_options(group)
     _add_model(group, _LARGEST)
     group.add_argument("--threads", type=int, metavar="N", help="threads to use; by default all")
     _add_cuts(command)

@@ -6,7 +6,7 @@ A library is only imported when a method that needs it is called.
 from .._core import Isosurface, Mesh, Volume
 from ..base.signatures import explained
 from ..io.volume_data import VolumeData
-from . import mesh_output, meshio, nibabel, pyvista, sitk, trimesh, vtk, xarray
+from . import mesh_output, meshio, nibabel, printing, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
 from .rays import RayMeshIntersector
 
@@ -45,6 +45,7 @@ _attach(
 _attach(
     Isosurface,
     explained,
+    to_print_mesh=printing.to_print_mesh,
     to_pyvista=mesh_output.surface_to_pyvista,
     to_trimesh=mesh_output.surface_to_trimesh,
     write=mesh_output.write_surface,

@@ -16,7 +16,7 @@ PLY_NAMES = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "
 # The extra of isospline that installs a library.
 _EXTRAS = {
     **dict.fromkeys(("SimpleITK", "nibabel", "vtkmodules"), "io"),
-    **dict.fromkeys(("meshio", "pyvista", "trimesh", "xarray"), "interop"),
+    **dict.fromkeys(("lxml", "meshio", "networkx", "pyvista", "trimesh", "xarray"), "interop"),
 }
 
 

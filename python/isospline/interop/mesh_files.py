@@ -9,8 +9,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .._core import Mesh
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
@@ -19,9 +17,11 @@ from ..io import isolated
 from ..io.checks import check_file, utf8
 from ..io.confinement import check_within
 from ..io.vtk import LIBRARIES, check_end, check_messages, messages
+from . import three_mf
 from .checks import library_of
 from .mesh_guards import check_before, check_gmsh
 from .mesh_references import check_entities, check_references, resolver_within
+from .mesh_topology import equal_rows
 from .meshio import mesh_from_meshio
 from .single_precision import offset_in_header
 from .trimesh import mesh_from_trimesh
@@ -73,8 +73,8 @@ def read_mesh(path: str | os.PathLike[str], *, within: str | os.PathLike[str] | 
     MemoryError
         If the process that reads the file would need too much memory.
     ImportError
-        If the library for the format is not installed. ``pip install isospline[interop]`` installs all except those for
-        3MF and COLLADA, which trimesh names.
+        If the library for the format is not installed. ``pip install isospline[interop]`` installs all except the one
+        for COLLADA, which trimesh names.
 
     Examples
     --------
@@ -118,6 +118,8 @@ def load_trimesh(path, within):
     import trimesh
 
     path = Path(path)
+    if path.suffix.lower() == ".3mf":
+        three_mf.import_packages()
     check_before(path)
     check_entities(path, within)
     # Without processing, in which trimesh drops vertices that are not finite and merges close ones.
@@ -137,7 +139,7 @@ def _arrays_of_trimesh(path, scene):
     mesh = mesh_from_trimesh(Mesh, scene)
     arrays, suffix = _arrays(mesh), path.suffix.lower()
     if suffix == ".stl":
-        first, places = _equal_rows(mesh.vertices)
+        first, places = equal_rows(mesh.vertices)
         with open(path, "rb") as file:
             offset = offset_in_header(file.read(80))
         arrays["vertices"], arrays["faces"] = mesh.vertices[first] + offset, places[mesh.faces]
@@ -147,15 +149,6 @@ def _arrays_of_trimesh(path, scene):
         if _has_long_colors(path):
             del arrays["colors"]
     return arrays
-
-
-def _equal_rows(rows):
-    """The first one of each group of equal rows, and the group of each row. Faster than `np.unique` of rows."""
-    groups = np.zeros(len(rows), np.int64)
-    for column in rows.T:
-        values, places = np.unique(column + 0.0, return_inverse=True)  # -0.0 + 0.0 is 0.0
-        _, groups = np.unique(groups * len(values) + places, return_inverse=True)
-    return np.unique(groups, return_index=True)[1], groups
 
 
 def _has_long_colors(path):

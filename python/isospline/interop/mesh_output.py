@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base.parameters import check_path, printable
 from ..base.system import warn, whole_file
+from . import three_mf
 from .checks import PLY_NAMES, library_of
 from .single_precision import blurred_faces, numbers_of, offset_for, stl_header
 
@@ -118,7 +119,7 @@ def to_meshio(self):
     )
 
 
-def surface_to_trimesh(self, tolerance=None, *, faces=None):
+def surface_to_trimesh(self, tolerance=None, *, faces=None, for_print=False):
     """Convert its mesh to trimesh: ``surface.to_mesh(tolerance, faces=faces).to_trimesh()``.
 
     Parameters
@@ -126,15 +127,17 @@ def surface_to_trimesh(self, tolerance=None, *, faces=None):
     tolerance : float, optional
     faces : int, optional
         As in `to_mesh`.
+    for_print : bool
+        Whether it is the mesh of `to_print_mesh`, one closed piece without cavities.
 
     Returns
     -------
     trimesh.Trimesh
     """
-    return self.to_mesh(tolerance, faces=faces).to_trimesh()
+    return _mesh_of(self, tolerance, faces, for_print)[0].to_trimesh()
 
 
-def surface_to_pyvista(self, tolerance=None, *, faces=None):
+def surface_to_pyvista(self, tolerance=None, *, faces=None, for_print=False):
     """Convert its mesh to PyVista: ``surface.to_mesh(tolerance, faces=faces).to_pyvista()``.
 
     Parameters
@@ -142,15 +145,24 @@ def surface_to_pyvista(self, tolerance=None, *, faces=None):
     tolerance : float, optional
     faces : int, optional
         As in `to_mesh`.
+    for_print : bool
+        Whether it is the mesh of `to_print_mesh`, one closed piece without cavities.
 
     Returns
     -------
     pyvista.PolyData
     """
-    return self.to_mesh(tolerance, faces=faces).to_pyvista()
+    return _mesh_of(self, tolerance, faces, for_print)[0].to_pyvista()
 
 
-def write_mesh(self, path):
+def _mesh_of(surface, tolerance, faces, for_print, progress=None):
+    """The mesh, and what was done if it is for a printer."""
+    if for_print:
+        return surface.to_print_mesh(tolerance, faces=faces, progress=progress)
+    return surface.to_mesh(tolerance, faces=faces, progress=progress), None
+
+
+def write_mesh(self, path, *, unit=None):
     """Write the mesh to a file, completely or not at all.
 
     ========  =====================================================================  =========
@@ -160,6 +172,7 @@ def write_mesh(self, path):
     ``.ply``  binary; vertices, faces, normals and values in float64, 8-bit colours  meshio
     ``.obj``  text; vertices, faces, normals and colours, 16 significant digits      trimesh
     ``.glb``  binary glTF; vertices, faces, normals and linear colours of 8 bits     trimesh
+    ``.3mf``  compressed, for printers; vertices and faces, and the unit             trimesh
     ========  =====================================================================  =========
 
     STL and glTF hold vertices in float32. Far from the origin, for instance in UTM coordinates, float32 cannot hold the
@@ -170,6 +183,9 @@ def write_mesh(self, path):
     Parameters
     ----------
     path : str or path-like
+    unit : str, optional
+        The unit of the vertices for 3MF: "um", "mm", "cm", "m", "inch" or "ft". By default millimetres, as programs
+        take numbers without a unit. The other formats hold none.
 
     Warns
     -----
@@ -180,7 +196,8 @@ def write_mesh(self, path):
     Raises
     ------
     ValueError
-        For another suffix, if the mesh has no faces, and if float32 cannot hold a coordinate of STL or glTF.
+        For another suffix, if the mesh has no faces, if float32 cannot hold a coordinate of STL or glTF, and for
+        another unit.
     OSError
         If the file cannot be written.
     ImportError
@@ -197,31 +214,46 @@ def write_mesh(self, path):
     write = writer_of(path)
     if len(self.faces) == 0:
         raise ValueError(f"{printable(path)}: expected a mesh with faces, got none")
+    three_mf.check_unit(unit)
     with library_of(f"{printable(path)}: Mesh.write"), whole_file(path) as temporary:
         if write in (_write_stl, _write_glb):
             write(self, temporary, _checked_offset(self, path))
+        elif write is _write_3mf:
+            write(self, temporary, unit)
         else:
             write(self, temporary)
 
 
-def write_surface(self, path, tolerance=None, *, faces=None, progress=None):
+def write_surface(self, path, tolerance=None, *, faces=None, for_print=False, progress=None):
     """Write the mesh of the surface to a file: ``surface.to_mesh(tolerance, faces=faces).write(path)``.
 
     Parameters
     ----------
     path : str or path-like
-        Ends in ``.stl``, ``.ply``, ``.obj`` or ``.glb``; see `Mesh.write`.
+        Ends in ``.stl``, ``.ply``, ``.obj``, ``.glb`` or ``.3mf``; see `Mesh.write`. 3MF has the unit of the volume.
     tolerance : float, optional
         The largest distance between surface and mesh, world units; see `to_mesh`.
     faces : int, optional
         In place of a tolerance, the largest number of triangles; see `to_mesh`.
+    for_print : bool
+        Whether to write the mesh of `to_print_mesh`, one closed piece without cavities.
     progress : callable, optional
         Called with the finished fraction; cancels if it returns a false value other than None.
+
+    Returns
+    -------
+    PrintReport or None
+        With `for_print`, what was done; ``print(report)`` prints one sentence.
 
     Raises
     ------
     ValueError, OSError, ImportError
-        As in `to_mesh` and `Mesh.write`.
+        As in `to_mesh`, `to_print_mesh` and `Mesh.write`.
+
+    Warns
+    -----
+    UserWarning
+        If 3MF does not have the unit of the volume, such as "nm". Also as in `to_mesh` and `Mesh.write`.
 
     Examples
     --------
@@ -232,7 +264,9 @@ def write_surface(self, path, tolerance=None, *, faces=None, progress=None):
     ...     ball.write(f"{folder}/ball.ply", tolerance=0.05)
     """
     writer_of(path)
-    self.to_mesh(tolerance, faces=faces, progress=progress).write(path)
+    mesh, report = _mesh_of(self, tolerance, faces, for_print, progress)
+    mesh.write(path, unit=three_mf.unit_for(path, self.volume))
+    return report
 
 
 def writer_of(path):
@@ -285,6 +319,10 @@ def _write_glb(mesh, path, offset):
         file.write(scene.export(file_type="glb", include_normals=True))
 
 
+def _write_3mf(mesh, path, unit):
+    three_mf.write(_trimesh_from(mesh, 0.0), path, unit)
+
+
 def _write_obj(mesh, path):
     # trimesh writes a number of decimal places, for normals and colours, too.
     size = np.abs(mesh.vertices).max()
@@ -333,6 +371,7 @@ _WRITERS = {
     ".ply": _write_ply,
     ".obj": _write_obj,
     ".glb": _write_glb,
+    ".3mf": _write_3mf,
 }
 
 #: Suffixes of mesh files that can be written.

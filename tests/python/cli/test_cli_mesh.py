@@ -83,10 +83,67 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
     assert volumes_of["box"][0] == pytest.approx(volumes_of["all"][0] / 2, rel=0.05)
 
 
+@pytest.fixture
+def hollow(tmp_path):
+    """A hollow ball that the border cuts, and a smaller ball, in micrometres."""
+    nibabel = pytest.importorskip("nibabel")
+    z, y, x = np.mgrid[0:24, 0:24, 0:40]
+    radius = np.sqrt((x - 12) ** 2 + (y - 12) ** 2 + (z - 8) ** 2)
+    small = 4 - np.sqrt((x - 32) ** 2 + (y - 12) ** 2 + (z - 12) ** 2)
+    data = np.maximum(np.minimum(10 - radius, radius - 5), small).astype(np.float32)
+    image = nibabel.Nifti1Image(data.T, np.diag([0.5, 0.5, 0.5, 1]))
+    image.header.set_xyzt_units("micron")
+    nibabel.save(image, tmp_path / "hollow.nii")
+    return tmp_path / "hollow.nii"
+
+
+# The volume of a ball of radius 10 without what the border cuts off, 8.5 from its centre, for spacing 0.5.
+HOLLOW = (4 / 3 * np.pi * 10**3 - np.pi * 1.5**2 * (3 * 10 - 1.5) / 3) / 8
+
+
+@pytest.mark.parametrize("options", [[], ["--tolerance", "0.1"], ["--faces", "1500", "--largest", "1"], ["--closed"]])
+def test_mesh_for_print_is_one_closed_piece(hollow, tmp_path, capsys, options):
+    trimesh = pytest.importorskip("trimesh")
+    output = tmp_path / "part.stl"
+    assert main(["mesh", str(hollow), "-l", "0", "-o", str(output), "--for-print", *options]) == 0
+    said = capsys.readouterr()
+    shape = trimesh.load_mesh(output)
+    assert shape.is_watertight and shape.body_count == 1
+    assert shape.volume == pytest.approx(HOLLOW, rel=0.05)
+    proven = ", no faces cross, at most 0[.][0-9]+ from the surface" if options and options != ["--closed"] else ""
+    done = f"closed at the border, kept 1 of 2 pieces, filled 1 cavity, {len(shape.faces):,} faces, watertight{proven}"
+    assert re.fullmatch(rf"{re.escape(str(output))}: {done}, [\d.]+ s\n", said.out)
+    assert "left open" not in said.err
+
+
+def test_mesh_for_print_of_a_clip_and_of_a_scan(hollow, scan_with_table, tmp_path, capsys):
+    trimesh = pytest.importorskip("trimesh")
+    common = ["--for-print", "--quiet", "-o", str(tmp_path / "a.stl")]
+    # Half of the hollow ball has no cavity.
+    assert main(["mesh", str(hollow), "-l", "0", "--clip", "0,0,4,0,0,1", "--capped", *common]) == 0
+    assert ": kept 1 of 2 pieces, 5,652 faces, watertight, " in capsys.readouterr().out
+    # The bone without the table, from one side of the volume to the other.
+    assert main(["mesh", str(scan_with_table[0]), *common]) == 0
+    said = capsys.readouterr()
+    assert ": closed at the border, 1 piece, " in said.out and "plate on which it lies is left out" in said.err
+    shape = trimesh.load_mesh(tmp_path / "a.stl")
+    assert shape.is_watertight and shape.extents == pytest.approx([8, 8, 40], abs=1)
+
+
+def test_mesh_writes_3mf_with_the_unit(hollow, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("lxml")
+    pytest.importorskip("networkx")
+    assert main(["mesh", str(hollow), "-l", "0", "--for-print", "--quiet", "-o", str(tmp_path / "a.3MF")]) == 0
+    shape = trimesh.load_mesh(tmp_path / "a.3MF")
+    assert shape.units == "micron" and shape.is_watertight
+    assert shape.volume == pytest.approx(HOLLOW, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["-o", "ball.png"], "ball.png: expected a name that ends in .stl, .ply, .obj, .glb"),
+        (["-o", "ball.png"], "ball.png: expected a name that ends in .stl, .ply, .obj, .glb, .3mf"),
         (["-o", "no/ball.stl"], "no/ball.stl: expected a folder that exists"),
         (["-o", "ball.stl", "--tolerance", "-1"], "tolerance: expected a finite number above 0, got -1"),
         (["-o", "ball.stl", "--faces", "0"], "faces: expected at least 1, got 0"),
@@ -99,6 +156,18 @@ def test_mesh_takes_a_tolerance_and_a_clip(ball, tmp_path, capsys):
             "--capped: expected --clip or --clip-box, or --closed for the volume's border",
         ),
         (["-o", "ball.stl", "--level", "1e9"], "ball.stl: expected a mesh with faces, got none"),
+        (
+            ["-o", "ball.stl", "--for-print", "--level", "1e9"],
+            "level: expected one with a surface to print, got 1e+09, where there is none",
+        ),
+        (
+            ["-o", "ball.stl", "--for-print", "--largest", "2"],
+            "--largest: expected 1 or nothing with --for-print, got 2",
+        ),
+        (
+            ["-o", "ball.stl", "--for-print", "--clip-box", "0,0,0,9,9,9"],
+            "--for-print: expected --capped with --clip and --clip-box, got none",
+        ),
     ],
 )
 def test_mesh_errors_are_clear(ball, tmp_path, monkeypatch, capsys, options, message):

@@ -104,6 +104,7 @@ RESULTS = {
     "LeftOut": lambda _: make_surface().to_mesh(0.1, return_report=True)[1].left_out,
     "MeshReport": lambda _: make_surface().to_mesh(0.1, return_report=True)[1],
     "Paging": lambda folder: isospline.open_volume(make_store(folder).path).paging,
+    "PrintReport": lambda _: make_surface().to_print_mesh(0.1)[1],
     "SurfaceDistance": lambda _: isospline.surface_distance(
         make_surface(), isospline.Isosurface(VOLUME, -0.05), samples=50
     ),
