@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from ..base.mistakes import sentence
-from ..base.parameters import check_count
+from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
 from ..suggest.presentation import suggested_view
 from .views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
@@ -32,6 +32,16 @@ Extent = Callable[[Vector], Vector]
 #: The parts of the width that are left free on the left and on the right, and of the height below, for marks.
 Space = tuple[float, float, float]
 NO_SPACE: Space = (0.0, 0.0, 0.0)
+
+
+def check_camera(camera: object) -> None:
+    """Raise TypeError unless an object is a camera."""
+    kinds = (
+        *(_core.PerspectiveCamera, _core.ProjectionPlaneCamera),
+        *(_core.OrthographicCamera, _core.PanoramicCamera),
+    )
+    expected = "a PerspectiveCamera, a ProjectionPlaneCamera, an OrthographicCamera or a PanoramicCamera"
+    check_type(camera, "camera", kinds, expected)
 
 
 @explained

@@ -9,7 +9,7 @@ from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
 from .annotations import Annotation
-from .cameras import camera_for
+from .cameras import camera_for, check_camera
 from .defaults import background_of, marks_of, samples_of
 from .files import in_detail
 from .image import Image
@@ -149,6 +149,8 @@ def render(
     is_default = light is None and environment is None
     given = scene
     scene = as_scene(scene, level)
+    if camera is not None:
+        check_camera(camera)
     if environment is not None:
         up = upward_for(scene, camera_for(scene, size=size) if camera is None else camera)
         light = in_environment(light, environment, up)

@@ -135,7 +135,7 @@ MISTAKES = {
         "Material(color=...)",
     ),
     "a position as camera": (
-        lambda s: isospline.render(s.scene, (0, -5, 0), light="phong"),
+        lambda s: isospline.render(s.scene, (0, -5, 0)),
         "camera: expected a PerspectiveCamera, a",
         "PerspectiveCamera(eye, target)",
     ),

@@ -102,6 +102,7 @@ RESULTS = {
     "LabelMeasures": lambda _: make_labels().measure(),
     "LabelTable": lambda _: make_labels().table(),
     "LeftOut": lambda _: make_surface().to_mesh(0.1, return_report=True)[1].left_out,
+    "LevelMeasures": lambda _: isospline.measure(make_surface(), [-0.05, 0.0]),
     "MeshReport": lambda _: make_surface().to_mesh(0.1, return_report=True)[1],
     "Paging": lambda folder: isospline.open_volume(make_store(folder).path).paging,
     "PrintReport": lambda _: make_surface().to_print_mesh(0.1)[1],
