@@ -14,7 +14,7 @@ LEFT_OUT = {
     *("Cancelled", "ClosestPoints", "Components", "Crossings", "Hits", "Image", "read_mesh", "Isosurface.shell"),
     *("LabelComparison", "LabelMeasures", "LabelTable", "SurfaceDistance.to_frame", "add_to_plotter"),
     "SurfaceDistance.to_csv",
-    *("LevelMeasures.to_csv", "LevelMeasures.to_frame"),
+    "LevelMeasures",
 }
 
 
@@ -409,7 +409,6 @@ def calls(o, folder):
                 "distances": np.zeros(1),
             },
         ),
-        ("LevelMeasures", iso.LevelMeasures, {"levels": np.zeros(1), "areas": np.zeros(1)}),
         (
             "surface_distance",
             iso.surface_distance,
@@ -418,7 +417,7 @@ def calls(o, folder):
         (
             "measure",
             iso.measure,
-            {"volume": surface, "levels": [0.0, 0.1], "tolerance": 0.1, "order": None},
+            {"volume": surface, "levels": [-0.1, 0.0], "tolerance": 0.1, "order": None},
         ),
         ("hausdorff_distance", iso.hausdorff_distance, {"surface": surface, "other": surface, "tolerance": 1.0}),
         (
