@@ -65,7 +65,10 @@ def measure(
     >>> table.to_csv().splitlines()[0]
     'levels,enclosed_volumes,volume_errors,areas,area_errors'
     """
-    wanted = np.asarray(levels)
+    try:
+        wanted = np.asarray(levels)
+    except ValueError:  # rows of different lengths
+        wanted = np.zeros(0)
     if wanted.ndim != 1 or not wanted.size or wanted.dtype.kind not in "iuf" or not np.isfinite(wanted).all():
         raise ValueError(sentence("levels", "one or more finite numbers in a sequence", levels))
     report = as_callable(progress)

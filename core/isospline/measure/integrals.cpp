@@ -174,10 +174,10 @@ private:
     /// Chooses the rules of components with many pieces by a sample of these.
     void choose_first_rules(const Progress& progress)
     {
-        std::vector<std::size_t> sample;
-        const auto is_sampled = [](const std::vector<std::size_t>& component) {
-            return component.size() >= fewest_sampled * sample_step;
+        const auto is_sampled = [&](const std::vector<std::size_t>& component) {
+            return component.size() >= fewest_sampled * sample_step && all_rules[rule_of_[component.front()]].has_lines;
         };
+        std::vector<std::size_t> sample;
         for (const auto& component : of_component_)
             for (std::size_t i = 0; is_sampled(component) && i < component.size(); i += sample_step)
                 sample.push_back(component[i]);
@@ -185,7 +185,9 @@ private:
         std::vector<std::uint8_t> rules = rule_of_;
         for (std::size_t component = 0; component < of_component_.size(); ++component) {
             const std::vector<std::size_t>& of_component = of_component_[component];
-            for (std::size_t quantity = 0; is_sampled(of_component) && quantity < quantity_count; ++quantity) {
+            if (!is_sampled(of_component))
+                continue;
+            for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
                 Sums some;
                 for (std::size_t i = 0; i < of_component.size(); i += sample_step)
                     some.add(sums_[of_component[i]], quantity);
@@ -195,10 +197,9 @@ private:
                 if (options_.wanted[quantity] && all.total_error() > limit)
                     choose_rules(of_component, quantity, all, limit, rules);
             }
-        }
-        for (std::size_t i = 0; i < rules.size(); ++i)
-            if (all_rules[rule_of_[i]].has_lines) // a sample does not tell that lines are not enough
+            for (const std::size_t i : of_component) // a sample does not tell that lines are not enough
                 rule_of_[i] = std::min(rules[i], static_cast<std::uint8_t>(first_quadrature - 1));
+        }
     }
 
     /// Keeps the sums with the smallest errors so far, and returns the pieces that need a more precise rule, which is

@@ -107,16 +107,10 @@ LaneMask RayCaster::cast(const RayPacket& rays, std::size_t index, std::span<Hit
 {
     check_packet(rays, width(), hits.size());
     impl_->ray_count += static_cast<unsigned int>(rays.count);
-    switch (impl_->packet_size) {
-    case 16:
-        return impl_->cast_packet<16>(rays, index, hits);
-    case 8:
-        return impl_->cast_packet<8>(rays, index, hits);
-    case 4:
-        return impl_->cast_packet<4>(rays, index, hits);
-    default:
+    if (impl_->packet_size == 0)
         return impl_->cast_singles(rays, index, hits);
-    }
+    return dispatch_packet_size(impl_->packet_size,
+                                [&](auto size) { return impl_->cast_packet<size>(rays, index, hits); });
 }
 
 void RayCaster::cast(std::span<const Ray> rays, std::span<Hit> hits)

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace isospline {
@@ -45,6 +46,20 @@ void for_each_packet(std::span<const Ray> rays, int width, const Body& body)
         for (int lane = 0; lane < packet.count; ++lane)
             packet.set(lane, rays[first + static_cast<std::size_t>(lane)]);
         body(packet, first);
+    }
+}
+
+/// Calls `body` with the number of rays of Embree's packets, 4, 8 or 16, as a constant.
+template <typename Body>
+auto dispatch_packet_size(int size, const Body& body)
+{
+    switch (size) {
+    case 16:
+        return body(std::integral_constant<int, 16>());
+    case 8:
+        return body(std::integral_constant<int, 8>());
+    default:
+        return body(std::integral_constant<int, 4>());
     }
 }
 

@@ -112,31 +112,21 @@ LaneMask RayCaster::test_occlusions(const RayPacket& rays, std::size_t index)
 {
     check_packet(rays, width(), RayPacket::capacity);
     impl_->ray_count += static_cast<unsigned int>(rays.count);
-    switch (impl_->packet_size) {
-    case 16:
-        return impl_->test_packet<16>(rays, index);
-    case 8:
-        return impl_->test_packet<8>(rays, index);
-    case 4:
-        return impl_->test_packet<4>(rays, index);
-    default:
+    if (impl_->packet_size == 0)
         return impl_->test_singles(rays, index);
-    }
+    return dispatch_packet_size(impl_->packet_size, [&](auto size) { return impl_->test_packet<size>(rays, index); });
 }
 
 void RayCaster::attenuate(const RayPacket& rays, std::size_t index, const Absorption& absorption,
                           std::span<double> transmitted, std::span<const double> thresholds)
 {
     check_packet(rays, width(), transmitted.size());
+    if (!thresholds.empty())
+        check_one_per_ray("thresholds", static_cast<std::size_t>(rays.count), thresholds.size());
     impl_->ray_count += static_cast<unsigned int>(rays.count);
-    switch (impl_->packet_size) {
-    case 16:
-        return impl_->attenuate_packet<16>(rays, index, absorption, transmitted, thresholds);
-    case 8:
-        return impl_->attenuate_packet<8>(rays, index, absorption, transmitted, thresholds);
-    default:
-        return impl_->attenuate_packet<4>(rays, index, absorption, transmitted, thresholds);
-    }
+    dispatch_packet_size(impl_->packet_size, [&](auto size) {
+        impl_->attenuate_packet<size>(rays, index, absorption, transmitted, thresholds);
+    });
 }
 
 void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Crossing>& crossings,
@@ -144,14 +134,8 @@ void RayCaster::list(const RayPacket& rays, std::size_t index, std::vector<Cross
 {
     check_packet(rays, width(), counts.size());
     impl_->ray_count += static_cast<unsigned int>(rays.count);
-    switch (impl_->packet_size) {
-    case 16:
-        return impl_->list_packet<16>(rays, index, crossings, counts);
-    case 8:
-        return impl_->list_packet<8>(rays, index, crossings, counts);
-    default:
-        return impl_->list_packet<4>(rays, index, crossings, counts);
-    }
+    dispatch_packet_size(impl_->packet_size,
+                         [&](auto size) { impl_->list_packet<size>(rays, index, crossings, counts); });
 }
 
 void SceneSnapshot::test_occlusions(std::span<const Ray> rays, std::span<std::uint8_t> occluded, bool coherent) const

@@ -9,6 +9,7 @@ import numpy as np
 import isospline
 
 from ..interop.mesh_output import MESHES
+from ..interop.mesh_topology import equal_rows
 from ..picture.sequences import check_folder
 from ..suggest.presentation import suggested_surface
 from .levels import choose_levels, make_surfaces
@@ -83,7 +84,7 @@ def run(arguments, read, progress, say, unicode):
 
 def is_closed(mesh):
     """Whether each edge of a mesh, of whose vertices those at one place are one, belongs to faces on both sides."""
-    places = np.unique(mesh.vertices, axis=0, return_inverse=True)[1].reshape(-1)
+    places = equal_rows(mesh.vertices)[1]
     faces = places[mesh.faces]
     begins, ends = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     there, back = begins * len(places) + ends, ends * len(places) + begins

@@ -59,7 +59,7 @@ def test_progress_tells_of_all_levels():
         isospline.measure(squares(), [20, 40], progress=lambda fraction: fraction < 0.5)
 
 
-@pytest.mark.parametrize("levels", [[], 3.0, [[1.0]], [math.nan], ["bone"], None])
+@pytest.mark.parametrize("levels", [[], 3.0, [[1.0]], [[1.0], [1.0, 2.0]], [math.nan], ["bone"], None])
 def test_levels_that_are_none(levels):
     with pytest.raises(ValueError, match="^levels: expected one or more finite numbers in a sequence, got"):
         isospline.measure(squares(), levels)
