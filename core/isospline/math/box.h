@@ -17,6 +17,13 @@ struct Box {
     glm::dvec3 center() const { return 0.5 * (lower + upper); }
     glm::dvec3 size() const { return upper - lower; }
 
+    /// Whether the boxes have a common point.
+    bool meets(const Box& box) const
+    {
+        return lower.x <= box.upper.x && lower.y <= box.upper.y && lower.z <= box.upper.z && box.lower.x <= upper.x &&
+               box.lower.y <= upper.y && box.lower.z <= upper.z;
+    }
+
     /// Grows the box to hold a point.
     void extend(const glm::dvec3& point)
     {

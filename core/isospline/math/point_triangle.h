@@ -10,31 +10,55 @@
 
 namespace isospline {
 
-/// The point of a triangle that is nearest to a given one: C. Ericson, Real-Time Collision Detection, 2005, section
-/// 5.1.5. A triangle without area is treated as its edges.
-inline glm::dvec3 closest_point_of_triangle(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
-                                            const glm::dvec3& c)
+/// The point of the edges of a triangle that is nearest to a given one.
+inline glm::dvec3 closest_point_of_edges(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
+                                         const glm::dvec3& c)
 {
     const auto on_edge = [&point](const glm::dvec3& from, const glm::dvec3& to) {
         const glm::dvec3 along = to - from;
         const double square = glm::dot(along, along);
         return square > 0.0 ? from + std::clamp(glm::dot(point - from, along) / square, 0.0, 1.0) * along : from;
     };
-    const glm::dvec3 normal = glm::cross(b - a, c - a);
-    const double square = glm::dot(normal, normal);
-    if (square > 0.0) {
-        const glm::dvec3 foot = point - (glm::dot(point - a, normal) / square) * normal;
-        const auto is_inside = [&](const glm::dvec3& from, const glm::dvec3& to) {
-            return glm::dot(glm::cross(to - from, foot - from), normal) >= 0.0;
-        };
-        if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a))
-            return foot;
-    }
     glm::dvec3 best = on_edge(a, b);
     for (const glm::dvec3& other : {on_edge(b, c), on_edge(c, a)})
         if (glm::dot(other - point, other - point) < glm::dot(best - point, best - point))
             best = other;
     return best;
+}
+
+/// The point of a triangle that is nearest to a given one, by the corner, edge or inner region in which the given one
+/// is: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5. A triangle that is almost a line is treated as
+/// its edges.
+inline glm::dvec3 closest_point_of_triangle(const glm::dvec3& point, const glm::dvec3& a, const glm::dvec3& b,
+                                            const glm::dvec3& c)
+{
+    constexpr double least_sine_square = 1e-20;
+    const glm::dvec3 ab = b - a, ac = c - a, normal = glm::cross(ab, ac);
+    if (!(glm::dot(normal, normal) > least_sine_square * glm::dot(ab, ab) * glm::dot(ac, ac)))
+        return closest_point_of_edges(point, a, b, c);
+    const glm::dvec3 from_a = point - a, from_b = point - b, from_c = point - c;
+    const double ab_a = glm::dot(ab, from_a), ac_a = glm::dot(ac, from_a);
+    if (ab_a <= 0.0 && ac_a <= 0.0)
+        return a;
+    const double ab_b = glm::dot(ab, from_b), ac_b = glm::dot(ac, from_b);
+    if (ab_b >= 0.0 && ac_b <= ab_b)
+        return b;
+    const double ab_c = glm::dot(ab, from_c), ac_c = glm::dot(ac, from_c);
+    if (ac_c >= 0.0 && ab_c <= ac_c)
+        return c;
+    // The signed areas of the triangles of the foot of the perpendicular and each edge, up to a common factor.
+    const double at_c = glm::dot(normal, glm::cross(from_a, from_b));
+    if (at_c <= 0.0 && ab_a >= 0.0 && ab_b <= 0.0)
+        return a + ab_a / (ab_a - ab_b) * ab;
+    const double at_b = glm::dot(normal, glm::cross(from_c, from_a));
+    if (at_b <= 0.0 && ac_a >= 0.0 && ac_c <= 0.0)
+        return a + ac_a / (ac_a - ac_c) * ac;
+    const double at_a = glm::dot(normal, glm::cross(from_b, from_c));
+    const double bc_b = ac_b - ab_b, cb_c = ab_c - ac_c;
+    if (at_a <= 0.0 && bc_b >= 0.0 && cb_c >= 0.0)
+        return b + bc_b / (bc_b + cb_c) * (c - b);
+    const double sum = at_a + at_b + at_c;
+    return a + at_b / sum * ab + at_c / sum * ac;
 }
 
 /// The coordinates (u, v) of the point (1 - u - v) a + u b + v c: C. Ericson, Real-Time Collision Detection, 2005,

@@ -10,7 +10,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
@@ -34,16 +33,35 @@ struct Candidate {
     double distance;
 };
 
+/// A face near a brick, and the box around it in lattice space.
+struct NearFace {
+    Box box;
+    std::uint32_t face;
+};
+
 /// Examines one cell after the other.
 template <int Degree>
 class CellCovering {
 public:
     CellCovering(const LatticeField<Degree>& field, const LabeledMesh& mesh, const std::vector<glm::dvec3>& world,
-                 const FaceOctree& octree, double tolerance, double least_edge)
+                 const FaceOctree& octree, double tolerance, const CoveringEdges& edges)
         : field_(field), metric_(field.surface().volume().lattice_to_world()), mesh_(mesh), world_(world),
-          octree_(octree), tolerance_(tolerance), least_edge_(least_edge), levels_(1)
+          octree_(octree), tolerance_(tolerance), edges_(edges), levels_(1)
     {
         reach_ = box_of_ball(metric_, tolerance);
+    }
+
+    /// Cells of this brick come next.
+    void enter(const Brick& brick)
+    {
+        faces_.clear();
+        const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
+        octree_.visit(reach, [&](std::uint32_t face) {
+            if (const Box of_face = box_of(mesh_, mesh_.faces[face]); of_face.meets(reach))
+                faces_.push_back({of_face, face});
+            return true;
+        });
+        recent_.clear();
     }
 
     /// Examines the surface in a cell, and the caps.
@@ -52,15 +70,22 @@ public:
         const VolumeCell coefficients(field_.surface().volume(), field_.surface().threshold(), cell);
         lower_ = coefficients.lower;
         const SurfaceBox<Degree> box = surface_box<Degree>(coefficients, 0);
-        const Box reach{lower_ - reach_, lower_ + 1.0 + reach_};
-        levels_[0].clear();
-        octree_.visit(reach, [&](std::uint32_t face) {
-            levels_[0].push_back({face, 0.0});
-            return true;
-        });
+        if (!with_caps && !box.has_surface())
+            return;
+        // Faces in the cell come first.
+        const Box inner{lower_, lower_ + 1.0}, reach{lower_ - reach_, lower_ + 1.0 + reach_};
+        std::vector<Candidate>& near = levels_[0];
+        near.clear();
+        std::size_t in_cell = 0;
+        for (const NearFace& face : faces_)
+            if (face.box.meets(reach)) {
+                near.push_back({face.face, 0.0});
+                if (face.box.meets(inner))
+                    std::swap(near[in_cell++], near.back());
+            }
         cut_ = nullptr;
         if (box.has_surface())
-            examine(box, 0);
+            examine(box, 0, false);
         if (!with_caps)
             return;
         const SolidPlanes& planes = field_.surface().planes();
@@ -69,7 +94,7 @@ public:
             const DistanceRange range({lower_, lower_ + 1.0}, *cut_);
             // On a face between two cells, the cap is in the cell on the inner side.
             if (planes.has_caps(i) && range.least <= plane_margin && range.most > plane_margin)
-                examine(box, 0);
+                examine(box, 0, false);
         }
     }
 
@@ -114,13 +139,45 @@ private:
         return glm::distance(point, closest_point_of_triangle(point, world_[face.x], world_[face.y], world_[face.z]));
     }
 
-    void examine(const SurfaceBox<Degree>& box, std::size_t level)
+    /// The largest distance of the points from a face, or of those before one that is beyond the tolerance.
+    double farthest_point(std::uint32_t face) const
+    {
+        double farthest = 0.0;
+        for (std::size_t i = 0; i < points_.size() && farthest <= tolerance_; ++i)
+            farthest = std::max(farthest, distance(points_[i], face));
+        return farthest;
+    }
+
+    /// Whether a face that covered a box lately covers all points.
+    bool is_covered_by_recent()
+    {
+        for (std::size_t i = recent_.size(); i-- > 0;)
+            if (const double farthest = farthest_point(recent_[i]); farthest <= tolerance_) {
+                covered_by(recent_[i], farthest);
+                return true;
+            }
+        return false;
+    }
+
+    void covered_by(std::uint32_t face, double farthest)
+    {
+        covering_.distance = std::max(covering_.distance, farthest);
+        constexpr std::size_t most_recent = 4;
+        if (const auto known = std::find(recent_.begin(), recent_.end(), face); known != recent_.end())
+            recent_.erase(known);
+        else if (recent_.size() == most_recent)
+            recent_.erase(recent_.begin());
+        recent_.push_back(face);
+    }
+
+    /// Returns whether a box is covered. `is_part` tells that a box around it stands for it.
+    bool examine(const SurfaceBox<Degree>& box, std::size_t level, bool is_part)
     {
         if (!may_contain(box))
-            return;
+            return true;
         find_points(box);
-        if (points_.empty())
-            return;
+        if (points_.empty() || is_covered_by_recent())
+            return true;
         glm::dvec3 middle(0.0);
         for (const glm::dvec3& point : points_)
             middle += point / static_cast<double>(points_.size());
@@ -135,8 +192,8 @@ private:
         for (const Candidate& candidate : levels_[level]) {
             const double d = distance(middle, candidate.face);
             if (d + radius <= tolerance_) {
-                covering_.distance = std::max(covering_.distance, d + radius);
-                return;
+                covered_by(candidate.face, d + radius);
+                return true;
             }
             if (d <= tolerance_ + radius)
                 levels_[level + 1].push_back({candidate.face, d});
@@ -149,25 +206,31 @@ private:
             return a.distance != b.distance ? a.distance < b.distance : a.face < b.face;
         });
         for (auto candidate = near.begin(); candidate != tries && candidate->distance <= tolerance_; ++candidate) {
-            double farthest = 0.0;
-            for (std::size_t i = 0; i < points_.size() && farthest <= tolerance_; ++i)
-                farthest = std::max(farthest, distance(points_[i], candidate->face));
-            if (farthest <= tolerance_) {
-                covering_.distance = std::max(covering_.distance, farthest);
-                return;
+            if (const double farthest = farthest_point(candidate->face); farthest <= tolerance_) {
+                covered_by(candidate->face, farthest);
+                return true;
             }
         }
+        const auto leave = [&] {
+            if (!is_part)
+                covering_.uncovered.push_back({lower_ + box.lower, lower_ + box.lower + box.size});
+            return false;
+        };
         const double edge = std::max({box.size.x, box.size.y, box.size.z});
-        if ((is_crossed(box) && (near.empty() || edge <= least_edge_)) || edge <= part_if_unsure * least_edge_) {
-            covering_.uncovered.push_back({lower_ + box.lower, lower_ + box.lower + box.size});
-            return;
-        }
+        if ((is_crossed(box) && (near.empty() || edge <= edges_.least)) || edge <= part_if_unsure * edges_.least)
+            return leave();
         int longest = 0;
         for (int axis = 1; axis < 3; ++axis)
             if (box.size[axis] > box.size[longest])
                 longest = axis;
-        examine(half_of<Degree>(box, longest, false), level + 1);
-        examine(half_of<Degree>(box, longest, true), level + 1);
+        const bool is_whole = edge <= edges_.reported;
+        bool is_covered = true;
+        for (const bool upper : {false, true}) {
+            is_covered &= examine(half_of<Degree>(box, longest, upper), level + 1, is_part || is_whole);
+            if (!is_covered && is_whole)
+                return leave();
+        }
+        return is_covered;
     }
 
     /// Whether a box certainly has a part of the surface or the cap.
@@ -200,38 +263,22 @@ private:
     const LabeledMesh& mesh_;
     const std::vector<glm::dvec3>& world_;
     const FaceOctree& octree_;
-    double tolerance_, least_edge_;
+    double tolerance_;
+    CoveringEdges edges_;
     glm::dvec3 reach_, lower_{0.0};
-    const HalfSpace* cut_ = nullptr; ///< of the cap that is examined, or null for the surface
+    std::vector<NearFace> faces_;       ///< near the brick
+    std::vector<std::uint32_t> recent_; ///< faces that covered boxes lately, the last one at the end
+    const HalfSpace* cut_ = nullptr;    ///< of the cap that is examined, or null for the surface
     std::vector<std::vector<Candidate>> levels_;
     std::vector<glm::dvec3> points_;
     Covering covering_;
 };
 
-Box box_of(const LabeledMesh& mesh, const glm::uvec3& face)
-{
-    Box box;
-    for (int corner = 0; corner < 3; ++corner)
-        box.extend(mesh.vertices[face[corner]]);
-    return box;
-}
-
-FaceOctree octree_of(const LabeledMesh& mesh)
-{
-    Box bounds;
-    for (const glm::dvec3& vertex : mesh.vertices)
-        bounds.extend(vertex);
-    FaceOctree octree(bounds, mesh.faces.size(), 0.125);
-    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), box_of(mesh, mesh.faces[i]));
-    return octree;
-}
-
 } // namespace
 
 template <int Degree>
-Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance, double least_edge,
-                       const CellFilter& filter, const Progress& progress)
+Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance,
+                       const CoveringEdges& edges, const CellFilter& filter, const Progress& progress)
 {
     const IsosurfaceSnapshot& surface = field.surface();
     const LatticeMetric metric(surface.volume().lattice_to_world());
@@ -246,10 +293,15 @@ Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mes
         bricks.size(), 4,
         [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                CellCovering<Degree> covering(field, mesh, world, octree, tolerance, least_edge);
+                CellCovering<Degree> covering(field, mesh, world, octree, tolerance, edges);
+                bool is_entered = false;
                 for_each_cell_in_question(surface, bricks[i], [&](const glm::ivec3& cell, bool with_caps) {
-                    if (!filter || filter(cell))
-                        covering(cell, with_caps);
+                    if (filter && !filter(cell))
+                        return;
+                    if (!is_entered)
+                        covering.enter(bricks[i].brick);
+                    is_entered = true;
+                    covering(cell, with_caps);
                 });
                 found[i] = covering.take();
             }
@@ -275,89 +327,11 @@ double least_edge_of(const LatticeMetric& metric, double tolerance)
     return std::min(1.0 / 64.0, 0.125 * std::min({reach.x, reach.y, reach.z}));
 }
 
-std::vector<LeftOut> join_boxes(const std::vector<Box>& boxes, const LabeledMesh& mesh,
-                                const glm::dmat4& lattice_to_world)
-{
-    if (boxes.empty())
-        return {};
-    // Number connected boxes alike.
-    Box bounds;
-    for (const Box& box : boxes)
-        bounds.extend(box);
-    FaceOctree of_boxes(bounds, boxes.size(), 1.0 / 256.0);
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-        of_boxes.insert(static_cast<std::uint32_t>(i), boxes[i]);
-    constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::uint32_t> part_of_box(boxes.size(), none), queue;
-    std::vector<Box> parts;
-    for (std::uint32_t first = 0; first < boxes.size(); ++first) {
-        if (part_of_box[first] != none)
-            continue;
-        const auto part = static_cast<std::uint32_t>(parts.size());
-        parts.emplace_back();
-        part_of_box[first] = part;
-        queue.assign(1, first);
-        while (!queue.empty()) {
-            const Box box = boxes[queue.back()];
-            queue.pop_back();
-            parts[part].extend(box);
-            const Box around{box.lower - margin, box.upper + margin};
-            of_boxes.visit(around, [&](std::uint32_t other) {
-                const bool touches = glm::all(glm::lessThanEqual(boxes[other].lower, around.upper)) &&
-                                     glm::all(glm::lessThanEqual(around.lower, boxes[other].upper));
-                if (touches && part_of_box[other] == none) {
-                    part_of_box[other] = part;
-                    queue.push_back(other);
-                }
-                return true;
-            });
-        }
-    }
-
-    // The distance of a box from the mesh is at most that of its middle, and half of its diagonal.
-    const LatticeMetric metric(lattice_to_world);
-    const FaceOctree of_faces = octree_of(mesh);
-    std::vector<double> distances(parts.size(), 0.0);
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const glm::dvec3 middle = boxes[i].center(), middle_world = metric.to_world * middle;
-        double least = std::numeric_limits<double>::infinity();
-        for (double reach = metric.shortest_edge; !mesh.faces.empty() && least > reach; reach *= 2.0) {
-            const glm::dvec3 around = box_of_ball(metric, reach);
-            of_faces.visit({middle - around, middle + around}, [&](std::uint32_t index) {
-                const glm::uvec3& face = mesh.faces[index];
-                least = std::min(least,
-                                 glm::distance(middle_world, closest_point_of_triangle(
-                                                                 middle_world, metric.to_world * mesh.vertices[face.x],
-                                                                 metric.to_world * mesh.vertices[face.y],
-                                                                 metric.to_world * mesh.vertices[face.z])));
-                return true;
-            });
-        }
-        double half_diagonal = 0.0;
-        for (int corner = 0; corner < 4; ++corner)
-            half_diagonal = std::max(
-                half_diagonal, 0.5 * metric.length(boxes[i].size() * glm::dvec3(1.0, (corner & 1) != 0 ? 1.0 : -1.0,
-                                                                                (corner >> 1) != 0 ? 1.0 : -1.0)));
-        double& distance = distances[part_of_box[i]];
-        distance = std::max(distance, least + half_diagonal);
-    }
-
-    std::vector<LeftOut> left_out;
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const glm::dvec3 size = parts[i].size();
-        left_out.push_back({transform_point(lattice_to_world, parts[i].center()),
-                            {size.x * glm::length(metric.to_world[0]), size.y * glm::length(metric.to_world[1]),
-                             size.z * glm::length(metric.to_world[2])},
-                            distances[i]});
-    }
-    return left_out;
-}
-
-template Covering cover_surface(const LatticeField<1>&, const LabeledMesh&, double, double, const CellFilter&,
-                                const Progress&);
-template Covering cover_surface(const LatticeField<2>&, const LabeledMesh&, double, double, const CellFilter&,
-                                const Progress&);
-template Covering cover_surface(const LatticeField<3>&, const LabeledMesh&, double, double, const CellFilter&,
-                                const Progress&);
+template Covering cover_surface(const LatticeField<1>&, const LabeledMesh&, double, const CoveringEdges&,
+                                const CellFilter&, const Progress&);
+template Covering cover_surface(const LatticeField<2>&, const LabeledMesh&, double, const CoveringEdges&,
+                                const CellFilter&, const Progress&);
+template Covering cover_surface(const LatticeField<3>&, const LabeledMesh&, double, const CoveringEdges&,
+                                const CellFilter&, const Progress&);
 
 } // namespace isospline

@@ -5,13 +5,18 @@
 #include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/mesh_part.h"
-#include "isospline/polygonize/surface_mesh.h"
 
 #include <glm/vec3.hpp>
 
 #include <vector>
 
 namespace isospline {
+
+/// The edges of the boxes into which cover_surface() halves cells, in lattice units.
+struct CoveringEdges {
+    double least;    ///< of boxes that may be found uncovered
+    double reported; ///< a box with at most this edge stands for an uncovered one in it
+};
 
 /// What is proven of a surface with its caps.
 struct Covering {
@@ -25,19 +30,15 @@ struct Covering {
 /// Bernstein coefficients enclose the surface in a box by two parallel planes. The distance from a triangle is a convex
 /// function, so its maximum over the polytope between the planes is at one of the polytope's corners. A box with
 /// corners that are all within the tolerance of one triangle is covered. Other boxes are halved, until their edges are
-/// at most `least_edge` cells long, or the box contains surface beyond the tolerance.
+/// short, or the box contains surface beyond the tolerance.
 template <int Degree>
-Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance, double least_edge,
-                       const CellFilter& filter, const Progress& progress);
+Covering cover_surface(const LatticeField<Degree>& field, const LabeledMesh& mesh, double tolerance,
+                       const CoveringEdges& edges, const CellFilter& filter, const Progress& progress);
 
 /// Half of the size of the box in lattice space around a ball in the world.
 glm::dvec3 box_of_ball(const LatticeMetric& metric, double radius);
 
 /// The usual edge: 1/64 of a cell, or an eighth of the tolerance if that is less.
 double least_edge_of(const LatticeMetric& metric, double tolerance);
-
-/// Joins boxes that touch. `boxes` and `mesh` are in lattice space.
-std::vector<LeftOut> join_boxes(const std::vector<Box>& boxes, const LabeledMesh& mesh,
-                                const glm::dmat4& lattice_to_world);
 
 } // namespace isospline

@@ -19,11 +19,11 @@ namespace {
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 /// Whether a collapse flips a face. Faces of nearly zero area do not count.
-bool turns_over(EditableMesh& editable, const std::vector<glm::dvec3>& vertices, std::uint32_t from, std::uint32_t to,
-                double distance)
+bool turns_over(EditableMesh& editable, EditableMesh::Workspace& workspace, const std::vector<glm::dvec3>& vertices,
+                std::uint32_t from, std::uint32_t to, double distance)
 {
     const double least_area = distance * distance;
-    const auto faces = editable.faces_of(from);
+    const auto faces = editable.faces_of(from, workspace);
     return std::any_of(faces.begin(), faces.end(), [&](std::uint32_t index) {
         const glm::uvec3 face = editable.faces()[index];
         if (face.x == to || face.y == to || face.z == to)
@@ -54,26 +54,27 @@ EditableMesh::EditableMesh(std::size_t vertex_count, std::vector<glm::uvec3> fac
         }
 }
 
-std::span<const std::uint32_t> EditableMesh::faces_of(std::uint32_t vertex)
+std::span<const std::uint32_t> EditableMesh::faces_of(std::uint32_t vertex, Workspace& workspace)
 {
-    found_.clear();
+    std::vector<std::uint32_t>& found = workspace.faces;
+    found.clear();
     std::uint32_t* link = &first_corner_[vertex];
     while (*link != none) {
         const std::uint32_t corner = *link;
         if (is_alive(corner / 3)) {
-            found_.push_back(corner / 3);
+            found.push_back(corner / 3);
             link = &next_corner_[corner];
         } else {
             *link = next_corner_[corner];
         }
     }
-    return found_;
+    return found;
 }
 
-void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors)
+void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& neighbors, Workspace& workspace)
 {
     neighbors.clear();
-    for (const std::uint32_t face : faces_of(vertex))
+    for (const std::uint32_t face : faces_of(vertex, workspace))
         for (int corner = 0; corner < 3; ++corner) {
             const std::uint32_t other = faces_[face][corner];
             if (other == vertex)
@@ -89,16 +90,17 @@ void EditableMesh::find_neighbors(std::uint32_t vertex, std::vector<Neighbor>& n
         }
 }
 
-bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to)
+bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to, Workspace& workspace)
 {
-    find_neighbors(from, around_from_);
-    find_neighbors(to, around_to_);
-    const auto edge = std::find_if(around_from_.begin(), around_from_.end(),
+    std::vector<Neighbor>&around_from = workspace.around_from, &around_to = workspace.around_to;
+    find_neighbors(from, around_from, workspace);
+    find_neighbors(to, around_to, workspace);
+    const auto edge = std::find_if(around_from.begin(), around_from.end(),
                                    [to](const Neighbor& neighbor) { return neighbor.vertex == to; });
-    if (edge == around_from_.end())
+    if (edge == around_from.end())
         return false;
 
-    const auto line_count = std::count_if(around_from_.begin(), around_from_.end(),
+    const auto line_count = std::count_if(around_from.begin(), around_from.end(),
                                           [](const Neighbor& neighbor) { return neighbor.is_line; });
     if (line_count != 0 && (line_count != 2 || !edge->is_line))
         return false;
@@ -106,19 +108,19 @@ bool EditableMesh::can_collapse(std::uint32_t from, std::uint32_t to)
     // The link condition: the only common neighbours of both ends are the third corners of the edge's faces. These must
     // have more than two faces; otherwise their remaining faces would coincide.
     std::size_t common = 0;
-    for (const Neighbor& neighbor : around_from_) {
-        const bool is_common = std::any_of(around_to_.begin(), around_to_.end(),
+    for (const Neighbor& neighbor : around_from) {
+        const bool is_common = std::any_of(around_to.begin(), around_to.end(),
                                            [&](const Neighbor& other) { return other.vertex == neighbor.vertex; });
         if (!is_common)
             continue;
         ++common;
-        if (faces_of(neighbor.vertex).size() <= 3)
+        if (faces_of(neighbor.vertex, workspace).size() <= 3)
             return false;
     }
     const auto is_border = [](const Neighbor& neighbor) { return neighbor.face_count == 1; };
-    if (edge->face_count == 1 && (around_from_.size() <= 2 || around_to_.size() <= 2))
+    if (edge->face_count == 1 && (around_from.size() <= 2 || around_to.size() <= 2))
         return false;
-    if (edge->face_count == 2 && std::any_of(around_from_.begin(), around_from_.end(), is_border))
+    if (edge->face_count == 2 && std::any_of(around_from.begin(), around_from.end(), is_border))
         return false;
     return common == edge->face_count;
 }
@@ -193,9 +195,10 @@ void merge_close_vertices(LabeledMesh& mesh, double distance)
         return;
 
     EditableMesh editable(mesh.vertices.size(), std::move(mesh.faces), std::move(mesh.labels));
+    EditableMesh::Workspace workspace;
     const auto try_collapse = [&](std::uint32_t from, std::uint32_t to) {
-        if (!is_short(from, to) || !editable.can_collapse(from, to) ||
-            turns_over(editable, mesh.vertices, from, to, distance))
+        if (!is_short(from, to) || !editable.can_collapse(from, to, workspace) ||
+            turns_over(editable, workspace, mesh.vertices, from, to, distance))
             return false;
         editable.collapse(from, to);
         return true;

@@ -7,11 +7,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
-#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
 
@@ -93,8 +91,7 @@ bool edges_meet(const glm::uvec3& face, const Corners& first, const glm::uvec3& 
 bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& first, const glm::uvec3& second)
 {
     const Corners of_first = corners_of(vertices, first), of_second = corners_of(vertices, second);
-    const Box box = box_of(of_first), other = box_of(of_second);
-    if (glm::any(glm::lessThan(box.upper, other.lower)) || glm::any(glm::lessThan(other.upper, box.lower)))
+    if (!box_of(of_first).meets(box_of(of_second)))
         return false;
     int common = 0, apex = 0, other_apex = 0;
     for (int corner = 0; corner < 3; ++corner) {
@@ -128,8 +125,8 @@ bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& firs
     return false;
 }
 
-std::size_t count_crossings(const std::vector<glm::dvec3>& vertices, const std::vector<glm::uvec3>& faces,
-                            const Progress& progress)
+std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::dvec3>& vertices,
+                                                         const std::vector<glm::uvec3>& faces, const Progress& progress)
 {
     Box bounds;
     for (const glm::dvec3& vertex : vertices)
@@ -140,24 +137,32 @@ std::size_t count_crossings(const std::vector<glm::dvec3>& vertices, const std::
         sum += std::max({size.x, size.y, size.z});
     }
     if (!(sum > 0.0))
-        return 0;
+        return {};
     FaceOctree octree(bounds, faces.size(), 0.25 * sum / static_cast<double>(faces.size()));
     for (std::size_t i = 0; i < faces.size(); ++i)
         octree.insert(static_cast<std::uint32_t>(i), box_of(corners_of(vertices, faces[i])));
-    std::atomic<std::size_t> count = 0;
+    constexpr std::size_t chunk_size = 4096;
+    std::vector<std::vector<std::array<std::uint32_t, 2>>> found((faces.size() + chunk_size - 1) / chunk_size);
+    const auto examine = [&](std::uint32_t face, std::vector<std::array<std::uint32_t, 2>>& pairs) {
+        octree.visit(box_of(corners_of(vertices, faces[face])), [&](std::uint32_t other) {
+            if (other > face && faces_cross(vertices, faces[face], faces[other]))
+                pairs.push_back({face, other});
+            return true;
+        });
+    };
     parallel_for(
-        faces.size(), 4096,
+        found.size(), 1,
         [&](std::size_t begin, std::size_t end) {
-            std::size_t found = 0;
-            for (std::size_t i = begin; i < end; ++i)
-                octree.visit(box_of(corners_of(vertices, faces[i])), [&](std::uint32_t other) {
-                    found += other > i && faces_cross(vertices, faces[i], faces[other]);
-                    return true;
-                });
-            count += found;
+            for (std::size_t chunk = begin; chunk < end; ++chunk)
+                for (std::size_t i = chunk * chunk_size; i < std::min((chunk + 1) * chunk_size, faces.size()); ++i)
+                    examine(static_cast<std::uint32_t>(i), found[chunk]);
         },
         progress);
-    return count;
+    std::vector<std::array<std::uint32_t, 2>> all;
+    for (const auto& of_chunk : found)
+        all.insert(all.end(), of_chunk.begin(), of_chunk.end());
+    std::sort(all.begin(), all.end());
+    return all;
 }
 
 } // namespace isospline

@@ -6,7 +6,8 @@
 
 #include <glm/vec3.hpp>
 
-#include <cstddef>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 namespace isospline {
@@ -15,8 +16,9 @@ namespace isospline {
 /// Faces without area are represented by the faces around them.
 bool faces_cross(const std::vector<glm::dvec3>& vertices, const glm::uvec3& first, const glm::uvec3& second);
 
-/// The number of pairs of faces of a mesh that cross.
-std::size_t count_crossings(const std::vector<glm::dvec3>& vertices, const std::vector<glm::uvec3>& faces,
-                            const Progress& progress = {});
+/// The pairs of faces of a mesh that cross, by their numbers, sorted.
+std::vector<std::array<std::uint32_t, 2>> find_crossings(const std::vector<glm::dvec3>& vertices,
+                                                         const std::vector<glm::uvec3>& faces,
+                                                         const Progress& progress = {});
 
 } // namespace isospline

@@ -1,6 +1,8 @@
 #include "isospline/polygonize/face_octree.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 
 namespace isospline {
 
@@ -50,6 +52,17 @@ void FaceOctree::remove(std::uint32_t item)
     for (std::uint32_t node = node_of_[item]; node != none; node = nodes_[node].parent)
         --nodes_[node].count;
     node_of_[item] = none;
+}
+
+FaceOctree octree_of(const LabeledMesh& mesh)
+{
+    Box bounds;
+    for (const glm::dvec3& vertex : mesh.vertices)
+        bounds.extend(vertex);
+    FaceOctree octree(bounds, mesh.faces.size(), 0.125);
+    for (std::size_t i = 0; i < mesh.faces.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), box_of(mesh, mesh.faces[i]));
+    return octree;
 }
 
 } // namespace isospline

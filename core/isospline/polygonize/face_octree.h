@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/math/box.h"
+#include "isospline/polygonize/mesh_part.h"
 
 #include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
@@ -67,5 +68,8 @@ private:
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> next_, node_of_;
 };
+
+/// The octree of the faces of a mesh.
+FaceOctree octree_of(const LabeledMesh& mesh);
 
 } // namespace isospline

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -31,11 +32,9 @@ constexpr std::size_t most_coarse = 4;
 constexpr int most_rounds = 12;
 
 /// A box around a face whose interior is not empty.
-Box box_of(const LabeledMesh& mesh, std::uint32_t face)
+Box box_around(const LabeledMesh& mesh, std::uint32_t face)
 {
-    Box box;
-    for (int corner = 0; corner < 3; ++corner)
-        box.extend(mesh.vertices[mesh.faces[face][corner]]);
+    const Box box = box_of(mesh, mesh.faces[face]);
     constexpr double margin = 1e-6; // the tetrahedra on both sides of a face between cubes
     return {box.lower - margin, box.upper + margin};
 }
@@ -76,9 +75,10 @@ public:
                                const Progress& progress) const
     {
         const LatticeMetric metric(field_.surface().volume().lattice_to_world());
-        const double least_edge = std::min(0.25 * tolerance / metric.shortest_edge, 0.125 / field_.subdivision());
+        const double cube = 1.0 / field_.subdivision();
+        const CoveringEdges edges{std::min(0.25 * tolerance / metric.shortest_edge, 0.125 * cube), 0.5 * cube};
         std::vector<Box> boxes =
-            cover_surface(field_, mesh, tolerance, least_edge, filter, part_of(progress, 0.0, 0.7)).uncovered;
+            cover_surface(field_, mesh, tolerance, edges, filter, part_of(progress, 0.0, 0.7)).uncovered;
         const Nearness<Degree> nearness(field_, metric, tolerance);
         std::vector<std::uint8_t> is_far(mesh.faces.size(), 0);
         parallel_for(
@@ -94,7 +94,7 @@ public:
             part_of(progress, 0.7, 1.0));
         for (std::uint32_t face = 0; face < is_far.size(); ++face)
             if (is_far[face] != 0)
-                boxes.push_back(box_of(mesh, face));
+                boxes.push_back(box_around(mesh, face));
         return boxes;
     }
 
@@ -121,13 +121,13 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
         mesh = lattice.mesh(part_of(of_lattice, 0.1, 0.4));
         if (!tolerance)
             break;
-        if (subdivision < finest_lattice) {
-            const std::vector<Box> sample =
-                lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
-            if (sample_groups * most_coarse * cubes_of(sample, subdivision, 0.0).size() > mesh.faces.size() / 2)
-                continue;
-        }
-        std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, {}, part_of(of_lattice, 0.5, 0.7));
+        std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
+        if (subdivision < finest_lattice &&
+            sample_groups * most_coarse * cubes_of(boxes, subdivision, 0.0).size() > mesh.faces.size() / 2)
+            continue;
+        const std::vector<Box> others =
+            lattice.far_boxes(mesh, *tolerance, std::not_fn(is_in_sample), part_of(of_lattice, 0.5, 0.7));
+        boxes.insert(boxes.end(), others.begin(), others.end());
         double longest_edge = std::sqrt(3.0) / subdivision; // a diagonal of a cube
         for (int round = 1; round <= most_rounds && !boxes.empty(); ++round) {
             const auto begin = 0.7 + 0.3 * (round - 1) / most_rounds, end = 0.7 + 0.3 * round / most_rounds;

@@ -1,6 +1,7 @@
 // Parts of a surface's mesh, and joining them.
 #pragma once
 
+#include "isospline/math/box.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/util/progress.h"
 
@@ -32,6 +33,14 @@ struct LabeledMesh {
     std::vector<glm::uvec3> faces;
     std::vector<FaceLabel> labels; ///< one per face
 };
+
+inline Box box_of(const LabeledMesh& mesh, const glm::uvec3& face)
+{
+    Box box;
+    for (int corner = 0; corner < 3; ++corner)
+        box.extend(mesh.vertices[face[corner]]);
+    return box;
+}
 
 /// Joins parts: vertices with the same key are one. Vertices and faces are in the order of the parts.
 LabeledMesh join_parts(std::vector<MeshPart> parts, const Progress& progress = {});

@@ -5,11 +5,11 @@
 #include "isospline/polygonize/editable_mesh.h"
 #include "isospline/polygonize/face_crossing.h"
 #include "isospline/polygonize/face_distance.h"
-#include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/lattice_field.h"
 #include "isospline/polygonize/lattice_mesh.h"
+#include "isospline/polygonize/left_out.h"
 #include "isospline/polygonize/mesh_part.h"
-#include "isospline/polygonize/simplify.h"
+#include "isospline/polygonize/simplification.h"
 #include "isospline/polygonize/tolerance_search.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/hit.h"
@@ -22,8 +22,10 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -44,15 +46,16 @@ public:
     /// The field must outlive it. Distances are in world units.
     MeshProof(const LatticeField<Degree>& field, double tolerance) : field_(field), tolerance_(tolerance) {}
 
-    /// Examines a mesh with the same vertices as the mesh before.
-    void examine(const LabeledMesh& mesh, const Progress& progress);
+    /// Examines a mesh with the same vertices as the mesh before. Crossings of two faces that have not changed do not
+    /// count.
+    void examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed, const Progress& progress);
 
     /// A bound for the distance of all points of the mesh from the surface or a cap, and of all points of these that
     /// are not in `uncovered` from the mesh.
     double distance() const;
     /// Boxes in lattice space with surface that is not proven to be within the tolerance of the mesh.
     const std::vector<Box>& uncovered() const { return covering_.uncovered; }
-    /// These, and the boxes around faces that are not proven to be within the tolerance of the surface.
+    /// The boxes around faces that are not proven to be within the tolerance of the surface, or cross others.
     std::vector<Box> failed(const LabeledMesh& mesh) const;
 
 private:
@@ -68,6 +71,7 @@ private:
     double tolerance_;
     Covering covering_;
     std::vector<ProvenFace> faces_; ///< sorted
+    std::vector<std::array<std::uint32_t, 2>> crossings_;
 };
 
 template <int Degree>
@@ -85,7 +89,8 @@ const typename MeshProof<Degree>::ProvenFace* MeshProof<Degree>::find(const std:
 }
 
 template <int Degree>
-void MeshProof<Degree>::examine(const LabeledMesh& mesh, const Progress& progress)
+void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::uint8_t>& has_changed,
+                                const Progress& progress)
 {
     // From the mesh to the surface: the faces that are new.
     std::vector<ProvenFace> faces;
@@ -113,17 +118,19 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const Progress& progres
         const glm::dvec3 reach = box_of_ball(metric, tolerance_);
         for (const ProvenFace& proven : faces_)
             if (find(faces, proven.face) == nullptr) {
-                Box box;
-                for (int corner = 0; corner < 3; ++corner)
-                    box.extend(mesh.vertices[proven.face[corner]]);
+                const Box box = box_of(mesh, proven.face);
                 boxes.push_back({box.lower - reach, box.upper + reach});
             }
         changed = cubes_of(boxes, 1.0, 0.0);
         filter = [&changed](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; };
     }
-    Covering covering =
-        cover_surface(field_, mesh, tolerance_, least_edge_of(metric, tolerance_), filter, part_of(progress, 0.6, 1.0));
+    Covering covering = cover_surface(field_, mesh, tolerance_, {least_edge_of(metric, tolerance_), 0.0}, filter,
+                                      part_of(progress, 0.6, 0.95));
     covering.distance = std::max(covering.distance, covering_.distance);
+    crossings_ = find_crossings(mesh.vertices, mesh.faces, part_of(progress, 0.95, 1.0));
+    std::erase_if(crossings_, [&](const std::array<std::uint32_t, 2>& pair) {
+        return has_changed[pair[0]] == 0 && has_changed[pair[1]] == 0;
+    });
     covering_ = std::move(covering);
     faces_ = std::move(faces);
 }
@@ -140,28 +147,15 @@ double MeshProof<Degree>::distance() const
 template <int Degree>
 std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
 {
-    std::vector<Box> boxes = covering_.uncovered;
+    std::vector<Box> boxes;
     for (const ProvenFace& proven : faces_)
-        if (proven.distance > tolerance_) {
-            boxes.emplace_back();
-            for (int corner = 0; corner < 3; ++corner)
-                boxes.back().extend(mesh.vertices[proven.face[corner]]);
-        }
+        if (proven.distance > tolerance_)
+            boxes.push_back(box_of(mesh, proven.face));
+    for (const auto& [first, second] : crossings_) {
+        const Box a = box_of(mesh, mesh.faces[first]), b = box_of(mesh, mesh.faces[second]);
+        boxes.push_back({glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)});
+    }
     return boxes;
-}
-
-/// Locks the vertices near to parts of the surface that a simplified mesh left out.
-void lock_near(const std::vector<Box>& boxes, const LabeledMesh& mesh, double margin, std::vector<std::uint8_t>& locked)
-{
-    Box bounds;
-    for (const Box& box : boxes)
-        bounds.extend(box);
-    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
-    for (std::size_t i = 0; i < boxes.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
-    for (std::size_t i = 0; i < locked.size(); ++i)
-        if (!octree.visit({mesh.vertices[i] - margin, mesh.vertices[i] + margin}, [](std::uint32_t) { return false; }))
-            locked[i] = 1;
 }
 
 /// A mesh with few faces, and what is proven of it. Locations are in lattice space.
@@ -183,28 +177,28 @@ template <int Degree>
 SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
                                const Progress& progress)
 {
-    constexpr int attempts = 4;
+    constexpr int attempts = 5, first_with_locks = 3;
     const LatticeField<Degree> field(surface, 1);
     const LatticeMetric metric(surface.volume().lattice_to_world());
-    Simplicity simplicity{part_of_faces * tolerance, part_of_vertices * tolerance,
-                          std::vector<std::uint8_t>(fine.vertices.size(), 0)};
-    std::vector<Collapse> history;
+    Simplification<Degree> simplification(field, fine, {part_of_faces * tolerance, part_of_vertices * tolerance});
+    simplification.run(part_of(progress, 0.0, 0.5));
     MeshProof<Degree> proof(field, tolerance);
-    // Where the proof fails, vertices are locked, and simplification begins again.
     double margin = 0.5 * tolerance / metric.shortest_edge;
     for (int attempt = 1;; ++attempt) {
-        LabeledMesh mesh = fine;
-        const double left = std::pow(0.25, attempt - 1); // most of the work is in the first attempt
-        const Progress of_attempt = part_of(progress, 1.0 - left, 1.0 - 0.25 * left);
-        simplify(field, mesh, simplicity, history, part_of(of_attempt, 0.0, 0.7));
-        proof.examine(mesh, part_of(of_attempt, 0.7, 1.0));
-        const std::vector<Box> failed = proof.failed(mesh);
+        const double left = std::pow(0.5, attempt); // most of the work is in the first attempt
+        auto [mesh, has_changed] = simplification.mesh();
+        proof.examine(mesh, has_changed, part_of(progress, 1.0 - left, 1.0 - 0.75 * left));
+        std::vector<Box> failed = proof.failed(mesh);
+        const std::vector<Box>& uncovered = proof.uncovered();
+        failed.insert(failed.end(), uncovered.begin(), uncovered.end());
         if (failed.empty() || attempt == attempts) {
             drop_unused_vertices(mesh);
-            return {std::move(mesh), proof.distance(), proof.uncovered()};
+            return {std::move(mesh), proof.distance(), uncovered};
         }
-        lock_near(failed, fine, margin, simplicity.locked);
-        margin *= 4.0;
+        const bool stays = attempt >= first_with_locks;
+        simplification.redo(failed, margin, uncovered, stays, part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
+        if (stays)
+            margin *= 8.0;
     }
 }
 
@@ -309,7 +303,7 @@ SurfaceMesh with_proof(const IsosurfaceSnapshot& surface, SimplifiedMesh simplif
     SurfaceMesh result = to_world<Degree>(surface, std::move(simplified.mesh), part_of(progress, 0.0, 0.5));
     result.distance = simplified.distance;
     result.left_out = std::move(left_out);
-    result.crossings = count_crossings(result.vertices, result.faces, part_of(progress, 0.5, 1.0));
+    result.crossings = find_crossings(result.vertices, result.faces, part_of(progress, 0.5, 1.0)).size();
     return result;
 }
 

@@ -24,5 +24,6 @@ TEST_CASE("no point of a triangle is nearer, even if its corners are collinear",
                 least = std::min(least, glm::length(a + i / 40.0 * (b - a) + j / 40.0 * (c - a) - point));
         CHECK(distance <= least + 1e-12);
         CHECK(least - distance < 0.1);
+        CHECK(glm::length(closest_point_of_triangle(point, a, b, c) - point) == Approx(distance).margin(1e-14));
     }
 }

@@ -94,8 +94,16 @@ def test_the_surface_is_in_balls_around_points_of_the_mesh(degree):
         assert values.min() < surface.level < values.max()
 
 
-def test_meshes_do_not_depend_on_threads():
-    surface, tolerance, _ = random_case(5)
+def gyroid_of_many_blocks():
+    x, y, z = np.meshgrid(0.4 * np.arange(72), 0.4 * np.arange(12), 0.4 * np.arange(12), indexing="ij")
+    values = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    noise = np.random.default_rng(2).normal(scale=0.1, size=values.shape)
+    return isospline.Isosurface(isospline.Volume(values + noise), 0.2), 0.4, "noise"
+
+
+@pytest.mark.parametrize("case", [lambda: random_case(5), gyroid_of_many_blocks])
+def test_meshes_do_not_depend_on_threads(case):
+    surface, tolerance, _ = case()
     threads = isospline.thread_count()
     meshes = []
     try:

@@ -1,0 +1,259 @@
+#include "isospline/polygonize/simplification.h"
+
+#include "isospline/math/point_triangle.h"
+#include "isospline/polygonize/covering.h"
+#include "isospline/polygonize/face_octree.h"
+#include "isospline/util/parallel.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+namespace isospline {
+
+namespace {
+
+/// The edge of a block, in cells.
+constexpr double block_edge = 32.0;
+/// The spacing of measured points in the first run, in cells.
+constexpr double usual_spacing = 0.5;
+
+} // namespace
+
+template <int Degree>
+Simplification<Degree>::Simplification(const LatticeField<Degree>& field, const LabeledMesh& fine,
+                                       const Simplicity& simplicity)
+    : field_(field), metric_(field.surface().volume().lattice_to_world()), fine_(fine), simplicity_(simplicity),
+      world_(fine.vertices.size()), is_locked_(fine.vertices.size(), 0)
+{
+    std::transform(fine.vertices.begin(), fine.vertices.end(), world_.begin(),
+                   [this](const glm::dvec3& vertex) { return metric_.to_world * vertex; });
+}
+
+template <int Degree>
+void Simplification<Degree>::run(const Progress& progress)
+{
+    history_.clear();
+    state_.emplace(fine_, world_);
+    run_blocks({usual_spacing, false}, progress);
+}
+
+template <int Degree>
+void Simplification<Degree>::redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples,
+                                  bool stays, const Progress& progress)
+{
+    std::vector<std::uint8_t> is_different = near(boxes, margin);
+    if (stays)
+        for (std::size_t i = 0; i < is_different.size(); ++i)
+            is_locked_[i] |= is_different[i];
+    for (const Box& box : samples)
+        world_.push_back(metric_.to_world * box.center());
+    state_.emplace(fine_, world_);
+    state_->is_locked = is_locked_;
+    repeat(std::move(is_different));
+    assign_samples();
+    run_blocks({measured_spacing, true}, progress);
+}
+
+template <int Degree>
+std::pair<LabeledMesh, std::vector<std::uint8_t>> Simplification<Degree>::mesh() const
+{
+    LabeledMesh mesh{fine_.vertices, {}, {}};
+    std::vector<std::uint8_t> has_changed;
+    for (std::uint32_t face = 0; face < fine_.faces.size(); ++face)
+        if (state_->editable.is_alive(face)) {
+            mesh.faces.push_back(state_->editable.faces()[face]);
+            mesh.labels.push_back(state_->editable.labels()[face]);
+            has_changed.push_back(mesh.faces.back() != fine_.faces[face]);
+        }
+    return {std::move(mesh), std::move(has_changed)};
+}
+
+/// For each vertex, whether it is within a margin of a box.
+template <int Degree>
+std::vector<std::uint8_t> Simplification<Degree>::near(const std::vector<Box>& boxes, double margin) const
+{
+    Box bounds;
+    for (const Box& box : boxes)
+        bounds.extend(box);
+    FaceOctree octree(bounds, boxes.size(), 0.25 * margin);
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        octree.insert(static_cast<std::uint32_t>(i), boxes[i]);
+    std::vector<std::uint8_t> found(fine_.vertices.size());
+    parallel_for(found.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const glm::dvec3& vertex = fine_.vertices[i];
+            found[i] = !octree.visit({vertex - margin, vertex + margin}, [](std::uint32_t) { return false; });
+        }
+    });
+    return found;
+}
+
+/// Repeats the collapses that were done, unless a vertex around is different. Vertices around a collapse that is left
+/// out become different, and are queued. Around the others, the mesh is as it was when the collapse was found to be
+/// possible.
+template <int Degree>
+void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_different)
+{
+    std::vector<Collapse> repeated;
+    EditableMesh::Workspace workspace;
+    for (const Collapse& collapse : history_) {
+        const auto faces = state_->editable.faces_of(collapse.from, workspace);
+        const auto for_each_around = [&](const auto& visit) {
+            for (const std::uint32_t index : faces)
+                for (int corner = 0; corner < 3; ++corner)
+                    visit(state_->editable.faces()[index][corner]);
+        };
+        bool is_same = true;
+        for_each_around([&](std::uint32_t vertex) { is_same = is_same && is_different[vertex] == 0; });
+        if (is_same) {
+            state_->editable.collapse(collapse.from, collapse.to);
+            state_->quadrics[collapse.to].add(state_->quadrics[collapse.from]);
+            repeated.push_back(collapse);
+        } else {
+            for_each_around([&](std::uint32_t vertex) { is_different[vertex] = 1; });
+        }
+    }
+    history_ = std::move(repeated);
+    state_->is_queued = std::move(is_different);
+}
+
+/// Gives samples to the faces that are nearest to them: removed vertices around queued ones, and all other samples.
+template <int Degree>
+void Simplification<Degree>::assign_samples()
+{
+    const std::vector<glm::uvec3>& faces = state_->editable.faces();
+    const auto vertex_count = static_cast<std::uint32_t>(fine_.vertices.size());
+    std::vector<std::uint8_t> is_near_queued = state_->is_queued;
+    Box bounds;
+    for (std::uint32_t face = 0; face < faces.size(); ++face)
+        if (state_->editable.is_alive(face))
+            for (int corner = 0; corner < 3; ++corner) {
+                bounds.extend(fine_.vertices[faces[face][corner]]);
+                if (state_->is_queued[faces[face][corner]] != 0)
+                    for (int other = 0; other < 3; ++other)
+                        is_near_queued[faces[face][other]] = 1;
+            }
+    FaceOctree octree(bounds, faces.size(), 0.125);
+    for (std::uint32_t face = 0; face < faces.size(); ++face)
+        if (const glm::uvec3& corners = faces[face]; state_->editable.is_alive(face)) {
+            const auto [a, b, c] = CollapsingMesh::corners(fine_.vertices, corners);
+            octree.insert(face, {glm::min(glm::min(a, b), c), glm::max(glm::max(a, b), c)});
+        }
+    const glm::dvec3 reach = box_of_ball(metric_, simplicity_.of_vertices);
+    const auto assign = [&](std::uint32_t sample) {
+        const glm::dvec3 &world = world_[sample], lattice = metric_.to_lattice * world;
+        double least = std::numeric_limits<double>::infinity();
+        std::uint32_t nearest = CollapsingMesh::none;
+        octree.visit({lattice - reach, lattice + reach}, [&](std::uint32_t face) {
+            const auto [a, b, c] = CollapsingMesh::corners(world_, faces[face]);
+            const glm::dvec3 difference = world - closest_point_of_triangle(world, a, b, c);
+            if (const double square = glm::dot(difference, difference); square < least) {
+                least = square;
+                nearest = face;
+            }
+            return true;
+        });
+        if (nearest != CollapsingMesh::none)
+            state_->add_sample(sample, nearest);
+    };
+    // The vertex onto which each removed one was moved at last.
+    for (auto collapse = history_.rbegin(); collapse != history_.rend(); ++collapse) {
+        is_near_queued[collapse->from] = is_near_queued[collapse->to];
+        if (is_near_queued[collapse->from] != 0)
+            assign(collapse->from);
+    }
+    for (std::uint32_t sample = vertex_count; sample < world_.size(); ++sample)
+        assign(sample);
+}
+
+/// Runs in blocks, in blocks that are moved by half of their edge, and in the whole mesh.
+template <int Degree>
+void Simplification<Degree>::run_blocks(const Care& care, const Progress& progress)
+{
+    divide(0.0);
+    run_divided(care, part_of(progress, 0.0, 0.8));
+    divide(0.5);
+    run_divided(care, part_of(progress, 0.8, 0.95));
+    divide(std::nullopt);
+    run_divided(care, part_of(progress, 0.95, 1.0));
+}
+
+/// Divides the vertices into blocks that begin at a part of a block's edge, or makes all one block.
+template <int Degree>
+void Simplification<Degree>::divide(std::optional<double> offset)
+{
+    const std::vector<glm::dvec3>& vertices = fine_.vertices;
+    if (!offset) {
+        block_count_ = 1;
+        std::fill(state_->block_of.begin(), state_->block_of.end(), 0);
+        std::fill(state_->is_inner.begin(), state_->is_inner.end(), 1);
+        return;
+    }
+    const glm::uvec3 shape = glm::uvec3(glm::dvec3(field_.surface().volume().cell_shape()) / block_edge + 2.0);
+    block_count_ = shape.x * shape.y * shape.z;
+    parallel_for(vertices.size(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const glm::uvec3 at = glm::min(glm::uvec3(vertices[i] / block_edge + *offset), shape - 1u);
+            state_->block_of[i] = at.x + shape.x * (at.y + shape.y * at.z);
+        }
+    });
+    std::fill(state_->is_inner.begin(), state_->is_inner.end(), 1);
+    for (const glm::uvec3& face : state_->editable.faces()) {
+        const std::uint32_t block = state_->block_of[face.x];
+        if (state_->block_of[face.y] != block || state_->block_of[face.z] != block)
+            for (int corner = 0; corner < 3; ++corner)
+                state_->is_inner[face[corner]] = 0;
+    }
+}
+
+template <int Degree>
+void Simplification<Degree>::run_divided(const Care& care, const Progress& progress)
+{
+    std::vector<std::vector<std::uint32_t>> vertices(block_count_), faces(block_count_);
+    std::vector<std::uint8_t>& is_queued = state_->is_queued;
+    for (std::uint32_t vertex = 0; vertex < is_queued.size(); ++vertex)
+        if (is_queued[vertex] != 0 && state_->is_inner[vertex] != 0) {
+            is_queued[vertex] = 0;
+            vertices[state_->block_of[vertex]].push_back(vertex);
+        }
+    if (care.of_crossings)
+        for (std::uint32_t face = 0; face < fine_.faces.size(); ++face)
+            if (state_->editable.is_alive(face)) {
+                const glm::uvec3& corners = state_->editable.faces()[face];
+                const std::uint32_t a = state_->block_of[corners.x], b = state_->block_of[corners.y],
+                                    c = state_->block_of[corners.z];
+                faces[a].push_back(face);
+                if (b != a)
+                    faces[b].push_back(face);
+                if (c != a && c != b)
+                    faces[c].push_back(face);
+            }
+    std::vector<std::uint32_t> blocks;
+    for (std::uint32_t block = 0; block < block_count_; ++block)
+        if (!vertices[block].empty())
+            blocks.push_back(block);
+    std::vector<std::vector<Collapse>> done(blocks.size());
+    parallel_for(
+        blocks.size(), 1,
+        [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, blocks[i], care);
+                done[i] =
+                    collapser.run(vertices[blocks[i]], faces[blocks[i]], block_count_ == 1 ? progress : Progress());
+            }
+        },
+        progress);
+    for (const std::vector<Collapse>& of_block : done)
+        history_.insert(history_.end(), of_block.begin(), of_block.end());
+}
+
+template class Simplification<1>;
+template class Simplification<2>;
+template class Simplification<3>;
+
+} // namespace isospline
