@@ -54,11 +54,20 @@ public:
     /// Cells of this brick come next.
     void enter(const Brick& brick)
     {
-        faces_.clear();
+        first_ = brick.first;
+        for (std::vector<NearFace>& row : rows_)
+            row.clear();
         const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
         octree_.visit(reach, [&](std::uint32_t face) {
-            if (const Box of_face = box_of(mesh_, mesh_.faces[face]); of_face.meets(reach))
-                faces_.push_back({of_face, face});
+            const Box of_face = box_of(mesh_, mesh_.faces[face]);
+            if (!of_face.meets(reach))
+                return true;
+            const glm::ivec3 most = brick.size - 1;
+            const glm::ivec3 from(glm::clamp(glm::ceil(of_face.lower - reach_ - box.lower) - 1.0, 0.0, 8.0));
+            const glm::ivec3 to = glm::min(glm::ivec3(glm::max(of_face.upper + reach_ - box.lower, 0.0)), most);
+            for (int z = from.z; z <= to.z; ++z)
+                for (int y = from.y; y <= to.y; ++y)
+                    row_at(y, z).push_back({of_face, face});
             return true;
         });
         recent_.clear();
@@ -77,7 +86,7 @@ public:
         std::vector<Candidate>& near = levels_[0];
         near.clear();
         std::size_t in_cell = 0;
-        for (const NearFace& face : faces_)
+        for (const NearFace& face : row_at(cell.y - first_.y, cell.z - first_.z))
             if (face.box.meets(reach)) {
                 near.push_back({face.face, 0.0});
                 if (face.box.meets(inner))
@@ -101,6 +110,8 @@ public:
     Covering take() { return std::move(covering_); }
 
 private:
+    std::vector<NearFace>& row_at(int y, int z) { return rows_[static_cast<std::size_t>(y + brick_size * z)]; }
+
     bool may_contain(const SurfaceBox<Degree>& box) const
     {
         if (cut_ == nullptr)
@@ -266,7 +277,8 @@ private:
     double tolerance_;
     CoveringEdges edges_;
     glm::dvec3 reach_, lower_{0.0};
-    std::vector<NearFace> faces_;       ///< near the brick
+    glm::ivec3 first_{0};                                                          ///< of the brick
+    std::array<std::vector<NearFace>, std::size_t{brick_size} * brick_size> rows_; ///< near the rows of its cells
     std::vector<std::uint32_t> recent_; ///< faces that covered boxes lately, the last one at the end
     const HalfSpace* cut_ = nullptr;    ///< of the cap that is examined, or null for the surface
     std::vector<std::vector<Candidate>> levels_;

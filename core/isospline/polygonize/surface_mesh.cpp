@@ -167,7 +167,7 @@ struct SimplifiedMesh {
 
 // The mesh of the lattice leaves a part of the tolerance for simplification, which leaves a part for points between
 // those where it measures.
-constexpr double part_of_lattice = 0.6, part_of_faces = 0.9, part_of_vertices = 0.8;
+constexpr double part_of_lattice = 0.8, part_of_faces = 0.9, part_of_vertices = 0.8;
 /// The smallest tolerance for a number of faces, in voxels: parts of the surface between the nodes of the finest
 /// lattice can be left out.
 constexpr double finest_tolerance = 1.0 / 32.0;
