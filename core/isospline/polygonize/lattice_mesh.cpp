@@ -46,6 +46,14 @@ bool is_in_sample(const glm::ivec3& cell)
     return static_cast<std::size_t>(cell.x / 4 + cell.y / 4 + cell.z / 4) % sample_groups == 0;
 }
 
+/// Selects cells by cubes of them, with this edge, that are within a margin of boxes.
+CellFilter near_boxes(const std::vector<Box>& boxes, int edge, double margin)
+{
+    return [edge, cubes = cubes_of(boxes, 1.0 / edge, margin)](const glm::ivec3& cell) {
+        return cubes.count(crossing_key(cell / edge, 0)) != 0;
+    };
+}
+
 /// The progress of the lattice with this subdivision: half of what the coarser ones left.
 Progress rest_of(const Progress& progress, int subdivision)
 {
@@ -62,10 +70,11 @@ public:
         tetrahedra_.add_cut_cubes(progress);
     }
 
-    LabeledMesh mesh(const Progress& progress)
+    /// The mesh in the bricks that a filter selects by their first cells.
+    LabeledMesh mesh(const CellFilter& filter, const Progress& progress)
     {
-        std::vector<MeshPart> parts = march_cubes(field_, special_, part_of(progress, 0.0, 0.6));
-        parts.push_back(tetrahedra_.march(part_of(progress, 0.6, 0.8)));
+        std::vector<MeshPart> parts = march_cubes(field_, special_, filter, part_of(progress, 0.0, 0.6));
+        parts.push_back(tetrahedra_.march(filter, part_of(progress, 0.6, 0.8)));
         return join_parts(std::move(parts), part_of(progress, 0.8, 1.0));
     }
 
@@ -118,7 +127,7 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
     for (int subdivision = 1;; subdivision *= 2) {
         const Progress of_lattice = rest_of(progress, subdivision);
         RefinedLattice<Degree> lattice(surface, subdivision, part_of(of_lattice, 0.0, 0.1));
-        mesh = lattice.mesh(part_of(of_lattice, 0.1, 0.4));
+        mesh = lattice.mesh({}, part_of(of_lattice, 0.1, 0.4));
         if (!tolerance)
             break;
         std::vector<Box> boxes = lattice.far_boxes(mesh, *tolerance, is_in_sample, part_of(of_lattice, 0.4, 0.5));
@@ -128,19 +137,22 @@ LabeledMesh lattice_mesh(const IsosurfaceSnapshot& surface, std::optional<double
         const std::vector<Box> others =
             lattice.far_boxes(mesh, *tolerance, std::not_fn(is_in_sample), part_of(of_lattice, 0.5, 0.7));
         boxes.insert(boxes.end(), others.begin(), others.end());
+        if (boxes.empty())
+            break;
+        // Only the neighborhood of what is refined changes.
+        const LatticeMetric metric(surface.volume().lattice_to_world());
+        const double reach = 1.0 + std::ceil(*tolerance / metric.shortest_edge);
         double longest_edge = std::sqrt(3.0) / subdivision; // a diagonal of a cube
         for (int round = 1; round <= most_rounds && !boxes.empty(); ++round) {
-            const auto begin = 0.7 + 0.3 * (round - 1) / most_rounds, end = 0.7 + 0.3 * round / most_rounds;
+            const auto begin = 0.7 + 0.2 * (round - 1) / most_rounds, end = 0.7 + 0.2 * round / most_rounds;
             const Progress of_round = part_of(of_lattice, begin, end);
             longest_edge *= 0.7;
             lattice.refine(boxes, longest_edge, of_round);
-            mesh = lattice.mesh(part_of(of_round, 0.0, 0.5));
-            // Only the neighborhood of what was refined has changed.
-            const std::unordered_set<CrossingKey> changed = cubes_of(boxes, 1.0, 1.0);
-            boxes = lattice.far_boxes(
-                mesh, *tolerance, [&](const glm::ivec3& cell) { return changed.count(crossing_key(cell, 0)) != 0; },
-                part_of(of_round, 0.5, 1.0));
+            const LabeledMesh changed =
+                lattice.mesh(near_boxes(boxes, brick_size, 1.0 + reach), part_of(of_round, 0.0, 0.5));
+            boxes = lattice.far_boxes(changed, *tolerance, near_boxes(boxes, 1, 1.0), part_of(of_round, 0.5, 1.0));
         }
+        mesh = lattice.mesh({}, part_of(of_lattice, 0.9, 1.0));
         break;
     }
     merge_close_vertices(mesh, tolerance ? shortest_before_simplification : shortest_edge);

@@ -298,7 +298,7 @@ MeshPart ChunkMesher<Degree>::operator()(const Chunk& chunk, const Brick& brick,
 
 template <int Degree>
 std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const SpecialCubes& special,
-                                  const Progress& progress)
+                                  const CellFilter& filter, const Progress& progress)
 {
     const Bricks& bricks = field.surface().bricks();
     std::vector<Brick> places;
@@ -313,6 +313,8 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const Speci
         [&](std::size_t begin, std::size_t end) {
             ChunkMesher<Degree> mesher(field, special);
             for (std::size_t i = begin; i < end; ++i) {
+                if (filter && !filter(places[i].first))
+                    continue;
                 const BrickCells cells = bricks.cells(places[i]);
                 for (const Chunk& chunk : chunks_of(places[i], cells, field.subdivision()))
                     if (MeshPart part = mesher(chunk, places[i], cells); !part.faces.empty())
@@ -326,8 +328,11 @@ std::vector<MeshPart> march_cubes(const LatticeField<Degree>& field, const Speci
     return all;
 }
 
-template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const Progress&);
-template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<1>&, const SpecialCubes&, const CellFilter&,
+                                           const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<2>&, const SpecialCubes&, const CellFilter&,
+                                           const Progress&);
+template std::vector<MeshPart> march_cubes(const LatticeField<3>&, const SpecialCubes&, const CellFilter&,
+                                           const Progress&);
 
 } // namespace isospline

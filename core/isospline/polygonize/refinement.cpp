@@ -164,11 +164,19 @@ void TetrahedronMesher<Degree>::refine(const std::vector<Box>& boxes, double lon
         if (middles.empty())
             return;
         is_fine.resize(tetrahedra_.size(), 0);
+        // Most tetrahedra have no two corners at which halved edges end.
+        std::vector<std::uint8_t> is_end(nodes_.size(), 0);
+        for (const auto& [edge, middle] : middles)
+            is_end[edge >> 32] = is_end[edge & 0xffffffff] = 1;
         parts.clear();
         parts_are_fine.clear();
         for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
+            const Tetrahedron& corners = tetrahedra_[i];
             const std::size_t before = parts.size();
-            split(tetrahedra_[i], middles, parts);
+            if (std::count_if(corners.begin(), corners.end(), [&](NodeId corner) { return is_end[corner] != 0; }) < 2)
+                parts.push_back(corners);
+            else
+                split(corners, middles, parts);
             parts_are_fine.resize(parts.size(), parts.size() == before + 1 ? is_fine[i] : 0);
         }
         tetrahedra_.swap(parts);

@@ -208,7 +208,7 @@ void TetrahedronMesher<Degree>::clip_and_march(const Tetrahedron& corners)
 }
 
 template <int Degree>
-MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
+MeshPart TetrahedronMesher<Degree>::march(const CellFilter& filter, const Progress& progress)
 {
     crossings_.clear();
     vertices_.clear();
@@ -216,7 +216,15 @@ MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
     for (std::size_t i = 0; i < tetrahedra_.size(); ++i) {
         if (i % 65536 == 0 && progress && !progress(static_cast<double>(i) / static_cast<double>(tetrahedra_.size())))
             throw Cancelled();
-        clip_and_march(tetrahedra_[i]);
+        const Tetrahedron& corners = tetrahedra_[i];
+        if (filter) {
+            glm::dvec3 middle(0.0);
+            for (const NodeId corner : corners)
+                middle += 0.25 * nodes_[corner].position;
+            if (!filter(glm::ivec3(middle) / brick_size * brick_size))
+                continue;
+        }
+        clip_and_march(corners);
     }
     return std::move(part_);
 }
@@ -224,14 +232,14 @@ MeshPart TetrahedronMesher<Degree>::march(const Progress& progress)
 template void TetrahedronMesher<1>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<1>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<1>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<1>::march(const Progress&);
+template MeshPart TetrahedronMesher<1>::march(const CellFilter&, const Progress&);
 template void TetrahedronMesher<2>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<2>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<2>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<2>::march(const Progress&);
+template MeshPart TetrahedronMesher<2>::march(const CellFilter&, const Progress&);
 template void TetrahedronMesher<3>::add_cut_cubes(const Progress&);
 template void TetrahedronMesher<3>::add_cube(const glm::ivec3&);
 template NodeId TetrahedronMesher<3>::add_node(const glm::dvec3&, bool);
-template MeshPart TetrahedronMesher<3>::march(const Progress&);
+template MeshPart TetrahedronMesher<3>::march(const CellFilter&, const Progress&);
 
 } // namespace isospline

@@ -1,6 +1,7 @@
 // The mesh of an isosurface, and of its caps, in cubes that are split into tetrahedra.
 #pragma once
 
+#include "isospline/polygonize/cells_in_question.h"
 #include "isospline/polygonize/face_octree.h"
 #include "isospline/polygonize/mesh_part.h"
 #include "isospline/polygonize/special_cubes.h"
@@ -31,8 +32,8 @@ public:
     /// Adds the cubes that these boxes, in lattice space, meet, and halves edges until, in each tetrahedron that meets
     /// a box and may contain surface, no edge is longer than `longest_allowed` or than 1/32 of a cell.
     void refine(const std::vector<Box>& boxes, double longest_allowed, const Progress& progress);
-    /// The mesh of all tetrahedra.
-    MeshPart march(const Progress& progress);
+    /// The mesh of the tetrahedra in the bricks that a filter selects by their first cells.
+    MeshPart march(const CellFilter& filter, const Progress& progress);
 
 private:
     /// An edge, by the numbers of its ends, the smaller first.
