@@ -215,6 +215,18 @@ void EdgeCollapser<Degree>::collapse(std::uint32_t from, std::uint32_t to)
 }
 
 template <int Degree>
+bool EdgeCollapser<Degree>::repeat(const Collapse& repeated)
+{
+    const auto [from, to] = repeated;
+    if (!mesh_.editable.can_collapse(from, to, workspace_) || !keeps_shape(from, to) ||
+        !is_near_surface(care_.spacing, &Nearness<Degree>::is_near))
+        return false;
+    moved_.clear();
+    collapse(from, to);
+    return true;
+}
+
+template <int Degree>
 std::vector<Collapse> EdgeCollapser<Degree>::run(const std::vector<std::uint32_t>& vertices,
                                                  const std::vector<std::uint32_t>& faces, const Progress& progress)
 {

@@ -49,6 +49,9 @@ public:
     std::vector<Collapse> run(const std::vector<std::uint32_t>& vertices, const std::vector<std::uint32_t>& faces,
                               const Progress& progress);
 
+    /// Does a collapse of an earlier run if it is still possible. Samples are not kept.
+    bool repeat(const Collapse& collapse);
+
 private:
     struct Target {
         double cost;

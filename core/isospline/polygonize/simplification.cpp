@@ -44,17 +44,17 @@ void Simplification<Degree>::run(const Progress& progress)
 
 template <int Degree>
 void Simplification<Degree>::redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples,
-                                  bool stays, const Progress& progress)
+                                  Redo what, const Progress& progress)
 {
-    std::vector<std::uint8_t> is_different = near(boxes, margin);
-    if (stays)
-        for (std::size_t i = 0; i < is_different.size(); ++i)
-            is_locked_[i] |= is_different[i];
+    std::vector<std::uint8_t> is_redone = near(boxes, margin);
+    if (what == Redo::nothing)
+        for (std::size_t i = 0; i < is_redone.size(); ++i)
+            is_locked_[i] |= is_redone[i];
     for (const Box& box : samples)
         world_.push_back(metric_.to_world * box.center());
     state_.emplace(fine_, world_);
     state_->is_locked = is_locked_;
-    repeat(std::move(is_different));
+    repeat(std::move(is_redone), what);
     assign_samples();
     run_blocks({measured_spacing, true}, progress);
 }
@@ -93,14 +93,16 @@ std::vector<std::uint8_t> Simplification<Degree>::near(const std::vector<Box>& b
     return found;
 }
 
-/// Repeats the collapses that were done, unless a vertex around is different. Vertices around a collapse that is left
-/// out become different, and are queued. Around the others, the mesh is as it was when the collapse was found to be
-/// possible.
+/// Repeats the collapses that were done, but those of vertices that are done again, which are queued. Where a collapse
+/// is left out, the mesh around becomes a different one. Elsewhere, the mesh is as it was when a collapse was found to
+/// be possible.
 template <int Degree>
-void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_different)
+void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo what)
 {
     std::vector<Collapse> repeated;
+    std::vector<std::uint8_t> is_different = is_redone;
     EditableMesh::Workspace workspace;
+    EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, 0, {usual_spacing, false});
     for (const Collapse& collapse : history_) {
         const auto faces = state_->editable.faces_of(collapse.from, workspace);
         const auto for_each_around = [&](const auto& visit) {
@@ -114,12 +116,16 @@ void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_different)
             state_->editable.collapse(collapse.from, collapse.to);
             state_->quadrics[collapse.to].add(state_->quadrics[collapse.from]);
             repeated.push_back(collapse);
-        } else {
-            for_each_around([&](std::uint32_t vertex) { is_different[vertex] = 1; });
+            continue;
         }
+        for_each_around([&](std::uint32_t vertex) { is_different[vertex] = 1; });
+        if (what == Redo::vertices && is_redone[collapse.from] == 0 && collapser.repeat(collapse))
+            repeated.push_back(collapse);
+        else
+            is_redone[collapse.from] = 1;
     }
     history_ = std::move(repeated);
-    state_->is_queued = std::move(is_different);
+    state_->is_queued = what == Redo::vertices ? std::move(is_redone) : std::move(is_different);
 }
 
 /// Gives samples to the faces that are nearest to them: removed vertices around queued ones, and all other samples.

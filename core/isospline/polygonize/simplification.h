@@ -17,6 +17,13 @@
 
 namespace isospline {
 
+/// What is done again in a simplified mesh where a proof fails.
+enum class Redo {
+    vertices,    ///< collapses of the vertices there
+    surrounding, ///< these, and all collapses that depend on them
+    nothing      ///< the vertices there stay; all collapses that depend on them are done again
+};
+
 /// Collapses edges of a mesh, those that change it least first (M. Garland, P. Heckbert, "Surface simplification using
 /// quadric error metrics", SIGGRAPH 1997). Remaining vertices do not move. A collapse is done only if each face that it
 /// changes is measured to be near the surface (Nearness), and samples of the surface are near these faces.
@@ -32,15 +39,15 @@ public:
     /// Collapses all edges that may be collapsed.
     void run(const Progress& progress);
     /// Does so again where vertices of the first mesh are within a margin of boxes in lattice space. The middles of
-    /// `samples` become samples of the surface. If `stays`, these vertices are not removed.
-    void redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples, bool stays,
+    /// `samples` become samples of the surface.
+    void redo(const std::vector<Box>& boxes, double margin, const std::vector<Box>& samples, Redo what,
               const Progress& progress);
     /// The faces that are left, with all vertices of the first mesh, and for each face, whether it has changed.
     std::pair<LabeledMesh, std::vector<std::uint8_t>> mesh() const;
 
 private:
     std::vector<std::uint8_t> near(const std::vector<Box>& boxes, double margin) const;
-    void repeat(std::vector<std::uint8_t> is_different);
+    void repeat(std::vector<std::uint8_t> is_redone, Redo what);
     void assign_samples();
     void run_blocks(const Care& care, const Progress& progress);
     void divide(std::optional<double> offset);

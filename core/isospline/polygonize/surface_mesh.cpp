@@ -177,7 +177,7 @@ template <int Degree>
 SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledMesh& fine, double tolerance,
                                const Progress& progress)
 {
-    constexpr int attempts = 5, first_with_locks = 3;
+    constexpr int attempts = 5;
     const LatticeField<Degree> field(surface, 1);
     const LatticeMetric metric(surface.volume().lattice_to_world());
     Simplification<Degree> simplification(field, fine, {part_of_faces * tolerance, part_of_vertices * tolerance});
@@ -195,9 +195,9 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
             drop_unused_vertices(mesh);
             return {std::move(mesh), proof.distance(), uncovered};
         }
-        const bool stays = attempt >= first_with_locks;
-        simplification.redo(failed, margin, uncovered, stays, part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
-        if (stays)
+        const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::nothing;
+        simplification.redo(failed, margin, uncovered, what, part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
+        if (what == Redo::nothing)
             margin *= 8.0;
     }
 }
