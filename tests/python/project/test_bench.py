@@ -256,6 +256,7 @@ def small_run(repository, tmp_path_factory):
         "prefilter",
         "memory",
         "mesh",
+        "answers",
         "large",
     ]
     command = [sys.executable, repository / "bench" / "run.py", *rows, *SMALL, "--output", folder]
