@@ -34,7 +34,8 @@ inline glm::dvec3 closest_point_of_triangle(const glm::dvec3& point, const glm::
 {
     constexpr double least_sine_square = 1e-20;
     const glm::dvec3 ab = b - a, ac = c - a, normal = glm::cross(ab, ac);
-    if (!(glm::dot(normal, normal) > least_sine_square * glm::dot(ab, ab) * glm::dot(ac, ac)))
+    const double square = glm::dot(normal, normal);
+    if (!(square > least_sine_square * glm::dot(ab, ab) * glm::dot(ac, ac)))
         return closest_point_of_edges(point, a, b, c);
     const glm::dvec3 from_a = point - a, from_b = point - b, from_c = point - c;
     const double ab_a = glm::dot(ab, from_a), ac_a = glm::dot(ac, from_a);
@@ -57,8 +58,7 @@ inline glm::dvec3 closest_point_of_triangle(const glm::dvec3& point, const glm::
     const double bc_b = ac_b - ab_b, cb_c = ab_c - ac_c;
     if (at_a <= 0.0 && bc_b >= 0.0 && cb_c >= 0.0)
         return b + bc_b / (bc_b + cb_c) * (c - b);
-    const double sum = at_a + at_b + at_c;
-    return a + at_b / sum * ab + at_c / sum * ac;
+    return point - glm::dot(from_a, normal) / square * normal;
 }
 
 /// The coordinates (u, v) of the point (1 - u - v) a + u b + v c: C. Ericson, Real-Time Collision Detection, 2005,
