@@ -5,7 +5,6 @@
 #include "isospline/polygonize/mesh_part.h"
 
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -13,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace isospline {
@@ -62,13 +60,14 @@ struct Collapse {
 struct CollapsingMesh {
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-    /// `samples` are positions, up to a translation: those of the vertices, and others.
-    CollapsingMesh(const LabeledMesh& mesh, std::vector<glm::dvec3> samples)
-        : lattice(mesh.vertices), world(std::move(samples)), editable(mesh.vertices.size(), mesh.faces, mesh.labels),
-          quadrics(mesh.vertices.size()), stamps(mesh.vertices.size(), 0), next_sample(world.size(), none),
-          first_sample(mesh.faces.size(), none), is_changing(mesh.faces.size(), 0), item_of_face(mesh.faces.size(), 0),
-          block_of(mesh.vertices.size(), 0), is_inner(mesh.vertices.size(), 1), is_queued(mesh.vertices.size(), 1),
-          is_locked(mesh.vertices.size(), 0)
+    /// `samples` are positions, up to a translation: those of the vertices, and others. All arguments must outlive it.
+    CollapsingMesh(const LabeledMesh& mesh, const std::vector<glm::dvec3>& samples,
+                   const std::vector<std::uint8_t>& locked)
+        : lattice(mesh.vertices), world(samples), is_locked(locked),
+          editable(mesh.vertices.size(), mesh.faces, mesh.labels), quadrics(mesh.vertices.size()),
+          stamps(mesh.vertices.size(), 0), next_sample(world.size(), none), first_sample(mesh.faces.size(), none),
+          is_changing(mesh.faces.size(), 0), item_of_face(mesh.faces.size(), 0), block_of(mesh.vertices.size(), 0),
+          is_inner(mesh.vertices.size(), 1), is_queued(mesh.vertices.size(), 1)
     {
         for (const glm::uvec3& face : mesh.faces) {
             const auto [a, b, c] = corners(world, face);
@@ -93,7 +92,8 @@ struct CollapsingMesh {
     }
 
     const std::vector<glm::dvec3>& lattice; ///< positions of vertices
-    std::vector<glm::dvec3> world;
+    const std::vector<glm::dvec3>& world;
+    const std::vector<std::uint8_t>& is_locked; ///< for each vertex: it stays
     EditableMesh editable;
     std::vector<Quadric> quadrics;
     std::vector<std::uint32_t> stamps; ///< how often each vertex was pushed into a queue
@@ -104,7 +104,6 @@ struct CollapsingMesh {
     // For each vertex:
     std::vector<std::uint8_t> is_inner;
     std::vector<std::uint8_t> is_queued; ///< it may be possible to collapse it
-    std::vector<std::uint8_t> is_locked; ///< it stays
 };
 
 } // namespace isospline

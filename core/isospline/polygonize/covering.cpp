@@ -59,11 +59,12 @@ public:
             row.clear();
         const Box box = isospline::box_of(brick), reach{box.lower - reach_, box.upper + reach_};
         octree_.visit(reach, [&](std::uint32_t face) {
-            const Box of_face = box_of(mesh_, mesh_.faces[face]);
+            const Box of_face = box_of(mesh_.vertices, mesh_.faces[face]);
             if (!of_face.meets(reach))
                 return true;
             const glm::ivec3 most = brick.size - 1;
-            const glm::ivec3 from(glm::clamp(glm::ceil(of_face.lower - reach_ - box.lower) - 1.0, 0.0, 8.0));
+            const glm::ivec3 from(
+                glm::clamp(glm::ceil(of_face.lower - reach_ - box.lower) - 1.0, 0.0, double{brick_size}));
             const glm::ivec3 to = glm::min(glm::ivec3(glm::max(of_face.upper + reach_ - box.lower, 0.0)), most);
             for (int z = from.z; z <= to.z; ++z)
                 for (int y = from.y; y <= to.y; ++y)

@@ -14,25 +14,16 @@
 namespace isospline {
 
 template <int Degree>
-Box EdgeCollapser<Degree>::box_of(const glm::uvec3& face) const
-{
-    const auto [a, b, c] = CollapsingMesh::corners(mesh_.lattice, face);
-    return {glm::min(glm::min(a, b), c), glm::max(glm::max(a, b), c)};
-}
-
-template <int Degree>
 void EdgeCollapser<Degree>::insert_faces(const std::vector<std::uint32_t>& faces)
 {
     Box bounds;
-    for (const std::uint32_t face : faces) {
-        const Box box = box_of(mesh_.editable.faces()[face]);
-        bounds.extend(box);
-    }
+    for (const std::uint32_t face : faces)
+        bounds.extend(box_of(mesh_.lattice, mesh_.editable.faces()[face]));
     octree_.emplace(bounds, faces.size(), 0.125);
     face_of_item_ = faces;
     for (std::uint32_t item = 0; item < faces.size(); ++item) {
         const glm::uvec3& face = mesh_.editable.faces()[faces[item]];
-        octree_->insert(item, box_of(face));
+        octree_->insert(item, box_of(mesh_.lattice, face));
         // Faces with a vertex in another block stay as they are.
         if (mesh_.block_of[face.x] == block_ && mesh_.block_of[face.y] == block_ && mesh_.block_of[face.z] == block_)
             mesh_.item_of_face[faces[item]] = item;
@@ -128,14 +119,14 @@ bool EdgeCollapser<Degree>::crosses_others()
     for (const auto& [index, face] : changed_) {
         mesh_.is_changing[index] = 1;
         if (CollapsingMesh::is_left(face)) {
-            others_.push_back({box_of(face), face});
+            others_.push_back({box_of(mesh_.lattice, face), face});
             around.extend(others_.back().box);
         }
     }
     const std::size_t changed_count = others_.size();
     octree_->visit(around, [&](std::uint32_t item) {
         if (const std::uint32_t other = face_of_item_[item]; mesh_.is_changing[other] == 0)
-            if (const Box box = box_of(mesh_.editable.faces()[other]); box.meets(around))
+            if (const Box box = box_of(mesh_.lattice, mesh_.editable.faces()[other]); box.meets(around))
                 others_.push_back({box, mesh_.editable.faces()[other]});
         return true;
     });
@@ -203,7 +194,7 @@ void EdgeCollapser<Degree>::collapse(std::uint32_t from, std::uint32_t to)
             const std::uint32_t item = mesh_.item_of_face[index];
             octree_->remove(item);
             if (CollapsingMesh::is_left(face))
-                octree_->insert(item, box_of(face));
+                octree_->insert(item, box_of(mesh_.lattice, face));
         }
     }
     for (const auto& [sample, face] : moved_)

@@ -77,7 +77,6 @@ private:
         glm::uvec3 face;
     };
 
-    Box box_of(const glm::uvec3& face) const;
     void insert_faces(const std::vector<std::uint32_t>& faces);
     void find_targets(std::uint32_t vertex);
     void push(std::uint32_t vertex);

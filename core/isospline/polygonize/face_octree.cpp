@@ -61,7 +61,7 @@ FaceOctree octree_of(const LabeledMesh& mesh)
         bounds.extend(vertex);
     FaceOctree octree(bounds, mesh.faces.size(), 0.125);
     for (std::size_t i = 0; i < mesh.faces.size(); ++i)
-        octree.insert(static_cast<std::uint32_t>(i), box_of(mesh, mesh.faces[i]));
+        octree.insert(static_cast<std::uint32_t>(i), box_of(mesh.vertices, mesh.faces[i]));
     return octree;
 }
 

@@ -34,7 +34,7 @@ constexpr int most_rounds = 12;
 /// A box around a face whose interior is not empty.
 Box box_around(const LabeledMesh& mesh, std::uint32_t face)
 {
-    const Box box = box_of(mesh, mesh.faces[face]);
+    const Box box = box_of(mesh.vertices, mesh.faces[face]);
     constexpr double margin = 1e-6; // the tetrahedra on both sides of a face between cubes
     return {box.lower - margin, box.upper + margin};
 }

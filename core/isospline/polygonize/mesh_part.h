@@ -34,11 +34,12 @@ struct LabeledMesh {
     std::vector<FaceLabel> labels; ///< one per face
 };
 
-inline Box box_of(const LabeledMesh& mesh, const glm::uvec3& face)
+/// The box around a face with these vertices.
+inline Box box_of(const std::vector<glm::dvec3>& vertices, const glm::uvec3& face)
 {
     Box box;
     for (int corner = 0; corner < 3; ++corner)
-        box.extend(mesh.vertices[face[corner]]);
+        box.extend(vertices[face[corner]]);
     return box;
 }
 

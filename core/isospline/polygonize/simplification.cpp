@@ -19,6 +19,8 @@ namespace {
 
 /// The edge of a block, in cells.
 constexpr double block_edge = 32.0;
+/// Progress is reported once in this number of collapses.
+constexpr std::size_t report_interval = 1024;
 /// The spacing of measured points in the first run, in cells.
 constexpr double usual_spacing = 0.5;
 
@@ -38,7 +40,7 @@ template <int Degree>
 void Simplification<Degree>::run(const Progress& progress)
 {
     history_.clear();
-    state_.emplace(fine_, world_);
+    state_.emplace(fine_, world_, is_locked_);
     run_blocks({usual_spacing, false}, progress);
 }
 
@@ -47,16 +49,15 @@ void Simplification<Degree>::redo(const std::vector<Box>& boxes, double margin, 
                                   Redo what, const Progress& progress)
 {
     std::vector<std::uint8_t> is_redone = near(boxes, margin);
-    if (what == Redo::nothing)
+    if (what == Redo::surrounding_alone)
         for (std::size_t i = 0; i < is_redone.size(); ++i)
             is_locked_[i] |= is_redone[i];
     for (const Box& box : samples)
         world_.push_back(metric_.to_world * box.center());
-    state_.emplace(fine_, world_);
-    state_->is_locked = is_locked_;
-    repeat(std::move(is_redone), what);
-    assign_samples();
-    run_blocks({measured_spacing, true}, progress);
+    state_.emplace(fine_, world_, is_locked_);
+    repeat(std::move(is_redone), what, part_of(progress, 0.0, 0.1));
+    assign_samples(part_of(progress, 0.1, 0.2));
+    run_blocks({measured_spacing, true}, part_of(progress, 0.2, 1.0));
 }
 
 template <int Degree>
@@ -97,13 +98,16 @@ std::vector<std::uint8_t> Simplification<Degree>::near(const std::vector<Box>& b
 /// is left out, the mesh around becomes a different one. Elsewhere, the mesh is as it was when a collapse was found to
 /// be possible.
 template <int Degree>
-void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo what)
+void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo what, const Progress& progress)
 {
     std::vector<Collapse> repeated;
     std::vector<std::uint8_t> is_different = is_redone;
     EditableMesh::Workspace workspace;
     EdgeCollapser<Degree> collapser(field_, metric_, simplicity_, *state_, 0, {usual_spacing, false});
-    for (const Collapse& collapse : history_) {
+    for (std::size_t step = 0; step < history_.size(); ++step) {
+        if (step % report_interval == 0)
+            report(progress, static_cast<double>(step) / static_cast<double>(history_.size()));
+        const Collapse& collapse = history_[step];
         const auto faces = state_->editable.faces_of(collapse.from, workspace);
         const auto for_each_around = [&](const auto& visit) {
             for (const std::uint32_t index : faces)
@@ -130,7 +134,7 @@ void Simplification<Degree>::repeat(std::vector<std::uint8_t> is_redone, Redo wh
 
 /// Gives samples to the faces that are nearest to them: removed vertices around queued ones, and all other samples.
 template <int Degree>
-void Simplification<Degree>::assign_samples()
+void Simplification<Degree>::assign_samples(const Progress& progress)
 {
     const std::vector<glm::uvec3>& faces = state_->editable.faces();
     const auto vertex_count = static_cast<std::uint32_t>(fine_.vertices.size());
@@ -146,10 +150,8 @@ void Simplification<Degree>::assign_samples()
             }
     FaceOctree octree(bounds, faces.size(), 0.125);
     for (std::uint32_t face = 0; face < faces.size(); ++face)
-        if (const glm::uvec3& corners = faces[face]; state_->editable.is_alive(face)) {
-            const auto [a, b, c] = CollapsingMesh::corners(fine_.vertices, corners);
-            octree.insert(face, {glm::min(glm::min(a, b), c), glm::max(glm::max(a, b), c)});
-        }
+        if (state_->editable.is_alive(face))
+            octree.insert(face, box_of(fine_.vertices, faces[face]));
     const glm::dvec3 reach = box_of_ball(metric_, simplicity_.of_vertices);
     const auto assign = [&](std::uint32_t sample) {
         const glm::dvec3 &world = world_[sample], lattice = metric_.to_lattice * world;
@@ -168,10 +170,13 @@ void Simplification<Degree>::assign_samples()
             state_->add_sample(sample, nearest);
     };
     // The vertex onto which each removed one was moved at last.
-    for (auto collapse = history_.rbegin(); collapse != history_.rend(); ++collapse) {
-        is_near_queued[collapse->from] = is_near_queued[collapse->to];
-        if (is_near_queued[collapse->from] != 0)
-            assign(collapse->from);
+    for (std::size_t left = history_.size(); left-- > 0;) {
+        if (left % report_interval == 0)
+            report(progress, 1.0 - static_cast<double>(left) / static_cast<double>(history_.size()));
+        const auto [from, to] = history_[left];
+        is_near_queued[from] = is_near_queued[to];
+        if (is_near_queued[from] != 0)
+            assign(from);
     }
     for (std::uint32_t sample = vertex_count; sample < world_.size(); ++sample)
         assign(sample);

@@ -19,9 +19,9 @@ namespace isospline {
 
 /// What is done again in a simplified mesh where a proof fails.
 enum class Redo {
-    vertices,    ///< collapses of the vertices there
-    surrounding, ///< these, and all collapses that depend on them
-    nothing      ///< the vertices there stay; all collapses that depend on them are done again
+    vertices,         ///< collapses of the vertices there
+    surrounding,      ///< these, and all collapses that depend on them
+    surrounding_alone ///< all collapses that depend on those of the vertices there, which stay
 };
 
 /// Collapses edges of a mesh, those that change it least first (M. Garland, P. Heckbert, "Surface simplification using
@@ -47,8 +47,8 @@ public:
 
 private:
     std::vector<std::uint8_t> near(const std::vector<Box>& boxes, double margin) const;
-    void repeat(std::vector<std::uint8_t> is_redone, Redo what);
-    void assign_samples();
+    void repeat(std::vector<std::uint8_t> is_redone, Redo what, const Progress& progress);
+    void assign_samples(const Progress& progress);
     void run_blocks(const Care& care, const Progress& progress);
     void divide(std::optional<double> offset);
     void run_divided(const Care& care, const Progress& progress);

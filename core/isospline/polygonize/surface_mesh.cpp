@@ -118,7 +118,7 @@ void MeshProof<Degree>::examine(const LabeledMesh& mesh, const std::vector<std::
         const glm::dvec3 reach = box_of_ball(metric, tolerance_);
         for (const ProvenFace& proven : faces_)
             if (find(faces, proven.face) == nullptr) {
-                const Box box = box_of(mesh, proven.face);
+                const Box box = box_of(mesh.vertices, proven.face);
                 boxes.push_back({box.lower - reach, box.upper + reach});
             }
         changed = cubes_of(boxes, 1.0, 0.0);
@@ -150,9 +150,9 @@ std::vector<Box> MeshProof<Degree>::failed(const LabeledMesh& mesh) const
     std::vector<Box> boxes;
     for (const ProvenFace& proven : faces_)
         if (proven.distance > tolerance_)
-            boxes.push_back(box_of(mesh, proven.face));
+            boxes.push_back(box_of(mesh.vertices, proven.face));
     for (const auto& [first, second] : crossings_) {
-        const Box a = box_of(mesh, mesh.faces[first]), b = box_of(mesh, mesh.faces[second]);
+        const Box a = box_of(mesh.vertices, mesh.faces[first]), b = box_of(mesh.vertices, mesh.faces[second]);
         boxes.push_back({glm::max(a.lower, b.lower), glm::min(a.upper, b.upper)});
     }
     return boxes;
@@ -195,9 +195,9 @@ SimplifiedMesh simplified_mesh(const IsosurfaceSnapshot& surface, const LabeledM
             drop_unused_vertices(mesh);
             return {std::move(mesh), proof.distance(), uncovered};
         }
-        const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::nothing;
+        const Redo what = attempt == 1 ? Redo::vertices : attempt == 2 ? Redo::surrounding : Redo::surrounding_alone;
         simplification.redo(failed, margin, uncovered, what, part_of(progress, 1.0 - 0.75 * left, 1.0 - 0.5 * left));
-        if (what == Redo::nothing)
+        if (what == Redo::surrounding_alone)
             margin *= 8.0;
     }
 }
