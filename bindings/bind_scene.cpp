@@ -84,9 +84,9 @@ coherent : bool
     picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others
     are sorted, so that most chunks are read once.
 certify : bool
-    Adds ``statuses`` and ``t_bounds``: what is proven of each ray's first crossing with the model of the stored
-    float32 coefficients, by arithmetic that is rounded outwards and independent of the other outputs. The scene's
-    visible objects must be isosurfaces without clip, mask and largest=, and none may be closed.
+    Adds what is proven of each ray's first crossing with the model of the stored float32 coefficients, by arithmetic
+    that is rounded outwards and independent of the other outputs. The scene's visible objects must be isosurfaces
+    without clip, mask and largest=, and none may be closed. `certificate` gives the proof itself, of one ray.
 outputs : sequence of str
     Names of the arrays to return. Only these are computed: ``outputs=("t_hit",)`` is the fastest.
 dtype : dtype, optional
@@ -123,6 +123,14 @@ Hits
     ``t_bounds``: (..., 2) float64, a lower and an upper bound of the first crossing's t. There is no point of the
     surface between t_near and the lower bound. The ray of a hit crosses the surface at or before the upper bound. For a
     miss, both are inf; for an undecided ray, the upper bound is inf.
+    ``level_bounds``: (...) float64. An undecided ray is at most this far from the level, in values, at its lower bound
+    of t; 0 for other rays.
+    ``normal_axes``: (..., 3) float64, unit vectors, and ``normal_angles``: (...) float64, in radians. The outward
+    normal at the first crossing is within the angle of the axis. The axis is zero and the angle NaN if the ray does
+    not hit; they are zero and pi if nothing is proven of the normal.
+    ``model_distances``: (...) float64, in world units. The surface of the coefficients in exact arithmetic, before they
+    were rounded to float32, comes this near to the first crossing; inf if that is not proven within a voxel, NaN if
+    the ray does not hit.
 
 Raises
 ------
@@ -201,13 +209,15 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
-            given.for_each_packet(begin, end, caster.width(),
-                                  [&](const RayPacket& packet, std::size_t first, const auto& places) {
-                                      const LaneMask hit_lanes = caster.cast(packet, first, hits);
-                                      arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
-                                  });
-            for (std::size_t i = begin; certify && i < end; ++i)
-                certificates->set(given.order(i), certifier->certify(given.ray(i)));
+            given.for_each_packet(
+                begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
+                    const LaneMask hit_lanes = caster.cast(packet, first, hits);
+                    arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
+                    for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
+                        const double t_hint = (hit_lanes >> i & 1u) != 0 ? hits[i].t : HUGE_VAL;
+                        certificates->set(places[i], certifier->certify(given.ray(first + i), t_hint));
+                    }
+                });
         });
     });
     return as_result("Hits", certify ? certificates->added_to(arrays.to_dict()) : arrays.to_dict());

@@ -241,6 +241,15 @@ py::array coefficients(const Volume& volume)
     return result;
 }
 
+py::array stored_coefficients(const Volume& volume)
+{
+    const glm::ivec3 shape = volume.shape();
+    auto result = new_grid<float>(shape, Axes::zyx);
+    const auto row = static_cast<std::ptrdiff_t>(shape.x);
+    volume.copy(glm::ivec3(0), shape, result.mutable_data(), row, row * shape.y);
+    return result;
+}
+
 /// Python may make several objects of one volume, one after the other. Called with the GIL.
 std::uint64_t identity_of(const std::shared_ptr<Volume>& volume)
 {
@@ -337,6 +346,9 @@ void bind_volume(py::module_& module)
         .def_property_readonly("minimum", &Volume::minimum, "Smallest sample.")
         .def_property_readonly("maximum", &Volume::maximum, "Largest sample.")
         .def_property_readonly("_identity", &identity_of, "A number that no other volume of the process has had.")
+        .def_property_readonly("_offset", &Volume::offset, "What is added to the stored coefficients.")
+        .def_property_readonly("_stored_coefficients", &stored_coefficients,
+                               "The float32 coefficients minus the offset, of shape (nz, ny, nx), in a new array.")
         .def_property_readonly("memory", &Volume::memory, "Bytes held by this object.")
         .def("__repr__", &representation);
 }

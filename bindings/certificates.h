@@ -21,35 +21,54 @@ namespace isospline {
 /// The arrays that a ray query adds with `certify`.
 class CertificateArrays {
 public:
-    explicit CertificateArrays(const Shape& shape) : statuses_(shape)
+    explicit CertificateArrays(const Shape& shape)
+        : statuses_(shape), t_bounds_(with_last(shape, 2)), level_bounds_(shape), normal_axes_(with_last(shape, 3)),
+          normal_angles_(shape),
+          model_distances_(shape), to_{statuses_.mutable_data(),      t_bounds_.mutable_data(),
+                                       level_bounds_.mutable_data(),  normal_axes_.mutable_data(),
+                                       normal_angles_.mutable_data(), model_distances_.mutable_data()}
     {
-        Shape pairs = shape;
-        pairs.push_back(2);
-        t_bounds_ = pybind11::array_t<double>(pairs);
-        to_statuses_ = statuses_.mutable_data();
-        to_bounds_ = t_bounds_.mutable_data();
     }
 
     /// May be called without the GIL.
     void set(std::size_t at, const RayCertificate& certificate)
     {
-        to_statuses_[at] = static_cast<std::uint8_t>(certificate.status);
-        to_bounds_[2 * at] = certificate.t_lower;
-        to_bounds_[2 * at + 1] = certificate.t_upper;
+        to_.statuses[at] = static_cast<std::uint8_t>(certificate.status);
+        to_.t_bounds[2 * at] = certificate.t_lower;
+        to_.t_bounds[2 * at + 1] = certificate.t_upper;
+        to_.level_bounds[at] = certificate.level_bound;
+        for (int axis = 0; axis < 3; ++axis)
+            to_.normal_axes[3 * at + static_cast<std::size_t>(axis)] = certificate.normal[axis];
+        to_.normal_angles[at] = certificate.normal_angle;
+        to_.model_distances[at] = certificate.model_distance;
     }
 
     pybind11::dict added_to(pybind11::dict result) const
     {
         result["statuses"] = statuses_;
         result["t_bounds"] = t_bounds_;
+        result["level_bounds"] = level_bounds_;
+        result["normal_axes"] = normal_axes_;
+        result["normal_angles"] = normal_angles_;
+        result["model_distances"] = model_distances_;
         return result;
     }
 
 private:
+    struct Numbers {
+        std::uint8_t* statuses;
+        double *t_bounds, *level_bounds, *normal_axes, *normal_angles, *model_distances;
+    };
+
+    static Shape with_last(Shape shape, int count)
+    {
+        shape.push_back(count);
+        return shape;
+    }
+
     pybind11::array_t<std::uint8_t> statuses_;
-    pybind11::array_t<double> t_bounds_;
-    std::uint8_t* to_statuses_;
-    double* to_bounds_;
+    pybind11::array_t<double> t_bounds_, level_bounds_, normal_axes_, normal_angles_, model_distances_;
+    Numbers to_; ///< of the arrays, for threads without the GIL
 };
 
 /// The code of an answer that may not be proven: 0 for no, 1 for yes, 2 for undecided.

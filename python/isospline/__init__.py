@@ -9,7 +9,7 @@ from .base import signatures
 
 signatures.attach(_core)  # before other modules import from it
 
-from . import volumes
+from . import certificates, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
@@ -147,6 +147,7 @@ __all__ = [
     "add_to_plotter",
     "animate",
     "camera_for",
+    "certificates",
     "convert",
     "distributed",
     "ground_for",

@@ -393,6 +393,11 @@ def calls(o, folder):
             {"geometry_id": 0, "visible": True, "casts_shadow": False},
         ),
         (
+            "Scene.certificate",
+            scene.certificate,
+            {"ray": o["rays"][0], "t_near": 0.0, "t_far": 9.0, "geometry_id": 0},
+        ),
+        (
             "Scene.secondary_rays",
             scene.secondary_rays,
             {"rays": o["rays"], "hits": dict(o["hits"]), "directions": -o["rays"][:, 3:]},

@@ -1,9 +1,20 @@
-"""Rays at spline volumes in exact integer arithmetic: what is proven of a ray, checked without rounding."""
+"""Rays at spline volumes in exact integer arithmetic: what is proven of a ray, checked without rounding.
+
+The real roots of polynomials are those that FLINT isolates (python-flint).
+"""
 
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from math import factorial, floor, gcd
+from math import factorial, floor, gcd, inf, nextafter
+
+import flint
+import numpy as np
+
+import isospline
+
+#: Maps with exact inverses, whose numbers binary fractions represent.
+MAPS = [np.eye(4), np.diag([2.0, 0.5, 4.0, 1.0]), [[1, 1, 0, 3], [0, 1, 0, -2.5], [0, 0, 2, 1], [0, 0, 0, 1]]]
 
 #: The n+1 weights of a cell's coefficients, times n!, as polynomials of the local coordinate, constant term first.
 WEIGHTS = {
@@ -42,26 +53,6 @@ def sign_at(polynomial, at):
     return (value > 0) - (value < 0)
 
 
-def sturm_sequence(polynomial):
-    """Remainders up to positive factors."""
-    sequence = [stripped(polynomial), stripped([i * each for i, each in enumerate(polynomial)][1:])]
-    while len(sequence[-1]) > 1:
-        rest, by = list(sequence[-2]), sequence[-1]
-        factor = abs(by[-1])
-        while len(rest) >= len(by):
-            lead = rest[-1] * (1 if by[-1] > 0 else -1)
-            rest = [factor * each for each in rest]
-            shift = len(rest) - len(by)
-            for i, each in enumerate(by):
-                rest[shift + i] -= lead * each
-            rest.pop()
-        rest = stripped([-each for each in rest])
-        if not rest:
-            break
-        sequence.append(rest)
-    return sequence
-
-
 def has_root(polynomial, begin, end):
     """Whether an integer polynomial is zero anywhere in [begin, end]."""
     polynomial = stripped(polynomial)
@@ -69,14 +60,20 @@ def has_root(polynomial, begin, end):
         return True
     if sign_at(polynomial, begin) != sign_at(polynomial, end):
         return True
-    if begin == end:
-        return False
-    counts = []
-    sequence = sturm_sequence(polynomial)
-    for at in (begin, end):
-        signs = [sign for each in sequence if (sign := sign_at(each, at))]
-        counts.append(sum(a != b for a, b in pairwise(signs)))
-    return counts[0] != counts[1]
+    return begin < end and has_root_between(polynomial, begin, end)
+
+
+def has_root_between(polynomial, *ends):
+    """Whether an integer polynomial is zero in an interval, not at its ends: by the roots that FLINT isolates."""
+    for precision in (64, 256, 1024, 4096):
+        with flint.ctx.workprec(precision):
+            begin, end = (flint.arb(flint.fmpq(each.numerator, each.denominator)) for each in ends)
+            roots = [root.real for root, _ in flint.fmpz_poly(polynomial).complex_roots() if root.imag == 0]
+            if any(begin < root and root < end for root in roots):
+                return True
+            if all(root < begin or root > end for root in roots):
+                return False
+    raise AssertionError("a root is too near to an end")
 
 
 class ExactModel:
@@ -147,15 +144,6 @@ class ExactModel:
         """Whether a point of the ray is on the surface."""
         return any(has_root(*segment) for segment in self.segments(origin, direction, t_near, t_far))
 
-    def nearly_touches(self, origin, direction, t, band):
-        """Whether f is within `band` of the level at t, or within a double's rounding of t."""
-        rounding = Fraction(2) ** -40 * (1 + abs(Fraction(t)))
-        values = [
-            self.value([o + at * d for o, d in zip(origin, direction, strict=True)])
-            for at in (Fraction(t) - rounding, Fraction(t), Fraction(t) + rounding)
-        ]
-        return min(map(abs, values)) <= band or min(values) < 0 < max(values)
-
     def value(self, point):
         """f - level at the point of the domain that is nearest along each axis."""
         n = self.degree
@@ -189,3 +177,88 @@ def weights_along(degree, origin, direction):
             total = [x + y for x, y in zip(total, scaled + [0] * (degree - power), strict=True)]
         result.append(total)
     return result
+
+
+def solved(matrix, right):
+    """The exact solution of three linear equations, by Cramer's rule."""
+    columns, right = list(zip(*(row[:3] for row in matrix[:3]), strict=True)), tuple(right)
+
+    def determinant(a, b, c):
+        crossed = (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
+        return sum(x * y for x, y in zip(a, crossed, strict=True))
+
+    replaced = ([right if i == axis else column for i, column in enumerate(columns)] for axis in range(3))
+    return [determinant(*each) / determinant(*columns) for each in replaced]
+
+
+MISS, HIT, UNDECIDED = range(3)
+
+
+class Case:
+    """A small model of integer coefficients, at an integer level, in a scene; and the same in exact arithmetic."""
+
+    def __init__(self, rng, degree, placed=False):
+        size = int(rng.integers(3, 6))
+        samples = rng.integers(-3, 4, (size, size, size)).astype(float)
+        if rng.random() < 0.6:  # rough samples leave little of a surface at higher degrees
+            samples = np.sort(samples, axis=rng.integers(3))
+        samples[0, 0, :2] = -3, 3  # so that levels are in the range
+        grid = {}
+        if placed:  # in any way, so that maps and their inverses are rounded
+            direction, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+            grid = {"spacing": rng.uniform(0.1, 3, 3), "origin": rng.normal(size=3), "direction": direction}
+        self.volume = isospline.Volume(samples, degree=degree, filter="none", **grid)
+        self.level = int(rng.choice([-1, 0, 0, 1]))
+        self.transform = np.array(MAPS[rng.integers(len(MAPS))], dtype=float)
+        if placed:
+            self.transform[:3] += rng.normal(size=(3, 4))
+        self.to_rays = [[Fraction(x) for x in row] for row in self.transform.tolist()]
+        if placed:
+            affine = [[Fraction(x) for x in row] for row in self.volume.affine.tolist()]
+            self.to_rays = [
+                [sum(x * y for x, y in zip(row, column, strict=True)) for column in zip(*affine, strict=True)]
+                for row in self.to_rays
+            ]
+        self.scene = isospline.Scene([(isospline.Isosurface(self.volume, self.level), self.transform)])
+        self.size = size
+        self.exact = ExactModel(np.pad(samples.astype(int), degree // 2, mode="reflect") - self.level, degree)
+        self.shift = Fraction(1, 2) if degree == 2 else Fraction(0)
+
+    def rays(self, rng, count):
+        """Through vertices, edges and faces of cells and middles of them, along faces and edges, grazing, or any."""
+        grid = rng.integers(-2, 2 * self.size + 2, (2, count, 3)) / 2
+        origins, directions = grid[0], grid[1] - grid[0]
+        along_axes = rng.random(count) < 0.3
+        directions[along_axes] *= np.eye(3)[rng.integers(3, size=along_axes.sum())]
+        near = rng.random(count) < 0.2  # next to all these
+        origins[near] += rng.choice([-1, 1], (near.sum(), 3)) * 2.0 ** -rng.integers(20, 55, (near.sum(), 1))
+        any_way = rng.random(count) < 0.2
+        directions[any_way] = rng.normal(size=(any_way.sum(), 3))
+        directions[(directions == 0).all(axis=1)] = 1, 0, 0
+        rays = np.concatenate([origins, directions], axis=1)
+        if rng.random() < 0.5:
+            rays[:, 3:] /= np.linalg.norm(rays[:, 3:], axis=1, keepdims=True)
+        rounded = np.array(self.to_rays, dtype=float)
+        linear = rounded[:3, :3]
+        return np.concatenate([rays[:, :3] @ linear.T + rounded[:3, 3], rays[:, 3:] @ linear.T], axis=1)
+
+    def lattice_ray(self, ray):
+        """The exact origin and direction in lattice space."""
+        from_origin = [Fraction(x) - row[3] for x, row in zip(ray[:3], self.to_rays, strict=False)]
+        origin, direction = (solved(self.to_rays, each) for each in (from_origin, map(Fraction, ray[3:])))
+        return [x + self.shift for x in origin], direction
+
+    def holds(self, ray, status, t_bounds, level_bound, t_near, t_far):
+        """Whether what is said of a ray is true."""
+        line = self.lattice_ray(ray)
+        lower, upper = t_bounds
+        if status == MISS:
+            return lower == upper == inf and not self.exact.touches(*line, t_near, t_far)
+        before = nextafter(lower, -inf)
+        if before >= t_near and self.exact.touches(*line, t_near, before):
+            return False
+        if status == HIT:
+            return t_near <= lower <= upper <= t_far and self.exact.touches(*line, lower, upper)
+        origin, direction = line
+        value = self.exact.value([o + Fraction(lower) * d for o, d in zip(origin, direction, strict=True)])
+        return upper == inf and abs(value) <= level_bound

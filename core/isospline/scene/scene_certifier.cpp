@@ -6,10 +6,23 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <variant>
 
 namespace isospline {
+
+namespace {
+
+/// Nothing is known of the surface at the hit.
+void forget_normal(RayCertificate& hit)
+{
+    hit.normal = glm::dvec3(0.0);
+    hit.normal_angle = std::numbers::pi;
+    hit.model_distance = std::numeric_limits<double>::infinity();
+}
+
+} // namespace
 
 SceneCertifier::SceneCertifier(const SceneSnapshot& scene, bool SeenBy::*sees, const char* parameter)
 {
@@ -24,27 +37,29 @@ SceneCertifier::SceneCertifier(const SceneSnapshot& scene, bool SeenBy::*sees, c
     }
 }
 
-RayCertificate SceneCertifier::certify(const Ray& ray) const
+RayCertificate SceneCertifier::certify(const Ray& ray, double t_hint) const
 {
     // A crossing of any surface is one of the scene, and ends the ray for the others.
-    RayCertificate first;
-    double first_doubt = first.t_lower;
-    bool is_doubted = false;
+    RayCertificate first, doubt;
+    double t_lower = first.t_lower;
     Ray rest = ray;
     for (const RayCertifier& surface : surfaces_) {
-        const RayCertificate own = surface.certify(rest);
-        first.t_lower = std::min(first.t_lower, own.t_lower);
+        RayCertificate own = surface.certify(rest, t_hint);
+        t_lower = std::min(t_lower, own.t_lower);
         if (own.status == RayStatus::hit) {
-            first.status = RayStatus::hit;
-            first.t_upper = rest.t_far = own.t_upper;
-        } else if (own.status == RayStatus::undecided) {
-            first_doubt = std::min(first_doubt, own.t_lower);
-            is_doubted = true;
+            if (first.status == RayStatus::hit && !(own.t_upper < first.t_lower))
+                forget_normal(own); // either of the two may be the first
+            first = own;
+            rest.t_far = own.t_upper;
+        } else if (own.status == RayStatus::undecided && own.t_lower < doubt.t_lower) {
+            doubt = own;
         }
     }
-    if (is_doubted && first_doubt <= first.t_upper)
-        return {RayStatus::undecided, first.t_lower, std::numeric_limits<double>::infinity()};
-    return first;
+    RayCertificate& result = doubt.status == RayStatus::undecided && doubt.t_lower <= first.t_upper ? doubt : first;
+    if (t_lower < result.t_lower) // a hit of another surface may be the first
+        result.level_bound = std::numeric_limits<double>::infinity();
+    result.t_lower = t_lower;
+    return result;
 }
 
 std::optional<bool> SceneCertifier::is_crossed(const Ray& ray) const

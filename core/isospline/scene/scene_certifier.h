@@ -5,6 +5,7 @@
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/certified_ray.h"
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,8 +18,9 @@ public:
     /// `parameter` names what asked for proofs.
     SceneCertifier(const SceneSnapshot& scene, bool SeenBy::*sees, const char* parameter = "certify");
 
-    /// The ray's numbers are finite, except for its limits.
-    RayCertificate certify(const Ray& ray) const;
+    /// The ray's numbers are finite, except for its limits. If the first crossing is near `t_hint`, which may be any
+    /// number, it is found faster.
+    RayCertificate certify(const Ray& ray, double t_hint = std::numeric_limits<double>::infinity()) const;
     /// Whether the ray crosses any surface; nothing if that is not proven.
     std::optional<bool> is_crossed(const Ray& ray) const;
     /// Whether the number of crossings with all surfaces is odd; nothing if that is not proven.

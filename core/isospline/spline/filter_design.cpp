@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <numeric>
 
 namespace isospline {
 
@@ -156,6 +157,25 @@ double filter_horizon(const RecursiveFilter& filter, double forgotten)
         return 0.0;
     const double steps = std::ceil(std::log(forgotten) / std::log(filter.largest_pole));
     return filter.feedback.size() > 1 ? 2.0 * steps : steps;
+}
+
+FilterNorm norm_of(const RecursiveFilter& filter)
+{
+    const auto steps = static_cast<long long>(filter_horizon(filter, 0x1p-60));
+    std::vector<double> last(filter.feedback.size(), 0.0); // of the response, latest first
+    double recursion = 1.0, next = 1.0;
+    for (long long step = 0; step < steps; ++step) {
+        if (!last.empty()) {
+            std::rotate(last.begin(), last.end() - 1, last.end());
+            last.front() = next;
+        }
+        next = std::inner_product(last.begin(), last.end(), filter.feedback.begin(), 0.0);
+        recursion += std::abs(next);
+    }
+    double taps = filter.numerator.empty() ? 1.0 : std::abs(filter.numerator[0]);
+    for (std::size_t k = 1; k < filter.numerator.size(); ++k)
+        taps += 2.0 * std::abs(filter.numerator[k]);
+    return {recursion, filter.gain * taps * recursion * recursion};
 }
 
 int filter_reach(const RecursiveFilter& filter)

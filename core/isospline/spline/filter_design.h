@@ -22,6 +22,13 @@ struct RecursiveFilter {
 /// the same modulus decay more slowly than one; twice the steps of one pole cover this.
 double filter_horizon(const RecursiveFilter& filter, double forgotten);
 
+/// Bounds on what a filter does to a line of numbers, from the impulse response of its recursion.
+struct FilterNorm {
+    double recursion; ///< sum of |response| of one recursion, 1 / A
+    double whole;     ///< no number of the result exceeds the largest number of the line this many times
+};
+FilterNorm norm_of(const RecursiveFilter& filter);
+
 /// The number of samples on each side of a part of a volume that its coefficients depend on. Samples farther away
 /// change a coefficient by less than 2^-35 of the range of the samples. That is 1/1024 of the rounding of float32 if
 /// coefficients are as large as half the range. Reason: for a filter with response |h(k)| <= C |z|^|k|, these samples

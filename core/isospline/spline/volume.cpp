@@ -250,6 +250,19 @@ Volume::Volume(const SampleView& samples, const VolumeOptions& options, const Pr
                          part_of(progress, 0.1, 1.0));
 }
 
+double Volume::coefficient_error() const
+{
+    // docs/method.md, "Certified rays". The samples differ from the offset by at most half their range; three filters
+    // multiply this by at most norm^3, and so they do with what is rounded on the way.
+    const FilterNorm norm = norm_of(design_filter(degree(), filter(), options_.smoothing));
+    const double largest = std::max(maximum_ - offset_, offset_ - minimum_);
+    const double rounded_times = filter() == Filter::none ? 1.0 : 4.0; // when read, and by the filter of each axis
+    const double in_lines = 0x1p-43 * norm.recursion;
+    const double beyond_reach = source_ ? 0x1p-30 : 0.0; // of parts that were filtered apart: filter_reach()
+    const double bound = (rounded_times * 0x1p-24 + in_lines + beyond_reach) * largest + rounded_times * 0x1p-149;
+    return bound * norm.whole * norm.whole * norm.whole * (1.0 + 0x1p-20);
+}
+
 Box Volume::bounds() const
 {
     return transform_box(lattice_to_world_, {glm::dvec3(0.0), glm::dvec3(cell_shape())});

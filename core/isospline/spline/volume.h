@@ -108,6 +108,10 @@ public:
 
     /// f = offset + sum c beta.
     double offset() const { return offset_; }
+    /// No stored coefficient is farther than this from the one that exact arithmetic computes from the samples: a bound
+    /// on the rounding of a line's filter, in double precision, and of what is stored after each axis, in float32. It
+    /// bounds |f - f of those coefficients| too.
+    double coefficient_error() const;
     /// The source of the coefficients, or null if all are in memory.
     const CoefficientSource* source() const { return source_.get(); }
     MemoryBudget* budget() const { return source_ ? source_->budget() : nullptr; }

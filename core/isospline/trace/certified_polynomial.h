@@ -143,14 +143,10 @@ struct Reach {
     double step; ///< the distance behind `to` at which the other sign may be proven
 };
 
-/// A root near a place where the control polygon crosses zero, by Newton's method; a guess that nothing relies on.
+/// A root of a polynomial by Newton's method from a place near it; a guess that nothing relies on.
 template <int D>
-Reach guess_reach(const Bernstein<D>& b, int sign, double error)
+Reach guess_reach(const Bernstein<D>& b, double s, double error)
 {
-    std::size_t i = 1;
-    while (i < D && sign * b[i] > 0.0)
-        ++i;
-    double s = (static_cast<double>(i) - 1.0 + std::clamp(b[i - 1] / (b[i - 1] - b[i]), 0.0, 1.0)) / D;
     for (int step = 0; step < 8; ++step) {
         Bernstein<D> level = b;
         for (std::size_t row = D; row > 1; --row)
@@ -160,9 +156,9 @@ Reach guess_reach(const Bernstein<D>& b, int sign, double error)
         const double next = s - value / slope;
         if (!(next > 0.0 && next < 1.0))
             return {0.0, 0.0};
-        const bool done = std::abs(next - s) < 0x1p-40;
+        const double moved = std::abs(next - s);
         s = next;
-        if (done) {
+        if (moved < 0x1p-40) {
             const double margin = std::max(2.0 * error / std::abs(slope), 0x1p-46);
             return {s - margin, 2.0 * margin};
         }
@@ -170,16 +166,28 @@ Reach guess_reach(const Bernstein<D>& b, int sign, double error)
     return {0.0, 0.0};
 }
 
-/// The part of [0, 1], from 0, on which a polynomial is proven to have the sign.
+/// Where the control polygon first crosses zero.
 template <int D>
-Reach proven_reach(const Bernstein<D>& b, int sign, double error)
+double first_crossing_of_polygon(const Bernstein<D>& b, int sign)
+{
+    std::size_t i = 1;
+    while (i < D && sign * b[i] > 0.0)
+        ++i;
+    return (static_cast<double>(i) - 1.0 + std::clamp(b[i - 1] / (b[i - 1] - b[i]), 0.0, 1.0)) / D;
+}
+
+/// The part of [0, 1], from 0, on which a polynomial is proven to have the sign. A root may be near `hint`, which may
+/// be any number.
+template <int D>
+Reach proven_reach(const Bernstein<D>& b, int sign, double error, double hint)
 {
     constexpr double least_step = 0x1p-46;
     if (has_sign<D>(b, sign, error))
         return {1.0, least_step};
     if (!(sign * b[0] > error))
         return {0.0, least_step};
-    const Reach guess = guess_reach<D>(b, sign, error);
+    const bool is_hinted = hint > 0.0 && hint < 1.0;
+    const Reach guess = guess_reach<D>(b, is_hinted ? hint : first_crossing_of_polygon<D>(b, sign), error);
     if (guess.to > 0.0 && has_sign<D>(piece_before<D>(b, guess.to), sign, error))
         return guess;
     double to = 0.0;
@@ -218,7 +226,11 @@ SignAt next_sign(const Bernstein<D>& b, const Reach& reach, double error)
 /// Takes the parts of a ray in order, each beginning where the one before ended, until the certificate is decided.
 class Search {
 public:
-    explicit Search(const Range& range) : range_(range) {}
+    /// The first crossing may be near `t_hint`; nothing relies on it.
+    explicit Search(const Range& range, double t_hint = std::numeric_limits<double>::infinity())
+        : range_(range), t_hint_(t_hint)
+    {
+    }
 
     bool is_decided() const { return decided_; }
     const RayCertificate& certificate() const { return certificate_; }
@@ -233,7 +245,7 @@ public:
         if (sign_ == 0 && !open_) {
             sign_ = sign;
         } else if (open_ || sign != sign_) {
-            begin_to_doubt(t_begin);
+            begin_to_doubt(t_begin); // which cannot be: the signs are proven
             decide(t_begin, sign);
         }
     }
@@ -242,12 +254,13 @@ public:
     template <int D>
     void pass(double t_begin, double t_end, const Bernstein<D>& b, double error)
     {
+        const bool was_open = open_;
         Reach reach{0.0, 0x1p-46};
-        if (!open_) {
+        if (!was_open) {
             if (sign_ == 0)
                 sign_ = proven_sign(b[0], error);
             if (sign_ != 0)
-                reach = proven_reach<D>(b, sign_, error);
+                reach = proven_reach<D>(b, sign_, error, (t_hint_ - t_begin) / (t_end - t_begin));
             if (reach.to == 1.0)
                 return;
         }
@@ -259,12 +272,15 @@ public:
             decide(std::min(t_begin + next.s * (t_end - t_begin) + margin, t_end), next.sign);
         else if (++parts_in_doubt_ == most_parts_in_doubt)
             decide(t_end, 0);
+        if (!was_open && certificate_.status != RayStatus::hit)
+            certificate_.level_bound = bound_at<D>(b, reach.to, error, 2.0 * margin / (t_end - t_begin));
     }
 
     /// Nothing is known of f from t_begin on.
     void give_up(double t_begin)
     {
         begin_to_doubt(t_begin);
+        certificate_.level_bound = std::numeric_limits<double>::infinity();
         decide(t_begin, 0);
     }
 
@@ -278,6 +294,17 @@ public:
 private:
     /// A surface that a line follows, within rounding, through more cells is not searched on.
     static constexpr int most_parts_in_doubt = 8;
+
+    /// A bound on |f - level| up to `margin` before s. No derivative of a polynomial exceeds 2 D max |b|.
+    template <int D>
+    static double bound_at(const Bernstein<D>& b, double s, double error, double margin)
+    {
+        double most = 0.0;
+        for (const double each : b)
+            most = std::max(most, std::abs(each));
+        const double bound = std::abs(piece_before<D>(b, s)[D]) + 2.0 * D * most * margin;
+        return ((bound < most ? bound : most) + error) * (1.0 + 0x1p-40);
+    }
 
     /// From t on, or from where doubt began before, the sign is not proven.
     void begin_to_doubt(double t)
@@ -298,12 +325,14 @@ private:
         if (sign_ * sign < 0 && inside) {
             certificate_.status = RayStatus::hit;
             certificate_.t_upper = t;
+            certificate_.level_bound = 0.0;
         } else {
             certificate_.status = RayStatus::undecided;
         }
     }
 
     Range range_;
+    double t_hint_;
     int sign_ = 0; ///< of f up to where doubt began; 0 at the beginning
     bool open_ = false, decided_ = false;
     int parts_in_doubt_ = 0;

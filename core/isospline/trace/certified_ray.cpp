@@ -5,6 +5,7 @@
 #include "isospline/math/grid.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/certified_line.h"
+#include "isospline/trace/certified_place.h"
 #include "isospline/trace/certified_polynomial.h"
 #include "isospline/util/error.h"
 
@@ -75,56 +76,14 @@ Extremes<double> extremes(const CoefficientView& cell, double threshold)
             static_cast<double>(*std::max_element(most.begin(), most.begin() + Degree + 1)) - threshold};
 }
 
-/// Walks along a line through a box of cells that are cubes of `size` units. It never leaves the box: a line that does
-/// belongs to its last cell. Nothing relies on the order of the cells being right: Certification checks each part of
-/// the line.
-class Walk {
-public:
-    Walk(const certified::Line& line, const glm::dvec3& inverse_along, double size, const glm::ivec3& first,
-         const glm::ivec3& last, double t)
-        : line_(line), inverse_along_(inverse_along), size_(size), first_(first), last_(last)
-    {
-        const glm::dvec3 point = line.at(t) / size;
-        for (int axis = 0; axis < 3; ++axis)
-            enter(axis, static_cast<int>(std::clamp(std::floor(point[axis]), static_cast<double>(first[axis]),
-                                                    static_cast<double>(last[axis]))));
-    }
-
-    const glm::ivec3& cell() const { return cell_; }
-    /// Where the line leaves the cell.
-    double t_exit() const { return std::min(std::min(t_exit_.x, t_exit_.y), t_exit_.z); }
-    void advance()
-    {
-        const int side = t_exit_.y < t_exit_.x, axis = t_exit_.z < t_exit_[side] ? 2 : side;
-        enter(axis, cell_[axis] + (line_.along[static_cast<std::size_t>(axis)].value > 0.0 ? 1 : -1));
-    }
-
-private:
-    void enter(int axis, int cell)
-    {
-        cell_[axis] = cell;
-        const auto& start = line_.start[static_cast<std::size_t>(axis)];
-        const double along = line_.along[static_cast<std::size_t>(axis)].value;
-        const double t = (size_ * (cell + (along > 0.0)) - start.value) * inverse_along_[axis];
-        const bool leaves = cell != (along > 0.0 ? last_ : first_)[axis];
-        t_exit_[axis] = along != 0.0 && leaves && !std::isnan(t) ? t : std::numeric_limits<double>::infinity();
-    }
-
-    const certified::Line& line_;
-    glm::dvec3 inverse_along_;
-    double size_;
-    glm::ivec3 first_, last_, cell_{0};
-    glm::dvec3 t_exit_{0.0};
-};
-
 /// One ray, in lattice space.
 template <int Degree>
 class Certification {
 public:
     Certification(const IsosurfaceSnapshot& surface, const certified::Line& line, const certified::Range& range,
-                  double slope, double threshold_error)
+                  double slope, double threshold_error, double t_hint)
         : volume_(surface.volume()), ranges_(*surface.shared_ranges()), threshold_(surface.threshold()), line_(line),
-          range_(range), slope_(slope * (1.0 + 0x1p-20)), search_(range)
+          range_(range), slope_(slope * (1.0 + 0x1p-20)), search_(range, t_hint)
     {
         const double t_most = std::max(std::abs(range.begin), std::abs(range.end));
         error_ = slope_ * line.error(t_most) + threshold_error + 0x1p-52 * std::abs(threshold_);
@@ -155,7 +114,7 @@ private:
     template <typename Pass>
     void walk(int size, const glm::ivec3& first, const glm::ivec3& last, double t_begin, double t_end, const Pass& pass)
     {
-        Walk cells(line_, inverse_along_, size, first, last, t_begin);
+        certified::Walk cells(line_, inverse_along_, size, first, last, t_begin);
         Part part{t_begin, t_begin, line_.at(t_begin), {}};
         while (true) {
             part.t_end = std::clamp(cells.t_exit(), part.t_begin, t_end);
@@ -285,6 +244,16 @@ RayCertifier::RayCertifier(std::shared_ptr<const IsosurfaceSnapshot> surface, co
     const BrickRanges::Range& range = surface_->shared_ranges()->whole();
     slope_ = (Enclosure(range.upper) - static_cast<double>(range.lower)).upper();
     threshold_error_ = (Enclosure(surface_->level()) - surface_->volume().offset()).radius;
+    coefficient_error_ = surface_->volume().coefficient_error();
+    along_error_ = longest_edge_ = 0.0;
+    for (std::size_t j = 0; j < 3; ++j) {
+        double edge = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            edge += std::abs(to_rays[i][j].value) + to_rays[i][j].radius;
+            along_error_ += 0x1p-50 * std::abs(to_lattice_[i][j].value) + to_lattice_[i][j].radius;
+        }
+        longest_edge_ = std::max(longest_edge_, edge * (1.0 + 0x1p-48));
+    }
 }
 
 certified::Line RayCertifier::line_of(const glm::dvec3& origin, const glm::dvec3& direction) const
@@ -303,23 +272,67 @@ certified::Line RayCertifier::line_of(const glm::dvec3& origin, const glm::dvec3
     return line;
 }
 
+certified::Range RayCertifier::range_of(const certified::Line& line, const Ray& ray) const
+{
+    return line.clip(glm::dvec3(surface_->volume().cell_shape()), ray.t_near, ray.t_far);
+}
+
 certified::Search RayCertifier::search(const Ray& ray) const
 {
     const certified::Line line = line_of(ray.origin, ray.direction);
-    const certified::Range range = line.clip(glm::dvec3(surface_->volume().cell_shape()), ray.t_near, ray.t_far);
-    return range.begin > range.end ? certified::Search(range) : search(line, range);
+    return search(line, range_of(line, ray), std::numeric_limits<double>::infinity());
 }
 
-certified::Search RayCertifier::search(const certified::Line& line, const certified::Range& range) const
+certified::Search RayCertifier::search(const certified::Line& line, const certified::Range& range, double t_hint) const
 {
+    if (range.begin > range.end)
+        return certified::Search(range);
     return dispatch_degree(surface_->volume().degree(), [&](auto degree) {
-        return Certification<degree>(*surface_, line, range, slope_, threshold_error_).run();
+        return Certification<degree>(*surface_, line, range, slope_, threshold_error_, t_hint).run();
     });
 }
 
-RayCertificate RayCertifier::certify(const Ray& ray) const
+RayCertificate RayCertifier::certify(const Ray& ray, double t_hint) const
 {
-    return search(ray).certificate();
+    const certified::Line line = line_of(ray.origin, ray.direction);
+    RayCertificate certificate = search(line, range_of(line, ray), t_hint).certificate();
+    if (certificate.status == RayStatus::hit)
+        dispatch_degree(surface_->volume().degree(), [&](auto degree) { describe_hit<degree>(line, certificate); });
+    return certificate;
+}
+
+template <int Degree>
+void RayCertifier::describe_hit(const certified::Line& line, RayCertificate& hit) const
+{
+    const certified::PlaceOnSurface<Degree> place(surface_->volume(), surface_->threshold(), slope_, line, hit.t_lower,
+                                                  hit.t_upper);
+    std::array<Enclosure, 3> normal; // not of unit length
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::array<Enclosure, 3> column{to_lattice_[0][i], to_lattice_[1][i], to_lattice_[2][i]};
+        normal[i] = dot(column, place.gradient()) * -surface_->inward_sign();
+    }
+    const certified::Cone cone = certified::cone_of(normal);
+    hit.normal = cone.axis;
+    hit.normal_angle = cone.angle;
+    hit.model_distance = std::numeric_limits<double>::infinity();
+    if (cone.axis == glm::dvec3(0.0))
+        return;
+
+    // Along the normal, to both sides, until f is beyond the level by more than all errors.
+    glm::dvec3 along(0.0);
+    for (int axis = 0; axis < 3; ++axis)
+        for (std::size_t j = 0; j < 3; ++j)
+            along[axis] += to_lattice_[static_cast<std::size_t>(axis)][j].value * cone.axis[static_cast<int>(j)];
+    const double longest = 1.0 / (std::abs(along.x) + std::abs(along.y) + std::abs(along.z));
+    const double growth = cone.least_length - slope_ * along_error_;
+    const double least = coefficient_error_ + threshold_error_ + 0x1p-52 * std::abs(surface_->threshold());
+    for (double distance = std::max(1.125 * least / growth, 0x1p-50 * longest); distance <= longest; distance *= 2.0)
+        if (place.changes_sides(distance * along, distance * growth, least)) {
+            hit.model_distance =
+                (distance * (1.0 + longest_edge_ * along_error_) + 2.0 * place.radius() * longest_edge_) *
+                (1.0 + 0x1p-40);
+            return;
+        }
 }
 
 std::optional<bool> RayCertifier::is_crossed(Ray ray) const
@@ -342,14 +355,14 @@ std::optional<bool> RayCertifier::is_crossed(Ray ray) const
 std::optional<bool> RayCertifier::crosses_oddly(const Ray& ray) const
 {
     const certified::Line line = line_of(ray.origin, ray.direction);
-    const certified::Range range = line.clip(glm::dvec3(surface_->volume().cell_shape()), ray.t_near, ray.t_far);
+    const certified::Range range = range_of(line, ray);
     if (range.begin > range.end)
         return false;
     if (!(range.sure_begin <= range.sure_end))
         return std::nullopt;
     // The ends of the ray are not known exactly, but f has one sign near each.
     const auto sign = [&](double begin, double end) {
-        const certified::Search found = search(line, {begin, end, begin, end});
+        const certified::Search found = search(line, {begin, end, begin, end}, HUGE_VAL);
         return found.certificate().status == RayStatus::miss ? found.sign() : 0;
     };
     const int product = sign(range.begin, range.sure_begin) * sign(range.sure_end, range.end);
@@ -362,7 +375,7 @@ std::optional<bool> RayCertifier::contains(const glm::dvec3& point) const
     const certified::Range range = line.clip(glm::dvec3(surface_->volume().cell_shape()), 0.0, 0.0);
     if (range.begin > range.end)
         return false;
-    const certified::Search found = search(line, range);
+    const certified::Search found = search(line, range, HUGE_VAL);
     if (found.certificate().status != RayStatus::miss)
         return std::nullopt;
     if (found.sign() * surface_->inward_sign() < 0.0)

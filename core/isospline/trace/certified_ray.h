@@ -6,6 +6,7 @@
 #include "isospline/shell/isosurface.h"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 
 #include <array>
 #include <cstdint>
@@ -29,6 +30,14 @@ struct RayCertificate {
     RayStatus status = RayStatus::miss;
     double t_lower = std::numeric_limits<double>::infinity();
     double t_upper = std::numeric_limits<double>::infinity();
+    double level_bound = 0.0; ///< of a ray that is undecided: |f - level| is at most this at t_lower
+    /// Of a hit: the outward normal everywhere between the bounds, in the space of the rays, is within this angle, in
+    /// radians, of this unit vector. The angle is pi, and the vector zero, if nothing is known.
+    glm::dvec3 normal{0.0};
+    double normal_angle = std::numeric_limits<double>::quiet_NaN();
+    /// Of a hit: the surface of the unrounded coefficients comes this near to the points between the bounds; infinite
+    /// if that is not proven within the width of a cell.
+    double model_distance = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Proves where rays first cross an isosurface. The surface is that of the stored coefficients, offset, level and
@@ -40,8 +49,9 @@ public:
     RayCertifier(std::shared_ptr<const IsosurfaceSnapshot> surface, const glm::dmat4& transform,
                  const char* parameter = "certify");
 
-    /// The ray's numbers are finite, except for its limits.
-    RayCertificate certify(const Ray& ray) const;
+    /// The ray's numbers are finite, except for its limits. If the first crossing is near `t_hint`, which may be any
+    /// number, it is found faster.
+    RayCertificate certify(const Ray& ray, double t_hint = std::numeric_limits<double>::infinity()) const;
     /// Whether the ray crosses the surface anywhere; nothing if that is not proven.
     std::optional<bool> is_crossed(Ray ray) const;
     /// Whether the ray crosses the surface an odd number of times; nothing if that is not proven.
@@ -52,14 +62,20 @@ public:
 private:
     /// The line of a ray in lattice space.
     certified::Line line_of(const glm::dvec3& origin, const glm::dvec3& direction) const;
+    certified::Range range_of(const certified::Line& line, const Ray& ray) const;
     certified::Search search(const Ray& ray) const;
-    certified::Search search(const certified::Line& line, const certified::Range& range) const;
+    certified::Search search(const certified::Line& line, const certified::Range& range, double t_hint) const;
+    template <int Degree>
+    void describe_hit(const certified::Line& line, RayCertificate& hit) const;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
     std::array<std::array<Enclosure, 3>, 3> to_lattice_; ///< rows of the linear part of the map to lattice space
     std::array<Enclosure, 3> origin_;                    ///< of index space, in the space of the rays
     double slope_;                                       ///< no partial derivative of f in lattice space is larger
     double threshold_error_;
+    double coefficient_error_;
+    double longest_edge_; ///< of a cell in the space of the rays, bounded by the sum over its coordinates
+    double along_error_;  ///< of the product of to_lattice_ and a unit vector, summed over the axes
 };
 
 } // namespace isospline

@@ -72,6 +72,27 @@ class Hits(Table):
         ("lower", "upper"),
         option="certify=True",
     )
+    level_bounds: NDArray[np.float64] = _item(
+        "level_bounds",
+        "(...) float64: an undecided ray is at most this far from the level, in values, at its lower t bound; else 0.",
+        option="certify=True",
+    )
+    normal_axes: NDArray[np.float64] = _item(
+        "normal_axes",
+        "(..., 3) float64, unit axes of proven cones around the outward normals of hits; zero if nothing is known.",
+        _XYZ,
+        option="certify=True",
+    )
+    normal_angles: NDArray[np.float64] = _item(
+        "normal_angles",
+        "(...) float64: no outward normal of a hit is farther from the axis, in radians; NaN if the ray misses.",
+        option="certify=True",
+    )
+    model_distances: NDArray[np.float64] = _item(
+        "model_distances",
+        "(...) float64, proven bounds of the distance from the hit to the surface of the unrounded coefficients.",
+        option="certify=True",
+    )
 
     def select(self, rays: NDArray[Any]) -> Hits:
         """The hits of some of the rays.

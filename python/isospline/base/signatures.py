@@ -41,6 +41,13 @@ def attach(module):
             setattr(module, name, _wrapped(value, name, module))
 
 
+def attach_methods(owner, kind, **functions):
+    """Make functions methods of a compiled class; `kind` wraps each."""
+    for name, function in functions.items():
+        function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
+        setattr(owner, name, kind(function))
+
+
 def _attach_to_class(owner, module):
     for name, value in list(vars(owner).items()):
         if isinstance(value, property):

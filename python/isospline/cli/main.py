@@ -1,4 +1,4 @@
-"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``compare``, ``mesh``, ``render FILE``."""
+"""The command line: ``isospline demo``, and ``info``, ``view``, ``measure``, ``mesh``, ``render FILE`` and others."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ from .parser import BAD_INPUT, FAILED, INTERRUPTED, OPTIONS_OF_FILES, join_negat
 from .picture import announce_time, background_of, cameras_of, marks_for
 from .placement import read_placed
 from .store import Store, opened
+from .verify import run as run_verify
 from .view import serve, session_image
 from .write import DISK_ERRORS, check_table, error_text, write_images, write_measures
 
@@ -48,7 +49,7 @@ def main(argv=None):
             sys.stdout.reconfigure(errors="backslashreplace")  # as standard error, for terminals without Unicode
         try:
             typed = join_negative(sys.argv[1:] if argv is None else argv)
-            arguments = make_parser(demo, info, measure, compare, render, mesh, view, convert).parse_args(typed)
+            arguments = make_parser(demo, info, measure, compare, verify, render, mesh, view, convert).parse_args(typed)
             arguments.run(arguments)
             sys.stdout.flush()
             return 0
@@ -122,6 +123,11 @@ def measure(arguments):
 def compare(arguments):
     """Print the distances of an isosurface from a mesh or another isosurface."""
     run_compare(arguments, _read, _progress, _say, _has_unicode())
+
+
+def verify(arguments):
+    """Check the certificate of a ray against a volume."""
+    run_verify(arguments, _read)
 
 
 def _has_unicode():

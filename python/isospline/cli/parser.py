@@ -21,6 +21,7 @@ from .limits import add_limits
 from .mesh import add_mesh_options
 from .picture import add_largest, add_picture_options, background, color
 from .store import add_memory_limit, add_store_options
+from .verify import add_verify
 
 #: Exit codes: of an error, of bad arguments and files, and after Ctrl-C.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -37,7 +38,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT, f"isospline: error: {message} (try {self.prog} --help)\n")
 
 
-def make_parser(demo, info, measure, compare, render, mesh, view, convert):
+def make_parser(demo, info, measure, compare, verify, render, mesh, view, convert):
     """The parser of the command line; its arguments are the functions of the commands."""
     parser = _Parser(prog="isospline", description=isospline.__doc__)
     parser.add_argument("--version", action="version", version=f"isospline {isospline.__version__}")
@@ -101,6 +102,7 @@ def make_parser(demo, info, measure, compare, render, mesh, view, convert):
     _add_view(commands.add_parser("view", help="show volumes and meshes in the browser"), view)
     add_convert(commands, convert, _add_reading, _add_spline, cli_types.numbers)
     add_compare(commands, compare, _add_input, _add_spline, cli_types)
+    add_verify(commands, verify, _add_input)
     command = commands.add_parser("render", help="make a picture of isosurfaces and meshes")
     _add_input(command, optional=True)
     command.add_argument(

@@ -4,7 +4,7 @@ A library is only imported when a method that needs it is called.
 """
 
 from .._core import Isosurface, Mesh, Volume
-from ..base.signatures import explained
+from ..base.signatures import attach_methods, explained
 from ..io.volume_data import VolumeData
 from . import mesh_output, meshio, nibabel, printing, pyvista, sitk, trimesh, vtk, xarray
 from .mesh_files import read_mesh
@@ -13,28 +13,24 @@ from .rays import RayMeshIntersector
 __all__ = ["RayMeshIntersector", "read_mesh"]
 
 
-def _attach(owner, kind=classmethod, **functions):
-    for name, function in functions.items():
-        function.__name__, function.__qualname__ = name, f"{owner.__name__}.{name}"
-        setattr(owner, name, kind(function))
-
-
-_attach(
+attach_methods(
     Volume,
+    classmethod,
     from_nibabel=nibabel.volume_from_nibabel,
     from_pyvista=pyvista.volume_from_pyvista,
     from_sitk=sitk.volume_from_sitk,
     from_vtk=vtk.volume_from_vtk,
     from_xarray=xarray.volume_from_xarray,
 )
-_attach(
+attach_methods(
     Mesh,
+    classmethod,
     from_meshio=meshio.mesh_from_meshio,
     from_pyvista=pyvista.mesh_from_pyvista,
     from_trimesh=trimesh.mesh_from_trimesh,
     from_vtk=vtk.mesh_from_vtk,
 )
-_attach(
+attach_methods(
     Mesh,
     explained,
     to_meshio=mesh_output.to_meshio,
@@ -42,7 +38,7 @@ _attach(
     to_trimesh=mesh_output.to_trimesh,
     write=mesh_output.write_mesh,
 )
-_attach(
+attach_methods(
     Isosurface,
     explained,
     to_print_mesh=printing.to_print_mesh,
@@ -50,7 +46,7 @@ _attach(
     to_trimesh=mesh_output.surface_to_trimesh,
     write=mesh_output.write_surface,
 )
-_attach(Volume, explained, to_pyvista=pyvista.volume_to_pyvista)
-_attach(VolumeData, explained, to_pyvista=pyvista.volume_to_pyvista)
-_attach(Mesh, explained, GetClassName=pyvista.class_name)
-_attach(Isosurface, explained, GetClassName=pyvista.class_name)
+attach_methods(Volume, explained, to_pyvista=pyvista.volume_to_pyvista)
+attach_methods(VolumeData, explained, to_pyvista=pyvista.volume_to_pyvista)
+attach_methods(Mesh, explained, GetClassName=pyvista.class_name)
+attach_methods(Isosurface, explained, GetClassName=pyvista.class_name)

@@ -11,7 +11,7 @@ import pytest
 LAYERS = (
     {"base"},
     {"farthest"},
-    {"colors", "distances", "io", "levels", "volumes"},
+    {"certificates", "colors", "distances", "io", "levels", "volumes"},
     {"interop", "labels", "store", "suggest"},
     {"picture", "research"},
     {"distributed", "viewer"},

@@ -1,0 +1,163 @@
+"""Certificates: proofs of what rays meet, as data that a small program checks; it needs nothing of isospline."""
+
+from __future__ import annotations
+
+import json
+import operator
+from math import inf, isfinite
+
+import numpy as np
+
+from .. import _core
+from ..base.signatures import attach_methods, explained
+from . import checker
+from .checker import CertificateError
+from .prover import Prover
+
+__all__ = ["CertificateError", "check", "write_coefficients"]
+
+
+def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
+    """The proof of what one ray meets first, as data to keep and to check.
+
+    It says in rational numbers, without rounding, what `cast_rays` with `certify` says in intervals: where the ray
+    first crosses an isosurface, or that it crosses it nowhere. It is a dict for `json.dump`; its parts are explained in
+    docs/method.md, "Certificates". `isospline.certificates.check` checks it, and so does the command
+    ``isospline verify``.
+
+    Parameters
+    ----------
+    ray : (6,) array_like
+        Origin and direction, in world units.
+    t_near, t_far : float
+        Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
+    geometry_id : int, optional
+        The isosurface, which must have neither `clip`, `mask` nor `largest`, and must not be closed. By default the
+        scene's only visible object. Other objects of the scene do not change a certificate.
+
+    Returns
+    -------
+    dict
+        ``statement``: "hit", "miss" or "undecided"; a ray is undecided where it touches the surface or begins on it.
+        ``model``: the numbers of the model, and the SHA-256 of its coefficients. ``ray``: its numbers and limits.
+        ``cover``: the way before the crossing in pieces without a gap, each with the reason why it is free. ``hit``:
+        the ends of an interval of t in which f crosses the level exactly once, the intervals of the polynomials'
+        Bernstein coefficients, and those of the gradient's coordinates. ``undecided``: the ends of the interval, and a
+        bound on \\|f - level\\| in it.
+
+    Raises
+    ------
+    ValueError
+        If the ray is not one ray of finite numbers, the limits are not in order, there is no such isosurface, or
+        nothing can be proven of it.
+
+    Examples
+    --------
+    >>> import isospline
+    >>> field = isospline.volumes.sphere()
+    >>> scene = isospline.Scene(isospline.Isosurface(field.volume(16), field.level))
+    >>> certificate = scene.certificate((-3, 0.1, 0.2, 1, 0, 0))
+    >>> certificate["statement"], len(certificate["cover"])
+    ('hit', 4)
+    >>> isospline.certificates.check(certificate, scene.object(0).volume)
+    """
+    numbers = np.asarray(ray, dtype=float)
+    if numbers.shape != (6,) or not np.isfinite(numbers).all() or not numbers[3:].any():
+        raise ValueError(f"ray: expected six finite numbers, with a direction that is not zero, got {_shown(numbers)}")
+    t_near, t_far = float(t_near), float(t_far)
+    if not (isfinite(t_near) and t_near <= t_far):
+        raise ValueError(f"t_near: expected a finite number that is at most t_far, got {t_near} and {t_far}")
+    surface, transform = _one_isosurface(self, geometry_id)
+    alone = _core.Scene([(surface, transform)])
+    found = alone.cast_rays(numbers, certify=True, t_near=t_near, t_far=t_far)  # rejects other surfaces too
+    prover = Prover(surface, transform, numbers.tolist(), (t_near, t_far), found.t_bounds.tolist())
+    return prover.certificate()
+
+
+def check(certificate, volume):
+    """Check a certificate against a volume: with rational numbers, without rounding.
+
+    Parameters
+    ----------
+    certificate : dict
+        A certificate, as `Scene.certificate` returns it or `json.load` reads it.
+    volume : Volume
+        The volume of the isosurface.
+
+    Raises
+    ------
+    CertificateError
+        If the certificate does not prove its statement, or if it is about another volume.
+    """
+    try:
+        model = certificate["model"]
+        if model["affine"] != volume.affine[:3].tolist():
+            raise CertificateError("the affine map is not that of the volume")
+        if model["offset"] != volume._offset:
+            raise CertificateError("the offset is not that of the volume")
+        checker.check(certificate, memoryview(volume._stored_coefficients.reshape(-1)))
+    except CertificateError as error:
+        raise CertificateError(f"certificate: expected one that proves its statement, but {error}") from None
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise CertificateError(f"certificate: expected one of version 1, got a damaged one ({error!r})") from None
+
+
+def write_coefficients(volume, path):
+    """Write the stored coefficients of a volume, for `checker` alone: float32, little-endian, x fastest, no header.
+
+    ``python checker.py certificate.json coefficients.f32`` needs neither isospline nor NumPy.
+
+    Parameters
+    ----------
+    volume : Volume
+    path : path
+        The file to write.
+    """
+    output = _core.OutputFile(path)
+    try:
+        volume._stored_coefficients.astype("<f4").tofile(output.temporary)
+        output.commit()
+    finally:
+        output.discard()
+
+
+def read_certificate(path):
+    """The certificate in a JSON file."""
+    with open(path, encoding="utf-8") as file:
+        try:
+            return json.load(file)
+        except ValueError as error:
+            raise CertificateError(f"{path}: expected a certificate in JSON, got {error}") from None
+
+
+def model_options(certificate):
+    """The options of `Volume` for the model of a certificate."""
+    try:
+        return {name: certificate["model"][name] for name in ("degree", "boundary", "filter", "smoothing")}
+    except (LookupError, TypeError) as error:
+        raise CertificateError(f"certificate: expected one of version 1, got a damaged one ({error!r})") from None
+
+
+def _one_isosurface(scene, geometry_id):
+    """The isosurface of an id, or the only visible one, and its place."""
+    if geometry_id is not None:
+        geometry_id = operator.index(geometry_id)
+        if geometry_id not in scene:
+            raise ValueError(f"geometry_id: expected an id of the scene, got {geometry_id}")
+    chosen = [
+        (item, transform)
+        for id, item, transform, visibility in scene._placed_objects()
+        if (id == geometry_id if geometry_id is not None else visibility.visible)
+    ]
+    if len(chosen) != 1:
+        raise ValueError(f"geometry_id: expected the id of an isosurface, because {len(chosen)} objects are visible")
+    if not isinstance(chosen[0][0], _core.Isosurface):
+        raise ValueError("geometry_id: expected the id of an isosurface, got that of a mesh")
+    return chosen[0]
+
+
+def _shown(numbers):
+    return f"an array of shape {numbers.shape}" if numbers.shape != (6,) else str(numbers.tolist())
+
+
+attach_methods(_core.Scene, explained, certificate=certificate)

@@ -1,0 +1,241 @@
+"""Certificates of rays: true by exact arithmetic, checked by a program of its own, and false if a number is changed."""
+
+import ast
+import copy
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import isospline
+from isospline import certificates, volumes
+from isospline.certificates import CertificateError, checker
+
+STATUSES = {"miss": 0, "hit": 1, "undecided": 2}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    field = volumes.sphere()
+    return isospline.Scene(isospline.Isosurface(field.volume(20), field.level))
+
+
+@pytest.fixture(scope="module")
+def volume(scene):
+    return scene.object(0).volume
+
+
+@pytest.fixture(scope="module")
+def hit(scene):
+    return scene.certificate((-3, 0.11, 0.23, 1, 0.05, 0.01))
+
+
+@pytest.mark.filterwarnings("ignore:level .* has an empty shell")
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("placed", [False, True])
+def test_certificates_are_true_and_decide_more(degree, placed):
+    pytest.importorskip("flint")
+    from exact_rays import UNDECIDED, Case
+
+    rng = np.random.default_rng(degree + 10 * placed)
+    counts = dict.fromkeys(STATUSES, 0)
+    for _ in range(6):
+        case = Case(rng, degree, placed=placed)
+        rays = case.rays(rng, 8)
+        found = case.scene.cast_rays(rays, certify=True)
+        for ray, status in zip(rays.tolist(), found.statuses, strict=True):
+            certificate = case.scene.certificate(ray)
+            statement = certificate["statement"]
+            certificates.check(json.loads(json.dumps(certificate)), case.volume)
+            counts[statement] += 1
+            last = certificate.get(statement, {"from": np.inf, "to": np.inf, "bound": 0.0})
+            bounds = last["from"], np.inf if statement == "undecided" else last["to"]
+            bound = last.get("bound", 0.0) + 1e-12  # the oracle's point may be beside the lattice, within rounding
+            assert case.holds(ray, STATUSES[statement], bounds, bound, 0, np.inf), (ray, certificate)
+            assert statement == "undecided" or status in (UNDECIDED, STATUSES[statement])
+    assert min(counts["hit"], counts["miss"]) > 5 and counts["undecided"] < 10, counts
+
+
+def test_a_hit_is_that_of_cast_rays(scene, hit):
+    ray = [*hit["ray"]["origin"], *hit["ray"]["direction"]]
+    found = scene.cast_rays(ray, certify=True)
+    assert hit["statement"] == "hit" and [hit["hit"]["from"], hit["hit"]["to"]] == found.t_bounds.tolist()
+    lower, upper = np.transpose(hit["hit"]["gradient"])
+    middle = (lower + upper) / 2
+    assert (upper - lower).max() < 1e-9
+    assert -middle / np.linalg.norm(middle) == pytest.approx(found.primitive_normals, abs=1e-8)
+    covers = hit["cover"]
+    assert covers[0]["from"] == 0 and [each["to"] for each in covers[:-1]] == [each["from"] for each in covers[1:]]
+    assert {each["reason"] for each in covers} == {"outside", "box", "polynomials"}
+
+
+def numbers_in(data, path=()):
+    """The paths of all numbers in nested lists and dicts."""
+    if isinstance(data, (dict, list)):
+        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+            yield from numbers_in(value, (*path, key))
+    elif isinstance(data, (int, float)) and not isinstance(data, bool):
+        yield path
+
+
+def changed(certificate, path, change, sealed):
+    """A copy with one changed number; `sealed` makes the digest that of the changed content."""
+    result = copy.deepcopy(certificate)
+    inside = result
+    for key in path[:-1]:
+        inside = inside[key]
+    inside[path[-1]] = change(inside[path[-1]])
+    if sealed:
+        result["digest"] = checker.digest(result)
+    return result
+
+
+CHANGES = {
+    "next": lambda x: x + 1 if isinstance(x, int) else float(np.nextafter(x, np.inf)) if x else 2.0**-40,
+    "before": lambda x: x - 1 if isinstance(x, int) else float(np.nextafter(x, -np.inf)) if x else -(2.0**-40),
+    "more": lambda x: x + 1,
+    "negative": lambda x: -x if x != 0 else 7,
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_number_is_noticed(hit, volume, change):
+    coefficients = memoryview(volume._stored_coefficients.reshape(-1))
+    paths = [*numbers_in(hit)]
+    assert len(paths) > 80
+    for path in paths:
+        with pytest.raises(CertificateError):
+            certificates.check(changed(hit, path, CHANGES[change], sealed=False), volume)
+        # Even if the digest is made again: no number of a hit can be another.
+        if path[:2] != ("model", "smoothing"):
+            with pytest.raises((ValueError, ArithmeticError, LookupError)):
+                checker.check(changed(hit, path, CHANGES[change], sealed=True), coefficients)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda found: found["cover"].pop(3),
+        lambda found: found["cover"].reverse(),
+        lambda found: found.update(statement="miss"),
+        lambda found: found["cover"][2].update(side="above"),
+        lambda found: found["cover"][1].update(reason="believe me"),
+        lambda found: found["hit"]["polynomials"].clear(),
+        lambda found: found["hit"].update({"from": found["hit"]["to"]}),
+    ],
+)
+def test_a_spoiled_proof_is_noticed(hit, volume, spoil):
+    spoiled = copy.deepcopy(hit)
+    spoil(spoiled)
+    spoiled["digest"] = checker.digest(spoiled)
+    with pytest.raises(CertificateError, match="certificate: expected one"):
+        certificates.check(spoiled, volume)
+
+
+def test_a_false_statement_cannot_be_proven(scene, volume, hit):
+    """A miss up to behind the crossing, with a cover that skips it."""
+    forged = copy.deepcopy(hit)
+    forged["statement"] = "miss"
+    forged["ray"]["t_far"] = hit["hit"]["to"] + 1e-3
+    forged["cover"].append({**hit["cover"][-1], "from": hit["hit"]["from"], "to": forged["ray"]["t_far"]})
+    del forged["hit"]
+    forged["digest"] = checker.digest(forged)
+    with pytest.raises(CertificateError, match="is not proven to be free"):
+        certificates.check(forged, volume)
+
+
+def test_another_volume_is_noticed(hit, volume):
+    samples = volume.sample(np.stack(np.meshgrid(*[np.linspace(-0.9, 0.9, 20)] * 3), -1))
+    with pytest.raises(CertificateError, match="certificate: expected one that proves"):
+        certificates.check(hit, isospline.Volume(samples, spacing=volume.spacing, origin=volume.origin))
+    moved = isospline.Volume(np.zeros((20, 20, 20)), spacing=volume.spacing, origin=(0, 0, 1))
+    with pytest.raises(CertificateError, match="affine map"):
+        certificates.check(hit, moved)
+    for damaged in ({}, {**hit, "cover": 3}, {**hit, "model": []}):
+        with pytest.raises(CertificateError, match="certificate: expected one"):
+            certificates.check(damaged, volume)
+
+
+def test_the_checker_stands_alone(repository, tmp_path, hit, volume):
+    path = repository / "python" / "isospline" / "certificates" / "checker.py"
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 200
+    imported = {
+        name.split(".")[0]
+        for each in ast.walk(ast.parse(text))
+        if isinstance(each, (ast.Import, ast.ImportFrom))
+        for name in ([each.module] if isinstance(each, ast.ImportFrom) else [alias.name for alias in each.names])
+    }
+    assert imported <= {"fractions", "hashlib", "itertools", "json", "math", "sys"}
+    certificates.write_coefficients(volume, tmp_path / "coefficients.f32")
+    for certificate, code in ((hit, 0), (changed(hit, ("model", "level"), lambda x: x + 1, sealed=True), 1)):
+        (tmp_path / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
+        files = [tmp_path / "certificate.json", tmp_path / "coefficients.f32"]
+        ended = subprocess.run(
+            [sys.executable, "-I", "-S", path, *files], capture_output=True, encoding="utf-8", check=False
+        )
+        assert ended.returncode == code, ended.stderr
+        assert (ended.stdout == "proven\n") == (code == 0)
+
+
+def test_limits_and_places_of_rays(scene, volume):
+    ray = (-3, 0.11, 0.23, 1, 0.05, 0.01)
+    crossing = scene.certificate(ray)["hit"]
+    for limits, statement in (
+        ({"t_far": crossing["from"]}, "miss"),
+        ({"t_far": 1.0}, "miss"),
+        ({"t_near": crossing["to"]}, "hit"),
+        ({"t_near": 50.0}, "miss"),
+        ({"t_near": -20.0, "t_far": crossing["to"]}, "hit"),
+        ({"t_near": 1.0, "t_far": 1.0}, "miss"),
+        ({"t_near": 2.5, "t_far": 2.5}, "miss"),
+    ):
+        found = scene.certificate(ray, **limits)
+        assert found["statement"] == statement, limits
+        certificates.check(found, volume)
+    for beside in ((-3, 5, 0, 1, 0, 0), (-3, 0, 0, -1, 0, 0), (-3, 2, 0, 1, -1, 0), (-4, 4, 0, 1, -1, 0)):
+        found = scene.certificate(beside)
+        certificates.check(found, volume)
+        assert found["statement"] == ("miss" if beside[0] == -3 and beside[1] != 2 else found["statement"])
+
+
+def test_one_isosurface_of_several(volume):
+    level = float(volume.sample([0.1, 0.2, 0.3]))
+    surface = isospline.Isosurface(volume, level)
+    moved = np.eye(4)
+    moved[:3, 3] = 0, 4, 0
+    scene = isospline.Scene([surface, (surface, moved), isospline.Mesh(np.eye(3), [(0, 1, 2)])])
+    ray = (-3, 0.2, 0.3, 1, 0, 0)
+    first, second = (scene.certificate(ray, geometry_id=id) for id in (0, 1))
+    assert first["statement"] == "hit" and second["statement"] == "miss"
+    assert second["model"]["transform"][1][3] == 4
+    certificates.check(second, volume)
+    with pytest.raises(ValueError, match="geometry_id: expected the id of an isosurface, because 3 objects are"):
+        scene.certificate(ray)
+    with pytest.raises(ValueError, match="geometry_id: expected the id of an isosurface, got that of a mesh"):
+        scene.certificate(ray, geometry_id=2)
+    with pytest.raises(ValueError, match="geometry_id: expected an id of the scene, got 9"):
+        scene.certificate(ray, geometry_id=9)
+
+
+@pytest.mark.parametrize(
+    ("ray", "options", "message"),
+    [
+        ((0, 0, 0, 0, 0, 0), {}, "ray: expected six finite numbers, with a direction that is not zero"),
+        ((0, 0, np.nan, 0, 0, 1), {}, "ray: expected six finite numbers"),
+        ([(0, 0, 0, 0, 0, 1)], {}, r"ray: expected six finite numbers.*shape \(1, 6\)"),
+        ((0, 0, 0, 0, 0, 1), {"t_near": 2, "t_far": 1}, "t_near: expected a finite number that is at most t_far"),
+        ((0, 0, 0, 0, 0, 1), {"t_near": -np.inf}, "t_near: expected a finite number"),
+    ],
+)
+def test_bad_rays(scene, ray, options, message):
+    with pytest.raises(ValueError, match=message):
+        scene.certificate(ray, **options)
+
+
+def test_cut_surfaces_have_no_certificate(volume):
+    cut = isospline.Isosurface(volume, 0.0, clip=[isospline.HalfSpace((0, 0, 0), (0, 0, 1))])
+    with pytest.raises(ValueError, match="certify: expected isosurfaces that are neither clipped"):
+        isospline.Scene(cut).certificate((0, 0, -3, 0, 0, 1))
