@@ -29,6 +29,16 @@ inline double above(double bound)
     return bound * (1.0 + 0x1p-48) + 0x1p-1022;
 }
 
+/// The rounding error of the product of two numbers below 2^995, without a fused multiply-add, which not every machine
+/// has (Veltkamp's splitting and Dekker's product). It is exact unless it underflows.
+inline double error_of_product(double a, double b, double product)
+{
+    constexpr double splitter = 0x1p27 + 1.0;
+    const double scaled_a = splitter * a, high_a = scaled_a - (scaled_a - a), low_a = a - high_a;
+    const double scaled_b = splitter * b, high_b = scaled_b - (scaled_b - b), low_b = b - high_b;
+    return ((high_a * high_b - product) + high_a * low_b + low_a * high_b) + low_a * low_b;
+}
+
 } // namespace detail
 
 inline Enclosure operator-(const Enclosure& a)
@@ -56,7 +66,7 @@ inline Enclosure operator*(const Enclosure& a, const Enclosure& b)
     if ((a.value == 0.0 && a.radius == 0.0) || (b.value == 0.0 && b.radius == 0.0))
         return 0.0;
     // The rounding error of a product is a number too, unless it underflows: then it is below 2^-1022.
-    const double product = a.value * b.value, error = std::fma(a.value, b.value, -product);
+    const double product = a.value * b.value, error = detail::error_of_product(a.value, b.value, product);
     const bool is_exact = error == 0.0 && std::abs(product) > 0x1p-900;
     if (is_exact && a.radius == 0.0 && b.radius == 0.0)
         return product;
@@ -70,7 +80,8 @@ inline Enclosure inverse(const Enclosure& a)
     if (a.contains_zero())
         return {0.0, HUGE_VAL};
     // |1 / x - inverse| = |1 - inverse x| / |x|.
-    const double inverse = 1.0 / a.value, rest = std::fma(-inverse, a.value, 1.0);
+    const double inverse = 1.0 / a.value, product = inverse * a.value;
+    const double rest = (1.0 - product) - detail::error_of_product(inverse, a.value, product);
     if (rest == 0.0 && a.radius == 0.0)
         return inverse;
     const double least = (std::abs(a.value) - a.radius) * (1.0 - 0x1p-50);

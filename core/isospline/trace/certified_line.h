@@ -93,8 +93,8 @@ public:
     {
         const glm::dvec3 point = line.at(t) / size;
         for (int axis = 0; axis < 3; ++axis)
-            enter(axis, static_cast<int>(std::clamp(std::floor(point[axis]), static_cast<double>(first[axis]),
-                                                    static_cast<double>(last[axis]))));
+            enter(axis, static_cast<int>(std::clamp(point[axis], static_cast<double>(first[axis]),
+                                                    static_cast<double>(last[axis])))); // rounds down
     }
 
     const glm::ivec3& cell() const { return cell_; }

@@ -99,6 +99,7 @@ private:
         {
             std::array<float, 64> own; // coefficients of a volume that has none in memory
             const CoefficientView view = place.volume_.cell(cell, own.data());
+            Row most{};
             for (int k = 0; k <= Degree; ++k)
                 for (int j = 0; j <= Degree; ++j)
                     for (int i = 0; i <= Degree; ++i) {
@@ -106,8 +107,10 @@ private:
                         double& number = numbers[static_cast<std::size_t>(k)][static_cast<std::size_t>(j)]
                                                 [static_cast<std::size_t>(i)];
                         number = static_cast<double>(each) - place.threshold_;
-                        magnitude = std::max(magnitude, std::abs(number));
+                        double& largest = most[static_cast<std::size_t>(i)];
+                        largest = std::abs(number) > largest ? std::abs(number) : largest;
                     }
+            magnitude = *std::max_element(most.begin(), most.end());
             const glm::dvec3 local = point - glm::dvec3(cell), inside = glm::clamp(local, 0.0, 1.0);
             const glm::dvec3 off = glm::abs(local - inside);
             beside = off.x + off.y + off.z;
@@ -162,7 +165,7 @@ private:
 
     glm::ivec3 cell_at(const glm::dvec3& point) const
     {
-        return glm::ivec3(glm::clamp(glm::floor(point), glm::dvec3(0.0), glm::dvec3(volume_.cell_shape() - 1)));
+        return glm::ivec3(glm::clamp(point, glm::dvec3(0.0), glm::dvec3(volume_.cell_shape() - 1)));
     }
 
     bool is_inside(const glm::dvec3& point) const

@@ -60,3 +60,15 @@ TEST_CASE("the error of a rounded sum is not lost", "[math]")
     REQUIRE(tiny.value == 0.0);
     REQUIRE(tiny.upper() > 0.0);
 }
+
+TEST_CASE("the error of a rounded product is exact", "[math]")
+{
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> number(-3.0, 3.0);
+    std::uniform_int_distribution<int> size(-300, 300);
+    for (int i = 0; i < 100000; ++i) {
+        const double a = std::ldexp(number(random), size(random)), b = std::ldexp(number(random), size(random));
+        const double product = a * b;
+        REQUIRE(detail::error_of_product(a, b, product) == std::fma(a, b, -product));
+    }
+}

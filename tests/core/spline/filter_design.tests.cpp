@@ -112,3 +112,15 @@ TEST_CASE("beyond a filter's reach its response to an impulse is forgotten")
     CHECK(filter_reach(design_filter(3, Filter::interpolate, 0.0)) == 22);
     CHECK(filter_reach(design_filter(3, Filter::none, 0.0)) == 0);
 }
+
+TEST_CASE("the norm of a filter is what it multiplies the worst line by", "[spline]")
+{
+    // The closed form of one pole z: gain |z| / (1 - |z|)^2 = 2 and 3 for degrees 2 and 3 (Unser et al. 1993).
+    REQUIRE(norm_of(design_filter(1, Filter::interpolate, 0.0)).whole == Approx(1.0).epsilon(1e-12));
+    REQUIRE(norm_of(design_filter(2, Filter::interpolate, 0.0)).whole == Approx(2.0).epsilon(1e-12));
+    REQUIRE(norm_of(design_filter(3, Filter::interpolate, 0.0)).whole == Approx(3.0).epsilon(1e-12));
+    REQUIRE(norm_of(design_filter(2, Filter::none, 0.0)).whole == Approx(1.0).epsilon(1e-12));
+    for (const double smoothing : {0.1, 1.0, 100.0})
+        for (int degree = 1; degree <= 3; ++degree)
+            REQUIRE(norm_of(design_filter(degree, Filter::smoothing, smoothing)).whole >= 1.0 - 1e-9);
+}
