@@ -187,8 +187,8 @@ private:
     {
         const Corner corner(*this, cell, middle_);
         const glm::dvec3 gradient = corner.gradient();
-        // The absolute values of the weights of a derivative sum to at most 2. The points are in this cell alone if it is
-        // larger than their distance; then its coefficients bound the second derivatives.
+        // The absolute values of the weights of a derivative sum to at most 2. The points are in this cell alone if it
+        // is larger than their distance; then its coefficients bound the second derivatives.
         const glm::dvec3 local = middle_ - glm::dvec3(cell), room = glm::min(local, 1.0 - local);
         const bool is_alone = Degree == 1 || std::min(std::min(room.x, room.y), room.z) > radius_;
         const double bend = is_alone ? std::min(2.0 * slope_, 4.0 * corner.magnitude) : 2.0 * slope_;
