@@ -153,6 +153,9 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
 {
     const GivenRays given(rays, py::none(), t_near, t_far, false);
     HitArrays arrays(given.rows, outputs, dtype, py::none());
+    const SnapshotObject object{following.surface()->snapshot()}; // any level: derivatives are those at the hit
+    if (arrays.outputs.of_coefficients())
+        arrays.make_coefficients(coefficient_count(object));
     HopStatistics statistics;
     std::mutex adding;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
@@ -164,7 +167,13 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
                 const std::size_t count = std::min<std::size_t>(RayPacket::capacity, end - i);
                 std::array<std::size_t, RayPacket::capacity> places;
                 std::iota(places.begin(), places.end(), i);
-                arrays.set(places, count, ~LaneMask{0}, std::span<const Hit>(hits).subspan(i - begin, count));
+                const std::span<const Hit> some = std::span<const Hit>(hits).subspan(i - begin, count);
+                arrays.set(places, count, ~LaneMask{0}, some);
+                if (arrays.outputs.derivatives())
+                    arrays.set_derivatives(
+                        places, count, ~LaneMask{0}, some,
+                        [&](std::size_t lane) { return given.ray(i + lane).direction; },
+                        [&](std::uint32_t) -> const SnapshotObject& { return object; });
             }
             const std::lock_guard lock(adding);
             statistics += of_chunk;

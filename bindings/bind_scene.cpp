@@ -116,6 +116,19 @@ Hits
     ``gradient_magnitudes``: (...) dtype, of an isosurface's model, also on caps, in values per world unit; 0 for
     meshes.
 
+    Derivatives of hits, if `outputs` names them. All are zero for rays that miss, and for rays that graze, which
+    ``grazing`` tells: (...) bool, the sine of the angle between ray and surface is below 2^-20, and derivatives have no
+    bound. On caps and meshes, those of normals, by the level and by coefficients are zero.
+
+    ``dt_dlevel``: (...) dtype, 1 / <gradient of f, direction>.
+    ``dt_dorigin``, ``dt_ddirection``: (..., 3) dtype, -n / <n, direction> with the normal n, and t times that.
+    ``dnormal_dlevel``: (..., 3) dtype, ``dnormal_dorigin``, ``dnormal_ddirection``: (..., 3, 3) dtype, of the unit
+    normal along the surface; the last axis is that of the origin's or direction's coordinates.
+    ``coefficient_indices``: (..., (n+1)^3) int64, ``coefficient_weights``: (..., (n+1)^3) dtype, of the coefficients in
+    f at the hit. The derivative of t by a coefficient is -weight ``dt_dlevel``. Indices are places in
+    ``volume.coefficients.ravel("K")``; `Volume.adjoint` takes gradients by coefficients to those by samples. In a scene
+    of several degrees there are as many as for the highest one; weights of the others are zero.
+
     With `certify`:
 
     ``statuses``: (...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if it is undecided, because the
@@ -204,6 +217,13 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         std::optional<SceneCertifier> certifier;
         if (certify)
             certifier.emplace(*snapshot, &SeenBy::camera);
+        if (arrays.outputs.of_coefficients()) {
+            std::size_t coefficients = 0;
+            for (const std::uint32_t id : snapshot->ids())
+                coefficients = std::max(coefficients, coefficient_count(snapshot->object(id)));
+            const py::gil_scoped_acquire locked;
+            arrays.make_coefficients(coefficients);
+        }
         if (!coherent)
             given.sort_for(*snapshot, &SeenBy::camera);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
@@ -213,6 +233,11 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                 begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
                     const LaneMask hit_lanes = caster.cast(packet, first, hits);
                     arrays.set(places, static_cast<std::size_t>(packet.count), hit_lanes, hits);
+                    if (arrays.outputs.derivatives())
+                        arrays.set_derivatives(
+                            places, static_cast<std::size_t>(packet.count), hit_lanes, hits,
+                            [&](std::size_t i) { return given.ray(first + i).direction; },
+                            [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); });
                     for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
                         const double t_hint = (hit_lanes >> i & 1u) != 0 ? hits[i].t : HUGE_VAL;
                         certificates->set(places[i], certifier->certify(given.ray(first + i), t_hint));

@@ -3,13 +3,18 @@
 
 #include "arrays.h"
 
+#include "isospline/scene/hit_derivatives.h"
 #include "isospline/trace/hit.h"
 #include "isospline/trace/ray_packet.h"
 
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -98,6 +103,13 @@ public:
             set(static_cast<std::size_t>(Length) * row + static_cast<std::size_t>(axis), vector[axis]);
     }
 
+    /// The matrix in rows.
+    void set(std::size_t place, const glm::dmat3& matrix)
+    {
+        for (int row = 0; row < 3; ++row)
+            set(3 * place + static_cast<std::size_t>(row), glm::row(matrix, row));
+    }
+
     const pybind11::array& array() const { return array_; }
 
 private:
@@ -110,9 +122,16 @@ private:
 struct HitOutputs {
     bool t_hit = false, geometry_ids = false, primitive_ids = false, primitive_normals = false;
     bool positions = false, primitive_uvs = false, gradient_magnitudes = false;
+    bool dt_dlevel = false, dt_dorigin = false, dt_ddirection = false, grazing = false;
+    bool dnormal_dlevel = false, dnormal_dorigin = false, dnormal_ddirection = false;
+    bool coefficient_indices = false, coefficient_weights = false;
 
+    bool of_t() const { return dt_dlevel || dt_dorigin || dt_ddirection || grazing; }
+    bool of_normals() const { return dnormal_dlevel || dnormal_dorigin || dnormal_ddirection; }
+    bool of_coefficients() const { return coefficient_indices || coefficient_weights; }
+    bool derivatives() const { return of_t() || of_normals() || of_coefficients(); }
     /// Whether only arrays are requested that need no data from objects.
-    bool only_t_and_ids() const { return !primitive_normals && !positions && !gradient_magnitudes; }
+    bool only_t_and_ids() const { return !primitive_normals && !positions && !gradient_magnitudes && !derivatives(); }
 };
 
 inline constexpr Named<bool HitOutputs::*> hit_output_names[] = {
@@ -123,6 +142,15 @@ inline constexpr Named<bool HitOutputs::*> hit_output_names[] = {
     {"positions", &HitOutputs::positions},
     {"primitive_uvs", &HitOutputs::primitive_uvs},
     {"gradient_magnitudes", &HitOutputs::gradient_magnitudes},
+    {"dt_dlevel", &HitOutputs::dt_dlevel},
+    {"dt_dorigin", &HitOutputs::dt_dorigin},
+    {"dt_ddirection", &HitOutputs::dt_ddirection},
+    {"grazing", &HitOutputs::grazing},
+    {"dnormal_dlevel", &HitOutputs::dnormal_dlevel},
+    {"dnormal_dorigin", &HitOutputs::dnormal_dorigin},
+    {"dnormal_ddirection", &HitOutputs::dnormal_ddirection},
+    {"coefficient_indices", &HitOutputs::coefficient_indices},
+    {"coefficient_weights", &HitOutputs::coefficient_weights},
 };
 
 /// The arrays that cast_rays returns by default: those of Open3D.
@@ -158,6 +186,76 @@ public:
             uvs_.emplace(given, "primitive_uvs", true, shape, Shape{2});
         if (outputs.gradient_magnitudes)
             gradient_magnitudes_.emplace(given, "gradient_magnitudes", single_precision, shape);
+        if (outputs.dt_dlevel)
+            dt_dlevel_.emplace(given, "dt_dlevel", single_precision, shape);
+        if (outputs.dt_dorigin)
+            dt_dorigin_.emplace(given, "dt_dorigin", single_precision, shape, Shape{3});
+        if (outputs.dt_ddirection)
+            dt_ddirection_.emplace(given, "dt_ddirection", single_precision, shape, Shape{3});
+        if (outputs.grazing)
+            grazing_.emplace(given, "grazing", shape);
+        if (outputs.dnormal_dlevel)
+            dnormal_dlevel_.emplace(given, "dnormal_dlevel", single_precision, shape, Shape{3});
+        if (outputs.dnormal_dorigin)
+            dnormal_dorigin_.emplace(given, "dnormal_dorigin", single_precision, shape, Shape{3, 3});
+        if (outputs.dnormal_ddirection)
+            dnormal_ddirection_.emplace(given, "dnormal_ddirection", single_precision, shape, Shape{3, 3});
+        given_ = given;
+        shape_ = shape;
+        single_precision_ = single_precision;
+    }
+
+    /// Makes the arrays of coefficients; `count` influence a hit. Called with the GIL, before set_derivatives().
+    void make_coefficients(std::size_t count)
+    {
+        coefficient_count_ = count;
+        const Shape trailing{static_cast<Shape::value_type>(count)};
+        if (outputs.coefficient_indices)
+            coefficient_indices_.emplace(given_, "coefficient_indices", shape_, trailing);
+        if (outputs.coefficient_weights)
+            coefficient_weights_.emplace(given_, "coefficient_weights", single_precision_, shape_, trailing);
+    }
+
+    /// Sets what depends on the rays and the objects, object_of(geometry id). May be called without the GIL.
+    template <typename Places, typename ObjectOf>
+    void set_derivatives(const Places& places, std::size_t count, LaneMask hit_lanes, std::span<const Hit> hits,
+                         const std::function<glm::dvec3(std::size_t)>& direction, const ObjectOf& object_of)
+    {
+        static const Hit miss;
+        static const SnapshotObject nothing;
+        std::vector<std::int64_t> indices(coefficient_count_);
+        std::vector<double> weights(coefficient_count_);
+        for (std::size_t lane = 0; lane < count; ++lane) {
+            const Hit& hit = (hit_lanes >> lane & 1u) != 0 && hits[lane] ? hits[lane] : miss;
+            const SnapshotObject& object = hit ? object_of(hit.geometry_id) : nothing;
+            const std::size_t at = places[lane];
+            const glm::dvec3 along = direction(lane);
+            const HitDerivatives of_t = derivatives_of(hit, along, object);
+            if (dt_dlevel_)
+                dt_dlevel_->set(at, of_t.by_level);
+            if (dt_dorigin_)
+                dt_dorigin_->set(at, of_t.by_origin);
+            if (dt_ddirection_)
+                dt_ddirection_->set(at, of_t.by_direction);
+            if (grazing_)
+                grazing_->data[at] = of_t.grazes;
+            if (outputs.of_normals()) {
+                const NormalDerivatives of_normal = normal_derivatives_of(hit, along, object, of_t);
+                if (dnormal_dlevel_)
+                    dnormal_dlevel_->set(at, of_normal.by_level);
+                if (dnormal_dorigin_)
+                    dnormal_dorigin_->set(at, of_normal.by_origin);
+                if (dnormal_ddirection_)
+                    dnormal_ddirection_->set(at, of_normal.by_direction);
+            }
+            if (coefficient_count_ > 0) {
+                set_coefficient_weights(hit, object, indices, weights);
+                if (coefficient_indices_)
+                    std::copy(indices.begin(), indices.end(), coefficient_indices_->data + at * coefficient_count_);
+                for (std::size_t i = 0; coefficient_weights_ && i < coefficient_count_; ++i)
+                    coefficient_weights_->set(at * coefficient_count_ + i, weights[i]);
+            }
+        }
     }
 
     /// Sets the items of `count` rays at these places. Rays in `hit_lanes` have hits, the others miss. May be called
@@ -205,6 +303,21 @@ public:
             result["primitive_uvs"] = uvs_->array();
         if (gradient_magnitudes_)
             result["gradient_magnitudes"] = gradient_magnitudes_->array();
+        const auto add = [&](const char* name, const std::optional<RealArray>& numbers) {
+            if (numbers)
+                result[name] = numbers->array();
+        };
+        add("dt_dlevel", dt_dlevel_);
+        add("dt_dorigin", dt_dorigin_);
+        add("dt_ddirection", dt_ddirection_);
+        if (grazing_)
+            result["grazing"] = grazing_->array;
+        add("dnormal_dlevel", dnormal_dlevel_);
+        add("dnormal_dorigin", dnormal_dorigin_);
+        add("dnormal_ddirection", dnormal_ddirection_);
+        if (coefficient_indices_)
+            result["coefficient_indices"] = coefficient_indices_->array;
+        add("coefficient_weights", coefficient_weights_);
         return result;
     }
 
@@ -213,8 +326,8 @@ public:
 private:
     template <typename Id>
     struct IdArray {
-        IdArray(const GivenArrays& given, const char* name, const Shape& shape)
-            : array(given.take<Id>(name, shape)), data(array.mutable_data())
+        IdArray(const GivenArrays& given, const char* name, const Shape& shape, const Shape& trailing = {})
+            : array(given.take<Id>(name, shape, trailing)), data(array.mutable_data())
         {
         }
 
@@ -223,6 +336,14 @@ private:
     };
 
     std::optional<RealArray> t_hit_, normals_, positions_, uvs_, gradient_magnitudes_;
+    std::optional<RealArray> dt_dlevel_, dt_dorigin_, dt_ddirection_;
+    std::optional<RealArray> dnormal_dlevel_, dnormal_dorigin_, dnormal_ddirection_, coefficient_weights_;
+    std::optional<IdArray<bool>> grazing_;
+    std::optional<IdArray<std::int64_t>> coefficient_indices_;
+    GivenArrays given_{pybind11::none()};
+    Shape shape_;
+    bool single_precision_ = false;
+    std::size_t coefficient_count_ = 0;
     std::optional<IdArray<decltype(Hit::geometry_id)>> geometry_ids_;
     std::optional<IdArray<decltype(Hit::primitive_id)>> primitive_ids_;
 };

@@ -48,7 +48,22 @@ _Layer = (
     | Literal["direct", "variance", "geometry_ids", "primitive_ids", "certified"]
 )
 _HitOutput = Literal[
-    "t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", "primitive_uvs", "gradient_magnitudes"
+    "t_hit",
+    "geometry_ids",
+    "primitive_ids",
+    "primitive_normals",
+    "positions",
+    "primitive_uvs",
+    "gradient_magnitudes",
+    "dt_dlevel",
+    "dt_dorigin",
+    "dt_ddirection",
+    "grazing",
+    "dnormal_dlevel",
+    "dnormal_dorigin",
+    "dnormal_ddirection",
+    "coefficient_indices",
+    "coefficient_weights",
 ]
 
 class _ModelOptions(TypedDict, total=False):
@@ -158,6 +173,7 @@ class ColorByThickness:
     surface: Isosurface | None
 
 class Volume(_Shown):
+    def adjoint(self, indices: ArrayLike, weights: ArrayLike) -> NDArray[np.float64]: ...
     @classmethod
     def from_nibabel(cls, image: object, **options: Unpack[_ModelOptions]) -> Self: ...
     @classmethod

@@ -9,7 +9,7 @@ from .base import signatures
 
 signatures.attach(_core)  # before other modules import from it
 
-from . import certificates, volumes
+from . import certificates, derivatives, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,

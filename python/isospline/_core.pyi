@@ -40,7 +40,22 @@ _Layer = (
     | Literal["direct", "variance", "geometry_ids", "primitive_ids", "certified"]
 )
 _HitOutput = Literal[
-    "t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", "primitive_uvs", "gradient_magnitudes"
+    "t_hit",
+    "geometry_ids",
+    "primitive_ids",
+    "primitive_normals",
+    "positions",
+    "primitive_uvs",
+    "gradient_magnitudes",
+    "dt_dlevel",
+    "dt_dorigin",
+    "dt_ddirection",
+    "grazing",
+    "dnormal_dlevel",
+    "dnormal_dorigin",
+    "dnormal_ddirection",
+    "coefficient_indices",
+    "coefficient_weights",
 ]
 
 class _ModelOptions(TypedDict, total=False):
@@ -94,6 +109,7 @@ class Volume(_Shown):
         progress: _Progress = None,
     ) -> None: ...
     def __setstate__(self, arg0: dict[str, Any], /) -> None: ...
+    def adjoint(self, indices: ArrayLike, weights: ArrayLike) -> NDArray[np.float64]: ...
     def cell_at(self, primitive_ids: ArrayLike) -> NDArray[np.int32]: ...
     @classmethod
     def from_nibabel(cls, image: object, **options: Unpack[_ModelOptions]) -> Self: ...

@@ -441,6 +441,7 @@ def calls(o, folder):
                 "progress": None,
             },
         ),
+        ("Volume.adjoint", o["volume"].adjoint, {"indices": np.arange(6), "weights": np.ones(6)}),
         ("Volume.cell_at", o["volume"].cell_at, {"primitive_ids": np.arange(3)}),
         ("Volume.primitive_id", o["volume"].primitive_id, {"cells": np.zeros((3, 3), int)}),
         ("Volume.sample", o["volume"].sample, {"points": points, "derivative": 1}),

@@ -8,4 +8,13 @@ ALL_OUTPUTS = (
     "positions",
     "primitive_uvs",
     "gradient_magnitudes",
+    "dt_dlevel",
+    "dt_dorigin",
+    "dt_ddirection",
+    "grazing",
+    "dnormal_dlevel",
+    "dnormal_dorigin",
+    "dnormal_ddirection",
+    "coefficient_indices",
+    "coefficient_weights",
 )

@@ -61,6 +61,23 @@ class Hits(Table):
     gradient_magnitudes: NDArray[Any] = _item(
         "gradient_magnitudes", "(...) for an isosurface's model, in values per world unit; 0 for meshes."
     )
+    dt_dlevel: NDArray[Any] = _item("dt_dlevel", "(...) of t by the level; 0 for meshes and caps.")
+    dt_dorigin: NDArray[Any] = _item("dt_dorigin", "(..., 3) of t by the ray's origin.", _XYZ)
+    dt_ddirection: NDArray[Any] = _item("dt_ddirection", "(..., 3) of t by the ray's direction.", _XYZ)
+    grazing: NDArray[np.bool_] = _item("grazing", "(...) bool: rays whose derivatives are not given, but zero.")
+    dnormal_dlevel: NDArray[Any] = _item("dnormal_dlevel", "(..., 3) of the normal by the level.", _XYZ)
+    dnormal_dorigin: NDArray[Any] = _item(
+        "dnormal_dorigin", "(..., 3, 3) of the normal's coordinates by those of the origin.", is_column=False
+    )
+    dnormal_ddirection: NDArray[Any] = _item(
+        "dnormal_ddirection", "(..., 3, 3) of the normal's coordinates by those of the direction.", is_column=False
+    )
+    coefficient_indices: NDArray[np.int64] = _item(
+        "coefficient_indices", "(..., (n+1)^3) int64: places in ``volume.coefficients.ravel('K')``.", is_column=False
+    )
+    coefficient_weights: NDArray[Any] = _item(
+        "coefficient_weights", "(..., (n+1)^3) weights of these coefficients in f at the hit.", is_column=False
+    )
     statuses: NDArray[np.uint8] = _item(
         "statuses",
         "(...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if undecided.",

@@ -11,7 +11,7 @@ import pytest
 LAYERS = (
     {"base"},
     {"farthest"},
-    {"certificates", "colors", "distances", "io", "levels", "volumes"},
+    {"certificates", "colors", "derivatives", "distances", "io", "levels", "volumes"},
     {"interop", "labels", "store", "suggest"},
     {"picture", "research"},
     {"distributed", "viewer"},
