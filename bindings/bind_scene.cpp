@@ -128,6 +128,7 @@ Hits
     f at the hit. The derivative of t by a coefficient is -weight ``dt_dlevel``. Indices are places in
     ``volume.coefficients.ravel("K")``; `Volume.adjoint` takes gradients by coefficients to those by samples. In a scene
     of several degrees there are as many as for the highest one; weights of the others are zero.
+    ``coefficient_gradients``: (..., (n+1)^3, 3) dtype, the gradients of these weights by the position in the world.
 
     With `certify`:
 

@@ -124,11 +124,11 @@ struct HitOutputs {
     bool positions = false, primitive_uvs = false, gradient_magnitudes = false;
     bool dt_dlevel = false, dt_dorigin = false, dt_ddirection = false, grazing = false;
     bool dnormal_dlevel = false, dnormal_dorigin = false, dnormal_ddirection = false;
-    bool coefficient_indices = false, coefficient_weights = false;
+    bool coefficient_indices = false, coefficient_weights = false, coefficient_gradients = false;
 
     bool of_t() const { return dt_dlevel || dt_dorigin || dt_ddirection || grazing; }
     bool of_normals() const { return dnormal_dlevel || dnormal_dorigin || dnormal_ddirection; }
-    bool of_coefficients() const { return coefficient_indices || coefficient_weights; }
+    bool of_coefficients() const { return coefficient_indices || coefficient_weights || coefficient_gradients; }
     bool derivatives() const { return of_t() || of_normals() || of_coefficients(); }
     /// Whether only arrays are requested that need no data from objects.
     bool only_t_and_ids() const { return !primitive_normals && !positions && !gradient_magnitudes && !derivatives(); }
@@ -151,6 +151,7 @@ inline constexpr Named<bool HitOutputs::*> hit_output_names[] = {
     {"dnormal_ddirection", &HitOutputs::dnormal_ddirection},
     {"coefficient_indices", &HitOutputs::coefficient_indices},
     {"coefficient_weights", &HitOutputs::coefficient_weights},
+    {"coefficient_gradients", &HitOutputs::coefficient_gradients},
 };
 
 /// The arrays that cast_rays returns by default: those of Open3D.
@@ -214,6 +215,9 @@ public:
             coefficient_indices_.emplace(given_, "coefficient_indices", shape_, trailing);
         if (outputs.coefficient_weights)
             coefficient_weights_.emplace(given_, "coefficient_weights", single_precision_, shape_, trailing);
+        if (outputs.coefficient_gradients)
+            coefficient_gradients_.emplace(given_, "coefficient_gradients", single_precision_, shape_,
+                                           Shape{trailing.front(), 3});
     }
 
     /// Sets what depends on the rays and the objects, object_of(geometry id). May be called without the GIL.
@@ -223,8 +227,7 @@ public:
     {
         static const Hit miss;
         static const SnapshotObject nothing;
-        std::vector<std::int64_t> indices(coefficient_count_);
-        std::vector<double> weights(coefficient_count_);
+        std::vector<CoefficientWeight> weights(coefficient_count_);
         for (std::size_t lane = 0; lane < count; ++lane) {
             const Hit& hit = (hit_lanes >> lane & 1u) != 0 && hits[lane] ? hits[lane] : miss;
             const SnapshotObject& object = hit ? object_of(hit.geometry_id) : nothing;
@@ -249,11 +252,16 @@ public:
                     dnormal_ddirection_->set(at, of_normal.by_direction);
             }
             if (coefficient_count_ > 0) {
-                set_coefficient_weights(hit, object, indices, weights);
-                if (coefficient_indices_)
-                    std::copy(indices.begin(), indices.end(), coefficient_indices_->data + at * coefficient_count_);
-                for (std::size_t i = 0; coefficient_weights_ && i < coefficient_count_; ++i)
-                    coefficient_weights_->set(at * coefficient_count_ + i, weights[i]);
+                set_coefficient_weights(hit, object, weights);
+                for (std::size_t i = 0; i < coefficient_count_; ++i) {
+                    const std::size_t place = at * coefficient_count_ + i;
+                    if (coefficient_indices_)
+                        coefficient_indices_->data[place] = weights[i].place;
+                    if (coefficient_weights_)
+                        coefficient_weights_->set(place, weights[i].weight);
+                    if (coefficient_gradients_)
+                        coefficient_gradients_->set(place, weights[i].gradient);
+                }
             }
         }
     }
@@ -318,6 +326,7 @@ public:
         if (coefficient_indices_)
             result["coefficient_indices"] = coefficient_indices_->array;
         add("coefficient_weights", coefficient_weights_);
+        add("coefficient_gradients", coefficient_gradients_);
         return result;
     }
 
@@ -337,7 +346,8 @@ private:
 
     std::optional<RealArray> t_hit_, normals_, positions_, uvs_, gradient_magnitudes_;
     std::optional<RealArray> dt_dlevel_, dt_dorigin_, dt_ddirection_;
-    std::optional<RealArray> dnormal_dlevel_, dnormal_dorigin_, dnormal_ddirection_, coefficient_weights_;
+    std::optional<RealArray> dnormal_dlevel_, dnormal_dorigin_, dnormal_ddirection_;
+    std::optional<RealArray> coefficient_weights_, coefficient_gradients_;
     std::optional<IdArray<bool>> grazing_;
     std::optional<IdArray<std::int64_t>> coefficient_indices_;
     GivenArrays given_{pybind11::none()};

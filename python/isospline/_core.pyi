@@ -56,6 +56,7 @@ _HitOutput = Literal[
     "dnormal_ddirection",
     "coefficient_indices",
     "coefficient_weights",
+    "coefficient_gradients",
 ]
 
 class _ModelOptions(TypedDict, total=False):

@@ -17,4 +17,5 @@ ALL_OUTPUTS = (
     "dnormal_ddirection",
     "coefficient_indices",
     "coefficient_weights",
+    "coefficient_gradients",
 )

@@ -75,34 +75,35 @@ std::size_t coefficient_count(const SnapshotObject& object)
     return along_axis * along_axis * along_axis;
 }
 
-void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<std::int64_t> places,
-                             std::span<double> weights)
+void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<CoefficientWeight> weights)
 {
-    std::fill(places.begin(), places.end(), 0);
-    std::fill(weights.begin(), weights.end(), 0.0);
+    std::fill(weights.begin(), weights.end(), CoefficientWeight());
     const IsosurfaceSnapshot* const surface = hit ? surface_of(hit, object) : nullptr;
     if (surface == nullptr)
         return;
     const Volume& volume = surface->volume();
     const int degree = volume.degree();
-    const glm::dvec3 index =
-        transform_point(volume.world_to_index(), transform_point(glm::inverse(object.transform), hit.position));
+    const glm::dmat4 to_index = volume.world_to_index() * glm::inverse(object.transform);
+    const glm::dvec3 index = transform_point(to_index, hit.position);
     const glm::ivec3 first = volume.cell_at(hit.primitive_id) - degree / 2;
     std::array<std::array<int, 4>, 3> at;
-    std::array<std::array<double, 4>, 3> weight;
+    std::array<std::array<BasisValue, 4>, 3> basis;
     for (int axis = 0; axis < 3; ++axis)
         for (int i = 0; i <= degree; ++i) {
             const auto a = static_cast<std::size_t>(axis), k = static_cast<std::size_t>(i);
             at[a][k] = detail::inside_index(first[axis] + i, volume.shape()[axis], volume.boundary());
-            weight[a][k] = bspline(degree, index[axis] - (first[axis] + i)).value;
+            basis[a][k] = bspline(degree, index[axis] - (first[axis] + i));
         }
     std::size_t next = 0;
     const auto count = static_cast<std::size_t>(degree) + 1;
     for (std::size_t k = 0; k < count; ++k)
         for (std::size_t j = 0; j < count; ++j)
             for (std::size_t i = 0; i < count; ++i, ++next) {
-                places[next] = static_cast<std::int64_t>(place_in(volume.shape(), {at[0][i], at[1][j], at[2][k]}));
-                weights[next] = weight[0][i] * weight[1][j] * weight[2][k];
+                const BasisValue &x = basis[0][i], &y = basis[1][j], &z = basis[2][k];
+                const glm::dvec3 gradient(x.derivative * y.value * z.value, x.value * y.derivative * z.value,
+                                          x.value * y.value * z.derivative);
+                weights[next] = {static_cast<std::int64_t>(place_in(volume.shape(), {at[0][i], at[1][j], at[2][k]})),
+                                 x.value * y.value * z.value, transform_gradient(to_index, gradient)};
             }
 }
 

@@ -36,9 +36,14 @@ NormalDerivatives normal_derivatives_of(const Hit& hit, const glm::dvec3& direct
 /// The number of coefficients that influence a hit of the object: (n+1)^3, 0 for a mesh.
 std::size_t coefficient_count(const SnapshotObject& object);
 
-/// Their places in the grid of samples, x + nx (y + ny z), and their weights in f at the hit. All are zero for a hit
-/// that does not move with f, as on caps. Rest of the spans is set to zero.
-void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<std::int64_t> places,
-                             std::span<double> weights);
+/// One of them, with its B-spline B at the hit.
+struct CoefficientWeight {
+    std::int64_t place = 0;   ///< in the grid of samples, x + nx (y + ny z)
+    double weight = 0.0;      ///< B
+    glm::dvec3 gradient{0.0}; ///< of B, in the space of the scene
+};
+
+/// Sets them, and what is left of the span to zero. All are zero for a hit that does not move with f, as on caps.
+void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<CoefficientWeight> weights);
 
 } // namespace isospline

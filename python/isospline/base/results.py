@@ -78,6 +78,9 @@ class Hits(Table):
     coefficient_weights: NDArray[Any] = _item(
         "coefficient_weights", "(..., (n+1)^3) weights of these coefficients in f at the hit.", is_column=False
     )
+    coefficient_gradients: NDArray[Any] = _item(
+        "coefficient_gradients", "(..., (n+1)^3, 3) gradients of these weights by the position.", is_column=False
+    )
     statuses: NDArray[np.uint8] = _item(
         "statuses",
         "(...) uint8, what is proven of the ray: 0 for a miss, 1 for a hit, 2 if undecided.",

@@ -13,6 +13,7 @@ DEFAULT = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals")
 REAL = (
     *("t_hit", "primitive_normals", "positions", "gradient_magnitudes", "dt_dlevel", "dt_dorigin", "dt_ddirection"),
     *("dnormal_dlevel", "dnormal_dorigin", "dnormal_ddirection", "coefficient_weights"),
+    "coefficient_gradients",
 )
 
 
@@ -82,7 +83,7 @@ def test_the_hopper_has_the_same_outputs(rays):
 @pytest.mark.parametrize(
     "outputs, error, message",
     [
-        (("t_hit", "uv"), ValueError, 'outputs: expected names among "t_hit", .*"coefficient_weights", got "uv"'),
+        (("t_hit", "uv"), ValueError, 'outputs: expected names among "t_hit", .*"coefficient_gradients", got "uv"'),
         ("t_hit", TypeError, r"outputs: expected a sequence of names, such as \(\"t_hit\",\), got 't_hit'"),
         (None, TypeError, "outputs: expected a sequence of names, .* got None"),
         ((1,), TypeError, "outputs: expected names, got 1"),
