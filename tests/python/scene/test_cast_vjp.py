@@ -150,7 +150,8 @@ def test_the_pose_of_an_object_from_a_depth_map():
         transform = pose(six)
         hits, _ = cast_vjp(isospline.Scene([(surface, transform)]), rays)
         both = np.isfinite(hits.t_hit) & np.isfinite(target) & ~hits.grazing
-        both[both] = np.abs(hits.t_hit[both] - target[both]) < 0.3
+        off = np.abs(hits.t_hit[both] - target[both])
+        both[both] = off <= 4 * np.median(off)  # others are of another sheet
         points = np.concatenate([hits.positions[both], np.ones((both.sum(), 1))], 1) @ np.linalg.inv(transform).T
         by_matrix = -np.einsum("ni,nj->nij", hits.dt_dorigin[both], points)
         step = 1e-6
