@@ -5,6 +5,7 @@
 #include "gil.h"
 #include "glm_casters.h"
 #include "mistakes.h"
+#include "warn.h"
 
 #include "isospline/spline/volume.h"
 #include "isospline/util/error.h"
@@ -75,8 +76,12 @@ inline pybind11::object as_host_array(const pybind11::handle& value, const char*
     if (py::isinstance<py::array>(value))
         return given;
     // Tensors of PyTorch with gradients have to be detached: NumPy takes numbers alone.
-    if (py::hasattr(value, "requires_grad") && py::hasattr(value, "detach"))
+    if (py::hasattr(value, "requires_grad") && py::hasattr(value, "detach")) {
+        if (py::bool_(value.attr("requires_grad")))
+            warn(std::string(parameter) + ": a tensor that requires a gradient is read without it; "
+                                          "isospline.derivatives.cast_vjp has the derivatives of hits");
         given = given.attr("detach")();
+    }
     if (py::hasattr(given, "__array__"))
         return given;
     const bool has_numpy = py::hasattr(given, "numpy") && PyCallable_Check(given.attr("numpy").ptr()) != 0;

@@ -74,7 +74,7 @@ Parameters
 ----------
 rays : (..., 6) array_like, float32 or float64
     Origin and direction, ox oy oz dx dy dz, in world units. Directions need not have length one.
-    Tensors of other libraries are taken as they are, without their gradients.
+    Tensors of other libraries are taken as they are; a warning tells if one requires a gradient, which is lost.
 directions : (..., 3) array_like, optional
     Directions of the rays, if `rays` has their origins alone, of shape (..., 3).
 t_near, t_far : float

@@ -154,11 +154,14 @@ def test_torch_rays(surface):
     origins, directions = np.array([(-3, 0.6, 0), (-3, 3.0, 0)], np.float32), np.array([(1, 0, 0)] * 2, np.float32)
     with answered("cast_rays("):
         iso.Scene(surface).intersect(origins, directions)
-    hits = iso.Scene(surface).cast_rays(make(origins), make(directions))
+    with pytest.warns(UserWarning, match="a tensor that requires a gradient is read without it; isospline.derivatives"):
+        hits = iso.Scene(surface).cast_rays(make(origins), make(directions))
     assert hits.t_hit.dtype == np.float32 and np.isfinite(hits.t_hit).tolist() == [True, False]
-    joined = iso.Scene(surface).cast_rays(make(np.hstack([origins, directions])))
+    with pytest.warns(UserWarning, match="requires a gradient"):
+        joined = iso.Scene(surface).cast_rays(make(np.hstack([origins, directions])))
     np.testing.assert_array_equal(joined["t_hit"], hits["t_hit"])
-    assert surface.signed_distance(make(origins)).shape == (2,)
+    with pytest.warns(UserWarning, match="requires a gradient"):
+        assert surface.signed_distance(make(origins)).shape == (2,)
 
 
 def test_notebook_slider(surface):
