@@ -28,7 +28,7 @@ SECTIONS = {
     ),
     "Rays and points": (
         "What rays hit, how thick a solid is, and what is nearest.",
-        ["030", "110", "170", "175", "180", "220", "255", "270"],
+        ["030", "110", "170", "175", "180", "220", "255", "270", "275"],
     ),
     "Meshes, measures, other libraries": (
         "Numbers with their errors, meshes to print, and work with other tools and processes.",

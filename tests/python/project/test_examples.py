@@ -39,7 +39,7 @@ def run(tmp_path):
 
 #: The examples whose results other tests of this file check.
 CHECKED = {"030", "040", "090", "110", "165", "175", "180", "187", "200", "205", "210", "215", "220"}
-CHECKED |= {"235", "240", "245", "255", "270"}
+CHECKED |= {"235", "240", "245", "255", "270", "275"}
 
 
 @pytest.mark.parametrize("number", [path.stem[:3] for path in EXAMPLES if path.stem[:3] not in CHECKED])
@@ -51,6 +51,10 @@ def test_ray_queries_find_the_sphere(run):
     points, normals = run("030")
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.7, atol=1e-4)
     np.testing.assert_allclose(normals, points / 0.7, atol=1e-3)
+
+
+def test_samples_are_fitted_to_depth_maps(run):
+    assert run("275", samples=24, size=(24, 18), steps=40) < 0.03  # 0.2 before the first step
 
 
 def test_world_space_places_the_sphere(run):
