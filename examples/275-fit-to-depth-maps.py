@@ -23,10 +23,10 @@ def main(samples: int = 64, size: tuple[int, int] = (96, 72), folder: str = "out
     cameras = isospline.turntable_cameras(heart, 8, size=size)
     rays = np.stack([camera.rays(size) for camera in cameras])
     depths = isospline.Scene(heart).cast_rays(rays).t_hit
-    grid = field.grid((samples,) * 3)
+    grid = field.grid((samples, samples, samples))
     data = 0.95 - np.linalg.norm(np.meshgrid(*[np.linspace(-1, 1, samples)] * 3), axis=0)
 
-    mean, square = np.zeros_like(data), np.zeros_like(data)
+    error, mean, square = np.inf, np.zeros_like(data), np.zeros_like(data)
     for step in range(steps):
         fitted = isospline.Isosurface(isospline.Volume(data, **grid), 0.0)
         hits, vjp = cast_vjp(isospline.Scene(fitted), rays)
@@ -34,13 +34,14 @@ def main(samples: int = 64, size: tuple[int, int] = (96, 72), folder: str = "out
         both, lone = is_hit & np.isfinite(depths), is_hit & ~np.isfinite(depths)
         # The gradient of the squared errors, without outliers; where there is no heart, the surface is pushed away.
         of_t = np.zeros_like(depths)
-        of_t[both], of_t[lone] = np.clip(hits.t_hit[both] - depths[both], -0.1, 0.1), -0.05
+        off = hits.t_hit[both] - depths[both]
+        of_t[both], of_t[lone], error = np.clip(off, -0.1, 0.1), -0.05, float(np.median(np.abs(off)))
         gradient = smoothed(vjp(t_hit=of_t)["samples"][0])
         # Adam's step (Kingma & Ba 2015), shorter and shorter.
         mean, square = 0.8 * mean + 0.2 * gradient, 0.95 * square + 0.05 * gradient**2
         scale = np.sqrt(square)
         data = data - 0.03 * (1 - step / steps) * mean / (scale + 1e-3 * scale.max() + 1e-12)
-    error = float(np.median(np.abs(hits.t_hit[both] - depths[both])))
+    fitted = isospline.Isosurface(isospline.Volume(data, **grid), 0.0)
     print(f"depths are off by {error:.4f} in the median, in units of the ray's direction")
 
     wide = (4 * size[0], 4 * size[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+from typing import Any
 
 import numpy as np
 
@@ -59,9 +60,8 @@ def cast_vjp(scene, rays, *, t_near=0.0, t_far=inf, coherent=False, normals=Fals
     True
     """
     given = np.asarray(rays, dtype=float)
-    outputs = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *_OF_T)
-    if normals:
-        outputs += _OF_NORMALS
+    parts = _OF_T + (_OF_NORMALS if normals else ())
+    outputs = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
     placed = {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
 
@@ -71,12 +71,12 @@ def cast_vjp(scene, rays, *, t_near=0.0, t_far=inf, coherent=False, normals=Fals
             raise ValueError("primitive_normals: expected cast_vjp(..., normals=True) for it")
         moves = np.isfinite(hits.t_hit) & ~hits.grazing
         of_normals = _gradients("primitive_normals", primitive_normals, (*hits.t_hit.shape, 3))
-        parts = _Parts(hits.select(moves), given[moves], of_t[moves], of_normals[moves] if normals else None)
+        moving = _Parts(hits.select(moves), given[moves], of_t[moves], of_normals[moves] if normals else None)
         by_rays = np.zeros_like(given)
-        by_rays[moves] = parts.by_rays()
-        found = {"rays": by_rays, "levels": {}, "transforms": {}, "samples": {}}
+        by_rays[moves] = moving.by_rays()
+        found: dict[str, Any] = {"rays": by_rays, "levels": {}, "transforms": {}, "samples": {}}
         for id, (item, transform) in placed.items():
-            own = parts.of_object(id)
+            own = moving.of_object(id)
             found["transforms"][id] = own.by_transform(transform)
             if isinstance(item, _core.Isosurface):
                 found["levels"][id] = float(own.by_level().sum())
