@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _core
 from .base.signatures import attach_methods, explained
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
+    from .base.results import Hits
 
 __all__ = ["cast_vjp"]
 
@@ -16,7 +23,15 @@ _OF_T = ("dt_dlevel", "dt_dorigin", "dt_ddirection", "grazing", "coefficient_ind
 _OF_NORMALS = ("dnormal_dlevel", "dnormal_dorigin", "dnormal_ddirection", "coefficient_gradients")
 
 
-def cast_vjp(scene, rays, *, t_near=0.0, t_far=inf, coherent=False, normals=False):
+def cast_vjp(
+    scene: _core.Scene,
+    rays: ArrayLike,
+    *,
+    t_near: float = 0.0,
+    t_far: float = inf,
+    coherent: bool = False,
+    normals: bool = False,
+) -> tuple[Hits, Callable[..., dict[str, Any]]]:
     """First crossings of rays, and the function that takes gradients by them to gradients by what they depend on.
 
     It is the vector-Jacobian product, as in `jax.vjp`, of `Scene.cast_rays`: to be wrapped as a function of another
@@ -59,9 +74,9 @@ def cast_vjp(scene, rays, *, t_near=0.0, t_far=inf, coherent=False, normals=Fals
     >>> bool(abs(hits.t_hit[0] - 2.4) < 1e-6)
     True
     """
-    given = np.asarray(rays, dtype=float)
+    given = np.array(rays, dtype=float)  # a copy: the caller may change them before `vjp` is called
     parts = _OF_T + (_OF_NORMALS if normals else ())
-    outputs = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
+    outputs: Any = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
     placed = {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
 
@@ -147,6 +162,8 @@ def _gradients(name, given, shape):
     array = np.asarray(given, dtype=float)
     if array.shape != shape:
         raise ValueError(f"{name}: expected gradients of shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: expected finite gradients, got some that are not")
     return array
 
 
@@ -202,9 +219,9 @@ def adjoint(self, indices, weights):
     size = int(np.prod(self.shape))
     if places.size and not (places.min() >= 0 and places.max() < size):
         raise ValueError(f"indices: expected places from 0 to {size - 1}, got {places.min()} to {places.max()}")
-    if not np.isfinite(numbers).all():
-        raise ValueError("weights: expected finite numbers, got some that are not")
     sums = np.bincount(places.reshape(-1).astype(np.intp), numbers.reshape(-1), size)
+    if not (np.isfinite(numbers).all() and np.isfinite(sums).all()):
+        raise ValueError("weights: expected finite numbers with finite sums, got some that are not")
     sums = sums.reshape(self.shape, order="F" if self.axes == "xyz" else "C")
     if self.filter == "none" or not sums.any():
         return sums

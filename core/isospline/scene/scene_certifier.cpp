@@ -45,15 +45,15 @@ RayCertificate SceneCertifier::certify(const Ray& ray, double t_hint) const
     Ray rest = ray;
     for (const RayCertifier& surface : surfaces_) {
         RayCertificate own = surface.certify(rest, t_hint);
-        t_lower = std::min(t_lower, own.t_lower);
         if (own.status == RayStatus::hit) {
-            if (first.status == RayStatus::hit && !(own.t_upper < first.t_lower))
-                forget_normal(own); // either of the two may be the first
+            if (!(own.t_upper < t_lower))
+                forget_normal(own); // another surface may be the first
             first = own;
             rest.t_far = own.t_upper;
         } else if (own.status == RayStatus::undecided && own.t_lower < doubt.t_lower) {
             doubt = own;
         }
+        t_lower = std::min(t_lower, own.t_lower);
     }
     RayCertificate& result = doubt.status == RayStatus::undecided && doubt.t_lower <= first.t_upper ? doubt : first;
     if (t_lower < result.t_lower) // a hit of another surface may be the first

@@ -254,13 +254,17 @@ double Volume::coefficient_error() const
 {
     // docs/method.md, "Certified rays". The samples differ from the offset by at most half their range; three filters
     // multiply this by at most norm^3, and so they do with what is rounded on the way.
-    const FilterNorm norm = norm_of(design_filter(degree(), filter(), options_.smoothing));
+    const RecursiveFilter design = design_filter(degree(), filter(), options_.smoothing);
+    const FilterNorm norm = norm_of(design);
     const double largest = std::max(maximum_ - offset_, offset_ - minimum_);
     const double rounded_times = filter() == Filter::none ? 1.0 : 4.0; // when read, and by the filter of each axis
     const double in_lines = 0x1p-43 * norm.recursion;
     const double beyond_reach = source_ ? 0x1p-30 : 0.0; // of parts that were filtered apart: filter_reach()
-    const double bound = (rounded_times * 0x1p-24 + in_lines + beyond_reach) * largest + rounded_times * 0x1p-149;
-    return bound * norm.whole * norm.whole * norm.whole * (1.0 + 0x1p-20);
+    const auto cube = [](double x) { return x * x * x; };
+    // Samples are multiplied by the gains of all axes when they are read, so that they may become subnormal numbers.
+    const double underflow = rounded_times * 0x1p-149 * cube(std::max(1.0, 1.0 / design.gain));
+    const double bound = (rounded_times * 0x1p-24 + in_lines + beyond_reach) * largest + underflow;
+    return bound * cube(norm.whole) * (1.0 + 0x1p-20);
 }
 
 Box Volume::bounds() const

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import operator
 from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +13,10 @@ from .. import _core
 from ..base.signatures import attach_methods, explained
 from . import checker
 from .checker import CertificateError
-from .prover import Prover
+from .prover import Prover, describe_volume
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 __all__ = ["CertificateError", "check", "write_coefficients"]
 
@@ -64,7 +68,10 @@ def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
     numbers = np.asarray(ray, dtype=float)
     if numbers.shape != (6,) or not np.isfinite(numbers).all() or not numbers[3:].any():
         raise ValueError(f"ray: expected six finite numbers, with a direction that is not zero, got {_shown(numbers)}")
-    t_near, t_far = float(t_near), float(t_far)
+    try:
+        t_near, t_far = float(t_near), float(t_far)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"t_near: expected numbers for t_near and t_far, got {t_near!r} and {t_far!r}") from None
     if not (isfinite(t_near) and t_near <= t_far):
         raise ValueError(f"t_near: expected a finite number that is at most t_far, got {t_near} and {t_far}")
     surface, transform = _one_isosurface(self, geometry_id)
@@ -74,7 +81,7 @@ def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
     return prover.certificate()
 
 
-def check(certificate, volume):
+def check(certificate: dict[str, Any], volume: _core.Volume) -> None:
     """Check a certificate against a volume: with rational numbers, without rounding.
 
     Parameters
@@ -89,20 +96,20 @@ def check(certificate, volume):
     CertificateError
         If the certificate does not prove its statement, or if it is about another volume.
     """
+    if not isinstance(volume, _core.Volume):
+        raise TypeError(f"volume: expected a Volume, got {type(volume).__name__}")
     try:
-        model = certificate["model"]
-        if model["affine"] != volume.affine[:3].tolist():
-            raise CertificateError("the affine map is not that of the volume")
-        if model["offset"] != volume._offset:
-            raise CertificateError("the offset is not that of the volume")
-        checker.check(certificate, memoryview(volume._stored_coefficients.reshape(-1)))
+        for name, value in describe_volume(volume).items():
+            if certificate["model"][name] != value:
+                raise CertificateError(f"the {name} is not that of the volume")
+        checker.check(certificate, memoryview(volume._stored_coefficients.reshape(-1).data))
     except CertificateError as error:
         raise CertificateError(f"certificate: expected one that proves its statement, but {error}") from None
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
         raise CertificateError(f"certificate: expected one of version 1, got a damaged one ({error!r})") from None
 
 
-def write_coefficients(volume, path):
+def write_coefficients(volume: _core.Volume, path: str | PathLike[str]) -> None:
     """Write the stored coefficients of a volume, for `checker` alone: float32, little-endian, x fastest, no header.
 
     ``python checker.py certificate.json coefficients.f32`` needs neither isospline nor NumPy.

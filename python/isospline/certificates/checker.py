@@ -1,19 +1,18 @@
 """Checks certificates of rays with rational numbers; needs the standard library alone. docs/method.md, "Certificates".
-
-    python checker.py CERTIFICATE.json COEFFICIENTS.f32
-
-The second file has the stored coefficients: float32, little-endian, x fastest, without any header.
+python checker.py CERTIFICATE.json COEFFICIENTS.f32; the coefficients are float32, little-endian, x fastest, no header.
 """
 
 import hashlib
 import json
 import sys
 from fractions import Fraction
-from itertools import pairwise, product
-from math import ceil, comb, floor, inf, isfinite, nextafter
+from itertools import pairwise
+from math import ceil, comb, floor, inf, isfinite, nextafter, prod
+from pathlib import Path
 
-FORMAT = {"format": "isospline ray certificate", "version": 1}
 ARITHMETIC = {"coefficients": "binary32", "numbers": "binary64", "unit_roundoff": 2.0**-53, "intervals": "tightest"}
+FORMAT = {"format": "isospline ray certificate", "version": 1, "arithmetic": ARITHMETIC}
+PARTS = {*FORMAT, "statement", "model", "ray", "cover", "digest"}
 
 
 class CertificateError(ValueError):
@@ -25,8 +24,12 @@ def require(condition, what):
         raise CertificateError(what)
 
 
+def exact(number):
+    require(type(number) is float and isfinite(number), f"{number!r} is not a finite double")
+    return Fraction(number)
+
+
 def digest(certificate):
-    """The SHA-256 of all of a certificate but its digest."""
     content = {name: value for name, value in certificate.items() if name != "digest"}
     return hashlib.sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
@@ -42,11 +45,10 @@ def side(number):
     return "above" if number > 0 else "below" if number < 0 else "on"
 
 
-def is_crossing(polynomials):
+def is_crossing(sides):
     """Whether f changes sides exactly once, by Descartes' rule of signs, and is on neither end on the level."""
-    order = [side(each) for polynomial in polynomials for each in polynomial]
-    changes = sum(a != b for a, b in pairwise(each for each in order if each != "on"))
-    return changes == 1 and "on" not in (order[0], order[-1])
+    changes = sum(a != b for a, b in pairwise(each for each in sides if each != "on"))
+    return changes == 1 and "on" not in (sides[0], sides[-1])
 
 
 def weights(arguments):
@@ -67,21 +69,21 @@ class Model:
     def __init__(self, model, ray, coefficients):
         self.degree, self.boundary, self.shape = model["degree"], model["boundary"], model["shape"]
         require(self.degree in (1, 2, 3) and self.boundary in ("mirror", "periodic"), "the model is not known")
-        require(len(coefficients) == self.shape[0] * self.shape[1] * self.shape[2], "the shape is another")
+        sizes = [n for n in self.shape if type(n) is int and n > self.degree % 2]
+        require(sizes == self.shape and len(sizes) == 3 and prod(sizes) == len(coefficients), "the shape is another")
         self.cells = [n if self.degree == 2 else n - 1 for n in self.shape]
-        self.coefficients, self.threshold = coefficients, Fraction(model["level"]) - Fraction(model["offset"])
-        matrices = ([*model[name], [0, 0, 0, 1]] for name in ("transform", "affine"))
-        placed, grid = ([[Fraction(x) for x in row] for row in rows] for rows in matrices)
-        world = [[sum(row[k] * grid[k][j] for k in range(4)) for j in range(4)] for row in placed[:3]]
-        rows = [row[:3] for row in world]
-        pairs = zip(rows[1:] + rows[:1], rows[2:] + rows[:2])
-        crossed = [[a[j - 2] * b[j - 1] - a[j - 1] * b[j - 2] for j in range(3)] for a, b in pairs]
-        determinant = sum(a * b for a, b in zip(rows[0], crossed[0]))
-        self.to_lattice = [[each / determinant for each in column] for column in zip(*crossed)]
-        from_origin = [Fraction(x) - row[3] for x, row in zip(ray["origin"], world)]
+        self.coefficients, self.threshold = coefficients, exact(model["level"]) - exact(model["offset"])
+        matrices = ([*model[name], [0.0, 0.0, 0.0, 1.0]] for name in ("transform", "affine"))
+        placed, grid = ([[*map(exact, row)] for row in rows] for rows in matrices)
+        columns = [*zip(*grid, strict=True)]
+        world = [[sum(a * b for a, b in zip(row, each, strict=True)) for each in columns] for row in placed[:-1]]
+        pairs = zip(world[1:] + world[:1], world[2:] + world[:2])
+        crossed = [[a[j] * b[k] - a[k] * b[j] for j, k in ((1, 2), (2, 0), (0, 1))] for a, b in pairs]
+        self.to_lattice = [[x / sum(a * b for a, b in zip(world[0], crossed[0])) for x in row] for row in zip(*crossed)]
+        origin = [exact(x) - row[3] for x, row in zip(ray["origin"], world, strict=True)]
         shift = Fraction(1 - self.degree % 2, 2)
-        self.start = [sum(a * b for a, b in zip(row, from_origin)) + shift for row in self.to_lattice]
-        self.along = [sum(a * Fraction(b) for a, b in zip(row, ray["direction"])) for row in self.to_lattice]
+        self.start = [sum(a * b for a, b in zip(row, origin)) + shift for row in self.to_lattice]
+        self.along = [sum(a * exact(b) for a, b in zip(row, ray["direction"], strict=True)) for row in self.to_lattice]
 
     def point(self, t):
         return [start + Fraction(t) * along for start, along in zip(self.start, self.along)]
@@ -93,24 +95,22 @@ class Model:
             period = size if self.boundary == "periodic" else max(2 * size - 2, 1)
             within = [(i - self.degree // 2) % period for i in range(begin, end + self.degree + 1)]
             places.append([min(i, period - i) for i in within] if self.boundary == "mirror" else within)
-        starts = [self.shape[0] * (y + self.shape[1] * z) for z, y in product(places[2], places[1])]
+        starts = [self.shape[0] * (y + self.shape[1] * z) for z in places[2] for y in places[1]]
         return [[Fraction(self.coefficients[at + x]) - self.threshold for x in places[0]] for at in starts]
 
     def box(self, begin, end):
         """The first and the last cell of the smallest box of cells around the ray from t = begin to end."""
         pairs = [sorted(pair) for pair in zip(self.point(begin), self.point(end))]
         first = [min(max(floor(lower), 0), n - 1) for (lower, _), n in zip(pairs, self.cells)]
-        return first, [min(max(ceil(upper) - 1, i), n - 1) for (_, upper), i, n in zip(pairs, first, self.cells)]
+        return [first, [min(max(ceil(upper) - 1, i), n - 1) for (_, upper), i, n in zip(pairs, first, self.cells)]]
 
     def segments(self, begin, end):
         """(cell, t, t) of the cells on the way from t = begin to end, the ends rational."""
         begin, end = Fraction(begin), Fraction(end)
         for start, along, n in zip(self.start, self.along, self.cells):
-            if along != 0:
-                first, last = sorted((-start / along, (n - start) / along))
-                begin, end = max(begin, first), min(end, last)
-            elif not 0 <= start <= n:
-                return
+            beside = (begin, end if 0 <= start <= n else begin - 1)
+            first, last = sorted((-start / along, (n - start) / along)) if along else beside
+            begin, end = max(begin, first), min(end, last)
         cuts = {begin, end} if begin <= end else set()
         for start, along, n in zip(self.start, self.along, self.cells):
             if along != 0 and cuts:
@@ -145,55 +145,55 @@ class Model:
 
     def is_free(self, begin, end, piece):
         """Whether the reason that a piece of the cover gives is one why f is not the level from t = begin to end."""
+        require(piece["side"] in ("above", "below"), "a side is not known")
         if piece["reason"] == "outside":
-            axis, outward = piece["axis"], 1 if piece["side"] == "above" else -1
-            border = self.cells[axis] * (outward > 0)
-            is_beyond = (outward * (self.point(t)[axis] - border) > 0 for t in (begin, end) if t != inf)
+            axis, outward = (0, 1, 2).index(piece["axis"]), 1 if piece["side"] == "above" else -1
+            border = self.cells[axis] * max(outward, 0)
+            is_beyond = (outward * self.point(t)[axis] > border for t in (begin, end) if t != inf)
             return all(is_beyond) and (end != inf or outward * self.along[axis] >= 0)
         if piece["reason"] == "box":
-            box = self.box(begin, end)
-            found = {side(each) for row in self.numbers(*box) for each in row}
-            return [*box] == [piece["first_cell"], piece["last_cell"]] and found == {piece["side"]}
+            found = {side(each) for row in self.numbers(*self.box(begin, end)) for each in row}
+            return self.box(begin, end) == [piece["first_cell"], piece["last_cell"]] and found == {piece["side"]}
         require(piece["reason"] == "polynomials", "a reason is not known")
         segments = [*self.segments(begin, end)]
         found = set().union(*(map(side, self.polynomial(each)) for each in segments))
-        return piece["cells"] == [cell for cell, *_ in segments] and found == {piece["side"]}
+        return piece["cells"] == [cell for cell, *_ in segments] and found <= {piece["side"]}
 
 
 def check(certificate, coefficients):
     """Raise an error unless a certificate proves its statement about coefficients, a memoryview of float32 numbers."""
-    require({name: certificate.get(name) for name in FORMAT} == FORMAT, "the format is another")
-    require(certificate["arithmetic"] == ARITHMETIC, "the arithmetic is another")
-    require(certificate["digest"] == digest(certificate), "the content is not that of the digest")
     ray, statement, model = certificate["ray"], certificate["statement"], certificate["model"]
-    stored = hashlib.sha256(memoryview(coefficients).cast("B")).hexdigest()
-    require(stored == model["sha256"], "the coefficients are others")
+    require(digest({name: certificate[name] for name in FORMAT}) == digest(FORMAT), "the format is another")
+    is_known = statement in ("miss", "hit", "undecided") and {*certificate} == PARTS | {statement} - {"miss"}
+    require(is_known and certificate["digest"] == digest(certificate), "the content is not that of the digest")
+    require(hashlib.sha256(memoryview(coefficients).cast("B")).hexdigest() == model["sha256"], "wrong coefficients")
     model = Model(model, ray, coefficients)
     at, t_far = ray["t_near"], inf if ray["t_far"] is None else ray["t_far"]
-    require(isfinite(at) and at <= t_far, "the limits of the ray are not in order")
+    require(exact(at) <= t_far and type(t_far) is float, "the limits of the ray are not in order")
     for piece in certificate["cover"]:
         end = inf if piece["to"] is None else piece["to"]
-        require(piece["from"] == at and at <= end <= t_far, f"the cover has a gap at t = {at}")
+        require(piece["from"] == at and at <= end <= t_far and type(end) is float, f"the cover has a gap at t = {at}")
         require(model.is_free(at, end, piece), f"the way from t = {at} to {end} is not proven to be free")
         at = end
     if statement == "miss":
-        return require(at == t_far, f"the cover ends at t = {at}")
-    require(statement in ("hit", "undecided"), "the statement is not known")
+        return require(certificate["cover"] and at == t_far, f"the cover ends at t = {at}")
     last = certificate[statement]
-    require(last["from"] == at and at <= last["to"] <= t_far, f"the cover ends at t = {at}")
+    require(last["from"] == at and at <= exact(last["to"]) <= t_far, f"the cover ends at t = {at}")
     segments = [*model.segments(at, last["to"])]
     polynomials = [model.polynomial(each) for each in segments]
-    if statement == "undecided":
-        bound = interval([abs(each) for polynomial in polynomials for each in polynomial])[1]
-        return require(last["bound"] == bound, "the bound on |f - level| is another")
-    require(last["cells"] == [cell for cell, *_ in segments], "the cells at the crossing are others")
-    intervals = [[interval([x]) for x in polynomial] for polynomial in polynomials]
-    require(last["polynomials"] == intervals, "the polynomials at the crossing are others")
-    require(is_crossing(polynomials), "f does not change sides exactly once")
-    require(last["gradient"] == model.gradient(segments), "the gradient at the crossing is another")
+    sides, found = [side(x) for each in polynomials for x in each], {"from": at, "to": last["to"]}
+    if statement == "hit":
+        require(is_crossing(sides), "f does not change sides exactly once")
+        found["cells"], found["gradient"] = [cell for cell, *_ in segments], model.gradient(segments)
+        found["polynomials"] = [[interval([x]) for x in polynomial] for polynomial in polynomials]
+    else:
+        longest = max(nextafter(at, inf), at + 2.0**-20 / max(map(abs, model.along)))
+        require(last["to"] <= longest and {*sides} not in ({"above"}, {"below"}), "the ray may be decided there")
+        found["bound"] = interval([abs(x) for each in polynomials for x in each])[1]
+    require(last == found, "the numbers at the crossing are others")
 
 
 if __name__ == "__main__":
-    with open(sys.argv[1], encoding="utf-8") as certificate_file, open(sys.argv[2], "rb") as coefficient_file:
-        check(json.load(certificate_file), memoryview(coefficient_file.read()).cast("f"))
+    files = [Path(name) for name in sys.argv[1:]]
+    check(json.loads(files[0].read_text("utf-8")), memoryview(files[1].read_bytes()).cast("f"))
     print("proven")

@@ -26,14 +26,8 @@ class Prover:
         self.t_near, self.t_far = limits
         self.ray = {"origin": ray[:3], "direction": ray[3:], "t_near": self.t_near, "t_far": _finite(self.t_far)}
         self.description = {
-            "shape": list(reversed(self.stored.shape)),
-            "degree": volume.degree,
-            "boundary": volume.boundary,
-            "filter": volume.filter,
-            "smoothing": volume.smoothing,
+            **describe_volume(volume),
             "sha256": hashlib.sha256(numbers).hexdigest(),
-            "offset": volume._offset,
-            "affine": volume.affine[:3].tolist(),
             "transform": transform[:3].tolist(),
             "level": surface.level,
         }
@@ -47,7 +41,6 @@ class Prover:
         statement = found.pop("statement")
         result = {
             **checker.FORMAT,
-            "arithmetic": checker.ARITHMETIC,
             "statement": statement,
             "model": self.description,
             "ray": self.ray,
@@ -60,13 +53,13 @@ class Prover:
     def _search(self):
         """Cover the ray until a crossing, a doubt or its end; returns the statement, and what proves it."""
         at = self._before_the_lattice()
-        if at == self.t_far:
+        if self.cover and at == self.t_far:
             return {"statement": "miss"}
         _, exit_ = self._limits()
         stop = min(self.t_far, _above(exit_[0]))
         step = longest = 1.0 / float(max(map(abs, self.model.along)))  # through one cell
         while at < stop or not self.cover:
-            end = min(at + step, stop)
+            end = min(max(at + step, nextafter(at, inf)), stop)
             if self._add_box(at, end):
                 at, step = end, 2.0 * step
             elif step > longest:
@@ -148,10 +141,10 @@ class Prover:
             sides |= set(map(checker.side, self.model.polynomial(segment)))
             if len(sides) > 1:
                 break
-        if len(sides) != 1 or "on" in sides:
+        if len(sides) > 1 or "on" in sides:
             return False
-        cells = [cell for cell, *_ in segments]
-        piece = {"reason": "polynomials", "cells": cells, "side": sides.pop()}
+        cells = [cell for cell, *_ in segments]  # none if the ray passes the lattice within rounding
+        piece = {"reason": "polynomials", "cells": cells, "side": sides.pop() if sides else "above"}
         self.cover.append({"from": begin, "to": end, **piece})
         return True
 
@@ -159,15 +152,14 @@ class Prover:
         """Cover as much of a part as can be; returns where the cover ends, and a t behind that, None for the end."""
         at, ends, way = begin, [end], end - begin
         while ends:
-            if at == self.bounds[0] < end:
-                return at, min(self.bounds[1], end)
             if self._add_polynomials(at, ends[-1]):
                 at = ends.pop()
                 continue
-            hint = self.bounds[0]
-            middle = hint if at < hint < ends[-1] else at + 0.5 * (ends[-1] - at)
+            hints = [t for t in self.bounds if at < t < ends[-1]]
+            middle = hints[0] if hints else at + 0.5 * (ends[-1] - at)
             least = LEAST_SHARE * max(abs(at), abs(ends[-1]), 2.0**-10 * way)
-            if not at < middle < ends[-1] or ends[-1] - at < least:
+            is_found = [at, ends[-1]] == self.bounds
+            if is_found or not at < middle < ends[-1] or ends[-1] - at < least:
                 return at, ends[-1]
             ends.append(middle)
         return at, None
@@ -178,7 +170,8 @@ class Prover:
             to = min(widened, self.t_far)
             segments = [*self.model.segments(begin, to)]
             polynomials = [self.model.polynomial(each) for each in segments]
-            if polynomials and checker.is_crossing(polynomials):
+            sides = [checker.side(each) for polynomial in polynomials for each in polynomial]
+            if sides and checker.is_crossing(sides):
                 return {
                     "statement": "hit",
                     "from": begin,
@@ -190,6 +183,20 @@ class Prover:
         polynomials = [self.model.polynomial(each) for each in self.model.segments(begin, end)]
         bound = checker.interval([abs(each) for polynomial in polynomials for each in polynomial])[1]
         return {"statement": "undecided", "from": begin, "to": end, "bound": bound}
+
+
+def describe_volume(volume):
+    """What a certificate tells of a volume, besides its coefficients."""
+    shape = volume.shape if volume.axes == "xyz" else volume.shape[::-1]
+    return {
+        "shape": list(shape),
+        "degree": volume.degree,
+        "boundary": volume.boundary,
+        "filter": volume.filter,
+        "smoothing": volume.smoothing,
+        "offset": volume._offset,
+        "affine": volume.affine[:3].tolist(),
+    }
 
 
 def _finite(t):

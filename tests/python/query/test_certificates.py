@@ -124,6 +124,17 @@ def test_a_changed_number_is_noticed(hit, volume, change):
         lambda found: found["cover"][1].update(reason="believe me"),
         lambda found: found["hit"]["polynomials"].clear(),
         lambda found: found["hit"].update({"from": found["hit"]["to"]}),
+        lambda found: found["model"].update(shape=[-20, -20, 20]),
+        lambda found: found["model"].update(shape=[8000, 1, 1]),
+        lambda found: found["model"].update(shape=[20, 20, 20, True]),
+        lambda found: found["model"].update(filter="none"),
+        lambda found: found["model"].update(level="0.0"),
+        lambda found: found["model"]["affine"].append([0.0, 0.0, 0.0, 1.0]),
+        lambda found: found["model"]["affine"][0].append(0.0),
+        lambda found: found["ray"].update(direction=[1.0, 0.05]),
+        lambda found: found["cover"][0].update(axis=-3),
+        lambda found: found.update(undecided={"from": 0.0, "to": 1.0, "bound": 0.0}),
+        lambda found: found.update(version=True),
     ],
 )
 def test_a_spoiled_proof_is_noticed(hit, volume, spoil):
@@ -146,12 +157,56 @@ def test_a_false_statement_cannot_be_proven(scene, volume, hit):
         certificates.check(forged, volume)
 
 
+@pytest.mark.filterwarnings("ignore:level 0 has an empty shell")
+def test_what_cannot_be_said():
+    """Sides that are none, misses without a cover, and doubts that are none."""
+    flat = isospline.Volume(np.zeros((4, 4, 4)), degree=1)
+    on_level = isospline.Scene(isospline.Isosurface(flat, 0.0)).certificate((1, 1, -1, 0, 0, 1))
+    assert on_level["statement"] == "undecided" and on_level["undecided"]["bound"] == 0
+    forged = {name: value for name, value in on_level.items() if name != "undecided"} | {"statement": "miss"}
+    box = {"reason": "box", "first_cell": [0, 0, 0], "last_cell": [0, 0, 2], "side": "on"}
+    ends = {"reason": "outside", "axis": 2}
+    forged["cover"] = [
+        {"from": 0.0, "to": 0.5, **ends, "side": "below"},
+        {"from": 0.5, "to": 4.5, **box},
+        {"from": 4.5, "to": None, **ends, "side": "above"},
+    ]
+    ramp = isospline.Volume(np.arange(4.0)[:, None, None] * np.ones((4, 4, 4)), degree=1)
+    scene = isospline.Scene(isospline.Isosurface(ramp, 1.5))
+    at_level = scene.certificate((1, 1, -1, 0, 0, 1), t_near=2.5, t_far=2.5)
+    assert at_level["statement"] == "undecided"
+    empty = {name: value for name, value in at_level.items() if name != "undecided"} | {
+        "statement": "miss",
+        "cover": [],
+    }
+    plain = scene.certificate((1, 1, -1, 0, 0, 1))
+    long = {name: value for name, value in plain.items() if name != "hit"} | {"statement": "undecided", "cover": []}
+    long["undecided"] = {"from": 0.0, "to": 4.0, "bound": 1.5}
+    for each, of in ((forged, flat), (empty, ramp), (long, ramp)):
+        with pytest.raises(CertificateError):
+            certificates.check(each | {"digest": checker.digest(each)}, of)
+
+
+def test_far_rays_and_rays_beside_an_edge():
+    field = volumes.sphere()
+    scene = isospline.Scene(isospline.Isosurface(field.volume(16), field.level))
+    for ray in ((-4e15, 0.1, 0.2, 1, 0, 0), (-1e16, 0.1, 0.2, 1e16, 0, 0), (1e300, 1e300, 1e300, -1, -1, -1)):
+        certificates.check(scene.certificate(ray), scene.object(0).volume)
+    noise = isospline.Volume(np.random.default_rng(1).normal(size=(6, 6, 6)), degree=3)
+    beside = isospline.Scene(isospline.Isosurface(noise, 0.0))
+    certificate = beside.certificate((-0.125, 0.12499999999999999, 2.5, 4, -4, 0))
+    assert certificate["statement"] == "miss"
+    certificates.check(certificate, noise)
+
+
 def test_another_volume_is_noticed(hit, volume):
+    with pytest.raises(TypeError, match="volume: expected a Volume, got NoneType"):
+        certificates.check(hit, None)
     samples = volume.sample(np.stack(np.meshgrid(*[np.linspace(-0.9, 0.9, 20)] * 3), -1))
     with pytest.raises(CertificateError, match="certificate: expected one that proves"):
         certificates.check(hit, isospline.Volume(samples, spacing=volume.spacing, origin=volume.origin))
     moved = isospline.Volume(np.zeros((20, 20, 20)), spacing=volume.spacing, origin=(0, 0, 1))
-    with pytest.raises(CertificateError, match="affine map"):
+    with pytest.raises(CertificateError, match="is not that of the volume"):
         certificates.check(hit, moved)
     for damaged in ({}, {**hit, "cover": 3}, {**hit, "model": []}):
         with pytest.raises(CertificateError, match="certificate: expected one"):
@@ -168,7 +223,7 @@ def test_the_checker_stands_alone(repository, tmp_path, hit, volume):
         if isinstance(each, (ast.Import, ast.ImportFrom))
         for name in ([each.module] if isinstance(each, ast.ImportFrom) else [alias.name for alias in each.names])
     }
-    assert imported <= {"fractions", "hashlib", "itertools", "json", "math", "sys"}
+    assert imported <= {"fractions", "hashlib", "itertools", "json", "math", "pathlib", "sys"}
     certificates.write_coefficients(volume, tmp_path / "coefficients.f32")
     for certificate, code in ((hit, 0), (changed(hit, ("model", "level"), lambda x: x + 1, sealed=True), 1)):
         (tmp_path / "certificate.json").write_text(json.dumps(certificate), encoding="utf-8")
@@ -191,6 +246,7 @@ def test_limits_and_places_of_rays(scene, volume):
         ({"t_near": -20.0, "t_far": crossing["to"]}, "hit"),
         ({"t_near": 1.0, "t_far": 1.0}, "miss"),
         ({"t_near": 2.5, "t_far": 2.5}, "miss"),
+        ({"t_near": crossing["from"] - 1e-9, "t_far": crossing["from"] - 1e-9}, "miss"),
     ):
         found = scene.certificate(ray, **limits)
         assert found["statement"] == statement, limits

@@ -191,6 +191,30 @@ def test_the_first_of_several_surfaces():
     assert empty.statuses == MISS and (empty.t_bounds == np.inf).all()
 
 
+def test_one_normal_is_not_given_for_two_surfaces():
+    """Three surfaces whose intervals of t overlap: the first crossing may be of a surface of another normal."""
+    z, y, x = np.mgrid[:17, :17, :17].astype(float)
+    k, h = z - 8, 1.46e-4
+    cubic = isospline.Isosurface(isospline.Volume(k**3 - k, degree=3, filter="none"), 0.0)  # (z - 8)^3
+    flat = isospline.Isosurface(isospline.Volume(k, degree=1), 1.15 * h)
+    tilted = isospline.Isosurface(isospline.Volume(k + x - 8, degree=1), h)
+    hits = isospline.Scene([cubic, flat, tilted]).cast_rays([(8, 8, -2, 0, 0, 1)], certify=True)
+    assert hits.statuses == HIT and (hits.normal_axes == 0).all()
+    assert hits.normal_angles == pytest.approx(np.pi) and hits.model_distances == np.inf
+
+
+def test_bounds_hold_where_numbers_underflow():
+    z, y, x = np.mgrid[:24, :24, :24].astype(float)
+    samples = (z - 11.3 + 0.3 * np.sin(y / 3) + 0.2 * np.cos(x)) * 5e-32
+    found = []
+    for factor in (1.0, 2.0**60):  # an exact scaling: the unrounded surface is the same
+        volume = isospline.Volume(samples * factor, filter="smoothing", smoothing=3e4)
+        scene = isospline.Scene(isospline.Isosurface(volume, 0.0))
+        found.append(scene.cast_rays([(3.3, 5.2, -1, 0, 0, 1)], certify=True))
+    apart = abs(found[0].t_bounds[0, 0] - found[1].t_bounds[0, 0])
+    assert apart > 1e-3 and found[0].model_distances + found[1].model_distances > apart
+
+
 def test_volumes_of_stores(tmp_path):
     pytest.importorskip("zarr")
     field, shape = volumes.gyroid(), (40, 40, 40)
