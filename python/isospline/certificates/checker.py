@@ -195,5 +195,5 @@ def check(certificate, coefficients):
 
 if __name__ == "__main__":
     files = [Path(name) for name in sys.argv[1:]]
-    check(json.loads(files[0].read_text("utf-8")), memoryview(files[1].read_bytes()).cast("f"))
+    check(json.loads(files[0].read_text(encoding="utf-8")), memoryview(files[1].read_bytes()).cast("f"))
     print("proven")

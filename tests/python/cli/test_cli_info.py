@@ -40,7 +40,7 @@ def test_demo_makes_a_volume_and_a_picture_and_prints_next_steps(tmp_path, capsy
     # The suggested next commands are valid, and find the volume.
     lines = [shlex.split(line) for line in printed.out.splitlines() if line.startswith("  isospline ")]
     assert [words[1] for words in lines] == ["info", "view", "render", "measure", "view", "render"]
-    parse = make_parser(*["run"] * 8).parse_args
+    parse = make_parser(*["run"] * 9).parse_args
     assert all(parse(words[1:]).run == "run" for words in lines)
     assert main(lines[0][1:]) == 0 and "64 x 64 x 64" in capsys.readouterr().out
 

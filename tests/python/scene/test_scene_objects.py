@@ -267,6 +267,16 @@ def test_details_of_hits(rng):
         "positions": ((40, 100, 3), np.float64),
         "primitive_uvs": ((40, 100, 2), np.float32),
         "gradient_magnitudes": ((40, 100), np.float64),
+        "grazing": ((40, 100), np.bool_),
+        "dt_dlevel": ((40, 100), np.float64),
+        "dt_dorigin": ((40, 100, 3), np.float64),
+        "dt_ddirection": ((40, 100, 3), np.float64),
+        "dnormal_dlevel": ((40, 100, 3), np.float64),
+        "dnormal_dorigin": ((40, 100, 3, 3), np.float64),
+        "dnormal_ddirection": ((40, 100, 3, 3), np.float64),
+        "coefficient_indices": ((40, 100, 27), np.int64),
+        "coefficient_weights": ((40, 100, 27), np.float64),
+        "coefficient_gradients": ((40, 100, 27, 3), np.float64),
     }
     assert_same_hits(scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=True), hits)
 
