@@ -118,7 +118,7 @@ Hits
 
     Derivatives of hits, if `outputs` names them. All are zero for rays that miss, and for rays that graze, which
     ``grazing`` tells: (...) bool, the sine of the angle between ray and surface is below 2^-20, and derivatives have no
-    bound. On caps and meshes, those of normals, by the level and by coefficients are zero.
+    bound. The derivatives of normals, and those by the level and by coefficients, are zero on caps and meshes.
 
     ``dt_dlevel``: (...) dtype, 1 / <gradient of f, direction>.
     ``dt_dorigin``, ``dt_ddirection``: (..., 3) dtype, -n / <n, direction> with the normal n, and t times that.
@@ -237,7 +237,10 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                     if (arrays.outputs.derivatives())
                         arrays.set_derivatives(
                             places, static_cast<std::size_t>(packet.count), hit_lanes, hits,
-                            [&](std::size_t i) { return given.ray(first + i).direction; },
+                            [&](std::size_t lane) {
+                                const auto& along = packet.direction;
+                                return glm::dvec3(along[0][lane], along[1][lane], along[2][lane]);
+                            },
                             [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); });
                     for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
                         const double t_hint = (hit_lanes >> i & 1u) != 0 ? hits[i].t : HUGE_VAL;

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -220,10 +219,11 @@ public:
                                            Shape{trailing.front(), 3});
     }
 
-    /// Sets what depends on the rays and the objects, object_of(geometry id). May be called without the GIL.
-    template <typename Places, typename ObjectOf>
+    /// Sets what depends on the rays, direction_of(lane), and the objects, object_of(geometry id). May be called
+    /// without the GIL.
+    template <typename Places, typename DirectionOf, typename ObjectOf>
     void set_derivatives(const Places& places, std::size_t count, LaneMask hit_lanes, std::span<const Hit> hits,
-                         const std::function<glm::dvec3(std::size_t)>& direction, const ObjectOf& object_of)
+                         const DirectionOf& direction_of, const ObjectOf& object_of)
     {
         static const Hit miss;
         static const SnapshotObject nothing;
@@ -232,7 +232,7 @@ public:
             const Hit& hit = (hit_lanes >> lane & 1u) != 0 && hits[lane] ? hits[lane] : miss;
             const SnapshotObject& object = hit ? object_of(hit.geometry_id) : nothing;
             const std::size_t at = places[lane];
-            const glm::dvec3 along = direction(lane);
+            const glm::dvec3 along = direction_of(lane);
             const HitDerivatives of_t = derivatives_of(hit, along, object);
             if (dt_dlevel_)
                 dt_dlevel_->set(at, of_t.by_level);

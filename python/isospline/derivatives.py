@@ -74,7 +74,9 @@ def cast_vjp(
     >>> bool(abs(hits.t_hit[0] - 2.4) < 1e-6)
     True
     """
-    given = np.array(rays, dtype=float)  # a copy: the caller may change them before `vjp` is called
+    if not isinstance(scene, _core.Scene):
+        raise TypeError(f"scene: expected a Scene, got {type(scene).__name__}")
+    given = _core._as_array(rays, "rays").astype(float)  # a copy: the caller may change them before `vjp` is called
     parts = _OF_T + (_OF_NORMALS if normals else ())
     outputs: Any = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
@@ -159,7 +161,7 @@ def _across(normals, vectors):
 def _gradients(name, given, shape):
     if given is None:
         return np.zeros(shape)
-    array = np.asarray(given, dtype=float)
+    array = _core._as_array(given, name).astype(float)
     if array.shape != shape:
         raise ValueError(f"{name}: expected gradients of shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
@@ -211,7 +213,7 @@ def adjoint(self, indices, weights):
     >>> bool(abs(by_samples.sum() + hit.dt_dlevel[0]) < 1e-4)  # all samples and the level, together
     True
     """
-    places, numbers = np.asarray(indices), np.asarray(weights, dtype=float)
+    places, numbers = _core._as_array(indices, "indices"), _core._as_array(weights, "weights").astype(float)
     if places.dtype.kind not in "iu" and places.size:
         raise TypeError(f"indices: expected integers, got {places.dtype}")
     if places.shape != numbers.shape:

@@ -65,7 +65,7 @@ def certificate(self, ray, *, t_near=0.0, t_far=inf, geometry_id=None):
     ('hit', 4)
     >>> isospline.certificates.check(certificate, scene.object(0).volume)
     """
-    numbers = np.asarray(ray, dtype=float)
+    numbers = _core._as_array(ray, "ray").astype(float)
     if numbers.shape != (6,) or not np.isfinite(numbers).all() or not numbers[3:].any():
         raise ValueError(f"ray: expected six finite numbers, with a direction that is not zero, got {_shown(numbers)}")
     try:
@@ -148,6 +148,8 @@ def model_options(certificate):
 def _one_isosurface(scene, geometry_id):
     """The isosurface of an id, or the only visible one, and its place."""
     if geometry_id is not None:
+        if not hasattr(geometry_id, "__index__"):
+            raise TypeError(f"geometry_id: expected an int, got {geometry_id!r}")
         geometry_id = operator.index(geometry_id)
         if geometry_id not in scene:
             raise ValueError(f"geometry_id: expected an id of the scene, got {geometry_id}")

@@ -284,10 +284,15 @@ def test_one_isosurface_of_several(volume):
         ([(0, 0, 0, 0, 0, 1)], {}, r"ray: expected six finite numbers.*shape \(1, 6\)"),
         ((0, 0, 0, 0, 0, 1), {"t_near": 2, "t_far": 1}, "t_near: expected a finite number that is at most t_far"),
         ((0, 0, 0, 0, 0, 1), {"t_near": -np.inf}, "t_near: expected a finite number"),
+        ((0, 0, 0, 0, 0, 1), {"t_near": None}, "t_near: expected numbers for t_near and t_far, got None and inf"),
+        ((0, 0, 0, 0, 0, 1), {"geometry_id": "a"}, "geometry_id: expected an int, got 'a'"),
+        ("abc", {}, "ray: expected an array of real numbers"),
+        (np.ones(6) * 1j, {}, "ray: expected an array of real numbers"),
+        ([(0, 0), (1, 2, 3)], {}, "ray: expected an array of real numbers"),
     ],
 )
 def test_bad_rays(scene, ray, options, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         scene.certificate(ray, **options)
 
 

@@ -122,6 +122,10 @@ def test_what_moves_no_hit_has_no_gradient():
     assert hits.t_hit.shape == (1, 2) and found["rays"].shape == (1, 2, 6) and (found["rays"] == 0).all()
     assert found["levels"] == {0: 0.0} and (found["samples"][0] == 0).all() and (found["transforms"][0] == 0).all()
     assert vjp(samples=False)["samples"] == {}
+    with pytest.raises(TypeError, match="scene: expected a Scene, got Isosurface"):
+        cast_vjp(scene.object(0), rays)
+    with pytest.raises(TypeError, match="rays: expected an array of real numbers"):
+        cast_vjp(scene, "abc")
     with pytest.raises(ValueError, match=r"t_hit: expected gradients of shape \(1, 2\), got \(2,\)"):
         vjp(t_hit=np.ones(2))
     with pytest.raises(ValueError, match=r"primitive_normals: expected cast_vjp\(..., normals=True\)"):
