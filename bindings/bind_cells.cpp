@@ -1,17 +1,25 @@
-// The cells of a volume, and their primitive ids.
+// The cells of a volume, their primitive ids, and their coefficients.
 #include "bind.h"
 
 #include "arrays.h"
+#include "points.h"
 
+#include "isospline/math/affine.h"
+#include "isospline/spline/coefficient_weights.h"
 #include "isospline/spline/volume.h"
 
+#include <glm/common.hpp>
 #include <glm/ext/vector_int3_sized.hpp>
 #include <glm/vector_relational.hpp>
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace py = pybind11;
 
@@ -117,11 +125,77 @@ py::array_t<std::uint64_t> primitive_id(const Volume& volume, const py::object& 
     for (std::uint64_t* to = begin; to != begin + result.size(); ++to, from += 3) {
         const glm::i64vec3 cell(from[0], from[1], from[2]);
         if (glm::any(glm::lessThan(cell, glm::i64vec3(0))) || glm::any(glm::greaterThanEqual(cell, cell_shape)))
-            throw_invalid("cells", "x, y, z below " + to_text({cell_shape.x, cell_shape.y, cell_shape.z}),
-                          to_text({cell.x, cell.y, cell.z}));
+            throw_invalid("cells", "x, y, z below " + to_text(Shape{cell_shape.x, cell_shape.y, cell_shape.z}),
+                          to_text(Shape{cell.x, cell.y, cell.z}));
         *to = volume.primitive_id(glm::ivec3(cell));
     }
     return result;
+}
+
+constexpr const char* coefficient_weights_doc = R"(The model at points as weighted sums of coefficients.
+
+f(x) is the sum of the weights times ``volume.coefficients.ravel("K")[indices]``. So it is for the gradient, with
+gradients for weights.
+
+Parameters
+----------
+points : (..., 3) float array, world units
+    Positions x, y, z. Outside of the volume the model continues by its boundary rule.
+
+Returns
+-------
+indices : (..., (n+1)^3) int64 array
+    Places of coefficients, x + nx (y + ny z), for a volume of degree n. Beyond the border, one of them may occur more
+    than once.
+weights : (..., (n+1)^3) float64 array
+    The B-splines at the points; their sum is 1.
+gradients : (..., (n+1)^3, 3) float64 array
+    Their gradients by world coordinates.
+
+Raises
+------
+ValueError
+    For points of another shape, for points that are not finite, and for points more than 1e9 voxels away.
+
+Examples
+--------
+>>> import numpy as np
+>>> import isospline
+>>> volume = isospline.volumes.sphere().volume(16)
+>>> points = np.array([(0.1, 0.2, 0.3), (0.5, 0.0, -0.25)])
+>>> indices, weights, gradients = volume.coefficient_weights(points)
+>>> values = (weights * volume.coefficients.ravel("K")[indices]).sum(axis=-1)
+>>> bool(abs(values - volume.sample(points)).max() < 1e-6)
+True
+)";
+
+py::tuple coefficient_weights(const Volume& volume, const py::object& points)
+{
+    const RowArray positions(points, "points", 3);
+    check_points(positions);
+    constexpr double farthest = 1e9; // cells are numbered by int
+    const std::size_t count = coefficient_count(volume);
+    const auto columns = static_cast<py::ssize_t>(count);
+    auto indices = new_array<std::int64_t>(positions.leading_shape(), {columns});
+    auto weights = new_array<double>(positions.leading_shape(), {columns});
+    auto gradients = new_array<double>(positions.leading_shape(), {columns, 3});
+    std::vector<CoefficientWeight> found(count);
+    for (std::size_t i = 0, next = 0; i < positions.count(); ++i) {
+        const glm::dvec3 index = transform_point(volume.world_to_index(), positions.vector(i));
+        if (!(std::max({std::abs(index.x), std::abs(index.y), std::abs(index.z)}) < farthest))
+            throw_invalid("points", "points within 1e9 voxels of the volume",
+                          to_text(positions.vector(i)) + " in point " + std::to_string(i));
+        set_coefficient_weights(volume, glm::ivec3(glm::floor(index + volume.lattice_shift())), index,
+                                volume.world_to_index(), found);
+        for (const CoefficientWeight& of : found) {
+            indices.mutable_data()[next] = of.place;
+            weights.mutable_data()[next] = of.weight;
+            for (int axis = 0; axis < 3; ++axis)
+                gradients.mutable_data()[3 * next + static_cast<std::size_t>(axis)] = of.gradient[axis];
+            ++next;
+        }
+    }
+    return py::make_tuple(indices, weights, gradients);
 }
 
 } // namespace
@@ -129,7 +203,8 @@ py::array_t<std::uint64_t> primitive_id(const Volume& volume, const py::object& 
 void bind_cells(py::module_& module)
 {
     py::class_<Volume, std::shared_ptr<Volume>> volume(module.attr("Volume"));
-    volume.def("cell_at", &cell_at, py::arg("primitive_ids"), cell_at_doc)
+    volume.def("coefficient_weights", &coefficient_weights, py::arg("points"), coefficient_weights_doc)
+        .def("cell_at", &cell_at, py::arg("primitive_ids"), cell_at_doc)
         .def("primitive_id", &primitive_id, py::arg("cells"), primitive_id_doc)
         .def_property_readonly("cell_count", &Volume::cell_count,
                                "Number of cells. Primitive ids of cells are below it, those of caps are not.");

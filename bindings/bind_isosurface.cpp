@@ -8,6 +8,7 @@
 #include "warn.h"
 
 #include "isospline/math/affine.h"
+#include "isospline/query/outline_cells.h"
 #include "isospline/query/reach.h"
 #include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
@@ -15,8 +16,10 @@
 #include "isospline/util/check.h"
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -24,6 +27,7 @@
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace py = pybind11;
 
@@ -240,6 +244,40 @@ py::array_t<std::int32_t> shell_cells(const ShellView& shell)
     return array;
 }
 
+py::array_t<std::int32_t> cells_of_outline(const Isosurface& surface, const std::array<double, 4>& eye)
+{
+    const auto snapshot = surface.snapshot();
+    std::vector<glm::ivec3> cells;
+    long_call("to find outlines", py::none(), [&](const Progress& report) {
+        const glm::dmat4& to_lattice = snapshot->volume().world_to_lattice();
+        cells = outline_cells(*snapshot, to_lattice * glm::dvec4(eye[0], eye[1], eye[2], eye[3]), report);
+    });
+    auto array = new_array<std::int32_t>({static_cast<py::ssize_t>(cells.size()), 3});
+    std::int32_t* next = array.mutable_data();
+    for (const glm::ivec3& cell : cells)
+        for (int axis = 0; axis < 3; ++axis)
+            *next++ = cell[axis];
+    return array;
+}
+
+/// (P, 4): normals and offsets, in world space, of the planes on which the surface may end: <normal, x> >= offset.
+py::array_t<double> end_planes(const Isosurface& surface)
+{
+    const auto snapshot = surface.snapshot();
+    const Volume& volume = snapshot->volume();
+    std::vector<HalfSpace> planes = snapshot->clip_lattice();
+    for (const HalfSpace& side : half_spaces(Box{glm::dvec3(0.0), glm::dvec3(volume.cell_shape())}))
+        planes.push_back(side);
+    auto array = new_array<double>({static_cast<py::ssize_t>(planes.size()), 4});
+    double* next = array.mutable_data();
+    for (const HalfSpace& plane : planes) {
+        const HalfSpace in_world = pull_back(plane, volume.world_to_lattice());
+        next = std::copy_n(&in_world.normal[0], 3, next);
+        *next++ = in_world.offset;
+    }
+    return array;
+}
+
 py::array_t<bool> shell_mask(const ShellView& shell)
 {
     const Volume& volume = shell.surface->volume();
@@ -301,6 +339,11 @@ void bind_isosurface(py::module_& module)
              py::arg("name") = py::none(), py::arg("progress") = py::none())
         .def("with_level", &with_level, py::arg("level"), py::kw_only(), py::arg("progress") = py::none(),
              "A surface of the same volume at another level, with the same options. Both share the volume's data.")
+        .def("_end_planes", &end_planes, "(P, 4): planes on which the surface may end, <normal, x> >= offset.")
+        .def("_outline_cells", &cells_of_outline, py::arg("eye"),
+             "(M, 3) int32: cells that may have points with tangent rays from the eye, (x, y, z, 1), or parallel ones "
+             "along\n"
+             "-(x, y, z, 0).")
         .def("_for_research", &for_research, py::arg("method"), py::arg("prune_depth"), py::arg("prune_border"))
         .def_property("level", &Isosurface::level, &set_level,
                       "The value of the model on the surface, a finite number; may be set.")

@@ -175,6 +175,9 @@ class ColorByThickness:
 
 class Volume(_Shown):
     def adjoint(self, indices: ArrayLike, weights: ArrayLike) -> NDArray[np.float64]: ...
+    def coefficient_weights(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
     @classmethod
     def from_nibabel(cls, image: object, **options: Unpack[_ModelOptions]) -> Self: ...
     @classmethod
@@ -190,6 +193,9 @@ class Volume(_Shown):
     def to_pyvista(self) -> Any: ...
 
 class Isosurface(_Shown):
+    def _measure_gradient(
+        self, by_volume: float, by_area: float, order: int, progress: _Progress
+    ) -> tuple[float, NDArray[np.float64]]: ...
     material: Material | None
     @overload
     def contains(self, *, certify: Literal[False] = False) -> NDArray[np.bool_]: ...

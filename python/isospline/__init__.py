@@ -90,6 +90,8 @@ def __getattr__(name: str) -> _Any:
     if name in ("view", "viewer"):  # most programs do without
         viewer = _import_module("isospline.viewer")
         return globals().setdefault("view", viewer.view) if name == "view" else viewer
+    if name == "torch":
+        return _import_module("isospline.torch")
     raise foreign.unknown_name("isospline", name, __all__, is_module=True)
 
 
@@ -149,6 +151,7 @@ __all__ = [
     "camera_for",
     "certificates",
     "convert",
+    "derivatives",
     "distributed",
     "ground_for",
     "hausdorff_distance",

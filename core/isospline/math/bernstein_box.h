@@ -4,6 +4,7 @@
 
 #include "isospline/math/bernstein.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -49,6 +50,41 @@ inline BernsteinBox<Degree> half_of(BernsteinBox<Degree> b, int axis, bool upper
         row = upper ? right : left;
     });
     return b;
+}
+
+/// An axis along which a polynomial is proven to be monotonic, so that its zeros are a graph over the other axes.
+struct GraphAxis {
+    int axis = -1;      ///< the one with the steepest smallest slope; -1 if there is none
+    double slope = 0.0; ///< the smallest slope along it divided by the largest slope along any axis
+};
+template <int Degree>
+GraphAxis graph_axis(const BernsteinBox<Degree>& b)
+{
+    constexpr int strides[3] = {1, Degree + 1, (Degree + 1) * (Degree + 1)};
+    double least[3] = {1e300, 1e300, 1e300}, most[3] = {-1e300, -1e300, -1e300};
+    for (int k = 0; k <= Degree; ++k)
+        for (int j = 0; j <= Degree; ++j)
+            for (int i = 0; i <= Degree; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    if ((axis == 0 ? i : axis == 1 ? j : k) == Degree)
+                        continue;
+                    const std::size_t item = bernstein_item<Degree>(i, j, k);
+                    const double slope = b[item + static_cast<std::size_t>(strides[axis])] - b[item];
+                    least[axis] = std::min(least[axis], slope);
+                    most[axis] = std::max(most[axis], slope);
+                }
+    GraphAxis found;
+    double best = 0.0, steepest = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double smallest = std::max(least[axis], -most[axis]);
+        steepest = std::max({steepest, most[axis], -least[axis]});
+        if (smallest > best) {
+            found.axis = axis;
+            best = smallest;
+        }
+    }
+    found.slope = found.axis < 0 ? 0.0 : best / steepest;
+    return found;
 }
 
 /// The smallest and the largest of some numbers.

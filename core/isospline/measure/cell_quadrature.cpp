@@ -33,15 +33,21 @@ constexpr int most_boxes = 2048;
 constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
 
+/// By quantity.
+using Sums = std::array<double, quantity_count>;
 /// The integrals over a piece by three rules, the fine one first.
-using Piece = std::array<std::array<double, quantity_count>, 3>;
+using Piece = std::array<Sums, 3>;
+/// Does nothing with the zeros of edges.
+struct IgnoreZeros {
+    void operator()(const ZeroNode&) const {}
+};
 
 } // namespace
 
 struct CellQuadrature::Method {
     virtual ~Method() = default;
     virtual Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
-                                int cap) = 0;
+                                int cap, const NodeVisitor& visit) = 0;
 };
 
 template <int Degree>
@@ -54,18 +60,21 @@ struct CellQuadrature::MethodOfDegree final : Method {
         std::vector<HalfSpace> planes; ///< the planes that cross it, in its own coordinates
         int depth;
         int cap; ///< of `planes`, or -1
+
+        double volume() const { return size.x * size.y * size.z; }
     };
 
     explicit MethodOfDegree(const QuadratureOptions& given)
-        : options(given), patches(given.order), to_lattice(glm::inverse(given.lattice_to_world)),
+        : options(given), patches(given.order, given.error), to_lattice(glm::inverse(given.lattice_to_world)),
           determinant(std::abs(glm::determinant(given.lattice_to_world)))
     {
     }
 
     Integrals integrate(const CellCoefficients& of_cell, double of_sign, std::span<const HalfSpace> half_spaces,
-                        int cap) override
+                        int cap, const NodeVisitor& visit) override
     {
         cell = &of_cell;
+        visitor = visit ? &visit : nullptr;
         sign = of_sign;
         result = {};
         box_count = 0;
@@ -108,7 +117,6 @@ struct CellQuadrature::MethodOfDegree final : Method {
             part.planes[static_cast<std::size_t>(kept++)] = HalfSpace(plane);
         }
         part.planes.resize(static_cast<std::size_t>(kept));
-        const double box_volume = part.size.x * part.size.y * part.size.z;
         if (!part.has_surface && part.cap < 0) {
             // Where f <= level, faces with f = level are in the surface.
             if (options.surface && (sign > 0.0 ? least < 0.0 : least == 0.0))
@@ -116,14 +124,14 @@ struct CellQuadrature::MethodOfDegree final : Method {
             if (least < 0.0)
                 return; // no more than points where f = level is in the solid
             if (part.planes.empty())
-                return static_cast<void>(result.value[at(Quantity::volume)] += determinant * box_volume);
+                return static_cast<void>(result.value[at(Quantity::volume)] += determinant * part.volume());
         }
 
         // Either integrate a graph over a face, or halve the part.
         if (const int axis = height_axis(part); axis >= 0)
             return add_graph(part, axis);
         if (part.depth == deepest_box || ++box_count > most_boxes)
-            return add_unresolved(part, box_volume);
+            return add_unresolved(part);
         const int axis = part.depth % 3;
         for (const bool upper : {false, true}) {
             Part half{half_of<Degree>(part.b, axis, upper),
@@ -162,10 +170,9 @@ struct CellQuadrature::MethodOfDegree final : Method {
                 normal[axis] = 1.0;
                 integrate_pieces(std::move(edges), !part.planes.empty(), [&](const PatchNode& node, auto& to) {
                     const glm::dvec3 point = point_of_face(axis, node.position, upper);
-                    if (std::all_of(part.planes.begin(), part.planes.end(), [&](const HalfSpace& plane) {
-                            return glm::dot(plane.normal, point) >= plane.offset;
-                        }))
-                        add_plane_area(part, normal, axis, node.weight, to);
+                    if (is_within(part.planes, -1, point))
+                        add_area(part.lower + part.size * point, plane_area(part, normal, axis, node.weight),
+                                 node.rule == 0, to);
                 });
             }
     }
@@ -173,48 +180,23 @@ struct CellQuadrature::MethodOfDegree final : Method {
     /// The axis along which the surface, or the cap, is proven to be a graph; -1 if none.
     int height_axis(const Part& part) const
     {
-        if (part.cap >= 0 || !part.has_surface) {
-            const HalfSpace& plane = part.planes[static_cast<std::size_t>(std::max(part.cap, 0))];
-            const glm::dvec3 normal = glm::abs(plane.normal);
-            return normal.x >= normal.y && normal.x >= normal.z ? 0 : normal.y >= normal.z ? 1 : 2;
-        }
-        constexpr int strides[3] = {1, Degree + 1, (Degree + 1) * (Degree + 1)};
-        glm::dvec3 least(1e300), most(-1e300);
-        for (int k = 0; k <= Degree; ++k)
-            for (int j = 0; j <= Degree; ++j)
-                for (int i = 0; i <= Degree; ++i)
-                    for (int axis = 0; axis < 3; ++axis) {
-                        if ((axis == 0 ? i : axis == 1 ? j : k) == Degree)
-                            continue;
-                        const std::size_t item = bernstein_item<Degree>(i, j, k);
-                        const double slope = part.b[item + static_cast<std::size_t>(strides[axis])] - part.b[item];
-                        least[axis] = std::min(least[axis], slope);
-                        most[axis] = std::max(most[axis], slope);
-                    }
-        int best = -1;
-        double best_slope = 0.0, steepest = 0.0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const double smallest = std::max(least[axis], -most[axis]);
-            steepest = std::max({steepest, most[axis], -least[axis]});
-            if (smallest > best_slope) {
-                best = axis;
-                best_slope = smallest;
-            }
-        }
-        return best_slope < steep * steepest && part.depth < deepest_steep_box ? -1 : best;
+        if (part.cap >= 0 || !part.has_surface)
+            return steepest_axis(part.planes[static_cast<std::size_t>(std::max(part.cap, 0))]);
+        const GraphAxis found = graph_axis<Degree>(part.b);
+        return found.slope < steep && part.depth < deepest_steep_box ? -1 : found.axis;
     }
 
     /// Adds a part so small that it hardly matters: its content is between nothing and the whole part.
-    void add_unresolved(const Part& part, double box_volume)
+    void add_unresolved(const Part& part)
     {
-        const double half = 0.5 * determinant * box_volume;
+        const double half = 0.5 * determinant * part.volume();
         result.value[at(Quantity::volume)] += half;
         result.error[at(Quantity::volume)] += half;
         // Lines along an axis meet the surface at most n times each (Crofton).
         double area = 0.0;
         for (int axis = 0; axis < 3; ++axis)
             area += Degree * determinant * glm::length(glm::dvec3(axis == 0, axis == 1, axis == 2) * to_lattice) *
-                    box_volume / part.size[axis];
+                    part.volume() / part.size[axis];
         result.error[at(Quantity::area)] += area;
         result.error[at(Quantity::mean_curvature)] += std::sqrt(4.0 * std::numbers::pi * area);
         result.error[at(Quantity::gaussian_curvature)] += 4.0 * std::numbers::pi;
@@ -238,25 +220,47 @@ struct CellQuadrature::MethodOfDegree final : Method {
                 edges.push_back(plane_on_face(plane, axis, 0.0));
                 edges.push_back(plane_on_face(plane, axis, 1.0));
                 // A plane nearly parallel to the height counts as error.
-                if (part.has_surface && is_section_sound(plane, axis))
+                const bool is_visited = is_cap && visitor != nullptr; // then the curve may be in a face
+                if ((part.has_surface || is_visited) && is_section_sound(plane, axis)) {
                     edges.push_back(section<Degree>(part.b, plane, axis));
+                    edges.back().has_visits = is_visited;
+                }
             }
             for (std::size_t j = 0; j < i; ++j)
                 if (is_met(i) || is_met(j))
                     edges.push_back(plane_on_plane(plane, part.planes[j], axis));
         }
-        integrate_pieces(std::move(edges), !part.planes.empty(), [&](const PatchNode& node, auto& to) {
-            add_height(part, axis, node.position, node.weight, to);
-        });
+        integrate_pieces(
+            std::move(edges), !part.planes.empty(),
+            [&](const PatchNode& node, auto& to) { add_height(part, axis, node, to); },
+            [&](const ZeroNode& node) { visit_edge(part, axis, node); });
+    }
+
+    /// Visits a point of the curve where the surface meets the cap's plane.
+    void visit_edge(const Part& part, int axis, const ZeroNode& node)
+    {
+        const HalfSpace& cap = part.planes[static_cast<std::size_t>(part.cap)];
+        const glm::dvec3 point = point_on_plane(cap, axis, node.position);
+        if (!is_in_cube(point) || !is_within(part.planes, part.cap, point))
+            return;
+        // The slope of f on the plane, along the coordinate in which the curve has its zeros.
+        const glm::dvec3 local = part.lower + part.size * point;
+        const glm::dvec3 gradient = jet_in_cell<Degree>(*cell, local).gradient * part.size;
+        const int along = node.along == 0 ? first_of_face(axis) : second_of_face(axis);
+        const double slope = gradient[along] - gradient[axis] * cap.normal[along] / cap.normal[axis];
+        const double weight = plane_area(part, cap.normal, axis, node.weight) / std::abs(slope);
+        if (std::isfinite(weight))
+            (*visitor)(local, weight);
     }
 
     /// Integrates over the unit square, between the zeros of the edges; `add(node, integrals)` adds one node.
-    template <typename Add>
-    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add)
+    template <typename Add, typename VisitZero = IgnoreZeros>
+    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add,
+                          const VisitZero& visit_zero = {})
     {
         Piece piece{};
         const auto visit = [&](const PatchNode& node) {
-            std::array<double, quantity_count> found{};
+            Sums found{};
             add(node, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
                 piece[node.rule][i] += found[i];
@@ -273,13 +277,13 @@ struct CellQuadrature::MethodOfDegree final : Method {
             }
             piece = {};
         };
-        patches.integrate(std::move(edges), cross, visit, end_piece);
+        patches.integrate(std::move(edges), cross, visit, end_piece, visit_zero);
     }
 
-    /// Integrates over one point of the face; `weight` is its area in units of the part.
-    void add_height(const Part& part, int axis, const glm::dvec2& x, double weight,
-                    std::array<double, quantity_count>& to)
+    /// Integrates over one point of the face.
+    void add_height(const Part& part, int axis, const PatchNode& node, Sums& to)
     {
+        const glm::dvec2& x = node.position;
         glm::dvec3 point = point_of_face(axis, x, 0.0);
 
         // The heights within the half-spaces.
@@ -304,8 +308,9 @@ struct CellQuadrature::MethodOfDegree final : Method {
 
         const LinePolynomial line = line_along<Degree>(part.b, axis, x.x, x.y);
         if (part.cap >= 0) {
+            const HalfSpace& cap = part.planes[static_cast<std::size_t>(part.cap)];
             if (cap_height >= lower && cap_height <= upper && is_inside(line.value(cap_height)))
-                add_plane_area(part, part.planes[static_cast<std::size_t>(part.cap)].normal, axis, weight, to);
+                to[at(Quantity::area)] += plane_area(part, cap.normal, axis, node.weight);
             return;
         }
         double height = 0.5;
@@ -325,23 +330,23 @@ struct CellQuadrature::MethodOfDegree final : Method {
                     lower = std::max(lower, height);
             }
         }
-        const double box_volume = part.size.x * part.size.y * part.size.z;
-        to[at(Quantity::volume)] += determinant * box_volume * weight * std::max(upper - lower, 0.0);
+        to[at(Quantity::volume)] += determinant * part.volume() * node.weight * std::max(upper - lower, 0.0);
         if (is_met && options.surface) {
             point[axis] = height;
-            add_surface(part.lower + part.size * point, axis, weight * box_volume / part.size[axis], to);
+            add_surface(part.lower + part.size * point, axis, node.weight * part.volume() / part.size[axis],
+                        node.rule == 0, to);
         }
     }
 
     /// Adds a point of the surface in the cell, for an area of a face.
-    void add_surface(const glm::dvec3& local, int axis, double face_area, std::array<double, quantity_count>& to)
+    void add_surface(const glm::dvec3& local, int axis, double face_area, bool is_fine, Sums& to)
     {
         const Jet jet = jet_in_cell<Degree>(*cell, local);
         const glm::dvec3 gradient = jet.gradient * to_lattice;
         const double area = determinant * face_area * glm::length(gradient) / std::abs(jet.gradient[axis]);
         if (!std::isfinite(area))
             return;
-        to[at(Quantity::area)] += area;
+        add_area(local, area, is_fine, to);
         if (!options.curvature)
             return;
         const Curvature curvature =
@@ -350,14 +355,20 @@ struct CellQuadrature::MethodOfDegree final : Method {
         to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }
 
-    /// Adds a point of a plane, given its normal in the part's own coordinates, for an area of a face.
-    void add_plane_area(const Part& part, const glm::dvec3& part_normal, int axis, double weight,
-                        std::array<double, quantity_count>& to) const
+    /// Adds an area of the surface at a point.
+    void add_area(const glm::dvec3& local, double area, bool is_fine, Sums& to)
+    {
+        to[at(Quantity::area)] += area;
+        if (visitor != nullptr && is_fine)
+            (*visitor)(local, area);
+    }
+
+    /// The area of a plane, given its normal in the part's own coordinates, for an area of a face.
+    double plane_area(const Part& part, const glm::dvec3& part_normal, int axis, double weight) const
     {
         const glm::dvec3 normal = part_normal / part.size;
-        const double box_volume = part.size.x * part.size.y * part.size.z;
-        to[at(Quantity::area)] += determinant * weight * (box_volume / part.size[axis]) *
-                                  glm::length(normal * to_lattice) / std::abs(normal[axis]);
+        return determinant * weight * (part.volume() / part.size[axis]) * glm::length(normal * to_lattice) /
+               std::abs(normal[axis]);
     }
 
     QuadratureOptions options;
@@ -365,6 +376,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     glm::dmat3 to_lattice;
     double determinant;
     const CellCoefficients* cell = nullptr;
+    const NodeVisitor* visitor = nullptr; ///< of nodes on the surface, or on the edge of a cap
     double sign = 1.0;
     Integrals result; ///< of the cell so far
     int box_count = 0;
@@ -380,15 +392,17 @@ CellQuadrature::CellQuadrature(int degree, const QuadratureOptions& options)
 CellQuadrature::~CellQuadrature() = default;
 CellQuadrature::CellQuadrature(CellQuadrature&&) noexcept = default;
 
-Integrals CellQuadrature::integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces)
+Integrals CellQuadrature::integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
+                                    const NodeVisitor& visit_surface)
 {
-    return method_->integrate(cell, sign, half_spaces, -1);
+    return method_->integrate(cell, sign, half_spaces, -1, visit_surface);
 }
 
 Integrals CellQuadrature::integrate_cap(const CellCoefficients& cell, double sign,
-                                        std::span<const HalfSpace> half_spaces, std::size_t cap)
+                                        std::span<const HalfSpace> half_spaces, std::size_t cap,
+                                        const NodeVisitor& visit_edge)
 {
-    return method_->integrate(cell, sign, half_spaces, static_cast<int>(cap));
+    return method_->integrate(cell, sign, half_spaces, static_cast<int>(cap), visit_edge);
 }
 
 } // namespace isospline

@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -38,10 +39,14 @@ struct Integrals {
     }
 };
 
+/// Is called with nodes of the fine rule: local coordinates of the cell, and a weight.
+using NodeVisitor = std::function<void(const glm::dvec3& local, double weight)>;
+
 struct QuadratureOptions {
     int order = 4;          ///< nodes of Gauss-Legendre rules, 2 to 10
     bool surface = true;    ///< integrate over the surface: the area
     bool curvature = false; ///< the curvatures, too; needs degree 2 or 3
+    bool error = true;      ///< estimate errors
     glm::dmat3 lattice_to_world{1.0};
 };
 
@@ -60,11 +65,14 @@ public:
     CellQuadrature(CellQuadrature&&) noexcept;
 
     /// Integrates over the part of a cell that is in the solid (see Solid), within the half-spaces, which are in
-    /// lattice space.
-    Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces);
-    /// The area of one half-space's plane in the solid and in all other half-spaces.
+    /// lattice space. `visit_surface` gets the nodes on the surface: weights are areas.
+    Integrals integrate(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
+                        const NodeVisitor& visit_surface = {});
+    /// The area of one half-space's plane in the solid and in all other half-spaces. `visit_edge` gets the nodes on the
+    /// curve where the surface meets the plane: weights are lengths divided by the length of the gradient of f on the
+    /// plane, in world units.
     Integrals integrate_cap(const CellCoefficients& cell, double sign, std::span<const HalfSpace> half_spaces,
-                            std::size_t cap);
+                            std::size_t cap, const NodeVisitor& visit_edge = {});
 
 private:
     struct Method;

@@ -31,25 +31,37 @@ struct PatchNode {
     bool is_resolved; ///< whether the zeros around it are graphs, so that the rule converges
 };
 
+/// A node of the fine rule on the zeros of an edge, for integrals along them: `weight` is a length along the other
+/// coordinate than `along`, in which the edge has its zero.
+struct ZeroNode {
+    glm::dvec2 position;
+    double weight;
+    int along;
+};
+
 /// The square is halved until all zeros in a part are graphs over one of its axes. The zeros then cut the part into
 /// pieces.
 class PatchQuadrature {
 public:
-    explicit PatchQuadrature(int order)
+    /// Without coarse rules, there is only the fine one.
+    explicit PatchQuadrature(int order, bool has_coarse_rules = true)
     {
         for (const int nodes : orders_of_rules(order))
-            rules_.push_back(gauss_legendre(nodes));
+            if (rules_.empty() || has_coarse_rules)
+                rules_.push_back(gauss_legendre(nodes));
     }
 
     /// Resets the count of parts.
     void begin() { patch_count_ = 0; }
 
     /// Calls `visit(PatchNode)` for the nodes of all rules on a piece, then `end_piece()`, and so on for all pieces.
-    /// `cross` is whether zeros of two edges may meet.
-    template <typename Visit, typename EndPiece>
-    void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece)
+    /// `cross` is whether zeros of two edges may meet. Calls `visit_zero(ZeroNode)` for the zeros of the edges that
+    /// want it.
+    template <typename Visit, typename EndPiece, typename VisitZero>
+    void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece,
+                   const VisitZero& visit_zero)
     {
-        add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross}, visit, end_piece);
+        add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross}, visit, end_piece, visit_zero);
     }
 
 private:
@@ -68,8 +80,8 @@ private:
         bool cross;
     };
 
-    template <typename Visit, typename EndPiece>
-    void add(Patch patch, const Visit& visit, const EndPiece& end_piece)
+    template <typename Visit, typename EndPiece, typename VisitZero>
+    void add(Patch patch, const Visit& visit, const EndPiece& end_piece, const VisitZero& visit_zero)
     {
         std::erase_if(patch.edges, [](const PatchPolynomial& edge) { return !edge.has_zeros(); });
         const auto least_slope = [&](int axis) {
@@ -89,6 +101,7 @@ private:
                 for (std::size_t rule = 0; rule < rules_.size(); ++rule)
                     add_rule(patch, inner, i, rule, is_resolved, visit);
                 end_piece();
+                add_zeros(patch, inner, i, visit_zero);
             }
             return;
         }
@@ -99,7 +112,7 @@ private:
             half.lower[axis] += upper ? half.size[axis] : 0.0;
             for (const PatchPolynomial& edge : patch.edges)
                 half.edges.push_back(upper ? edge.part(axis, 0.5, 1.0) : edge.part(axis, 0.0, 0.5));
-            add(std::move(half), visit, end_piece);
+            add(std::move(half), visit, end_piece, visit_zero);
         }
     }
 
@@ -172,6 +185,25 @@ private:
                 }
             }
         }
+    }
+
+    /// Applies the fine rule to the zeros of edges between two outer cuts.
+    template <typename VisitZero>
+    void add_zeros(const Patch& patch, int inner, std::size_t cut, const VisitZero& visit_zero) const
+    {
+        const int outer = 1 - inner;
+        const double begin = outer_cuts_[cut - 1], width = outer_cuts_[cut] - begin;
+        for (const PatchPolynomial& edge : patch.edges)
+            for (std::size_t i = 0; edge.has_visits && i < rules_.front().size(); ++i) {
+                const QuadratureNode& node = rules_.front()[i];
+                const double s = begin + width * node.position;
+                for_each_root(edge.line(inner, s), [&](double root) {
+                    glm::dvec2 x;
+                    x[outer] = s;
+                    x[inner] = root;
+                    visit_zero(ZeroNode{patch.lower + patch.size * x, width * node.weight * patch.size[outer], inner});
+                });
+            }
     }
 
     std::vector<std::vector<QuadratureNode>> rules_;

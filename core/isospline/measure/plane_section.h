@@ -10,12 +10,14 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <vector>
 
 namespace isospline {
 
@@ -93,6 +95,38 @@ inline PatchPolynomial linear_patch(double constant, double along_x, double alon
         for (int i = 0; i <= 1; ++i)
             patch.item(i, j) = constant + i * along_x + j * along_y;
     return patch;
+}
+
+/// The axis that is nearest to a plane's normal.
+inline int steepest_axis(const HalfSpace& plane)
+{
+    const glm::dvec3 normal = glm::abs(plane.normal);
+    return normal.x >= normal.y && normal.x >= normal.z ? 0 : normal.y >= normal.z ? 1 : 2;
+}
+
+/// The point of a plane over a point of the face.
+inline glm::dvec3 point_on_plane(const HalfSpace& plane, int axis, const glm::dvec2& on_face)
+{
+    glm::dvec3 point = point_of_face(axis, on_face, 0.0);
+    point[axis] = (plane.offset - glm::dot(plane.normal, point)) / plane.normal[axis];
+    return point;
+}
+
+/// Whether a point is in all half-spaces but one, or in all for -1.
+inline bool is_within(const std::vector<HalfSpace>& half_spaces, int but, const glm::dvec3& point)
+{
+    for (int i = 0; i < static_cast<int>(half_spaces.size()); ++i) {
+        const HalfSpace& plane = half_spaces[static_cast<std::size_t>(i)];
+        if (i != but && glm::dot(plane.normal, point) < plane.offset)
+            return false;
+    }
+    return true;
+}
+
+inline bool is_in_cube(const glm::dvec3& point)
+{
+    return glm::all(glm::greaterThanEqual(point, glm::dvec3(0.0))) &&
+           glm::all(glm::lessThanEqual(point, glm::dvec3(1.0)));
 }
 
 /// <normal, x> - offset at one height.

@@ -31,4 +31,20 @@ inline Side side_of(const Solid& solid, const Brick& brick)
                    static_cast<double>(range.upper) - solid.threshold, solid.sign);
 }
 
+/// Calls `visit(brick, side)` for all bricks that may hold a part of the solid, octet by octet.
+template <typename Visit>
+void for_each_brick(const Solid& solid, const Visit& visit)
+{
+    const glm::ivec3 bricks = brick_shape(solid.volume.cell_shape());
+    for (std::size_t octet = 0; octet < solid.ranges.octets().size(); ++octet)
+        for (int child = 0; child < 8; ++child) {
+            const glm::ivec3 place = 2 * at_place(solid.ranges.shape(), octet) + child_position(child);
+            if (place.x >= bricks.x || place.y >= bricks.y || place.z >= bricks.z)
+                continue;
+            const Brick brick = brick_at(solid.volume.cell_shape(), place);
+            if (const Side side = side_of(solid, brick); side != Side::outside && !solid.cells.has_none_of(brick))
+                visit(brick, side);
+        }
+}
+
 } // namespace isospline

@@ -1,16 +1,11 @@
 #include "isospline/scene/hit_derivatives.h"
 
 #include "isospline/math/affine.h"
-#include "isospline/math/grid.h"
-#include "isospline/spline/basis.h"
-#include "isospline/spline/line_filter.h"
 #include "isospline/spline/sample.h"
 
-#include <glm/common.hpp>
 #include <glm/matrix.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -69,10 +64,7 @@ NormalDerivatives normal_derivatives_of(const Hit& hit, const glm::dvec3& direct
 std::size_t coefficient_count(const SnapshotObject& object)
 {
     const auto* const surface = std::get_if<std::shared_ptr<const IsosurfaceSnapshot>>(&object.object);
-    if (surface == nullptr)
-        return 0;
-    const auto along_axis = static_cast<std::size_t>((*surface)->volume().degree() + 1);
-    return along_axis * along_axis * along_axis;
+    return surface == nullptr ? 0 : coefficient_count((*surface)->volume());
 }
 
 void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<CoefficientWeight> weights)
@@ -82,29 +74,9 @@ void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::
     if (surface == nullptr)
         return;
     const Volume& volume = surface->volume();
-    const int degree = volume.degree();
     const glm::dmat4 to_index = volume.world_to_index() * glm::inverse(object.transform);
-    const glm::dvec3 index = transform_point(to_index, hit.position);
-    const glm::ivec3 first = volume.cell_at(hit.primitive_id) - degree / 2;
-    std::array<std::array<int, 4>, 3> at;
-    std::array<std::array<BasisValue, 4>, 3> basis;
-    for (int axis = 0; axis < 3; ++axis)
-        for (int i = 0; i <= degree; ++i) {
-            const auto a = static_cast<std::size_t>(axis), k = static_cast<std::size_t>(i);
-            at[a][k] = detail::inside_index(first[axis] + i, volume.shape()[axis], volume.boundary());
-            basis[a][k] = bspline(degree, index[axis] - (first[axis] + i));
-        }
-    std::size_t next = 0;
-    const auto count = static_cast<std::size_t>(degree) + 1;
-    for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t j = 0; j < count; ++j)
-            for (std::size_t i = 0; i < count; ++i, ++next) {
-                const BasisValue &x = basis[0][i], &y = basis[1][j], &z = basis[2][k];
-                const glm::dvec3 gradient(x.derivative * y.value * z.value, x.value * y.derivative * z.value,
-                                          x.value * y.value * z.derivative);
-                weights[next] = {static_cast<std::int64_t>(place_in(volume.shape(), {at[0][i], at[1][j], at[2][k]})),
-                                 x.value * y.value * z.value, transform_gradient(to_index, gradient)};
-            }
+    set_coefficient_weights(volume, volume.cell_at(hit.primitive_id), transform_point(to_index, hit.position), to_index,
+                            weights);
 }
 
 } // namespace isospline

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "isospline/scene/scene_snapshot.h"
+#include "isospline/spline/coefficient_weights.h"
 #include "isospline/trace/hit.h"
 
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
 
 namespace isospline {
@@ -36,14 +37,8 @@ NormalDerivatives normal_derivatives_of(const Hit& hit, const glm::dvec3& direct
 /// The number of coefficients that influence a hit of the object: (n+1)^3, 0 for a mesh.
 std::size_t coefficient_count(const SnapshotObject& object);
 
-/// One of them, with its B-spline B at the hit.
-struct CoefficientWeight {
-    std::int64_t place = 0;   ///< in the grid of samples, x + nx (y + ny z)
-    double weight = 0.0;      ///< B
-    glm::dvec3 gradient{0.0}; ///< of B, in the space of the scene
-};
-
-/// Sets them, and what is left of the span to zero. All are zero for a hit that does not move with f, as on caps.
+/// Sets their weights, with gradients in the space of the scene, and what is left of the span to zero. All are zero for
+/// a hit that does not move with f, as on caps.
 void set_coefficient_weights(const Hit& hit, const SnapshotObject& object, std::span<CoefficientWeight> weights);
 
 } // namespace isospline

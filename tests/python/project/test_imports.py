@@ -11,9 +11,9 @@ import pytest
 LAYERS = (
     {"base"},
     {"farthest"},
-    {"certificates", "colors", "derivatives", "distances", "io", "levels", "volumes"},
-    {"interop", "labels", "store", "suggest"},
-    {"picture", "research"},
+    {"certificates", "colors", "distances", "io", "levels", "volumes"},
+    {"derivatives", "interop", "labels", "store", "suggest"},
+    {"picture", "research", "torch"},
     {"distributed", "viewer"},
     {"measures", "showing"},
     {""},

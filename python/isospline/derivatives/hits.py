@@ -7,20 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _core
-from .base.signatures import attach_methods, explained
+from .. import _core
+from ..base.signatures import attach_methods, explained
+from .gradients import Gradients, as_gradients, by_samples, check_scene, outputs_of_hits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike
 
-    from .base.results import Hits
-
-__all__ = ["cast_vjp"]
-
-_OF_T = ("dt_dlevel", "dt_dorigin", "dt_ddirection", "grazing", "coefficient_indices", "coefficient_weights")
-_OF_NORMALS = ("dnormal_dlevel", "dnormal_dorigin", "dnormal_ddirection", "coefficient_gradients")
+    from ..base.results import Hits
 
 
 def cast_vjp(
@@ -74,99 +70,29 @@ def cast_vjp(
     >>> bool(abs(hits.t_hit[0] - 2.4) < 1e-6)
     True
     """
-    if not isinstance(scene, _core.Scene):
-        raise TypeError(f"scene: expected a Scene, got {type(scene).__name__}")
+    check_scene(scene)
     given = _core._as_array(rays, "rays").astype(float)  # a copy: the caller may change them before `vjp` is called
-    parts = _OF_T + (_OF_NORMALS if normals else ())
-    outputs: Any = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
+    outputs = outputs_of_hits(normals)
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
-    placed = {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
+    shape, flat_rays = hits.t_hit.shape, given.reshape(-1, 6)
+    flat = type(hits)({name: each.reshape(-1, *each.shape[len(shape) :]) for name, each in hits.items()})
+    empty = Gradients(scene, samples=False)  # of the scene as it is now
 
     def vjp(t_hit=None, primitive_normals=None, samples=True):
-        of_t = _gradients("t_hit", t_hit, hits.t_hit.shape)
+        of_t = as_gradients("t_hit", t_hit, shape)
         if primitive_normals is not None and not normals:
             raise ValueError("primitive_normals: expected cast_vjp(..., normals=True) for it")
-        moves = np.isfinite(hits.t_hit) & ~hits.grazing
-        of_normals = _gradients("primitive_normals", primitive_normals, (*hits.t_hit.shape, 3))
-        moving = _Parts(hits.select(moves), given[moves], of_t[moves], of_normals[moves] if normals else None)
-        by_rays = np.zeros_like(given)
-        by_rays[moves] = moving.by_rays()
-        found: dict[str, Any] = {"rays": by_rays, "levels": {}, "transforms": {}, "samples": {}}
-        for id, (item, transform) in placed.items():
-            own = moving.of_object(id)
-            found["transforms"][id] = own.by_transform(transform)
-            if isinstance(item, _core.Isosurface):
-                found["levels"][id] = float(own.by_level().sum())
-                if samples:
-                    found["samples"][id] = item.volume.adjoint(own.hits.coefficient_indices, own.by_coefficients())
-        return found
+        of_normals = as_gradients("primitive_normals", primitive_normals, (*shape, 3)).reshape(-1, 3)
+        found = empty.anew(samples)
+        by_rays = found.add_hits(flat, flat_rays, of_t.reshape(-1), of_normals if normals else None)
+        return {
+            "rays": by_rays.reshape(given.shape),
+            "levels": found.levels,
+            "transforms": found.transforms,
+            "samples": found.samples(),
+        }
 
     return hits, vjp
-
-
-class _Parts:
-    """Hits that move, their rays, and the gradients by t and by normals, (N) and (N, 3); None without normals."""
-
-    def __init__(self, hits, rays, of_t, of_normals):
-        self.hits, self.rays, self.of_t, self.of_normals = hits, rays, of_t, of_normals
-
-    def of_object(self, id):
-        own = self.hits.geometry_ids == id
-        of_normals = None if self.of_normals is None else self.of_normals[own]
-        return _Parts(self.hits.select(own), self.rays[own], self.of_t[own], of_normals)
-
-    def by_rays(self):
-        hits = self.hits
-        found = self.of_t[:, None] * np.concatenate([hits.dt_dorigin, hits.dt_ddirection], axis=1)
-        if self.of_normals is not None:
-            by_parts = (hits.dnormal_dorigin, hits.dnormal_ddirection)
-            found += np.concatenate([np.einsum("ni,nij->nj", self.of_normals, each) for each in by_parts], axis=1)
-        return found
-
-    def by_level(self):
-        found = self.of_t * self.hits.dt_dlevel
-        if self.of_normals is not None:
-            found += (self.of_normals * self.hits.dnormal_dlevel).sum(1)
-        return found
-
-    def by_coefficients(self):
-        """A coefficient moves a hit as the level does, the other way, by its weight; and it turns the gradient of f."""
-        found = -self.by_level()[:, None] * self.hits.coefficient_weights
-        if self.of_normals is not None:
-            normals = self.hits.primitive_normals
-            over_gradient = self.hits.dt_dlevel * (normals * self.rays[:, 3:]).sum(1)  # with the sign of the side
-            across = over_gradient[:, None] * _across(normals, self.of_normals)
-            found += np.einsum("ni,nki->nk", across, self.hits.coefficient_gradients)
-        return found
-
-    def by_transform(self, transform):
-        """With the object's point y, the surface moves by dT y at a fixed ray, and normals turn by the inverse of T."""
-        inverse = np.linalg.inv(transform)
-        points = np.concatenate([self.hits.positions, np.ones((len(self.of_t), 1))], axis=1) @ inverse.T
-        moved = self.of_t[:, None] * self.hits.dt_dorigin
-        found = np.zeros((4, 4))
-        if self.of_normals is not None:
-            moved = moved + np.einsum("ni,nij->nj", self.of_normals, self.hits.dnormal_dorigin)
-            normals = self.hits.primitive_normals
-            found[:3, :3] = -normals.T @ (_across(normals, self.of_normals) @ inverse[:3, :3].T)
-        found[:3] -= moved.T @ points
-        return found
-
-
-def _across(normals, vectors):
-    """The parts of vectors perpendicular to normals."""
-    return vectors - normals * (normals * vectors).sum(1, keepdims=True)
-
-
-def _gradients(name, given, shape):
-    if given is None:
-        return np.zeros(shape)
-    array = _core._as_array(given, name).astype(float)
-    if array.shape != shape:
-        raise ValueError(f"{name}: expected gradients of shape {shape}, got {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: expected finite gradients, got some that are not")
-    return array
 
 
 def adjoint(self, indices, weights):
@@ -224,22 +150,7 @@ def adjoint(self, indices, weights):
     sums = np.bincount(places.reshape(-1).astype(np.intp), numbers.reshape(-1), size)
     if not (np.isfinite(numbers).all() and np.isfinite(sums).all()):
         raise ValueError("weights: expected finite numbers with finite sums, got some that are not")
-    sums = sums.reshape(self.shape, order="F" if self.axes == "xyz" else "C")
-    if self.filter == "none" or not sums.any():
-        return sums
-    largest = np.abs(sums).max()
-    scales = _mirrored_ends(self.shape) if self.boundary == "mirror" else 1.0
-    options = {name: getattr(self, name) for name in ("degree", "boundary", "filter", "smoothing", "axes")}
-    return _core.Volume(sums / largest / scales, **options).coefficients * scales * largest
-
-
-def _mirrored_ends(shape):
-    """W of the three axes: products of 1/2 at both ends of an axis and 1 elsewhere."""
-    scales = np.ones(shape)
-    for axis, count in enumerate(shape):
-        if count > 1:
-            np.moveaxis(scales, axis, 0)[[0, -1]] *= 0.5
-    return scales
+    return by_samples(self, sums)
 
 
 attach_methods(_core.Volume, explained, adjoint=adjoint)

@@ -1,0 +1,384 @@
+"""Outlines in pictures, by the tube estimator: docs/method.md, "Derivatives of pictures"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .film import Film
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+#: How far from an outline its two sides are looked at, in pixels.
+BESIDE = 1e-6
+#: Newton's method ends when it moves by less, in pixels.
+_SETTLED = 1e-9
+_MOST_STEPS = 12
+#: Pairs of a sample and a start that are looked at together.
+_PAIRS_AT_A_TIME = 2_000_000
+
+
+@dataclass
+class Feet:
+    """The feet of samples on the outlines of one object, N of them: what moves there, and how much it counts."""
+
+    positions: NDArray[np.float64]  # (N, 2), pixels
+    t: NDArray[np.float64]
+    points: NDArray[np.float64]  # (N, 3), in the space of the object
+    is_edge: NDArray[np.bool_]  # else rays are tangent there
+    outward: NDArray[np.float64]  # (N, 2), unit, in the picture
+    #: Of the function of the picture whose zeros are the outline: (N, 3), by the point in the space of the object.
+    gradients: NDArray[np.float64]
+    #: The outline moves outward by this times a change of that function.
+    speeds: NDArray[np.float64]
+    #: How far from t the surface is, at most, on rays at the distance `beside`.
+    margins: NDArray[np.float64]
+    distances: NDArray[np.float64]  # of the samples, outward, in pixels
+    curvatures: NDArray[np.float64]  # of the outline, per pixel; positive where it is convex outward
+    samples: NDArray[np.int64]  # the index of each foot's sample
+
+    @property
+    def stretch(self):
+        """The area around the samples, for areas of the same width and length along the outline."""
+        return np.abs(1.0 + self.curvatures * self.distances)
+
+    def select(self, which) -> Feet:
+        return Feet(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
+
+    @staticmethod
+    def joined(parts: list[Feet]) -> Feet:
+        return Feet(
+            **{each.name: np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Feet)}
+        )
+
+
+def feet_on_outlines(surface, film: Film, samples: Samples, tube: float) -> Feet | None:
+    """The feet of samples within `tube` pixels of an outline; None if there are none.
+
+    `film` has rays in the space of the surface. Feet may be hidden, outside of the picture, or in cells that are not in
+    the surface.
+    """
+    curves: list[Any] = [_Tangency(surface, film)]
+    curves += [_Edge(surface, film, plane) for plane in surface._end_planes()]
+    found = []
+    for curve in curves:
+        starts = curve.starts()
+        if len(starts):
+            found += _feet_of(curve, starts, film, samples, tube)
+    if not found:
+        return None
+    feet = Feet.joined(found)
+    planes = surface._end_planes()
+    margin = 1e-9 * np.abs(surface.volume.bounds).max()
+    return feet.select((feet.points @ planes[:, :3].T >= planes[:, 3] - margin).all(axis=1))
+
+
+class Samples:
+    """Positions on a picture, (N, 2), by pixel."""
+
+    def __init__(self, positions):
+        self.positions = positions
+        self.corner = np.floor(positions.min(axis=0, initial=0.0)).astype(np.int64)
+        pixels = np.floor(positions).astype(np.int64) - self.corner
+        self.width, self.height = pixels.max(axis=0, initial=0) + 1
+        places = pixels[:, 1] * self.width + pixels[:, 0]
+        self.order = np.argsort(places, kind="stable")
+        self.splits = np.searchsorted(places[self.order], np.arange(self.width * self.height + 1))
+
+    def near(self, positions, reach: int):
+        """Pairs of the index of a position and of a sample, for all samples within so many pixels along each axis."""
+        pixels = np.floor(positions).astype(np.int64) - self.corner
+        # The samples of a row of pixels follow each other.
+        y = pixels[:, 1, None] + np.arange(-reach, reach + 1)
+        is_inside = (y >= 0) & (y < self.height)
+        row = np.where(is_inside, y, 0) * self.width
+        begin = self.splits[row + np.clip(pixels[:, 0] - reach, 0, self.width)[:, None]]
+        end = self.splits[row + np.clip(pixels[:, 0] + reach + 1, 0, self.width)[:, None]]
+        counts = np.where(is_inside, end - begin, 0).reshape(-1)
+        start = np.repeat(np.arange(len(positions)), counts.reshape(len(positions), -1).sum(axis=1))
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        return start, self.order[np.repeat(begin.reshape(-1), counts) + within]
+
+
+@dataclass
+class _Equations:
+    """The equations of an outline at positions u and t, and their derivatives."""
+
+    f: Any  # f - level, with f_u and f_t
+    f_u: Any
+    f_t: Any
+    c: Any  # the other function that is zero on the outline
+    c_u: Any
+    c_t: Any
+    q: Any  # across the outline in the picture, (N, 2)
+    q_u: Any  # (N, 2, 2)
+    q_t: Any
+    points: Any
+
+
+class _Curve:
+    """A curve on the surface that may be seen as an outline: f = level, and another equation."""
+
+    def __init__(self, surface, film):
+        self.surface, self.film, self.volume, self.level = surface, film, surface.volume, surface.level
+
+    cells: Callable[[], Any]  # cells that may have a part of the curve
+    other: Callable[..., Any]  # the other function and its gradient, at points of the object's space
+    complete: Callable[..., _Equations]
+
+    def jets(self, points):
+        sample = self.volume.sample
+        return sample(points) - self.level, sample(points, derivative=1), sample(points, derivative=2)
+
+    def lattice(self, points):
+        """The coordinates in which cells are unit cubes."""
+        inverse = np.linalg.inv(self.volume.affine)
+        return points @ inverse[:3, :3].T + inverse[:3, 3] + (0.5 if self.volume.degree % 2 == 0 else 0.0)
+
+    def cell_corners(self, cells):
+        """The index coordinates of the lower corners of cells."""
+        return cells - (0.5 if self.volume.degree % 2 == 0 else 0.0)
+
+    def starts(self):
+        """Points of the curve in the world: at least one in each half of a cell that it passes through, as a rule."""
+        cells = self.cells()
+        affine = self.volume.affine
+        linear, inverse = affine[:3, :3], np.linalg.inv(affine)
+        places = np.array([(x, y, z) for z in (0.25, 0.75) for y in (0.25, 0.75) for x in (0.25, 0.75)])
+        corners = np.repeat(self.cell_corners(cells), len(places), axis=0)
+        points = (corners + np.tile(places, (len(cells), 1))) @ linear.T + affine[:3, 3]
+        reach = 0.5 * np.linalg.norm(linear, axis=0).max()
+        near = np.ones(len(points), bool)
+        for _ in range(8):
+            step, near_now = self.step_to(points, reach)
+            points = points + step
+            index = points @ inverse[:3, :3].T + inverse[:3, 3]
+            near = near_now & (np.abs(index - corners - 0.5) < 1.0).all(axis=1)
+            points, corners, step = points[near], corners[near], step[near]
+        index = points @ inverse[:3, :3].T + inverse[:3, 3]
+        inside = (np.abs(index - corners - 0.5) < 0.6).all(axis=1) & (np.linalg.norm(step, axis=1) < 1e-3 * reach)
+        points, index = points[inside], index[inside]
+        _, first = np.unique(np.floor(3.0 * index).astype(np.int64), axis=0, return_index=True)
+        return points[np.sort(first)]
+
+    def step_to(self, points, reach):
+        """Steps of Newton's method, the shortest ones, to the curve; and whether there are any."""
+        value, gradient, hessian = self.jets(points)
+        other, by_point = self.other(points, gradient, hessian)
+        rows = np.stack([gradient, by_point], axis=1)
+        square = rows @ rows.transpose(0, 2, 1)
+        determinant = square[:, 0, 0] * square[:, 1, 1] - square[:, 0, 1] ** 2
+        good = determinant > 1e-20 * square[:, 0, 0] * square[:, 1, 1]
+        determinant = np.where(good, determinant, 1.0)
+        a = (square[:, 1, 1] * value - square[:, 0, 1] * other) / determinant
+        b = (square[:, 0, 0] * other - square[:, 0, 1] * value) / determinant
+        step = -(a[:, None] * gradient + b[:, None] * by_point)
+        length = np.linalg.norm(step, axis=1)
+        return step * np.minimum(1.0, reach / np.maximum(length, 1e-300))[:, None], good
+
+    def equations(self, u, t) -> _Equations:
+        film = self.film
+        rays = film.rays(u)
+        directions = rays[:, 3:]
+        points = rays[:, :3] + t[:, None] * directions
+        by_u = film.origins + t[:, None, None] * film.directions
+        value, gradient, hessian = self.jets(points)
+        turned, across = np.einsum("nij,nj->ni", hessian, directions), hessian @ by_u
+        f_u = np.einsum("ni,nij->nj", gradient, by_u)
+        f_t = (gradient * directions).sum(axis=1)
+        f_tt = (directions * turned).sum(axis=1)
+        f_tu = np.einsum("ni,nij->nj", turned, by_u) + gradient @ film.directions
+        f_uu = by_u.transpose(0, 2, 1) @ across
+        return self.complete(value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points)
+
+
+class _Tangency(_Curve):
+    """Where rays are tangent to the surface: the derivative of f along the ray is zero."""
+
+    def cells(self):
+        return self.surface._outline_cells(self.film.eye)
+
+    def other(self, points, gradient, hessian):
+        eye = self.film.eye
+        view = eye[3] * points - eye[:3]
+        return (gradient * view).sum(axis=1), np.einsum("nij,nj->ni", hessian, view) + eye[3] * gradient
+
+    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points):
+        return _Equations(value, f_u, f_t, f_t, f_tu, f_tt, f_u, f_uu, f_tu, points)
+
+    def outcome(self, at: _Equations, directions):
+        """The signs of the outward direction along q, gradients, speeds and margins."""
+        gradients = self.volume.sample(at.points, derivative=1)
+        slopes = np.linalg.norm(at.q, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            signs = np.sign(at.c_t)  # f - level has it on the side of rays that pass by
+            # Twice the half of the chord that the ray has in the parabola.
+            return signs, gradients, -signs / slopes, 2.0 * np.sqrt(2.0 * BESIDE * slopes / np.abs(at.c_t))
+
+
+class _Edge(_Curve):
+    """Where the surface ends on a plane: of its clip, or of the border of the volume."""
+
+    def __init__(self, surface, film, plane):
+        super().__init__(surface, film)
+        self.normal, self.offset = plane[:3], plane[3]
+
+    def cells(self):
+        cells = self.surface.shell.cells
+        affine = self.volume.affine
+        # <normal, x> - offset at the lower corners, and its range over a cell.
+        slopes = self.normal @ affine[:3, :3]
+        lower = self.cell_corners(cells) @ slopes + self.normal @ affine[:3, 3] - self.offset
+        margin = 1e-9 * np.abs(slopes).sum()
+        reach = lower + np.minimum(slopes, 0.0).sum(), lower + np.maximum(slopes, 0.0).sum()
+        return cells[(reach[0] <= margin) & (reach[1] >= -margin)]
+
+    def other(self, points, gradient, hessian):
+        return points @ self.normal - self.offset, np.broadcast_to(self.normal, points.shape)
+
+    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points):
+        c_t, c_u = directions @ self.normal, np.einsum("i,nij->nj", self.normal, by_u)
+        turn = self.normal @ self.film.directions
+        q = f_u * c_t[:, None] - f_t[:, None] * c_u
+        q_u = f_uu * c_t[:, None, None] + f_u[:, :, None] * turn - c_u[:, :, None] * f_tu[:, None, :]
+        q_t = f_tu * c_t[:, None] - f_tt[:, None] * c_u - f_t[:, None] * turn
+        return _Equations(value, f_u, f_t, points @ self.normal - self.offset, c_u, c_t, q, q_u, q_t, points)
+
+    def outcome(self, at: _Equations, directions):
+        gradients = self.volume.sample(at.points, derivative=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            gradients = gradients - (at.f_t / at.c_t)[:, None] * self.normal
+            speeds = -np.abs(at.c_t) / np.linalg.norm(at.q, axis=1)
+            steepest = np.linalg.norm(at.f_u, axis=1) / np.abs(at.f_t), np.linalg.norm(at.c_u, axis=1) / np.abs(at.c_t)
+        return np.sign(at.c_t), gradients, speeds, 2.0 * BESIDE * np.maximum(*steepest)
+
+
+def _feet_of(curve, starts, film, samples, tube) -> list[Feet]:
+    """The feet of samples on one curve."""
+    positions, t = film.project(starts)
+    ahead = (t > 0.0) & np.isfinite(positions).all(axis=1)
+    positions, t, starts = positions[ahead], t[ahead], starts[ahead]
+    at = curve.equations(positions, t)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normals = at.q / np.linalg.norm(at.q, axis=1, keepdims=True)
+        tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+        along_t = -(at.c_u * tangents).sum(axis=1) / at.c_t
+        turned = np.einsum("nij,nj->ni", at.q_u, tangents) + at.q_t * along_t[:, None]
+        curvatures = (tangents * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
+    # What a cell measures in the picture: half of it is how far the curve may be from the next start.
+    linear = curve.volume.affine[:3, :3]
+    edges = np.stack([film.project(at.points + edge)[0] - positions for edge in linear.T])
+    reach = np.minimum(0.5 * np.sqrt((edges**2).sum(axis=(0, 2))), 32.0)
+    good = np.isfinite(np.column_stack([normals, along_t, curvatures, reach])).all(axis=1)
+    positions, t, starts, reach = positions[good], t[good], starts[good], reach[good]
+    normals, tangents, along_t, curvatures = normals[good], tangents[good], along_t[good], curvatures[good]
+    # Of the starts in an eighth of a cell, each sample takes the nearest.
+    homes = np.unique(np.floor(2.0 * curve.lattice(starts)).astype(np.int64), axis=0, return_inverse=True)[1].reshape(
+        -1
+    )
+    parts = []
+    for group in np.unique(np.ceil(reach + tube)):
+        chosen = np.flatnonzero(np.ceil(reach + tube) == group)
+        per_pixel = len(samples.positions) / (samples.width * samples.height)
+        chunk = max(1, int(_PAIRS_AT_A_TIME / ((2 * group + 1) ** 2 * per_pixel)))
+        for begin in range(0, len(chosen), chunk):
+            some = chosen[begin : begin + chunk]
+            start, sample = samples.near(positions[some], int(group))
+            start = some[start]
+            offsets = samples.positions[sample] - positions[start]
+            along = (offsets * tangents[start]).sum(axis=1)
+            bend = 0.5 * np.clip(curvatures[start] * along**2, -np.abs(along), np.abs(along))
+            across = (offsets * normals[start]).sum(axis=1) + bend
+            near = (np.abs(along) <= reach[start]) & (np.abs(across) <= tube + 0.5 * np.abs(bend) + 0.25)
+            start, sample, along, bend = start[near], sample[near], along[near], bend[near]
+            best = _first_of_each(sample, homes[start], np.abs(along))
+            start, sample, along, bend = start[best], sample[best], along[best], bend[best]
+            u = positions[start] + along[:, None] * tangents[start] - bend[:, None] * normals[start]
+            parts.append(_solve(curve, film, samples, sample, u, t[start] + along * along_t[start], tube))
+    return [_without_repeats(Feet.joined(parts))] if parts else []
+
+
+def _first_of_each(first, second, order):
+    """The indices, for each pair of (first, second), of the smallest `order`."""
+    sorted_by = np.lexsort([order, second, first])
+    changes = np.append(True, (np.diff(first[sorted_by]) != 0) | (np.diff(second[sorted_by]) != 0))
+    return np.sort(sorted_by[changes[: len(sorted_by)]])
+
+
+def _solve(curve, film, samples, sample, u, t, tube) -> Feet:
+    """The nearest points of a curve to samples, by Newton's method from (u, t)."""
+    p = samples.positions[sample]
+    settled = np.zeros(len(p), bool)
+    reach = np.linalg.norm(curve.volume.affine[:3, :3], axis=0).max()
+    for step_count in range(_MOST_STEPS):
+        active = np.flatnonzero(~settled)
+        if not len(active):
+            break
+        at = curve.equations(u[active], t[active])
+        offset = u[active] - p[active]
+        system = np.empty((len(active), 3, 3))
+        system[:, 0, :2], system[:, 0, 2] = at.f_u, at.f_t
+        system[:, 1, :2], system[:, 1, 2] = at.c_u, at.c_t
+        system[:, 2, 0] = at.q[:, 1] + _cross(offset, at.q_u[:, :, 0])
+        system[:, 2, 1] = -at.q[:, 0] + _cross(offset, at.q_u[:, :, 1])
+        system[:, 2, 2] = _cross(offset, at.q_t)
+        values = np.stack([at.f, at.c, _cross(offset, at.q)], axis=1)
+        sizes = np.abs(system).max(axis=2, keepdims=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            system, values = system / sizes, values / sizes[:, :, 0]
+        good = np.isfinite(system).all(axis=(1, 2)) & (
+            np.abs(np.linalg.det(np.where(np.isfinite(system), system, 0.0))) > 1e-14
+        )
+        system[~good], values[~good] = np.eye(3), np.nan
+        step = -np.linalg.solve(system, values[:, :, None])[:, :, 0]
+        directions = film.rays(u[active])[:, 3:]
+        length = np.maximum(
+            np.linalg.norm(step[:, :2], axis=1) / (4.0 * tube + 1.0),
+            np.abs(step[:, 2]) * np.linalg.norm(directions, axis=1) / (2.0 * reach),
+        )
+        step /= np.maximum(length, 1.0)[:, None]
+        u[active] += step[:, :2]
+        t[active] += step[:, 2]
+        settled[active] = np.linalg.norm(step[:, :2], axis=1) < _SETTLED
+        kept = np.isfinite(u).all(axis=1) & (
+            np.linalg.norm(u - p, axis=1) < (4.0 if step_count < 2 else 1.5) * tube + 1.0
+        )
+        sample, p, u, t, settled = sample[kept], p[kept], u[kept], t[kept], settled[kept]
+    near = settled & (np.linalg.norm(u - p, axis=1) <= tube) & (t > 0.0)
+    sample, p, u, t = sample[near], p[near], u[near], t[near]
+    at = curve.equations(u, t)
+    signs, gradients, speeds, margins = curve.outcome(at, film.rays(u)[:, 3:])
+    outward = at.q * (signs / np.linalg.norm(at.q, axis=1))[:, None]
+    tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
+    along = -(at.c_u * tangent).sum(axis=1) / at.c_t
+    turned = np.einsum("nij,nj->ni", at.q_u, tangent) + at.q_t * along[:, None]
+    curvature = signs * (tangent * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
+    distance = ((p - u) * outward).sum(axis=1)
+    is_edge = np.full(len(u), isinstance(curve, _Edge))
+    feet = Feet(u, t, at.points, is_edge, outward, gradients, speeds, margins, distance, curvature, sample)
+    numbers = np.column_stack([outward, speeds, margins, curvature])
+    return feet.select(np.isfinite(numbers).all(axis=1) & (feet.stretch > 0.0))
+
+
+def _cross(a, b):
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def _without_repeats(feet: Feet) -> Feet:
+    """One of the feet of a sample that are the same but for rounding."""
+    keys = np.column_stack(
+        [
+            feet.samples,
+            np.round(feet.positions * 1e4),
+            np.round(feet.t / np.maximum(np.abs(feet.t).max(initial=1e-300), 1e-300) * 1e5),
+        ]
+    )
+    order = np.lexsort(keys.T[::-1])
+    ordered = keys[order]
+    close = (np.abs(np.diff(ordered[:, 1:], axis=0)) <= 1.0).all(axis=1) & (np.diff(ordered[:, 0]) == 0)
+    return feet.select(np.sort(order[np.append(True, ~close)])) if len(order) else feet
