@@ -43,7 +43,7 @@ BENCH ?=
 REV ?= c6962fb
 VOLUMES ?=
 
-.PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop stubs build-module test-module test-debian13 test-debian13-rays test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
+.PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop stubs build-module test-module test-debian13 test-debian13-rays test-torch test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
     fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint lint-types lint-stubs \
     lint-files clang format clean packages test-packages
 
@@ -126,6 +126,9 @@ test-debian13: ## test the compiled parts on Debian 13, in a folder: Embree 4, C
 
 test-debian13-rays: ## build on Debian 13 and test rays; the folder is kept for the next time
 	@ROOT="$(cache)/debian13" tests/debian13/run rays
+
+test-torch: .venv/.linked ## test isospline.torch with Debian's PyTorch
+	@tests/torch/run
 
 test-lowest: .venv/.requirements ## run the Python tests with the lowest versions that pyproject.toml allows
 	@tests/lowest/run

@@ -28,11 +28,11 @@ SECTIONS = {
     ),
     "Rays and points": (
         "What rays hit, how thick a solid is, and what is nearest.",
-        ["030", "110", "170", "175", "180", "220", "255", "270", "275"],
+        ["030", "110", "170", "175", "180", "220", "255", "270", "275", "276", "277"],
     ),
     "Meshes, measures, other libraries": (
         "Numbers with their errors, meshes to print, and work with other tools and processes.",
-        ["160", "187", "205", "215", "235", "240", "245", "250"],
+        ["160", "187", "205", "215", "235", "240", "245", "250", "278"],
     ),
     "More": ("", []),
 }

@@ -18,6 +18,7 @@ PARTS = {
     "fuzz": ("damaged files and invalid calls, other ones each time", "make fuzz MINUTES=20"),
     "soak": ("threads that change, save, fork and interrupt shared scenes", "make soak MINUTES=20"),
     "debian13": ("all tests of the compiled parts with Embree 4, GCC 14, Python 3.13", "make test-debian13"),
+    "torch": ("isospline.torch, with Debian's PyTorch", "make test-torch"),
     "lowest": ("the lowest versions of Python and all packages", "make test-lowest"),
     "address": ("AddressSanitizer and UndefinedBehaviorSanitizer", "make sanitize-address"),
     "thread": ("ThreadSanitizer", "make sanitize-thread"),

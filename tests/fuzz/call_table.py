@@ -443,6 +443,7 @@ def calls(o, folder):
         ),
         ("Volume.adjoint", o["volume"].adjoint, {"indices": np.arange(6), "weights": np.ones(6)}),
         ("Volume.cell_at", o["volume"].cell_at, {"primitive_ids": np.arange(3)}),
+        ("Volume.coefficient_weights", o["volume"].coefficient_weights, {"points": points}),
         ("Volume.primitive_id", o["volume"].primitive_id, {"cells": np.zeros((3, 3), int)}),
         ("Volume.sample", o["volume"].sample, {"points": points, "derivative": 1}),
         ("VolumeData", lambda **given: iso.VolumeData(**given).to_volume(), {"data": samples, "spacing": (1, 1, 2)}),

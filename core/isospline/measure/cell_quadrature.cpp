@@ -25,10 +25,8 @@ constexpr std::size_t at(Quantity quantity)
     return static_cast<std::size_t>(quantity);
 }
 
-/// The largest number of halvings of a cell; the rest counts as error.
-constexpr int deepest_box = 21;
-/// The largest number of parts of a cell; after that, none is halved any more.
-constexpr int most_boxes = 2048;
+/// The largest numbers of halvings and of parts of a cell; the rest counts as error.
+constexpr int deepest_box = 21, most_boxes = 2048;
 /// Up to this number of halvings, steep graphs are halved: the rules then converge faster.
 constexpr int deepest_steep_box = 3;
 constexpr double steep = 0.1;
@@ -37,10 +35,6 @@ constexpr double steep = 0.1;
 using Sums = std::array<double, quantity_count>;
 /// The integrals over a piece by three rules, the fine one first.
 using Piece = std::array<Sums, 3>;
-/// Does nothing with the zeros of edges.
-struct IgnoreZeros {
-    void operator()(const ZeroNode&) const {}
-};
 
 } // namespace
 
@@ -160,8 +154,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         for (int axis = 0; axis < 3; ++axis)
             for (const bool upper : {false, true}) {
                 const PatchPolynomial face = face_of<Degree>(part.b, axis, upper);
-                if (std::any_of(face.b.begin(), face.b.begin() + static_cast<std::ptrdiff_t>(face.count()),
-                                [](double b) { return b != 0.0; }))
+                if (!face.is_zero())
                     continue;
                 std::vector<PatchPolynomial> edges;
                 for (const HalfSpace& plane : part.planes)
@@ -355,8 +348,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }
 
-    /// Adds an area of the surface at a point.
-    void add_area(const glm::dvec3& local, double area, bool is_fine, Sums& to)
+    void add_area(const glm::dvec3& local, double area, bool is_fine, Sums& to) const
     {
         to[at(Quantity::area)] += area;
         if (visitor != nullptr && is_fine)
@@ -367,8 +359,8 @@ struct CellQuadrature::MethodOfDegree final : Method {
     double plane_area(const Part& part, const glm::dvec3& part_normal, int axis, double weight) const
     {
         const glm::dvec3 normal = part_normal / part.size;
-        return determinant * weight * (part.volume() / part.size[axis]) * glm::length(normal * to_lattice) /
-               std::abs(normal[axis]);
+        const double stretch = glm::length(normal * to_lattice) / std::abs(normal[axis]);
+        return determinant * weight * (part.volume() / part.size[axis]) * stretch;
     }
 
     QuadratureOptions options;
@@ -377,8 +369,8 @@ struct CellQuadrature::MethodOfDegree final : Method {
     double determinant;
     const CellCoefficients* cell = nullptr;
     const NodeVisitor* visitor = nullptr; ///< of nodes on the surface, or on the edge of a cap
+    Integrals result;                     ///< of the cell so far
     double sign = 1.0;
-    Integrals result; ///< of the cell so far
     int box_count = 0;
 };
 

@@ -39,6 +39,11 @@ struct ZeroNode {
     int along;
 };
 
+/// Does nothing with the zeros of edges.
+struct IgnoreZeros {
+    void operator()(const ZeroNode&) const {}
+};
+
 /// The square is halved until all zeros in a part are graphs over one of its axes. The zeros then cut the part into
 /// pieces.
 class PatchQuadrature {

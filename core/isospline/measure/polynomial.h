@@ -111,6 +111,11 @@ struct PatchPolynomial {
     double& item(int i, int j) { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
     double item(int i, int j) const { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
     bool has_zeros() const { return has_both_signs(b, count()); }
+    bool is_zero() const
+    {
+        return std::all_of(b.begin(), b.begin() + static_cast<std::ptrdiff_t>(count()),
+                           [](double x) { return x == 0.0; });
+    }
 
     /// The coefficients along an axis, at one index of the other axis.
     LinePolynomial row(int axis, int at) const
