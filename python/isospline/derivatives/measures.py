@@ -21,9 +21,10 @@ def measure_vjp(
 ) -> tuple[dict[str, float], Callable[..., dict[str, Any]]]:
     """The volume and the area of the solid that a surface bounds, and their vector-Jacobian product.
 
-    With the solid f >= level, the volume V, the area A of the surface, its unit normal n = grad f / |grad f| and the
-    B-spline B of a coefficient c, dV/dc is the integral of B / |grad f| over the surface, and dA/dc that of
-    -B div(n) / |grad f|, with the integrals along the edges of cuts: docs/method.md, "Derivatives of measures".
+    Let n be the unit normal, along the gradient, and B the B-spline of a coefficient. With the solid f >= level, the
+    derivative of the volume by the coefficient is the integral of B over the gradient's length. That of the area is the
+    integral of -B div(n) over this length, with integrals along the edges of cuts: docs/method.md, "Derivatives of
+    measures".
 
     Parameters
     ----------
