@@ -128,7 +128,7 @@ test-debian13-rays: ## build on Debian 13 and test rays; the folder is kept for 
 	@ROOT="$(cache)/debian13" tests/debian13/run rays
 
 test-torch: .venv/.linked ## test isospline.torch with Debian's PyTorch
-	@tests/torch/run
+	@tests/pytorch/run
 
 test-lowest: .venv/.requirements ## run the Python tests with the lowest versions that pyproject.toml allows
 	@tests/lowest/run
