@@ -267,7 +267,10 @@ py::array_t<double> end_planes(const Isosurface& surface)
     const Volume& volume = snapshot->volume();
     std::vector<HalfSpace> planes = snapshot->clip_lattice();
     for (const HalfSpace& side : half_spaces(Box{glm::dvec3(0.0), glm::dvec3(volume.cell_shape())}))
-        planes.push_back(side);
+        if (std::none_of(planes.begin(), planes.end(), [&](const HalfSpace& plane) {
+                return plane.normal == side.normal && std::abs(plane.offset - side.offset) < plane_margin;
+            }))
+            planes.push_back(side);
     auto array = new_array<double>({static_cast<py::ssize_t>(planes.size()), 4});
     double* next = array.mutable_data();
     for (const HalfSpace& plane : planes) {

@@ -328,15 +328,17 @@ py::dict volume_and_area(const Isosurface& surface, std::optional<double> tolera
     return row;
 }
 
-/// (the derivative by the level, those by the coefficients as the volume's data are)
+/// (the derivative by the level, those by the coefficients as the volume's data are, or None)
 py::tuple gradient_of_measures(const Isosurface& surface, double by_volume, double by_area, int order,
-                               const py::object& progress)
+                               bool coefficients, const py::object& progress)
 {
     const auto snapshot = surface.snapshot();
     MeasureGradient found;
     long_call("to differentiate measures", progress, [&](const Progress& report) {
-        found = measure_gradient(solid_of(*snapshot), {by_volume, by_area}, order, report);
+        found = measure_gradient(solid_of(*snapshot), {by_volume, by_area}, order, coefficients, report);
     });
+    if (!coefficients)
+        return py::make_tuple(found.by_level, py::none());
     auto by_coefficients = new_grid<double>(snapshot->volume().shape(), snapshot->volume().options().axes);
     std::copy(found.by_coefficients.begin(), found.by_coefficients.end(), by_coefficients.mutable_data());
     return py::make_tuple(found.by_level, by_coefficients);
@@ -365,7 +367,8 @@ void bind_measure(py::module_& module)
     surface.def("_volume_and_area", &volume_and_area, py::arg("tolerance"), py::arg("order"), py::arg("progress"),
                 "A row of the table of `isospline.measure`.");
     surface.def("_measure_gradient", &gradient_of_measures, py::arg("by_volume"), py::arg("by_area"), py::arg("order"),
-                py::arg("progress"), "The derivatives of a number by the level and the coefficients.");
+                py::arg("coefficients"), py::arg("progress"),
+                "The derivatives of a number by the level and the coefficients.");
 }
 
 } // namespace isospline

@@ -194,8 +194,8 @@ class Volume(_Shown):
 
 class Isosurface(_Shown):
     def _measure_gradient(
-        self, by_volume: float, by_area: float, order: int, progress: _Progress
-    ) -> tuple[float, NDArray[np.float64]]: ...
+        self, by_volume: float, by_area: float, order: int, coefficients: bool, progress: _Progress
+    ) -> tuple[float, Any]: ...
     material: Material | None
     @overload
     def contains(self, *, certify: Literal[False] = False) -> NDArray[np.bool_]: ...

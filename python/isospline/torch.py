@@ -85,6 +85,9 @@ def cast(
         level.grad
     """
     parameters = _Parameters(scene, levels, samples, transforms)
+    given = _torch().as_tensor(rays)
+    if not given.dtype.is_floating_point:
+        raise TypeError(f"rays: expected a tensor of real numbers, got {given.dtype}")
 
     def run(rays, *arrays):
         built = parameters.scene(arrays)
@@ -98,7 +101,7 @@ def cast(
 
         return (hits.t_hit, hits.primitive_normals), back
 
-    return _apply(run, _torch().as_tensor(rays), *parameters.tensors)
+    return _apply(run, given, *parameters.tensors)
 
 
 def picture(
@@ -147,7 +150,9 @@ def picture(
     --------
     isospline.derivatives.picture_vjp : the same without PyTorch, and what is differentiated.
     """
-    motion = _torch().eye(4, dtype=_torch().float64) if camera_motion is None else camera_motion
+    motion = _torch().eye(4, dtype=_torch().float64) if camera_motion is None else _torch().as_tensor(camera_motion)
+    if tuple(motion.shape) != (4, 4) or not float(_torch().linalg.det(motion.detach().double())):
+        raise ValueError("camera_motion: expected a (4, 4) matrix with an inverse, got another one")
     parameters = _Parameters(scene, levels, samples, transforms)
 
     def run(motion, *arrays):
@@ -215,6 +220,8 @@ class _Parameters:
                 tensor = _torch().as_tensor(tensor)
                 if tuple(tensor.shape) != shape[name]:
                     raise ValueError(f"{name}: expected shape {shape[name]} for {id}, got {tuple(tensor.shape)}")
+                if not tensor.dtype.is_floating_point:
+                    raise TypeError(f"{name}: expected a tensor of real numbers for {id}, got {tensor.dtype}")
                 self.places.append((name, id))
                 self.tensors.append(tensor)
         self.has_samples = bool(samples)

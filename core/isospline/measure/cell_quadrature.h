@@ -46,8 +46,8 @@ struct QuadratureOptions {
     int order = 4;          ///< nodes of Gauss-Legendre rules, 2 to 10
     bool surface = true;    ///< integrate over the surface: the area
     bool curvature = false; ///< the curvatures, too; needs degree 2 or 3
-    bool error = true;      ///< estimate errors
     glm::dmat3 lattice_to_world{1.0};
+    bool error = true; ///< estimate errors
 };
 
 /// Integrates over cells, in world units. One thread at a time.

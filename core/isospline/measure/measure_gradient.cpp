@@ -40,7 +40,7 @@ class BrickGradient {
 public:
     BrickGradient(const Solid& solid, const MeasureWeights& weights, int order)
         : solid_(solid), weights_(weights), to_lattice_(glm::inverse(glm::dmat3(solid.volume.lattice_to_world()))),
-          quadrature_(Degree, {order, true, false, false, solid.volume.lattice_to_world()})
+          quadrature_(Degree, {order, true, false, solid.volume.lattice_to_world(), false})
     {
     }
 
@@ -163,18 +163,21 @@ void add_sums(BrickSums& sums, const Brick& brick, const Volume& volume, Measure
     const auto inside = [&](int axis, int i) {
         return detail::inside_index(first[axis] + i, volume.shape()[axis], volume.boundary());
     };
+    const bool has_coefficients = !to.by_coefficients.empty();
     for (int z = 0; z < count.z; ++z)
         for (int y = 0; y < count.y; ++y)
             for (int x = 0; x < count.x; ++x) {
                 const double sum = sums.at(x, y, z);
-                to.by_coefficients[place_in(volume.shape(), {inside(0, x), inside(1, y), inside(2, z)})] += sum;
+                if (has_coefficients)
+                    to.by_coefficients[place_in(volume.shape(), {inside(0, x), inside(1, y), inside(2, z)})] += sum;
                 to.by_level -= sum; // the level does what all coefficients do together, the other way
             }
 }
 
 } // namespace
 
-MeasureGradient measure_gradient(const Solid& solid, const MeasureWeights& weights, int order, const Progress& progress)
+MeasureGradient measure_gradient(const Solid& solid, const MeasureWeights& weights, int order, bool coefficients,
+                                 const Progress& progress)
 {
     if (order < 2 || order > 10)
         throw_invalid("order", "2 to 10", order);
@@ -188,7 +191,8 @@ MeasureGradient measure_gradient(const Solid& solid, const MeasureWeights& weigh
     });
     MeasureGradient result;
     const glm::dvec3 shape(solid.volume.shape());
-    result.by_coefficients.resize(static_cast<std::size_t>(shape.x * shape.y * shape.z));
+    if (coefficients)
+        result.by_coefficients.resize(static_cast<std::size_t>(shape.x * shape.y * shape.z));
     std::vector<BrickSums> sums;
     for (std::size_t begin = 0; begin < bricks.size(); begin += bricks_at_a_time) {
         const std::size_t end = std::min(begin + bricks_at_a_time, bricks.size());

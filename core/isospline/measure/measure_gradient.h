@@ -17,12 +17,13 @@ struct MeasureWeights {
 /// Its derivatives.
 struct MeasureGradient {
     double by_level = 0.0;
-    std::vector<double> by_coefficients; ///< in the order of the grid of samples, x + nx (y + ny z)
+    std::vector<double>
+        by_coefficients; ///< in the order of the grid of samples, x + nx (y + ny z); empty if not wanted
 };
 
 /// Computes them with Gauss-Legendre rules of `order` nodes, 2 to 10, along each axis. The same for any number of
 /// threads. Throws std::invalid_argument for another order, and for an area at degree 1, whose surfaces have creases.
-MeasureGradient measure_gradient(const Solid& solid, const MeasureWeights& weights, int order,
+MeasureGradient measure_gradient(const Solid& solid, const MeasureWeights& weights, int order, bool coefficients,
                                  const Progress& progress = {});
 
 } // namespace isospline

@@ -24,12 +24,12 @@ bool is_cut(const Solid& solid, const Brick& brick, bool surface)
 PieceIntegrals::PieceIntegrals(const Solid& solid, const PieceRule& rule, bool surface, bool curvature)
     : solid_(solid), surface_(surface),
       quadrature_(solid.volume.degree(),
-                  {rule.has_lines ? 4 : rule.order, surface, curvature, true, solid.volume.lattice_to_world()}),
+                  {rule.has_lines ? 4 : rule.order, surface, curvature, solid.volume.lattice_to_world()}),
       cell_volume_(std::abs(glm::determinant(glm::dmat3(solid.volume.lattice_to_world()))))
 {
     if (rule.has_lines)
         lines_.emplace(solid.volume.degree(),
-                       QuadratureOptions{rule.order, surface, curvature, true, solid.volume.lattice_to_world()});
+                       QuadratureOptions{rule.order, surface, curvature, solid.volume.lattice_to_world()});
 }
 
 PieceSums PieceIntegrals::operator()(const Piece& piece)

@@ -28,9 +28,11 @@ class Film:
 
     @staticmethod
     def of_camera(camera, size) -> Film:
-        if isinstance(camera, _core.PanoramicCamera):
-            raise TypeError("camera: expected one whose image is a plane, got a PanoramicCamera")
-        if getattr(camera, "distortion", None) is not None and np.any(camera.distortion):
+        planar = (_core.PerspectiveCamera, _core.OrthographicCamera, _core.ProjectionPlaneCamera)
+        if not isinstance(camera, planar):
+            raise TypeError(f"camera: expected one whose image is a plane, got a {type(camera).__name__}")
+        distortion = getattr(camera, "distortion", None)
+        if distortion is not None and np.any(distortion):
             raise ValueError("camera: expected one without distortion: lines would not be straight in its picture")
         width, height = size
         finer = 2 if min(size) == 1 else 1  # two rays are needed along each side
@@ -76,6 +78,33 @@ class Film:
             return (solved[:2] / solved[2]).T, solved[2]
 
 
+class Samples:
+    """Positions on a picture, (N, 2), by pixel."""
+
+    def __init__(self, positions):
+        self.positions = positions
+        self.corner = np.floor(positions.min(axis=0, initial=0.0)).astype(np.int64)
+        pixels = np.floor(positions).astype(np.int64) - self.corner
+        self.width, self.height = pixels.max(axis=0, initial=0) + 1
+        places = pixels[:, 1] * self.width + pixels[:, 0]
+        self.order = np.argsort(places, kind="stable")
+        self.splits = np.searchsorted(places[self.order], np.arange(self.width * self.height + 1))
+
+    def near(self, positions, reach: int):
+        """Pairs of the index of a position and of a sample, for all samples within so many pixels along each axis."""
+        pixels = np.floor(positions).astype(np.int64) - self.corner
+        # The samples of a row of pixels follow each other.
+        y = pixels[:, 1, None] + np.arange(-reach, reach + 1)
+        is_inside = (y >= 0) & (y < self.height)
+        row = np.where(is_inside, y, 0) * self.width
+        begin = self.splits[row + np.clip(pixels[:, 0] - reach, 0, self.width)[:, None]]
+        end = self.splits[row + np.clip(pixels[:, 0] + reach + 1, 0, self.width)[:, None]]
+        counts = np.where(is_inside, end - begin, 0).reshape(-1)
+        start = np.repeat(np.arange(len(positions)), counts.reshape(len(positions), -1).sum(axis=1))
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        return start, self.order[np.repeat(begin.reshape(-1), counts) + within]
+
+
 def jittered(pixels, count: int, seed: int) -> NDArray[np.float64]:
     """Samples of pixels, whose corners are (M, 2) integers: (M * count, 2) positions, uniform in each pixel.
 
@@ -90,12 +119,15 @@ def jittered(pixels, count: int, seed: int) -> NDArray[np.float64]:
 
 
 def _uniform(numbers, seed):
-    """Two random numbers in [0, 1) for each integer: SplitMix64 (Steele, Lea and Flood 2014)."""
-    columns = []
-    for stream in range(2):
-        z = numbers.astype(np.uint64) * np.uint64(2) + np.uint64(stream) + np.uint64(seed)
-        z = z * np.uint64(0x9E3779B97F4A7C15)
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        columns.append(((z ^ (z >> np.uint64(31))) >> np.uint64(11)).astype(float) * 2.0**-53)
-    return np.stack(columns, axis=-1)
+    """Two random numbers in [0, 1) for each integer; those of different seeds are independent."""
+    base = _mixed(np.array([seed], dtype=np.uint64))
+    columns = [_mixed(_mixed(numbers.astype(np.uint64) * np.uint64(2) + np.uint64(axis)) ^ base) for axis in range(2)]
+    return np.stack([(column >> np.uint64(11)).astype(float) * 2.0**-53 for column in columns], axis=-1)
+
+
+def _mixed(numbers):
+    """One-to-one, with bits as if random: SplitMix64 (Steele, Lea and Flood 2014)."""
+    z = (numbers + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))

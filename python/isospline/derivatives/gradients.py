@@ -32,7 +32,9 @@ class Gradients:
     """Gradients by levels, transforms and samples of the objects of a scene, by geometry id, and by the camera."""
 
     def __init__(self, scene: _core.Scene, samples: bool) -> None:
-        self._begin({id: (item, transform) for id, item, transform, _ in scene._placed_objects()}, samples)
+        found = scene._placed_objects()
+        self._visible = [visibility.visible for *_, visibility in found]
+        self._begin({id: (item, transform) for id, item, transform, _ in found}, samples)
 
     def anew(self, samples: bool) -> Gradients:
         """Zero, for the same scene."""
@@ -42,7 +44,8 @@ class Gradients:
 
     def check_is_of(self, scene: _core.Scene) -> None:
         """Raises if the scene has changed."""
-        if self._state != Gradients(scene, samples=False)._state:
+        now = Gradients(scene, samples=False)
+        if (self._state, self._visible) != (now._state, now._visible):
             raise RuntimeError("scene: expected one that has not changed since the call, got one that has")
 
     def _begin(self, placed, samples):
@@ -60,9 +63,10 @@ class Gradients:
     def add_coefficients(self, id: int, indices, weights) -> None:
         """Adds gradients by coefficients, given their places in ``volume.coefficients.ravel("K")``."""
         if self._has_samples and indices.size:
-            size = int(np.prod(self.surfaces[id].volume.shape))
-            sums = np.bincount(indices.reshape(-1).astype(np.intp), weights.reshape(-1), size)
-            self._sums[id] = sums + self._sums.get(id, 0.0)
+            if id not in self._sums:
+                self._sums[id] = np.zeros(int(np.prod(self.surfaces[id].volume.shape)))
+            places, inverse = np.unique(indices, return_inverse=True)
+            self._sums[id][places] += np.bincount(inverse.reshape(-1), weights.reshape(-1), len(places))
 
     def samples(self) -> dict[int, NDArray[np.float64]]:
         if not self._has_samples:

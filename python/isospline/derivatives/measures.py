@@ -74,9 +74,9 @@ def measure_vjp(
     def vjp(enclosed_volume=0.0, area=0.0, samples=True):
         by_volume = float(as_gradients("enclosed_volume", enclosed_volume, ()))
         by_area = float(as_gradients("area", area, ()))
-        by_level, by_coefficients = fixed._measure_gradient(by_volume, by_area, order, progress)
+        by_level, by_coefficients = fixed._measure_gradient(by_volume, by_area, order, samples, progress)
         found: dict[str, Any] = {"level": by_level}
-        if samples:
+        if by_coefficients is not None:
             found["samples"] = by_samples(fixed.volume, by_coefficients.ravel("K"))
         return found
 
@@ -143,20 +143,26 @@ def distance_vjp(
     away = np.where((distances > 1e-9)[:, None], away, normals)
     away[~near] = 0.0
 
+    moved = {}  # of each object: its points, how their distances change with the level, and the coefficients there
+    for id, (item, transform) in empty.placed.items():
+        own = near & (ids == id)
+        moved[id] = [own]
+        if isinstance(item, _core.Isosurface):
+            home = np.linalg.inv(transform)
+            at_home = feet[own] @ home[:3, :3].T + home[:3, 3]
+            slopes = _slopes_by_level(item, at_home, away[own] @ transform[:3, :3])
+            moved[id] += [slopes, *item.volume.coefficient_weights(at_home)[:2]]
+
     def vjp(distances, samples=True):
         of = as_gradients("distances", distances, shape).reshape(-1)
         sums = empty.anew(samples)
-        for id, (item, transform) in sums.placed.items():
-            own = near & (ids == id)
+        for id, (own, *at_surface) in moved.items():
             sums.add_motion(id, -of[own, None] * away[own], feet[own])
-            if not isinstance(item, _core.Isosurface):
-                continue
-            home = np.linalg.inv(transform)
-            at_home = feet[own] @ home[:3, :3].T + home[:3, 3]
-            gains = of[own, None] * _slopes_by_level(item, at_home, away[own] @ transform[:3, :3])
-            sums.levels[id] += float(gains.sum())
-            indices, weights, _ = item.volume.coefficient_weights(at_home)
-            sums.add_coefficients(id, indices, -gains * weights)
+            if at_surface:
+                slopes, indices, weights = at_surface
+                gains = of[own, None] * slopes
+                sums.levels[id] += float(gains.sum())
+                sums.add_coefficients(id, indices, -gains * weights)
         return {
             "points": (of[:, None] * away).reshape(given.shape),
             "levels": sums.levels,
@@ -180,6 +186,12 @@ def _slopes_by_level(surface, points, away):
     off = np.abs(surface.volume.sample(points) - surface.level)
     planes = surface._end_planes()
     active = np.abs(points @ planes[:, :3].T - planes[:, 3]) < 1e-6 * scale
+    if surface.volume.degree == 1:  # the gradient is that of one cell: on creases it differs along the cells' faces
+        faces = np.linalg.inv(surface.volume.affine)
+        index = points @ faces[:3, :3].T + faces[:3, 3]
+        active = np.concatenate([active, np.abs(index - np.round(index)) < 1e-6], axis=1)
+        unit = faces[:3, :3] / np.linalg.norm(faces[:3, :3], axis=1, keepdims=True)
+        planes = np.concatenate([planes, np.pad(unit, ((0, 0), (0, 1)))])
     columns = np.concatenate(
         [gradients[:, :, None] / steepness[:, None, None], active[:, None, :] * planes[:, :3].T], 2
     )

@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .film import Film
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
+
+    from .film import Film, Samples
 
 #: How far from an outline its two sides are looked at, in pixels.
 BESIDE = 1e-6
 #: Newton's method ends when it moves by less, in pixels.
 _SETTLED = 1e-9
 _MOST_STEPS = 12
+#: Cells that are larger, in pixels, have starts in pieces of this size.
+_LARGE = 32.0
+_MOST_PIECES = 24
 #: Pairs of a sample and a start that are looked at together.
 _PAIRS_AT_A_TIME = 2_000_000
 
@@ -38,7 +41,8 @@ class Feet:
     speeds: NDArray[np.float64]
     #: How far from t the surface is, at most, on rays at the distance `beside`.
     margins: NDArray[np.float64]
-    distances: NDArray[np.float64]  # of the samples, outward, in pixels
+    widths: NDArray[np.float64]  # of the tube, on each side, in pixels
+    distances: NDArray[np.float64]  # of the samples, outward, in pixels; up to the width
     curvatures: NDArray[np.float64]  # of the outline, per pixel; positive where it is convex outward
     samples: NDArray[np.int64]  # the index of each foot's sample
 
@@ -58,16 +62,18 @@ class Feet:
 
 
 def feet_on_outlines(surface, film: Film, samples: Samples, tube: float) -> Feet | None:
-    """The feet of samples within `tube` pixels of an outline; None if there are none.
+    """The feet of samples within `tube` pixels of an outline, or half its radius; None if there are none.
 
     `film` has rays in the space of the surface. Feet may be hidden, outside of the picture, or in cells that are not in
     the surface.
     """
+    if not len(samples.positions):
+        return None
     curves: list[Any] = [_Tangency(surface, film)]
     curves += [_Edge(surface, film, plane) for plane in surface._end_planes()]
     found = []
     for curve in curves:
-        starts = curve.starts()
+        starts = curve.starts(samples, tube)
         if len(starts):
             found += _feet_of(curve, starts, film, samples, tube)
     if not found:
@@ -76,33 +82,6 @@ def feet_on_outlines(surface, film: Film, samples: Samples, tube: float) -> Feet
     planes = surface._end_planes()
     margin = 1e-9 * np.abs(surface.volume.bounds).max()
     return feet.select((feet.points @ planes[:, :3].T >= planes[:, 3] - margin).all(axis=1))
-
-
-class Samples:
-    """Positions on a picture, (N, 2), by pixel."""
-
-    def __init__(self, positions):
-        self.positions = positions
-        self.corner = np.floor(positions.min(axis=0, initial=0.0)).astype(np.int64)
-        pixels = np.floor(positions).astype(np.int64) - self.corner
-        self.width, self.height = pixels.max(axis=0, initial=0) + 1
-        places = pixels[:, 1] * self.width + pixels[:, 0]
-        self.order = np.argsort(places, kind="stable")
-        self.splits = np.searchsorted(places[self.order], np.arange(self.width * self.height + 1))
-
-    def near(self, positions, reach: int):
-        """Pairs of the index of a position and of a sample, for all samples within so many pixels along each axis."""
-        pixels = np.floor(positions).astype(np.int64) - self.corner
-        # The samples of a row of pixels follow each other.
-        y = pixels[:, 1, None] + np.arange(-reach, reach + 1)
-        is_inside = (y >= 0) & (y < self.height)
-        row = np.where(is_inside, y, 0) * self.width
-        begin = self.splits[row + np.clip(pixels[:, 0] - reach, 0, self.width)[:, None]]
-        end = self.splits[row + np.clip(pixels[:, 0] + reach + 1, 0, self.width)[:, None]]
-        counts = np.where(is_inside, end - begin, 0).reshape(-1)
-        start = np.repeat(np.arange(len(positions)), counts.reshape(len(positions), -1).sum(axis=1))
-        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        return start, self.order[np.repeat(begin.reshape(-1), counts) + within]
 
 
 @dataclass
@@ -144,12 +123,36 @@ class _Curve:
         """The index coordinates of the lower corners of cells."""
         return cells - (0.5 if self.volume.degree % 2 == 0 else 0.0)
 
-    def starts(self):
-        """Points of the curve in the world: at least one in each half of a cell that it passes through, as a rule."""
+    def starts(self, samples, tube):
+        """Points of the curve, in all cells that it passes through as a rule; finer in cells that are large to see."""
         cells = self.cells()
+        first, last = self.seen_boxes(cells)
+        corner = samples.corner - tube
+        near = (last >= corner).all(axis=1) & (first <= corner + (samples.width, samples.height) + 2.0 * tube).all(
+            axis=1
+        )
+        pieces = np.clip(np.ceil((last - first).max(axis=1) / _LARGE), 2, _MOST_PIECES).astype(np.int64)
+        found = [self.starts_in(cells[near & (pieces == count)], count) for count in np.unique(pieces[near])]
+        return np.concatenate([np.empty((0, 3)), *found])
+
+    def seen_boxes(self, cells):
+        """The boxes of cells in the picture; of those that reach behind the eye, all of the picture."""
+        corners = self.cell_corners(cells)
+        first, last = np.full((len(cells), 2), np.inf), np.full((len(cells), 2), -np.inf)
+        behind = np.zeros(len(cells), bool)
+        affine = self.volume.affine
+        for corner in np.ndindex(2, 2, 2):
+            positions, t = self.film.project((corners + corner) @ affine[:3, :3].T + affine[:3, 3])
+            behind |= ~(t > 0.0) | ~np.isfinite(positions).all(axis=1)
+            first, last = np.fmin(first, positions), np.fmax(last, positions)
+        first[behind], last[behind] = -np.inf, np.inf
+        return first, last
+
+    def starts_in(self, cells, pieces):
+        """Points found by Newton's method from `pieces`^3 points of each cell."""
         affine = self.volume.affine
         linear, inverse = affine[:3, :3], np.linalg.inv(affine)
-        places = np.array([(x, y, z) for z in (0.25, 0.75) for y in (0.25, 0.75) for x in (0.25, 0.75)])
+        places = (np.argwhere(np.ones((pieces, pieces, pieces))) + 0.5) / pieces
         corners = np.repeat(self.cell_corners(cells), len(places), axis=0)
         points = (corners + np.tile(places, (len(cells), 1))) @ linear.T + affine[:3, 3]
         reach = 0.5 * np.linalg.norm(linear, axis=0).max()
@@ -163,7 +166,7 @@ class _Curve:
         index = points @ inverse[:3, :3].T + inverse[:3, 3]
         inside = (np.abs(index - corners - 0.5) < 0.6).all(axis=1) & (np.linalg.norm(step, axis=1) < 1e-3 * reach)
         points, index = points[inside], index[inside]
-        _, first = np.unique(np.floor(3.0 * index).astype(np.int64), axis=0, return_index=True)
+        _, first = np.unique(np.floor(1.5 * pieces * index).astype(np.int64), axis=0, return_index=True)
         return points[np.sort(first)]
 
     def step_to(self, points, reach):
@@ -270,31 +273,34 @@ def _feet_of(curve, starts, film, samples, tube) -> list[Feet]:
         along_t = -(at.c_u * tangents).sum(axis=1) / at.c_t
         turned = np.einsum("nij,nj->ni", at.q_u, tangents) + at.q_t * along_t[:, None]
         curvatures = (tangents * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
-    # What a cell measures in the picture: half of it is how far the curve may be from the next start.
+    # What a piece of a cell measures in the picture is how far the curve may be from the next start.
     linear = curve.volume.affine[:3, :3]
     edges = np.stack([film.project(at.points + edge)[0] - positions for edge in linear.T])
-    reach = np.minimum(0.5 * np.sqrt((edges**2).sum(axis=(0, 2))), 32.0)
+    sizes = np.sqrt((edges**2).sum(axis=(0, 2)))
+    reach = sizes / np.clip(np.ceil(sizes / _LARGE), 2, _MOST_PIECES)
     good = np.isfinite(np.column_stack([normals, along_t, curvatures, reach])).all(axis=1)
     positions, t, starts, reach = positions[good], t[good], starts[good], reach[good]
     normals, tangents, along_t, curvatures = normals[good], tangents[good], along_t[good], curvatures[good]
-    # Of the starts in an eighth of a cell, each sample takes the nearest.
-    homes = np.unique(np.floor(2.0 * curve.lattice(starts)).astype(np.int64), axis=0, return_inverse=True)[1].reshape(
-        -1
-    )
+    # Of the starts in a small part of a cell, each sample takes the nearest.
+    homes = np.floor(3.0 * curve.lattice(starts)).astype(np.int64)
+    homes = np.unique(homes, axis=0, return_inverse=True)[1].reshape(-1)
     parts = []
     for group in np.unique(np.ceil(reach + tube)):
         chosen = np.flatnonzero(np.ceil(reach + tube) == group)
         per_pixel = len(samples.positions) / (samples.width * samples.height)
-        chunk = max(1, int(_PAIRS_AT_A_TIME / ((2 * group + 1) ** 2 * per_pixel)))
+        chunk = max(1, int(_PAIRS_AT_A_TIME / min((2 * group + 1) ** 2 * per_pixel, len(samples.positions))))
         for begin in range(0, len(chosen), chunk):
             some = chosen[begin : begin + chunk]
             start, sample = samples.near(positions[some], int(group))
             start = some[start]
             offsets = samples.positions[sample] - positions[start]
-            along = (offsets * tangents[start]).sum(axis=1)
+            across = (offsets * normals[start]).sum(axis=1)
+            # Normals spread: a foot is nearer to the start than its sample, by this.
+            spread = np.clip(1.0 + curvatures[start] * across, 0.25, 4.0)
+            along = (offsets * tangents[start]).sum(axis=1) / spread
             bend = 0.5 * np.clip(curvatures[start] * along**2, -np.abs(along), np.abs(along))
-            across = (offsets * normals[start]).sum(axis=1) + bend
-            near = (np.abs(along) <= reach[start]) & (np.abs(across) <= tube + 0.5 * np.abs(bend) + 0.25)
+            near = np.abs(along) <= 1.5 * reach[start]
+            near &= np.abs(across + bend) <= 1.5 * tube + np.abs(bend) + 0.5
             start, sample, along, bend = start[near], sample[near], along[near], bend[near]
             best = _first_of_each(sample, homes[start], np.abs(along))
             start, sample, along, bend = start[best], sample[best], along[best], bend[best]
@@ -321,12 +327,16 @@ def _solve(curve, film, samples, sample, u, t, tube) -> Feet:
             break
         at = curve.equations(u[active], t[active])
         offset = u[active] - p[active]
+        # Unknowns of like sizes: pixels, and t in cells.
+        directions = film.rays(u[active])[:, 3:]
+        in_t = reach / np.linalg.norm(directions, axis=1)
         system = np.empty((len(active), 3, 3))
         system[:, 0, :2], system[:, 0, 2] = at.f_u, at.f_t
         system[:, 1, :2], system[:, 1, 2] = at.c_u, at.c_t
         system[:, 2, 0] = at.q[:, 1] + _cross(offset, at.q_u[:, :, 0])
         system[:, 2, 1] = -at.q[:, 0] + _cross(offset, at.q_u[:, :, 1])
         system[:, 2, 2] = _cross(offset, at.q_t)
+        system[:, :, 2] *= in_t[:, None]
         values = np.stack([at.f, at.c, _cross(offset, at.q)], axis=1)
         sizes = np.abs(system).max(axis=2, keepdims=True)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -336,14 +346,10 @@ def _solve(curve, film, samples, sample, u, t, tube) -> Feet:
         )
         system[~good], values[~good] = np.eye(3), np.nan
         step = -np.linalg.solve(system, values[:, :, None])[:, :, 0]
-        directions = film.rays(u[active])[:, 3:]
-        length = np.maximum(
-            np.linalg.norm(step[:, :2], axis=1) / (4.0 * tube + 1.0),
-            np.abs(step[:, 2]) * np.linalg.norm(directions, axis=1) / (2.0 * reach),
-        )
+        length = np.maximum(np.linalg.norm(step[:, :2], axis=1) / (4.0 * tube + 1.0), 0.5 * np.abs(step[:, 2]))
         step /= np.maximum(length, 1.0)[:, None]
         u[active] += step[:, :2]
-        t[active] += step[:, 2]
+        t[active] += step[:, 2] * in_t
         settled[active] = np.linalg.norm(step[:, :2], axis=1) < _SETTLED
         kept = np.isfinite(u).all(axis=1) & (
             np.linalg.norm(u - p, axis=1) < (4.0 if step_count < 2 else 1.5) * tube + 1.0
@@ -360,9 +366,12 @@ def _solve(curve, film, samples, sample, u, t, tube) -> Feet:
     curvature = signs * (tangent * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
     distance = ((p - u) * outward).sum(axis=1)
     is_edge = np.full(len(u), isinstance(curve, _Edge))
-    feet = Feet(u, t, at.points, is_edge, outward, gradients, speeds, margins, distance, curvature, sample)
+    # Where the outline is strongly curved, the tube is narrower: half of the radius.
+    with np.errstate(divide="ignore"):
+        widths = np.minimum(tube, 0.5 / np.abs(curvature))
+    feet = Feet(u, t, at.points, is_edge, outward, gradients, speeds, margins, widths, distance, curvature, sample)
     numbers = np.column_stack([outward, speeds, margins, curvature])
-    return feet.select(np.isfinite(numbers).all(axis=1) & (feet.stretch > 0.0))
+    return feet.select(np.isfinite(numbers).all(axis=1) & (np.abs(distance) <= widths))
 
 
 def _cross(a, b):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .film import Film, jittered
+from .film import Film, Samples, jittered
 from .gradients import Gradients, as_gradients, check_scene, outputs_of_hits
-from .outlines import BESIDE, Feet, Samples, feet_on_outlines
+from .outlines import BESIDE, Feet, feet_on_outlines
 from .shades import Depth, Mask, Normals, PhongShade, Seen
 from .straight_edges import feet_on_segments, segments_of
 
@@ -47,7 +47,7 @@ def picture_vjp(
     Parameters
     ----------
     scene : Scene
-        It must not change before `vjp` is called.
+        Volumes of degree 2 or 3. It must not change before `vjp` is called.
     camera : PerspectiveCamera, OrthographicCamera or ProjectionPlaneCamera
         Without distortion. A lens counts as a pinhole.
     size : (int, int)
@@ -60,7 +60,8 @@ def picture_vjp(
         Samples of each pixel, uniform in its square. The variance falls most for square numbers: each then has a square
         of its own.
     tube : float
-        How far from outlines samples count for them, in pixels. Wider tubes give less variance, and take longer.
+        How far from outlines samples count for them, in pixels, and at most half of the outline's radius. Wider tubes
+        give less variance, and take longer.
     background : float or (3,) float
         The value where there is no hit.
     seed : int
@@ -78,8 +79,9 @@ def picture_vjp(
     Raises
     ------
     ValueError
-        For an unknown channel, a camera with distortion, a Phong as above but with more, and options out of range; and
-        by `vjp` for gradients of another shape or that are not finite.
+        For an unknown channel, a volume of degree 1, whose outlines have corners, a camera with distortion, a Phong
+        that is not as above, and options out of range; and by `vjp` for gradients of another shape or that are not
+        finite.
     TypeError
         If `scene` is not a `Scene`, or the camera is a `PanoramicCamera`.
     RuntimeError
@@ -89,7 +91,7 @@ def picture_vjp(
     -----
     Outlines are where rays are tangent to an isosurface, its edges at the border of the volume, at cuts and between
     caps, and the edges of meshes. Those where two objects run through each other, and at the border of a mask, are not
-    among them: there, depths are continuous, but other channels are not.
+    among them: there, depths are continuous, but other channels are not. A sample needs about 100 bytes.
 
     Examples
     --------
@@ -120,14 +122,22 @@ def picture_vjp(
 def moved_picture_vjp(scene, camera, size, channel, motion=None, *, samples_per_pixel, tube, background, seed):
     """The same for a camera that a matrix moves; the gradient ``camera`` is by that matrix."""
     check_scene(scene)
-    width, height = (operator.index(side) for side in size)
-    if not (operator.index(samples_per_pixel) >= 1 and 0.0 < tube <= _WIDEST):
-        wrong = ("samples_per_pixel", "at least 1", samples_per_pixel)
-        name, expected, got = wrong if samples_per_pixel < 1 else ("tube", f"above 0 and at most {_WIDEST}", tube)
-        raise ValueError(f"{name}: expected {expected}, got {got}")
+    width, height = _size(size)
+    samples_per_pixel = _whole("samples_per_pixel", samples_per_pixel, 1, 65536)
+    seed = _whole("seed", seed, 0, 2**64 - 1)
+    if not isinstance(tube, (int, float, np.number)) or not 0.0 < tube <= _WIDEST:
+        raise ValueError(f"tube: expected a number above 0 and at most {_WIDEST:g}, got {tube!r}")
     own = Film.of_camera(camera, (width, height))
     shade = _shade_of(channel, camera, own)
     film = own if motion is None else own.mapped(motion)
+    background = _core._as_array(background, "background").astype(float)
+    if background.shape not in ((), (shade.channels,)) or not np.isfinite(background).all():
+        raise ValueError(f"background: expected a finite number or {shade.channels} of them, got {background.tolist()}")
+    for surface in Gradients(scene, samples=False).surfaces.values():
+        if surface.volume.degree < 2:
+            raise ValueError(
+                "scene: expected volumes of degree 2 or 3, got one of degree 1, whose outlines have corners"
+            )
     picture = _Picture(scene, film, (width, height), shade, samples_per_pixel, seed, background)
 
     def vjp(picture_gradients, samples=True):
@@ -147,9 +157,27 @@ def moved_picture_vjp(scene, camera, size, channel, motion=None, *, samples_per_
     return picture.values, vjp
 
 
+def _whole(name, given, least, most):
+    try:
+        number = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name}: expected a whole number, got {given!r}") from None
+    if not least <= number <= most:
+        raise ValueError(f"{name}: expected {least} to {most}, got {number}")
+    return number
+
+
+def _size(given):
+    if not isinstance(given, (tuple, list, np.ndarray)) or len(given) != 2:
+        raise ValueError(f"size: expected width and height, got {given!r}")
+    return tuple(_whole("size", side, 1, 1 << 24) for side in given)
+
+
 def _shade_of(channel, camera, film):
     if isinstance(channel, _core.Phong):
         return PhongShade(channel)
+    if not isinstance(channel, str):
+        raise TypeError(f'channel: expected "mask", "depth", "normals" or a Phong, got {type(channel).__name__}')
     if channel == "mask":
         return Mask()
     if channel == "depth":
@@ -194,15 +222,15 @@ class _Picture:
         samples = Samples(positions)
         feet_of = self.feet(samples, found, tube)
         for id, feet in feet_of.items():
-            self.add_outlines(id, feet, by_picture, found, tube, moves_with_f=True)
+            self.add_outlines(id, feet, by_picture, found, moves_with_f=True)
         for id, feet in self.feet_on_straight_edges(samples, found, tube).items():
-            self.add_outlines(id, feet, by_picture, found, tube, moves_with_f=False)
+            self.add_outlines(id, feet, by_picture, found, moves_with_f=False)
         if isinstance(self.shade, Mask):
             return
-        nearer = self.nearer(feet_of, tube)
+        nearer = self.nearer(feet_of)
         density = 1.0 + np.append(
-            _density(feet_of, len(positions), tube),
-            _density(self.feet(Samples(nearer), found, tube), len(nearer), tube),
+            _density(feet_of, len(positions)),
+            _density(self.feet(Samples(nearer), found, tube), len(nearer)),
         )
         positions = np.concatenate([positions, nearer])
         inside = ((positions >= 0.0) & (positions < self.size)).all(axis=1)
@@ -246,15 +274,15 @@ class _Picture:
     def beside(self, feet: Feet, distance):
         return self.film.rays(feet.positions + distance * feet.outward)
 
-    def nearer(self, feet_of, tube):
-        """Samples near outlines, as many as in the tube: at the distance s^2 / tube for those at s inside.
+    def nearer(self, feet_of):
+        """Samples near outlines, as many as in the tube: at the distance s^2 / width for those at s inside.
 
         There, derivatives grow as 1 / sqrt(s) does, and a sample in a uniform density has no variance.
         """
         parts = [np.empty((0, 2))]
         for feet in feet_of.values():
             inner = feet.select((feet.distances < 0.0) & ~feet.is_edge)
-            parts.append(inner.positions - (inner.distances**2 / tube)[:, None] * inner.outward)
+            parts.append(inner.positions - (inner.distances**2 / inner.widths)[:, None] * inner.outward)
         return np.concatenate(parts)
 
     def add_inside(self, rays, weights, found: Gradients):
@@ -267,7 +295,7 @@ class _Picture:
         by_rays = found.add_hits(hits, rays, of_t, of.normals)
         found.add_rays(by_rays if of.rays is None else by_rays + of.rays, rays)
 
-    def add_outlines(self, id, feet: Feet, by_picture, found: Gradients, tube, moves_with_f):
+    def add_outlines(self, id, feet: Feet, by_picture, found: Gradients, moves_with_f):
         """Adds what an outline of an object moves; with f, or only with the object."""
         feet = feet.select(((feet.positions >= 0.0) & (feet.positions < self.size)).all(axis=1))
         weights = _pixels(by_picture, feet.positions)
@@ -284,7 +312,7 @@ class _Picture:
             at = Seen(feet.t, normals, rays, np.sign(side * feet.speeds)[:, None])
             inner[tangent] = self.shade.values(at)[tangent]
         # The length of outline that a sample stands for, in pixels, and how far it moves for a change of its function.
-        gains = (weights * (inner - outer)).sum(axis=1) * feet.speeds / (2.0 * tube * self.count * feet.stretch)
+        gains = (weights * (inner - outer)).sum(axis=1) * feet.speeds / (2.0 * feet.widths * self.count * feet.stretch)
         used = gains != 0.0
         feet, gains, rays, by_point = feet.select(used), gains[used], rays[used], by_point[used]
         if moves_with_f:
@@ -296,15 +324,15 @@ class _Picture:
         found.add_rays(np.concatenate([by_world, feet.t[:, None] * by_world], axis=1), rays)
 
 
-def _density(feet_of, count, tube):
+def _density(feet_of, count):
     """The density of `_Picture.nearer` at samples, relative to theirs."""
     found = np.zeros(count)
     for feet in feet_of.values():
         inner = feet.select((feet.distances < 0.0) & ~feet.is_edge)
-        distances = np.maximum(-inner.distances, 1e-12 * tube)
-        earlier = np.sqrt(tube * distances)
+        distances = np.maximum(-inner.distances, 1e-12 * inner.widths)
+        earlier = np.sqrt(inner.widths * distances)
         stretch = np.abs(1.0 - inner.curvatures * earlier) / inner.stretch
-        found += np.bincount(inner.samples, stretch * 0.5 * np.sqrt(tube / distances), count)
+        found += np.bincount(inner.samples, stretch * 0.5 * np.sqrt(inner.widths / distances), count)
     return found
 
 

@@ -13,8 +13,7 @@ from .outlines import BESIDE, Feet
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .film import Film
-    from .outlines import Samples
+    from .film import Film, Samples
 
 #: Segments are looked at in pieces of this length, in pixels.
 _PIECE = 4.0
@@ -39,7 +38,9 @@ def segments_of(item: object, film: Film, creases: bool) -> Segments:
 
 
 def _edges_of_mesh(mesh, film, creases) -> Segments:
-    vertices, faces = mesh.vertices, mesh.faces.astype(np.int64)
+    # Triangles may have corners of their own, as in STL files.
+    vertices, merged = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    faces = merged.reshape(-1)[mesh.faces]
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -82,13 +83,10 @@ def _edges_of_caps(surface) -> Segments:
 
 def feet_on_segments(segments: Segments, film: Film, samples: Samples, tube: float) -> Feet | None:
     """The feet of samples within `tube` pixels of segments; None if there are none. Some may be hidden."""
+    segments = _in_view(segments, film, samples, tube)
     (first, t_first), (last, t_last) = (film.project(segments.ends[:, k]) for k in range(2))
-    ahead = (t_first > 0.0) & (t_last > 0.0) & np.isfinite(first).all(axis=1) & np.isfinite(last).all(axis=1)
     lengths = np.linalg.norm(last - first, axis=1)
-    low, high = np.minimum(first, last), np.maximum(first, last)
-    corner = samples.corner - tube
-    near = (high > corner).all(axis=1) & (low < corner + (samples.width, samples.height) + 2.0 * tube).all(axis=1)
-    kept = ahead & near & (lengths > 0.0)
+    kept = (t_first > 0.0) & (t_last > 0.0) & (lengths > 0.0) & np.isfinite(lengths)
     segments, first, last, lengths = segments.select(kept), first[kept], last[kept], lengths[kept]
     t_first, t_last = t_first[kept], t_last[kept]
     if not len(lengths):
@@ -134,7 +132,31 @@ def feet_on_segments(segments: Segments, film: Film, samples: Samples, tube: flo
         gradients=gradients,
         speeds=-1.0 / slopes,
         margins=margins,
+        widths=np.full(len(u), tube),
         distances=side * np.abs(distances),
         curvatures=np.zeros(len(u)),
         samples=sample,
     )
+
+
+def _in_view(segments: Segments, film: Film, samples: Samples, tube: float) -> Segments:
+    """The parts of segments that are ahead of the eye and in the tube around the samples' pixels."""
+    columns = film.origins if film.is_parallel else film.directions
+    solved = np.linalg.solve(np.column_stack([columns, film.direction]), (segments.ends - film.origin)[..., None])[
+        ..., 0
+    ]
+    # Homogeneous positions (u, v, w), and t.
+    position = np.concatenate([solved[..., :2], np.ones_like(solved[..., :1])], axis=2) if film.is_parallel else solved
+    low, high = samples.corner - tube, samples.corner + (samples.width, samples.height) + tube
+    sides = np.array([(1, 0, -low[0]), (-1, 0, high[0]), (0, 1, -low[1]), (0, -1, high[1])])
+    inside = np.concatenate(
+        [position @ sides.T, solved[..., 2:] - 1e-9 * np.abs(solved[..., 2:]).max(initial=0.0)], axis=2
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cut = inside[:, 0] / (inside[:, 0] - inside[:, 1])
+    begin = np.where(inside[:, 0] < 0.0, cut, 0.0).max(axis=1, initial=0.0)
+    end = np.where(inside[:, 1] < 0.0, cut, 1.0).min(axis=1, initial=1.0)
+    kept = (begin < end) & ~np.any((inside < 0.0).all(axis=1), axis=1)
+    ends, part = segments.ends[kept], np.stack([begin, end], axis=1)[kept]
+    along = (ends[:, 1] - ends[:, 0])[:, None]
+    return Segments(ends[:, :1] + part[:, :, None] * along, segments.normals[kept])

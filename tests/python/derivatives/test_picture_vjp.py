@@ -8,8 +8,8 @@ import pytest
 import isospline
 from isospline import volumes
 from isospline.derivatives import picture_vjp
-from isospline.derivatives.film import Film, jittered
-from isospline.derivatives.outlines import Samples, feet_on_outlines
+from isospline.derivatives.film import Film, Samples, jittered
+from isospline.derivatives.outlines import feet_on_outlines
 from isospline.derivatives.shades import PhongShade, Seen
 
 SIZE = (48, 40)
@@ -68,6 +68,9 @@ def test_samples_are_uniform_and_depend_on_their_pixel_alone():
     assert np.histogram2d(*within.reshape(-1, 2).T, bins=3, range=[[0, 1]] * 2)[0].std() == 0
     assert abs((within * 3 % 1).mean() - 0.5) < 0.01
     assert np.array_equal(jittered(pixels[7:9], 9, seed=4), samples[63:81])
+    means = np.mean([jittered(pixels, 16, seed=seed).reshape(-1, 16, 2).mean(axis=1) for seed in range(16)], axis=0)
+    spread = np.sqrt(1 / 12) / 4 / np.sqrt(16 * 16)  # of 256 independent samples, each in a quarter of its pixel's side
+    assert (means - pixels - 0.5).std() == pytest.approx(spread, rel=0.1)
 
 
 @pytest.mark.parametrize("tube", [0.05, 0.4, 1.5, 5.0, 18.0])
@@ -85,7 +88,8 @@ def test_the_tube_estimator_is_unbiased_for_each_width(degree, tube):
     )
     distance = np.linalg.norm([3, 0.3, 0.2])
     radius = 0.6 / np.sqrt(distance**2 - 0.36) * 32 / np.tan(np.radians(15))
-    length = (1 / feet.stretch).sum() / (2 * tube * 16)
+    length = (1 / feet.stretch / feet.widths).sum() / (2 * 16)
+    assert feet.widths.max() == pytest.approx(min(tube, radius / 2), rel=1e-2)
     assert np.abs(np.linalg.norm(feet.positions - 32, axis=1) - radius).max() < 1e-3
     assert length == pytest.approx(2 * np.pi * radius, rel=2.5 / np.sqrt(len(feet.t)))
 
@@ -178,12 +182,58 @@ def test_straight_edges_of_caps_and_meshes_move_with_their_object(item):
     assert mean == pytest.approx(expected, abs=4 * error)
 
 
-def test_what_hides_an_outline_hides_its_motion():
+@pytest.mark.parametrize("channel", ["mask", "depth"])
+def test_what_hides_an_outline_hides_its_motion(channel):
     field = volumes.sphere(0.5)
     behind = isospline.Isosurface(field.volume(24), field.level)
     wall = isospline.Mesh([(2, -3, -3), (2, 3, -3), (2, 3, 3), (2, -3, 3)], [(0, 1, 2), (0, 2, 3)])
-    _, vjp = picture_vjp(isospline.Scene([behind, wall]), CAMERA, SIZE)
+    _, vjp = picture_vjp(isospline.Scene([behind, wall]), CAMERA, SIZE, channel)
     assert vjp(np.ones(SIZE[::-1]), samples=False)["levels"] == {0: 0.0}
+
+
+def test_outlines_in_cells_of_many_pixels_are_found():
+    """A close view of the top of a ball: cells are 160 pixels wide, and the outline is an arc."""
+    field = volumes.sphere(0.6)
+    scene = placed(isospline.Isosurface(field.volume(8, degree=3), field.level))
+    camera = isospline.OrthographicCamera((3, 0, 0.6), (0, 0, 0.6), height=0.05)
+    steps = [
+        picture_vjp(placed(isospline.Isosurface(scene.object(0).volume, field.level + step)), camera, (32, 32))[0]
+        for step in (-1e-3, 1e-3)
+    ]
+    _, vjp = picture_vjp(scene, camera, (32, 32), samples_per_pixel=16)
+    slope = vjp(np.ones((32, 32)), samples=False)["levels"][0]
+    assert slope == pytest.approx((steps[1] - steps[0]).sum() / 2e-3, rel=0.05)
+
+
+def test_edges_that_pass_the_camera_are_cut():
+    corners = [(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)]
+    floor = isospline.Mesh(corners, [(0, 1, 2), (0, 2, 3)])
+    camera = isospline.PerspectiveCamera((3, 0, 0.5), (0, 0, 0), field_of_view=50)
+    up = np.zeros((4, 4))
+    up[2, 3] = 1
+    totals = [
+        picture_vjp(placed(floor, np.eye(4) + step * up), camera, SIZE, samples_per_pixel=100)[0].sum()
+        for step in (-0.02, 0.02)
+    ]
+    _, vjp = picture_vjp(placed(floor), camera, SIZE, samples_per_pixel=25)
+    found = vjp(np.ones(SIZE[::-1]), samples=False)["transforms"][0][2, 3]
+    assert found == pytest.approx((totals[1] - totals[0]) / 0.04, rel=0.03)
+
+
+def test_planes_that_coincide_and_triangles_without_common_corners_count_once():
+    volume = isospline.Volume(DATA, **GRID)
+    level = FIELD.level - 0.25  # the torus runs into the sides of the volume
+    slopes = []
+    for options in ({}, {"clip": isospline.Box(*volume.bounds)}):
+        _, vjp = picture_vjp(placed(isospline.Isosurface(volume, level, **options)), CAMERA, SIZE, samples_per_pixel=16)
+        slopes.append(vjp(np.ones(SIZE[::-1]), samples=False)["levels"][0])
+    assert slopes[1] == pytest.approx(slopes[0], rel=1e-6)
+    mesh = box_mesh()
+    soup = isospline.Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(36).reshape(12, 3))
+    gradients = [
+        picture_vjp(placed(each), CAMERA, SIZE)[1](np.ones(SIZE[::-1]))["transforms"][0] for each in (mesh, soup)
+    ]
+    assert np.allclose(*gradients)
 
 
 def seen(rng, count=50):
@@ -240,10 +290,20 @@ def test_wrong_arguments_get_one_sentence():
         picture_vjp(scene, CAMERA, SIZE, "color")
     with pytest.raises(ValueError, match="channel: expected a Phong with lights"):
         picture_vjp(scene, CAMERA, SIZE, isospline.Phong())
-    with pytest.raises(ValueError, match="tube: expected above 0 and at most 64"):
+    with pytest.raises(ValueError, match="tube: expected a number above 0 and at most 64"):
         picture_vjp(scene, CAMERA, SIZE, tube=0.0)
-    with pytest.raises(ValueError, match="samples_per_pixel: expected at least 1, got 0"):
+    with pytest.raises(ValueError, match="samples_per_pixel: expected 1 to 65536, got 0"):
         picture_vjp(scene, CAMERA, SIZE, samples_per_pixel=0)
+    with pytest.raises(TypeError, match="size: expected a whole number, got 3.5"):
+        picture_vjp(scene, CAMERA, (3.5, 2))
+    with pytest.raises(ValueError, match="size: expected width and height, got 3"):
+        picture_vjp(scene, CAMERA, 3)
+    with pytest.raises(ValueError, match="seed: expected 0 to"):
+        picture_vjp(scene, CAMERA, SIZE, seed=-1)
+    with pytest.raises(ValueError, match="background: expected a finite number or 1 of them"):
+        picture_vjp(scene, CAMERA, SIZE, background=(1, 2))
+    with pytest.raises(ValueError, match="scene: expected volumes of degree 2 or 3"):
+        picture_vjp(placed(isospline.Isosurface(FIELD.volume(12, degree=1), FIELD.level)), CAMERA, SIZE)
     _, vjp = picture_vjp(scene, CAMERA, SIZE)
     with pytest.raises(ValueError, match="picture: expected gradients of shape"):
         vjp(np.ones(SIZE))
@@ -253,5 +313,10 @@ def test_a_scene_that_has_changed_is_noticed():
     surface = isospline.Isosurface(isospline.Volume(DATA, **GRID), FIELD.level)
     _, vjp = picture_vjp(placed(surface), CAMERA, SIZE)
     surface.level = -0.1
+    with pytest.raises(RuntimeError, match="scene: expected one that has not changed"):
+        vjp(np.ones(SIZE[::-1]))
+    scene = placed(surface)
+    _, vjp = picture_vjp(scene, CAMERA, SIZE)
+    scene.set_visibility(0, visible=False)
     with pytest.raises(RuntimeError, match="scene: expected one that has not changed"):
         vjp(np.ones(SIZE[::-1]))
