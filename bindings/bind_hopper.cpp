@@ -162,6 +162,7 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
         const auto hopper = following.hopper(progress);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             std::vector<Hit> hits(end - begin);
+            HitArrays::LastObject last;
             const HopStatistics of_chunk = hopper->cast_rays(given.chunk(begin, end), hits);
             for (std::size_t i = begin; i < end; i += RayPacket::capacity) {
                 const std::size_t count = std::min<std::size_t>(RayPacket::capacity, end - i);
@@ -173,7 +174,7 @@ py::object cast_rays(FollowingHopper& following, const py::object& rays, double 
                     arrays.set_derivatives(
                         places, count, ~LaneMask{0}, some,
                         [&](std::size_t lane) { return given.ray(i + lane).direction; },
-                        [&](std::uint32_t) -> const SnapshotObject& { return object; });
+                        [&](std::uint32_t) -> const SnapshotObject& { return object; }, last);
             }
             const std::lock_guard lock(adding);
             statistics += of_chunk;

@@ -230,6 +230,7 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
+            HitArrays::LastObject last;
             given.for_each_packet(
                 begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
                     const LaneMask hit_lanes = caster.cast(packet, first, hits);
@@ -241,7 +242,7 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                                 const auto& along = packet.direction;
                                 return glm::dvec3(along[0][lane], along[1][lane], along[2][lane]);
                             },
-                            [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); });
+                            [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); }, last);
                     for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
                         const double t_hint = (hit_lanes >> i & 1u) != 0 ? hits[i].t : HUGE_VAL;
                         certificates->set(places[i], certifier->certify(given.ray(first + i), t_hint));

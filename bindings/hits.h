@@ -219,31 +219,41 @@ public:
                                            Shape{trailing.front(), 3});
     }
 
+    /// The object of the last hit: most hits that follow each other have the same one.
+    struct LastObject {
+        HitDerivatives derivatives;
+        std::uint32_t geometry_id = invalid_id;
+    };
+
     /// Sets what depends on the rays, direction_of(lane), and the objects, object_of(geometry id). May be called
     /// without the GIL.
     template <typename Places, typename DirectionOf, typename ObjectOf>
     void set_derivatives(const Places& places, std::size_t count, LaneMask hit_lanes, std::span<const Hit> hits,
-                         const DirectionOf& direction_of, const ObjectOf& object_of)
+                         const DirectionOf& direction_of, const ObjectOf& object_of, LastObject& last)
     {
         static const Hit miss;
-        static const SnapshotObject nothing;
         std::vector<CoefficientWeight> weights(coefficient_count_);
         for (std::size_t lane = 0; lane < count; ++lane) {
             const Hit& hit = (hit_lanes >> lane & 1u) != 0 && hits[lane] ? hits[lane] : miss;
-            const SnapshotObject& object = hit ? object_of(hit.geometry_id) : nothing;
+            if (hit && hit.geometry_id != last.geometry_id)
+                last = {HitDerivatives(object_of(hit.geometry_id)), hit.geometry_id};
             const std::size_t at = places[lane];
             const glm::dvec3 along = direction_of(lane);
-            const HitDerivatives of_t = derivatives_of(hit, along, object);
+            const bool grazes = hit && is_grazing(hit, along), moves = hit && !grazes;
             if (dt_dlevel_)
-                dt_dlevel_->set(at, of_t.by_level);
-            if (dt_dorigin_)
-                dt_dorigin_->set(at, of_t.by_origin);
-            if (dt_ddirection_)
-                dt_ddirection_->set(at, of_t.by_direction);
+                dt_dlevel_->set(at, moves ? last.derivatives.t_by_level(hit, along) : 0.0);
             if (grazing_)
-                grazing_->data[at] = of_t.grazes;
+                grazing_->data[at] = grazes;
+            if (dt_dorigin_ || dt_ddirection_) {
+                const glm::dvec3 by_origin = moves ? t_by_origin(hit, along) : glm::dvec3(0.0);
+                if (dt_dorigin_)
+                    dt_dorigin_->set(at, by_origin);
+                if (dt_ddirection_)
+                    dt_ddirection_->set(at, moves ? hit.t * by_origin : glm::dvec3(0.0));
+            }
             if (outputs.of_normals()) {
-                const NormalDerivatives of_normal = normal_derivatives_of(hit, along, object, of_t);
+                const NormalDerivatives of_normal =
+                    moves ? last.derivatives.of_normal(hit, along) : NormalDerivatives();
                 if (dnormal_dlevel_)
                     dnormal_dlevel_->set(at, of_normal.by_level);
                 if (dnormal_dorigin_)
@@ -252,7 +262,7 @@ public:
                     dnormal_ddirection_->set(at, of_normal.by_direction);
             }
             if (coefficient_count_ > 0) {
-                set_coefficient_weights(hit, object, weights);
+                last.derivatives.set_coefficient_weights(hit, weights);
                 for (std::size_t i = 0; i < coefficient_count_; ++i) {
                     const std::size_t place = at * coefficient_count_ + i;
                     if (coefficient_indices_)

@@ -199,7 +199,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
     void add_graph(const Part& part, int axis)
     {
         std::vector<PatchPolynomial> edges;
-        const bool is_cap = part.cap >= 0;
+        const bool is_cap = part.cap >= 0, follows_curve = is_cap && visitor != nullptr;
         if (part.has_surface && !is_cap) {
             edges.push_back(face_of<Degree>(part.b, axis, false));
             edges.push_back(face_of<Degree>(part.b, axis, true));
@@ -212,21 +212,21 @@ struct CellQuadrature::MethodOfDegree final : Method {
             if (is_met(i)) {
                 edges.push_back(plane_on_face(plane, axis, 0.0));
                 edges.push_back(plane_on_face(plane, axis, 1.0));
-                // A plane nearly parallel to the height counts as error.
-                const bool is_visited = is_cap && visitor != nullptr; // then the curve may be in a face
-                if ((part.has_surface || is_visited) && is_section_sound(plane, axis)) {
-                    edges.push_back(section<Degree>(part.b, plane, axis));
-                    edges.back().has_visits = is_visited;
-                }
+                // A plane nearly parallel to the height counts as error. The curve to follow is first; it may be in a
+                // face.
+                if ((part.has_surface || follows_curve) && is_section_sound(plane, axis))
+                    edges.insert(follows_curve ? edges.begin() : edges.end(), section<Degree>(part.b, plane, axis));
             }
             for (std::size_t j = 0; j < i; ++j)
                 if (is_met(i) || is_met(j))
                     edges.push_back(plane_on_plane(plane, part.planes[j], axis));
         }
-        integrate_pieces(
-            std::move(edges), !part.planes.empty(),
-            [&](const PatchNode& node, auto& to) { add_height(part, axis, node, to); },
-            [&](const ZeroNode& node) { visit_edge(part, axis, node); });
+        const bool cross = !part.planes.empty();
+        if (follows_curve)
+            return patches.integrate_zeros(std::move(edges), cross,
+                                           [&](const ZeroNode& node) { visit_edge(part, axis, node); });
+        integrate_pieces(std::move(edges), cross,
+                         [&](const PatchNode& node, auto& to) { add_height(part, axis, node, to); });
     }
 
     /// Visits a point of the curve where the surface meets the cap's plane.
@@ -236,20 +236,13 @@ struct CellQuadrature::MethodOfDegree final : Method {
         const glm::dvec3 point = point_on_plane(cap, axis, node.position);
         if (!is_in_cube(point) || !is_within(part.planes, part.cap, point))
             return;
-        // The slope of f on the plane, along the coordinate in which the curve has its zeros.
-        const glm::dvec3 local = part.lower + part.size * point;
-        const glm::dvec3 gradient = jet_in_cell<Degree>(*cell, local).gradient * part.size;
-        const int along = node.along == 0 ? first_of_face(axis) : second_of_face(axis);
-        const double slope = gradient[along] - gradient[axis] * cap.normal[along] / cap.normal[axis];
-        const double weight = plane_area(part, cap.normal, axis, node.weight) / std::abs(slope);
-        if (std::isfinite(weight))
-            (*visitor)(local, weight);
+        if (const double weight = plane_area(part, cap.normal, axis, node.weight); std::isfinite(weight))
+            (*visitor)(part.lower + part.size * point, weight);
     }
 
     /// Integrates over the unit square, between the zeros of the edges; `add(node, integrals)` adds one node.
-    template <typename Add, typename VisitZero = IgnoreZeros>
-    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add,
-                          const VisitZero& visit_zero = {})
+    template <typename Add>
+    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add)
     {
         Piece piece{};
         const auto visit = [&](const PatchNode& node) {
@@ -270,7 +263,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
             }
             piece = {};
         };
-        patches.integrate(std::move(edges), cross, visit, end_piece, visit_zero);
+        patches.integrate(std::move(edges), cross, visit, end_piece);
     }
 
     /// Integrates over one point of the face.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -31,17 +32,11 @@ struct PatchNode {
     bool is_resolved; ///< whether the zeros around it are graphs, so that the rule converges
 };
 
-/// A node of the fine rule on the zeros of an edge, for integrals along them: `weight` is a length along the other
-/// coordinate than `along`, in which the edge has its zero.
+/// A node of the fine rule on the zeros of an edge, for integrals along them: `weight` is a length divided by the
+/// length of the edge's gradient there.
 struct ZeroNode {
     glm::dvec2 position;
     double weight;
-    int along;
-};
-
-/// Does nothing with the zeros of edges.
-struct IgnoreZeros {
-    void operator()(const ZeroNode&) const {}
 };
 
 /// The square is halved until all zeros in a part are graphs over one of its axes. The zeros then cut the part into
@@ -60,13 +55,24 @@ public:
     void begin() { patch_count_ = 0; }
 
     /// Calls `visit(PatchNode)` for the nodes of all rules on a piece, then `end_piece()`, and so on for all pieces.
-    /// `cross` is whether zeros of two edges may meet. Calls `visit_zero(ZeroNode)` for the zeros of the edges that
-    /// want it.
-    template <typename Visit, typename EndPiece, typename VisitZero>
-    void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece,
-                   const VisitZero& visit_zero)
+    /// `cross` is whether zeros of two edges may meet.
+    template <typename Visit, typename EndPiece>
+    void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece)
     {
-        add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross}, visit, end_piece, visit_zero);
+        add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross},
+            [&](const Patch& patch, int inner, std::size_t cut, bool is_resolved) {
+                for (std::size_t rule = 0; rule < rules_.size(); ++rule)
+                    add_rule(patch, inner, cut, rule, is_resolved, visit);
+                end_piece();
+            });
+    }
+
+    /// Calls `visit(ZeroNode)` for the nodes on the zeros of the first edge, which the others cut into pieces.
+    template <typename Visit>
+    void integrate_zeros(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit)
+    {
+        add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross, true},
+            [&](const Patch& patch, int inner, std::size_t cut, bool) { add_zeros(patch, inner, cut, visit); });
     }
 
 private:
@@ -83,11 +89,15 @@ private:
         glm::dvec2 lower, size;
         int depth;
         bool cross;
+        bool follows_first = false; ///< only the zeros of the first edge matter
     };
 
-    template <typename Visit, typename EndPiece, typename VisitZero>
-    void add(Patch patch, const Visit& visit, const EndPiece& end_piece, const VisitZero& visit_zero)
+    /// Calls `add_piece(patch, inner, cut, is_resolved)` for what is between two outer cuts of a patch.
+    template <typename AddPiece>
+    void add(Patch patch, const AddPiece& add_piece)
     {
+        if (patch.follows_first && !patch.edges.front().has_zeros())
+            return;
         std::erase_if(patch.edges, [](const PatchPolynomial& edge) { return !edge.has_zeros(); });
         const auto least_slope = [&](int axis) {
             double least = 1.0;
@@ -100,24 +110,19 @@ private:
         const bool is_resolved = slopes[inner] > (patch.depth < deepest_steep_ ? steep_ : 0.0);
         if (is_resolved || patch.depth == deepest_ || ++patch_count_ > most_patches_) {
             find_outer_cuts(patch, inner);
-            for (std::size_t i = 1; i < outer_cuts_.size(); ++i) {
-                if (!(outer_cuts_[i] - outer_cuts_[i - 1] > least_width_))
-                    continue;
-                for (std::size_t rule = 0; rule < rules_.size(); ++rule)
-                    add_rule(patch, inner, i, rule, is_resolved, visit);
-                end_piece();
-                add_zeros(patch, inner, i, visit_zero);
-            }
+            for (std::size_t i = 1; i < outer_cuts_.size(); ++i)
+                if (outer_cuts_[i] - outer_cuts_[i - 1] > least_width_)
+                    add_piece(patch, inner, i, is_resolved);
             return;
         }
         const int axis = patch.depth % 2;
         for (const bool upper : {false, true}) {
-            Patch half{{}, patch.lower, patch.size, patch.depth + 1, patch.cross};
+            Patch half{{}, patch.lower, patch.size, patch.depth + 1, patch.cross, patch.follows_first};
             half.size[axis] *= 0.5;
             half.lower[axis] += upper ? half.size[axis] : 0.0;
             for (const PatchPolynomial& edge : patch.edges)
                 half.edges.push_back(upper ? edge.part(axis, 0.5, 1.0) : edge.part(axis, 0.0, 0.5));
-            add(std::move(half), visit, end_piece, visit_zero);
+            add(std::move(half), add_piece);
         }
     }
 
@@ -192,23 +197,23 @@ private:
         }
     }
 
-    /// Applies the fine rule to the zeros of edges between two outer cuts.
-    template <typename VisitZero>
-    void add_zeros(const Patch& patch, int inner, std::size_t cut, const VisitZero& visit_zero) const
+    /// Applies the fine rule to the zeros of the first edge between two outer cuts.
+    template <typename Visit>
+    void add_zeros(const Patch& patch, int inner, std::size_t cut, const Visit& visit) const
     {
         const int outer = 1 - inner;
         const double begin = outer_cuts_[cut - 1], width = outer_cuts_[cut] - begin;
-        for (const PatchPolynomial& edge : patch.edges)
-            for (std::size_t i = 0; edge.has_visits && i < rules_.front().size(); ++i) {
-                const QuadratureNode& node = rules_.front()[i];
-                const double s = begin + width * node.position;
-                for_each_root(edge.line(inner, s), [&](double root) {
-                    glm::dvec2 x;
-                    x[outer] = s;
-                    x[inner] = root;
-                    visit_zero(ZeroNode{patch.lower + patch.size * x, width * node.weight * patch.size[outer], inner});
-                });
-            }
+        for (const QuadratureNode& node : rules_.front()) {
+            const double s = begin + width * node.position;
+            const LinePolynomial line = patch.edges.front().line(inner, s);
+            for_each_root(line, [&](double root) {
+                glm::dvec2 x;
+                x[outer] = s;
+                x[inner] = root;
+                const double area = width * node.weight * patch.size.x * patch.size.y;
+                visit(ZeroNode{patch.lower + patch.size * x, area / std::abs(line.derivative(root))});
+            });
+        }
     }
 
     std::vector<std::vector<QuadratureNode>> rules_;

@@ -27,6 +27,14 @@ struct LinePolynomial {
         return row[0];
     }
 
+    double derivative(double s) const
+    {
+        LinePolynomial lower{degree - 1, {}};
+        for (int i = 0; i < degree; ++i)
+            lower.b[i] = degree * (b[i + 1] - b[i]);
+        return lower.value(s);
+    }
+
     /// The polynomial on [begin, end], reparametrised to [0, 1].
     LinePolynomial part(double begin, double end) const
     {
@@ -105,7 +113,6 @@ void for_each_root(const LinePolynomial& p, const Visit& visit, double begin = 0
 struct PatchPolynomial {
     std::array<int, 2> degree{};
     std::array<double, (largest_polynomial_degree + 1) * (largest_polynomial_degree + 1)> b{};
-    bool has_visits = false; ///< whether PatchQuadrature visits its zeros
 
     std::size_t count() const { return static_cast<std::size_t>((degree[0] + 1) * (degree[1] + 1)); }
     double& item(int i, int j) { return b[static_cast<std::size_t>(i + (degree[0] + 1) * j)]; }
@@ -138,7 +145,7 @@ struct PatchPolynomial {
     /// The polynomial on [begin, end] along an axis, reparametrised to the unit square.
     PatchPolynomial part(int axis, double begin, double end) const
     {
-        PatchPolynomial result{degree, {}, has_visits};
+        PatchPolynomial result{degree, {}};
         for (int at = 0; at <= degree[1 - axis]; ++at) {
             const LinePolynomial line = row(axis, at).part(begin, end);
             for (int i = 0; i <= degree[axis]; ++i)

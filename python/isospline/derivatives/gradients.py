@@ -28,32 +28,29 @@ def outputs_of_hits(normals: bool) -> Any:
     return ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals", "positions", *parts)
 
 
-class Gradients:
-    """Gradients by levels, transforms and samples of the objects of a scene, by geometry id, and by the camera."""
+class Placed:
+    """The objects of a scene, as they are now, and their transforms, by geometry id."""
 
-    def __init__(self, scene: _core.Scene, samples: bool) -> None:
+    def __init__(self, scene: _core.Scene) -> None:
         found = scene._placed_objects()
-        self._visible = [visibility.visible for *_, visibility in found]
-        self._begin({id: (item, transform) for id, item, transform, _ in found}, samples)
-
-    def anew(self, samples: bool) -> Gradients:
-        """Zero, for the same scene."""
-        other = Gradients.__new__(Gradients)
-        other._begin(self.placed, samples)
-        return other
+        self.objects: dict[int, Any] = {id: (item, transform) for id, item, transform, _ in found}
+        self.surfaces = {id: item for id, item, *_ in found if isinstance(item, _core.Isosurface)}
+        self._state = [
+            (id, item, getattr(item, "level", None), transform.tobytes(), visibility.visible)
+            for id, item, transform, visibility in found
+        ]
 
     def check_is_of(self, scene: _core.Scene) -> None:
         """Raises if the scene has changed."""
-        now = Gradients(scene, samples=False)
-        if (self._state, self._visible) != (now._state, now._visible):
+        if self._state != Placed(scene)._state:
             raise RuntimeError("scene: expected one that has not changed since the call, got one that has")
 
-    def _begin(self, placed, samples):
-        self.placed = placed
-        self._state = [
-            (id, item, getattr(item, "level", None), transform.tobytes()) for id, (item, transform) in placed.items()
-        ]
-        self.surfaces = {id: item for id, (item, _) in self.placed.items() if isinstance(item, _core.Isosurface)}
+
+class Gradients:
+    """Gradients by levels, transforms and samples of the objects of a scene, by geometry id, and by the camera."""
+
+    def __init__(self, placed: Placed, samples: bool) -> None:
+        self.placed, self.surfaces = placed.objects, placed.surfaces
         self.levels = dict.fromkeys(self.surfaces, 0.0)
         self.transforms = {id: np.zeros((4, 4)) for id in self.placed}
         self.camera = np.zeros((4, 4))
@@ -65,8 +62,7 @@ class Gradients:
         if self._has_samples and indices.size:
             if id not in self._sums:
                 self._sums[id] = np.zeros(int(np.prod(self.surfaces[id].volume.shape)))
-            places, inverse = np.unique(indices, return_inverse=True)
-            self._sums[id][places] += np.bincount(inverse.reshape(-1), weights.reshape(-1), len(places))
+            np.add.at(self._sums[id], indices, weights)
 
     def samples(self) -> dict[int, NDArray[np.float64]]:
         if not self._has_samples:

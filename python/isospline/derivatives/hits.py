@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.signatures import attach_methods, explained
-from .gradients import Gradients, as_gradients, by_samples, check_scene, outputs_of_hits
+from .gradients import Gradients, Placed, as_gradients, by_samples, check_scene, outputs_of_hits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -76,14 +76,14 @@ def cast_vjp(
     hits = scene.cast_rays(given, t_near=t_near, t_far=t_far, coherent=coherent, outputs=outputs)
     shape, flat_rays = hits.t_hit.shape, given.reshape(-1, 6)
     flat = type(hits)({name: each.reshape(-1, *each.shape[len(shape) :]) for name, each in hits.items()})
-    empty = Gradients(scene, samples=False)  # of the scene as it is now
+    placed = Placed(scene)
 
     def vjp(t_hit=None, primitive_normals=None, samples=True):
         of_t = as_gradients("t_hit", t_hit, shape)
         if primitive_normals is not None and not normals:
             raise ValueError("primitive_normals: expected cast_vjp(..., normals=True) for it")
         of_normals = as_gradients("primitive_normals", primitive_normals, (*shape, 3)).reshape(-1, 3)
-        found = empty.anew(samples)
+        found = Gradients(placed, samples)
         by_rays = found.add_hits(flat, flat_rays, of_t.reshape(-1), of_normals if normals else None)
         return {
             "rays": by_rays.reshape(given.shape),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .gradients import Gradients, as_gradients, by_samples, check_scene
+from .gradients import Gradients, Placed, as_gradients, by_samples, check_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -131,7 +131,7 @@ def distance_vjp(
     check_scene(scene)
     given = _core._as_array(points, "points").astype(float)
     found = scene.closest_points(given, max_distance=max_distance)
-    empty = Gradients(scene, samples=False)
+    placed = Placed(scene)
     shape = found.distances.shape
     flat = given.reshape(-1, 3)
     inside = scene.occupancy(given).reshape(-1)
@@ -144,7 +144,7 @@ def distance_vjp(
     away[~near] = 0.0
 
     moved = {}  # of each object: its points, how their distances change with the level, and the coefficients there
-    for id, (item, transform) in empty.placed.items():
+    for id, (item, transform) in placed.objects.items():
         own = near & (ids == id)
         moved[id] = [own]
         if isinstance(item, _core.Isosurface):
@@ -155,7 +155,7 @@ def distance_vjp(
 
     def vjp(distances, samples=True):
         of = as_gradients("distances", distances, shape).reshape(-1)
-        sums = empty.anew(samples)
+        sums = Gradients(placed, samples)
         for id, (own, *at_surface) in moved.items():
             sums.add_motion(id, -of[own, None] * away[own], feet[own])
             if at_surface:

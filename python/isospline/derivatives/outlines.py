@@ -61,27 +61,34 @@ class Feet:
         )
 
 
-def feet_on_outlines(surface, film: Film, samples: Samples, tube: float) -> Feet | None:
-    """The feet of samples within `tube` pixels of an outline, or half its radius; None if there are none.
+class Outlines:
+    """The outlines of a surface within `tube` pixels of the pixels that have samples.
 
-    `film` has rays in the space of the surface. Feet may be hidden, outside of the picture, or in cells that are not in
-    the surface.
+    `film` has rays in the space of the surface.
     """
-    if not len(samples.positions):
-        return None
-    curves: list[Any] = [_Tangency(surface, film)]
-    curves += [_Edge(surface, film, plane) for plane in surface._end_planes()]
-    found = []
-    for curve in curves:
-        starts = curve.starts(samples, tube)
-        if len(starts):
-            found += _feet_of(curve, starts, film, samples, tube)
-    if not found:
-        return None
-    feet = Feet.joined(found)
-    planes = surface._end_planes()
-    margin = 1e-9 * np.abs(surface.volume.bounds).max()
-    return feet.select((feet.points @ planes[:, :3].T >= planes[:, 3] - margin).all(axis=1))
+
+    def __init__(self, surface, film: Film, samples: Samples, tube: float):
+        self.surface, self.film, self.tube = surface, film, tube
+        self.planes = surface._end_planes()
+        curves: list[Any] = [_Tangency(surface, film)]
+        curves += [_Edge(surface, film, plane) for plane in self.planes]
+        found = [(curve, curve.starts(samples, tube)) for curve in curves]
+        self.curves = [(curve, starts) for curve, starts in found if len(starts)]
+
+    def feet(self, samples: Samples) -> Feet | None:
+        """The feet of samples within the tube of an outline, or half its radius; None if there are none.
+
+        They may be hidden, outside of the picture, or in cells that are not in the surface.
+        """
+        if not len(samples.positions):
+            return None
+        found = (_feet_of(curve, starts, self.film, samples, self.tube) for curve, starts in self.curves)
+        parts = [feet for feet in found if feet is not None]
+        if not parts:
+            return None
+        feet = Feet.joined(parts)
+        margin = 1e-9 * np.abs(self.surface.volume.bounds).max()
+        return feet.select((feet.points @ self.planes[:, :3].T >= self.planes[:, 3] - margin).all(axis=1))
 
 
 @dataclass
@@ -98,6 +105,16 @@ class _Equations:
     q_u: Any  # (N, 2, 2)
     q_t: Any
     points: Any
+    gradients: Any  # of f, at the points
+
+    def bend(self):
+        """Along the curve in the picture: unit normals, along q, and tangents; changes of t, and curvatures."""
+        length = np.linalg.norm(self.q, axis=1)
+        normals = self.q / length[:, None]
+        tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+        along_t = -(self.c_u * tangents).sum(axis=1) / self.c_t
+        turned = np.einsum("nij,nj->ni", self.q_u, tangents) + self.q_t * along_t[:, None]
+        return normals, tangents, along_t, (tangents * turned).sum(axis=1) / length
 
 
 class _Curve:
@@ -105,6 +122,8 @@ class _Curve:
 
     def __init__(self, surface, film):
         self.surface, self.film, self.volume, self.level = surface, film, surface.volume, surface.level
+        #: From index coordinates to those in which cells are unit cubes with whole corners.
+        self.shift = 0.5 if surface.volume.degree % 2 == 0 else 0.0
 
     cells: Callable[[], Any]  # cells that may have a part of the curve
     other: Callable[..., Any]  # the other function and its gradient, at points of the object's space
@@ -114,14 +133,9 @@ class _Curve:
         sample = self.volume.sample
         return sample(points) - self.level, sample(points, derivative=1), sample(points, derivative=2)
 
-    def lattice(self, points):
-        """The coordinates in which cells are unit cubes."""
+    def index(self, points):
         inverse = np.linalg.inv(self.volume.affine)
-        return points @ inverse[:3, :3].T + inverse[:3, 3] + (0.5 if self.volume.degree % 2 == 0 else 0.0)
-
-    def cell_corners(self, cells):
-        """The index coordinates of the lower corners of cells."""
-        return cells - (0.5 if self.volume.degree % 2 == 0 else 0.0)
+        return points @ inverse[:3, :3].T + inverse[:3, 3]
 
     def starts(self, samples, tube):
         """Points of the curve, in all cells that it passes through as a rule; finer in cells that are large to see."""
@@ -137,7 +151,7 @@ class _Curve:
 
     def seen_boxes(self, cells):
         """The boxes of cells in the picture; of those that reach behind the eye, all of the picture."""
-        corners = self.cell_corners(cells)
+        corners = cells - self.shift
         first, last = np.full((len(cells), 2), np.inf), np.full((len(cells), 2), -np.inf)
         behind = np.zeros(len(cells), bool)
         affine = self.volume.affine
@@ -151,19 +165,18 @@ class _Curve:
     def starts_in(self, cells, pieces):
         """Points found by Newton's method from `pieces`^3 points of each cell."""
         affine = self.volume.affine
-        linear, inverse = affine[:3, :3], np.linalg.inv(affine)
+        linear = affine[:3, :3]
         places = (np.argwhere(np.ones((pieces, pieces, pieces))) + 0.5) / pieces
-        corners = np.repeat(self.cell_corners(cells), len(places), axis=0)
+        corners = np.repeat(cells - self.shift, len(places), axis=0)
         points = (corners + np.tile(places, (len(cells), 1))) @ linear.T + affine[:3, 3]
         reach = 0.5 * np.linalg.norm(linear, axis=0).max()
         near = np.ones(len(points), bool)
         for _ in range(8):
             step, near_now = self.step_to(points, reach)
             points = points + step
-            index = points @ inverse[:3, :3].T + inverse[:3, 3]
-            near = near_now & (np.abs(index - corners - 0.5) < 1.0).all(axis=1)
+            near = near_now & (np.abs(self.index(points) - corners - 0.5) < 1.0).all(axis=1)
             points, corners, step = points[near], corners[near], step[near]
-        index = points @ inverse[:3, :3].T + inverse[:3, 3]
+        index = self.index(points)
         inside = (np.abs(index - corners - 0.5) < 0.6).all(axis=1) & (np.linalg.norm(step, axis=1) < 1e-3 * reach)
         points, index = points[inside], index[inside]
         _, first = np.unique(np.floor(1.5 * pieces * index).astype(np.int64), axis=0, return_index=True)
@@ -197,7 +210,7 @@ class _Curve:
         f_tt = (directions * turned).sum(axis=1)
         f_tu = np.einsum("ni,nij->nj", turned, by_u) + gradient @ film.directions
         f_uu = by_u.transpose(0, 2, 1) @ across
-        return self.complete(value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points)
+        return self.complete(value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points, gradient)
 
 
 class _Tangency(_Curve):
@@ -211,17 +224,16 @@ class _Tangency(_Curve):
         view = eye[3] * points - eye[:3]
         return (gradient * view).sum(axis=1), np.einsum("nij,nj->ni", hessian, view) + eye[3] * gradient
 
-    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points):
-        return _Equations(value, f_u, f_t, f_t, f_tu, f_tt, f_u, f_uu, f_tu, points)
+    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points, gradients):
+        return _Equations(value, f_u, f_t, f_t, f_tu, f_tt, f_u, f_uu, f_tu, points, gradients)
 
-    def outcome(self, at: _Equations, directions):
+    def outcome(self, at: _Equations):
         """The signs of the outward direction along q, gradients, speeds and margins."""
-        gradients = self.volume.sample(at.points, derivative=1)
         slopes = np.linalg.norm(at.q, axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
             signs = np.sign(at.c_t)  # f - level has it on the side of rays that pass by
             # Twice the half of the chord that the ray has in the parabola.
-            return signs, gradients, -signs / slopes, 2.0 * np.sqrt(2.0 * BESIDE * slopes / np.abs(at.c_t))
+            return signs, at.gradients, -signs / slopes, 2.0 * np.sqrt(2.0 * BESIDE * slopes / np.abs(at.c_t))
 
 
 class _Edge(_Curve):
@@ -236,7 +248,7 @@ class _Edge(_Curve):
         affine = self.volume.affine
         # <normal, x> - offset at the lower corners, and its range over a cell.
         slopes = self.normal @ affine[:3, :3]
-        lower = self.cell_corners(cells) @ slopes + self.normal @ affine[:3, 3] - self.offset
+        lower = (cells - self.shift) @ slopes + self.normal @ affine[:3, 3] - self.offset
         margin = 1e-9 * np.abs(slopes).sum()
         reach = lower + np.minimum(slopes, 0.0).sum(), lower + np.maximum(slopes, 0.0).sum()
         return cells[(reach[0] <= margin) & (reach[1] >= -margin)]
@@ -244,35 +256,30 @@ class _Edge(_Curve):
     def other(self, points, gradient, hessian):
         return points @ self.normal - self.offset, np.broadcast_to(self.normal, points.shape)
 
-    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points):
+    def complete(self, value, f_u, f_t, f_tt, f_tu, f_uu, directions, by_u, points, gradients):
         c_t, c_u = directions @ self.normal, np.einsum("i,nij->nj", self.normal, by_u)
         turn = self.normal @ self.film.directions
         q = f_u * c_t[:, None] - f_t[:, None] * c_u
         q_u = f_uu * c_t[:, None, None] + f_u[:, :, None] * turn - c_u[:, :, None] * f_tu[:, None, :]
         q_t = f_tu * c_t[:, None] - f_tt[:, None] * c_u - f_t[:, None] * turn
-        return _Equations(value, f_u, f_t, points @ self.normal - self.offset, c_u, c_t, q, q_u, q_t, points)
+        return _Equations(value, f_u, f_t, points @ self.normal - self.offset, c_u, c_t, q, q_u, q_t, points, gradients)
 
-    def outcome(self, at: _Equations, directions):
-        gradients = self.volume.sample(at.points, derivative=1)
+    def outcome(self, at: _Equations):
         with np.errstate(divide="ignore", invalid="ignore"):
-            gradients = gradients - (at.f_t / at.c_t)[:, None] * self.normal
+            gradients = at.gradients - (at.f_t / at.c_t)[:, None] * self.normal
             speeds = -np.abs(at.c_t) / np.linalg.norm(at.q, axis=1)
             steepest = np.linalg.norm(at.f_u, axis=1) / np.abs(at.f_t), np.linalg.norm(at.c_u, axis=1) / np.abs(at.c_t)
         return np.sign(at.c_t), gradients, speeds, 2.0 * BESIDE * np.maximum(*steepest)
 
 
-def _feet_of(curve, starts, film, samples, tube) -> list[Feet]:
-    """The feet of samples on one curve."""
+def _feet_of(curve, starts, film, samples, tube) -> Feet | None:
+    """The feet of samples on one curve; None if there are none."""
     positions, t = film.project(starts)
     ahead = (t > 0.0) & np.isfinite(positions).all(axis=1)
     positions, t, starts = positions[ahead], t[ahead], starts[ahead]
     at = curve.equations(positions, t)
     with np.errstate(divide="ignore", invalid="ignore"):
-        normals = at.q / np.linalg.norm(at.q, axis=1, keepdims=True)
-        tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
-        along_t = -(at.c_u * tangents).sum(axis=1) / at.c_t
-        turned = np.einsum("nij,nj->ni", at.q_u, tangents) + at.q_t * along_t[:, None]
-        curvatures = (tangents * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
+        normals, tangents, along_t, curvatures = at.bend()
     # What a piece of a cell measures in the picture is how far the curve may be from the next start.
     linear = curve.volume.affine[:3, :3]
     edges = np.stack([film.project(at.points + edge)[0] - positions for edge in linear.T])
@@ -282,7 +289,7 @@ def _feet_of(curve, starts, film, samples, tube) -> list[Feet]:
     positions, t, starts, reach = positions[good], t[good], starts[good], reach[good]
     normals, tangents, along_t, curvatures = normals[good], tangents[good], along_t[good], curvatures[good]
     # Of the starts in a small part of a cell, each sample takes the nearest.
-    homes = np.floor(3.0 * curve.lattice(starts)).astype(np.int64)
+    homes = np.floor(3.0 * (curve.index(starts) + curve.shift)).astype(np.int64)
     homes = np.unique(homes, axis=0, return_inverse=True)[1].reshape(-1)
     parts = []
     for group in np.unique(np.ceil(reach + tube)):
@@ -306,7 +313,7 @@ def _feet_of(curve, starts, film, samples, tube) -> list[Feet]:
             start, sample, along, bend = start[best], sample[best], along[best], bend[best]
             u = positions[start] + along[:, None] * tangents[start] - bend[:, None] * normals[start]
             parts.append(_solve(curve, film, samples, sample, u, t[start] + along * along_t[start], tube))
-    return [_without_repeats(Feet.joined(parts))] if parts else []
+    return _without_repeats(Feet.joined(parts)) if parts else None
 
 
 def _first_of_each(first, second, order):
@@ -358,12 +365,10 @@ def _solve(curve, film, samples, sample, u, t, tube) -> Feet:
     near = settled & (np.linalg.norm(u - p, axis=1) <= tube) & (t > 0.0)
     sample, p, u, t = sample[near], p[near], u[near], t[near]
     at = curve.equations(u, t)
-    signs, gradients, speeds, margins = curve.outcome(at, film.rays(u)[:, 3:])
-    outward = at.q * (signs / np.linalg.norm(at.q, axis=1))[:, None]
-    tangent = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
-    along = -(at.c_u * tangent).sum(axis=1) / at.c_t
-    turned = np.einsum("nij,nj->ni", at.q_u, tangent) + at.q_t * along[:, None]
-    curvature = signs * (tangent * turned).sum(axis=1) / np.linalg.norm(at.q, axis=1)
+    signs, gradients, speeds, margins = curve.outcome(at)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normals, _, _, curvature = at.bend()
+    outward, curvature = signs[:, None] * normals, signs * curvature
     distance = ((p - u) * outward).sum(axis=1)
     is_edge = np.full(len(u), isinstance(curve, _Edge))
     # Where the outline is strongly curved, the tube is narrower: half of the radius.

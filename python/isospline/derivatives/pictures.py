@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import _core
 from .film import Film, Samples, jittered
-from .gradients import Gradients, as_gradients, check_scene, outputs_of_hits
-from .outlines import BESIDE, Feet, feet_on_outlines
+from .gradients import Gradients, Placed, as_gradients, check_scene, outputs_of_hits
+from .outlines import BESIDE, Feet, Outlines
 from .shades import Depth, Mask, Normals, PhongShade, Seen
 from .straight_edges import feet_on_segments, segments_of
 
@@ -133,7 +133,8 @@ def moved_picture_vjp(scene, camera, size, channel, motion=None, *, samples_per_
     background = _core._as_array(background, "background").astype(float)
     if background.shape not in ((), (shade.channels,)) or not np.isfinite(background).all():
         raise ValueError(f"background: expected a finite number or {shade.channels} of them, got {background.tolist()}")
-    for surface in Gradients(scene, samples=False).surfaces.values():
+    placed = Placed(scene)
+    for surface in placed.surfaces.values():
         if surface.volume.degree < 2:
             raise ValueError(
                 "scene: expected volumes of degree 2 or 3, got one of degree 1, whose outlines have corners"
@@ -142,8 +143,8 @@ def moved_picture_vjp(scene, camera, size, channel, motion=None, *, samples_per_
 
     def vjp(picture_gradients, samples=True):
         by_picture = as_gradients("picture", picture_gradients, picture.values.shape).reshape(height, width, -1)
-        found = picture.empty.anew(samples)
-        picture.empty.check_is_of(scene)
+        placed.check_is_of(scene)
+        found = Gradients(placed, samples)
         picture.differentiate(by_picture, found, tube)
         by_camera = found.camera if motion is None else found.camera @ np.linalg.inv(motion).T
         by_camera[3] = 0.0
@@ -195,11 +196,10 @@ class _Picture:
         self.scene, self.film, self.size, self.shade = scene, film, size, shade
         self.count, self.seed = count, seed
         self.background = np.broadcast_to(np.asarray(background, float), (shade.channels,))
-        self.empty = Gradients(scene, samples=False)
         positions = self.positions(margin=0)
         values = np.empty((len(positions), shade.channels))
         for some in _chunks(len(positions), _SAMPLES_AT_A_TIME * 8):
-            values[some] = self.values_along(film.rays(positions[some]))[0]
+            values[some] = self.values_along(film.rays(positions[some]))
         shape = (size[1], size[0]) if shade.channels == 1 else (size[1], size[0], shade.channels)
         self.values = values.reshape(size[0] * size[1], count, -1).mean(axis=1).reshape(shape)
 
@@ -209,18 +209,22 @@ class _Picture:
         return jittered(np.stack([x.reshape(-1), y.reshape(-1)], axis=1), self.count, self.seed)
 
     def values_along(self, rays):
-        """(N, channels) values of rays, and their hits."""
+        """(N, channels) values of rays."""
         hits = self.scene.cast_rays(rays, outputs=("t_hit", "geometry_ids", "primitive_normals"))
         values = np.tile(self.background, (len(rays), 1))
         found = np.isfinite(hits.t_hit)
         values[found] = self.shade.values(_seen(hits, rays, found))
-        return values, hits
+        return values
 
     def differentiate(self, by_picture, found: Gradients, tube):
         """Adds the gradients for those by the pixels, (height, width, channels)."""
         positions = self.positions(math.ceil(tube))
         samples = Samples(positions)
-        feet_of = self.feet(samples, found, tube)
+        outlines = {}
+        for id, surface in found.surfaces.items():
+            film = self.film.mapped(np.linalg.inv(found.placed[id][1]))
+            outlines[id] = Outlines(surface, film, samples, tube)
+        feet_of = self.feet(outlines, samples)
         for id, feet in feet_of.items():
             self.add_outlines(id, feet, by_picture, found, moves_with_f=True)
         for id, feet in self.feet_on_straight_edges(samples, found, tube).items():
@@ -230,7 +234,7 @@ class _Picture:
         nearer = self.nearer(feet_of)
         density = 1.0 + np.append(
             _density(feet_of, len(positions)),
-            _density(self.feet(Samples(nearer), found, tube), len(nearer)),
+            _density(self.feet(outlines, Samples(nearer)), len(nearer)),
         )
         positions = np.concatenate([positions, nearer])
         inside = ((positions >= 0.0) & (positions < self.size)).all(axis=1)
@@ -241,12 +245,11 @@ class _Picture:
         for some in _chunks(len(positions), _SAMPLES_AT_A_TIME):
             self.add_inside(self.film.rays(positions[some]), weights[some], found)
 
-    def feet(self, samples, found: Gradients, tube) -> dict[int, Feet]:
+    def feet(self, outlines: dict[int, Outlines], samples) -> dict[int, Feet]:
         """The feet of samples on outlines of isosurfaces, by geometry id, where they are seen."""
         feet_of: dict[int, Feet] = {}
-        for id, surface in found.surfaces.items():
-            film = self.film.mapped(np.linalg.inv(found.placed[id][1]))
-            if (feet := feet_on_outlines(surface, film, samples, tube)) is not None:
+        for id, of_surface in outlines.items():
+            if (feet := of_surface.feet(samples)) is not None:
                 feet_of[id] = self.seen(id, feet)
         return feet_of
 
@@ -302,8 +305,8 @@ class _Picture:
         rays = self.film.rays(feet.positions)
         item, transform = found.placed[id]
         by_point = feet.gradients @ np.linalg.inv(transform[:3, :3])
-        inner = self.values_along(self.beside(feet, -BESIDE))[0]
-        outer = self.values_along(self.beside(feet, BESIDE))[0]
+        inner = self.values_along(self.beside(feet, -BESIDE))
+        outer = self.values_along(self.beside(feet, BESIDE))
         tangent = ~feet.is_edge
         if tangent.any():
             # Beside a tangent ray the surface changes as a root does: there, its value is taken on that ray.

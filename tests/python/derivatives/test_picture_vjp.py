@@ -9,7 +9,7 @@ import isospline
 from isospline import volumes
 from isospline.derivatives import picture_vjp
 from isospline.derivatives.film import Film, Samples, jittered
-from isospline.derivatives.outlines import feet_on_outlines
+from isospline.derivatives.outlines import Outlines
 from isospline.derivatives.shades import PhongShade, Seen
 
 SIZE = (48, 40)
@@ -80,12 +80,8 @@ def test_the_tube_estimator_is_unbiased_for_each_width(degree, tube):
     surface = isospline.Isosurface(volumes.sphere(0.6).volume(32, degree=degree), volumes.sphere(0.6).level)
     camera = isospline.PerspectiveCamera((3, 0.3, 0.2), (0, 0, 0), field_of_view=30)
     y, x = np.mgrid[-20:84, -20:84]
-    feet = feet_on_outlines(
-        surface,
-        Film.of_camera(camera, (64, 64)),
-        Samples(jittered(np.stack([x.reshape(-1), y.reshape(-1)], axis=1), 16, seed=1)),
-        tube,
-    )
+    samples = Samples(jittered(np.stack([x.reshape(-1), y.reshape(-1)], axis=1), 16, seed=1))
+    feet = Outlines(surface, Film.of_camera(camera, (64, 64)), samples, tube).feet(samples)
     distance = np.linalg.norm([3, 0.3, 0.2])
     radius = 0.6 / np.sqrt(distance**2 - 0.36) * 32 / np.tan(np.radians(15))
     length = (1 / feet.stretch / feet.widths).sum() / (2 * 16)
