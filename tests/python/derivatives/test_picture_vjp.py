@@ -73,8 +73,7 @@ def test_samples_are_uniform_and_depend_on_their_pixel_alone():
     assert (means - pixels - 0.5).std() == pytest.approx(spread, rel=0.1)
 
 
-@pytest.mark.parametrize("tube", [0.05, 0.4, 1.5, 5.0, 18.0])
-@pytest.mark.parametrize("degree", [2, 3])
+@pytest.mark.parametrize(("degree", "tube"), [(2, 0.05), (3, 0.4), (2, 1.5), (3, 5.0), (2, 18.0)])
 def test_the_tube_estimator_is_unbiased_for_each_width(degree, tube):
     """The length of the outline of a ball, an ellipse in general; here, a circle around the middle."""
     surface = isospline.Isosurface(volumes.sphere(0.6).volume(32, degree=degree), volumes.sphere(0.6).level)
@@ -116,7 +115,9 @@ GRID = {**FIELD.grid((24, 24, 24)), "degree": 3}
 DATA = FIELD.values((24, 24, 24))
 
 
-@pytest.mark.parametrize("channel", ["mask", "depth", "normals", PHONG])
+@pytest.mark.parametrize(
+    "channel", [*(pytest.param(each, marks=pytest.mark.long) for each in ("depth", "normals")), "mask", PHONG]
+)
 def test_gradients_are_those_of_converged_pictures(channel):
     """By the level, samples, a placement and the camera; both sides are random, so their errors are estimated."""
     channels = 1 if channel in ("mask", "depth") else 3
