@@ -52,7 +52,8 @@ struct Scene::Impl {
     std::uint32_t add(PlacedObject given);
     /// Throws std::invalid_argument for a placement that is not valid in any scene.
     void check_alone(const PlacedObject& given, std::uint32_t id);
-    bool is_current(const SceneSnapshot* snapshot) const;
+    /// Whether a snapshot shows the scene as it is; there may be a newer one, of the settled index.
+    bool is_current(const SceneSnapshot& snapshot) const;
     std::shared_ptr<const SceneSnapshot> snapshot(const Progress& progress);
     std::shared_ptr<const SceneSnapshot> settle(const Progress& progress);
     /// The newest snapshot if it is current, or null.
@@ -132,14 +133,14 @@ std::uint32_t Scene::Impl::add(PlacedObject given)
     return next_id++;
 }
 
-bool Scene::Impl::is_current(const SceneSnapshot* snapshot) const
+bool Scene::Impl::is_current(const SceneSnapshot& snapshot) const
 {
     {
         const std::lock_guard lock(mutex());
-        if (snapshot == nullptr || snapshot != newest.get() || snapshot->impl_->version != version)
+        if (snapshot.impl_->version != version)
             return false;
     }
-    const std::vector<SurfaceAtLevel>& surfaces = snapshot->impl_->surfaces;
+    const std::vector<SurfaceAtLevel>& surfaces = snapshot.impl_->surfaces;
     return std::all_of(surfaces.begin(), surfaces.end(),
                        [](const SurfaceAtLevel& known) { return known.surface->snapshot() == known.shown; });
 }
@@ -149,7 +150,7 @@ std::shared_ptr<const SceneSnapshot> Scene::Impl::current() const
     std::unique_lock lock(mutex());
     std::shared_ptr<const SceneSnapshot> known = newest;
     lock.unlock();
-    return is_current(known.get()) ? known : nullptr;
+    return known && is_current(*known) ? known : nullptr;
 }
 
 Objects Scene::Impl::settle_if_it_pays(const std::shared_ptr<const SceneSnapshot>& known)
@@ -310,7 +311,7 @@ bool Scene::is_settled() const
 
 bool Scene::is_current(const SceneSnapshot& snapshot) const
 {
-    return impl_->is_current(&snapshot);
+    return impl_->is_current(snapshot);
 }
 
 PlacedObject Scene::object(std::uint32_t geometry_id) const

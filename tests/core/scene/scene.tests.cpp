@@ -61,6 +61,8 @@ TEST_CASE("a snapshot stays as it is while the scene and its surfaces change", "
     see_before();
     REQUIRE(scene.snapshot() == before);
     REQUIRE(scene.is_current(*before));
+    REQUIRE(scene.settle() != before);
+    REQUIRE(scene.is_current(*before));
 
     surface->set_level(4.5);
     REQUIRE(!scene.is_current(*before));

@@ -121,6 +121,7 @@ def world(tmp_path_factory):
     named = isospline.Isosurface(made["volume"], 0.0, name="bone")
     wide = np.tile(np.linspace(0, 1, 12), (12, 12, 1))
     names = {name: getattr(isospline, name) for name in isospline.__all__}
+    names["render"] = lambda *args, **given: isospline.render(*args, **{"size": (8, 6), **given})
     names |= {
         "numpy": np,
         "PIL": PIL,
@@ -238,7 +239,8 @@ KEYWORD_ROWS = [
 def test_what_is_meant_by_a_keyword_runs(world, call, meaning):
     function, arguments = world["calls"][call]
     for text in expressions(meaning):
-        needed = {name: value for name, value in arguments.items() if name in NEEDED}
+        small = ("size",) if call in ("render", "turntable") else ()
+        needed = {name: value for name, value in arguments.items() if name in (*NEEDED, *small)}
         names = {**world["names"], "call": lambda **given: function(**{**needed, **given})}
         if re.fullmatch(r"\w+", text):
             names["value"] = arguments.get(text, FOR_PARAMETERS.get(text))

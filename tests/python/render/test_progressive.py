@@ -190,3 +190,18 @@ def test_variance_is_in_the_file(scene, camera, tmp_path):
     render(scene, camera, size=SIZE).write(tmp_path / "plain.exr")
     with openexr.File(str(tmp_path / "plain.exr"), separate_channels=True) as file:
         assert "variance.R" not in file.channels()
+
+
+def test_rays_beside_it_are_no_change(camera):
+    """With enough rays, the scene gets a faster index, with the same hits."""
+    field = isospline.volumes.torus()
+    scene = isospline.Scene(isospline.Isosurface(field.volume(32), field.level))
+    renderers = [isospline.ProgressiveRenderer(scene, camera, size=SIZE, light=INTEGRATOR) for _ in range(2)]
+    expected = renderers[0].step(2)
+    renderers[1].step(1)
+    for _ in range(8):
+        scene.cast_rays(camera.rays((512, 512)), coherent=True)
+    assert renderers[1].step(1) == expected
+    scene.object(0).level += 0.01
+    with pytest.raises(RuntimeError, match="the scene has changed"):
+        renderers[1].step(1)
