@@ -50,8 +50,9 @@ def operations(size):
 
         add("packets", "cast", "primary", coherent=True)
         add("single", "cast", "primary", coherent=False)
-        add("bounce", "cast", "bounce", coherent=False)
-        add("ambient", "occlusions", "ambient", coherent=False)
+        add("default", "cast", "primary", coherent=None)
+        add("bounce", "cast", "bounce", coherent=None)
+        add("ambient", "occlusions", "ambient", coherent=None)
         add("shadow", "occlusions", "shadow", coherent=True)
         add("render", "picture", threads=0, camera=view, size=size, shadows=False)
         add("render_shadows", "picture", threads=0, camera=view, size=size, shadows=True)

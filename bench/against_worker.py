@@ -71,8 +71,8 @@ class Worker:
                 return seconds / count
 
     def cast(self, rays, coherent):
-        rays = self.rays(rays)
-        return lambda: self.scene.cast_rays(rays, coherent=coherent)["t_hit"]
+        rays, options = self.rays(rays), {} if coherent is None else {"coherent": coherent}
+        return lambda: self.scene.cast_rays(rays, **options)["t_hit"]
 
     def occlusions(self, rays, coherent):
         rays, options = self.rays(rays), {"t_far": 1.0}

@@ -99,11 +99,12 @@ std::vector<CrossingChunk> crossings_of(Scene& scene, GivenRays& given)
     long_call("to list the crossings of " + std::to_string(given.count()) + " rays", py::none(),
               [&](const Progress& progress) {
                   const auto snapshot = scene.snapshot(progress);
-                  given.sort_for(*snapshot, &SeenBy::camera);
+                  const auto kind = given.arrange(*snapshot, &SeenBy::camera, std::nullopt, progress);
                   given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
                       CrossingChunk& chunk = chunks[begin / ray_chunk_size];
                       chunk.counts.resize(end - begin);
-                      snapshot->list_intersections(given.chunk(begin, end), chunk.crossings, chunk.counts);
+                      snapshot->list_intersections(given.chunk(begin, end), chunk.crossings, chunk.counts,
+                                                   kind == RayCaster::Rays::coherent);
                   });
               });
     return chunks;
@@ -126,7 +127,7 @@ void for_each_ray(const GivenRays& given, const std::vector<CrossingChunk>& chun
 py::object list_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
                               double t_far)
 {
-    GivenRays given(rays, directions, t_near, t_far, false);
+    GivenRays given(rays, directions, t_near, t_far);
     const std::vector<CrossingChunk> chunks = crossings_of(scene, given);
     auto splits = new_array<std::int64_t>(Shape{static_cast<py::ssize_t>(given.count()) + 1});
     std::int64_t* const to_split = splits.mutable_data();
@@ -177,7 +178,7 @@ py::object list_intersections(Scene& scene, const py::object& rays, const py::ob
 py::array count_intersections(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
                               double t_far, bool certify)
 {
-    GivenRays given(rays, directions, t_near, t_far, false);
+    GivenRays given(rays, directions, t_near, t_far);
     if (certify)
         return certified_codes(scene, given, &SeenBy::camera, [](const SceneCertifier& certifier, const Ray& ray) {
             return certifier.crosses_oddly(ray);

@@ -151,7 +151,7 @@ std::unique_ptr<FollowingHopper> make_hopper(const py::object& given, bool strid
 py::object cast_rays(FollowingHopper& following, const py::object& rays, double t_near, double t_far,
                      const py::object& outputs, const py::object& dtype)
 {
-    const GivenRays given(rays, py::none(), t_near, t_far, false);
+    const GivenRays given(rays, py::none(), t_near, t_far);
     HitArrays arrays(given.rows, outputs, dtype, py::none());
     const SnapshotObject object{following.surface()->snapshot()}; // any level: derivatives are those at the hit
     if (arrays.outputs.of_coefficients())

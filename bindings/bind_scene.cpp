@@ -79,10 +79,11 @@ directions : (..., 3) array_like, optional
     Directions of the rays, if `rays` has their origins alone, of shape (..., 3).
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count. t is in units of the direction's length.
-coherent : bool
-    Traces consecutive rays in SIMD packets. This is faster if they are close together, as the primary rays of a
-    picture. The hits are the same, bit for bit. Coherent rays at volumes of stores are traced in their order; others
-    are sorted, so that most chunks are read once.
+coherent : bool, optional
+    Whether consecutive rays are close together, as the primary rays of a picture. Coherent rays are traced in SIMD
+    packets, others one by one. By default, this is found out from the rays themselves; if they are far from each
+    other, they are traced in another order. The hits are the same, bit for bit. Rays at volumes of stores are
+    sorted unless they are coherent, so that most chunks are read once.
 certify : bool
     Adds what is proven of each ray's first crossing with the model of the stored float32 coefficients, by arithmetic
     that is rounded outwards and independent of the other outputs. The scene's visible objects must be isosurfaces
@@ -168,9 +169,8 @@ directions : (..., 3) array_like, optional
     As in `cast_rays`.
 t_near, t_far : float
     Only crossings with t in [t_near, t_far] count.
-coherent : bool
-    Traces consecutive rays in SIMD packets, as in `cast_rays`. This is faster for rays that are close together, as
-    those from neighbouring points to one light. The result is the same.
+coherent : bool, optional
+    As in `cast_rays`. Rays from neighbouring points to one light are coherent. The result is the same.
 certify : bool
     Returns instead what is proven. The conditions of `cast_rays` hold for the objects that cast shadows.
 
@@ -203,15 +203,14 @@ std::unique_ptr<Scene> make_scene(const py::object& objects, const py::args& mor
 
 template <RayCaster::Contact contact>
 py::object cast_rays(Scene& scene, const py::object& rays, const py::object& directions, double t_near, double t_far,
-                     bool coherent, bool certify, const py::object& outputs, const py::object& dtype,
+                     std::optional<bool> coherent, bool certify, const py::object& outputs, const py::object& dtype,
                      const py::object& out)
 {
-    GivenRays given(rays, directions, t_near, t_far, coherent);
+    GivenRays given(rays, directions, t_near, t_far);
     HitArrays arrays(given.rows, outputs, dtype, out);
     std::optional<CertificateArrays> certificates;
     if (certify)
         certificates.emplace(given.rows.leading_shape());
-    const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     const auto parts = arrays.outputs.only_t_and_ids() ? RayCaster::Parts::t_and_ids : RayCaster::Parts::all;
     long_call("to cast " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
@@ -225,8 +224,7 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
             const py::gil_scoped_acquire locked;
             arrays.make_coefficients(coefficients);
         }
-        if (!coherent)
-            given.sort_for(*snapshot, &SeenBy::camera);
+        const auto kind = given.arrange(*snapshot, &SeenBy::camera, coherent, progress);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
@@ -262,20 +260,18 @@ py::object cast_touching_rays(Scene& scene, const py::object& rays)
 }
 
 py::array test_occlusions(Scene& scene, const py::object& rays, const py::object& directions, double t_near,
-                          double t_far, bool coherent, bool certify)
+                          double t_far, std::optional<bool> coherent, bool certify)
 {
-    GivenRays given(rays, directions, t_near, t_far, coherent);
+    GivenRays given(rays, directions, t_near, t_far);
     if (certify)
         return certified_codes(scene, given, &SeenBy::shadow, [](const SceneCertifier& certifier, const Ray& ray) {
             return certifier.is_crossed(ray);
         });
     py::array_t<bool> result(given.rows.leading_shape());
     bool* const flags = result.mutable_data();
-    const auto kind = coherent ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     long_call("to test " + std::to_string(given.count()) + " rays", py::none(), [&](const Progress& progress) {
         const auto snapshot = scene.snapshot(progress);
-        if (!coherent)
-            given.sort_for(*snapshot, &SeenBy::shadow);
+        const auto kind = given.arrange(*snapshot, &SeenBy::shadow, coherent, progress);
         given.for_each_chunk(progress, [&](std::size_t begin, std::size_t end) {
             RayCaster caster(*snapshot, kind);
             given.for_each_packet(begin, end, caster.width(),
@@ -316,12 +312,12 @@ void bind_scene(py::module_& module)
         .def(py::init(&make_scene), py::arg("objects") = py::tuple(), py::arg("build_quality") = "medium")
         .def("cast_rays", &cast_rays<RayCaster::Contact::crossing>, py::arg("rays"), py::arg("directions") = py::none(),
              py::kw_only(), py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
-             py::arg("coherent") = false, py::arg("certify") = false, py::arg("outputs") = default_hit_outputs(),
+             py::arg("coherent") = py::none(), py::arg("certify") = false, py::arg("outputs") = default_hit_outputs(),
              py::arg("dtype") = py::none(), py::arg("out") = py::none(), cast_rays_doc)
         .def("_cast_touching_rays", &cast_touching_rays, py::arg("rays"))
         .def("test_occlusions", &test_occlusions, py::arg("rays"), py::arg("directions") = py::none(), py::kw_only(),
              py::arg("t_near") = 0.0, py::arg("t_far") = std::numeric_limits<double>::infinity(),
-             py::arg("coherent") = false, py::arg("certify") = false, test_occlusions_doc)
+             py::arg("coherent") = py::none(), py::arg("certify") = false, test_occlusions_doc)
         .def_property_readonly(
             "bounds", &bounds_of,
             "(2, 3) float64 array, world units: lower and upper corner of the box of all meshes, cells of shells "

@@ -5,6 +5,8 @@
 #include "visiting_order.h"
 
 #include "isospline/math/ray.h"
+#include "isospline/scene/ray_caster.h"
+#include "isospline/scene/ray_coherence.h"
 #include "isospline/trace/check_ray.h"
 #include "isospline/trace/ray_packet.h"
 #include "isospline/util/parallel.h"
@@ -12,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -27,23 +30,29 @@ inline void check_limits(double t_near, double t_far)
         throw_invalid("t_far", "a number", t_far);
 }
 
-/// The order in which rays are traced. Rays of an array of shape (H, W, 6) or (..., H, W, 6) are traced in tiles of
-/// 4 x 4, because such rays are often those of a picture and then close together. Others are traced in memory order, or
-/// in another one that is set.
+/// The order in which rays are traced: that of the array, or another one that is set.
 class RayOrder {
 public:
     static constexpr std::size_t tile = 4;
 
-    RayOrder(const Shape& shape, bool tiled) : tiled_(tiled && shape.size() >= 2)
+    /// Traces rays of an array of shape (H, W, 6) or (..., H, W, 6) in tiles of 4 x 4, because such rays are often
+    /// those of a picture and then close together. Others keep their order.
+    void set_tiles(const Shape& shape)
     {
-        if (!tiled_)
+        if (shape.size() < 2)
             return;
         width_ = static_cast<std::size_t>(shape.back());
-        height_ = static_cast<std::size_t>(shape[shape.size() - 2]);
-        tiled_ = width_ % tile == 0 && height_ % tile == 0 && width_ > 0 && height_ > 0;
+        const auto height = static_cast<std::size_t>(shape[shape.size() - 2]);
+        tiled_ = width_ % tile == 0 && height % tile == 0 && width_ > 0 && height > 0;
     }
 
-    void set(VisitingOrder order) { visiting_ = std::move(order); }
+    void set(VisitingOrder order)
+    {
+        tiled_ = false;
+        visiting_ = std::move(order);
+    }
+
+    bool is_tiled() const { return tiled_; }
 
     /// The places in the array of `count` rays, beginning with the `first` of the order, which begins a row of a tile.
     void set_places(std::size_t first, int count, std::array<std::size_t, RayPacket::capacity>& places) const
@@ -71,10 +80,13 @@ public:
     }
 
 private:
-    bool tiled_;
-    std::size_t width_ = 0, height_ = 0;
+    bool tiled_ = false;
+    std::size_t width_ = 0;
     VisitingOrder visiting_; ///< of rays that are not tiled
 };
+
+/// Fewer rays are not worth sorting.
+inline constexpr std::size_t least_sorted = 16384;
 
 /// Rays of a chunk; only the last chunk may have fewer.
 inline constexpr std::size_t ray_chunk_size = 1024;
@@ -89,9 +101,8 @@ inline pybind11::object joined(const pybind11::object& rays, const pybind11::obj
 
 /// The rays in an array of shape (..., 6), with common limits.
 struct GivenRays {
-    GivenRays(const pybind11::object& rays, const pybind11::object& directions, double given_t_near, double given_t_far,
-              bool tiled)
-        : rows(joined(rays, directions), "rays", 6), order(rows.leading_shape(), tiled), t_near(given_t_near),
+    GivenRays(const pybind11::object& rays, const pybind11::object& directions, double given_t_near, double given_t_far)
+        : rows(joined(rays, directions), "rays", 6), shape(rows.leading_shape()), t_near(given_t_near),
           t_far(given_t_far)
     {
         check_limits(t_near, t_far);
@@ -99,11 +110,36 @@ struct GivenRays {
 
     std::size_t count() const { return rows.count(); }
 
-    /// Sorts rays at volumes on disk. Coherent rays keep their order, because those of a packet should be close
-    /// together.
-    void sort_for(const SceneSnapshot& scene, bool SeenBy::*sees)
+    /// Sets the order in which the rays are traced fastest, and tells how. `coherent` rays keep their order, or that of
+    /// tiles, and are traced in packets; others one by one. If that is not given, it is found out, and rays that are
+    /// far from each other are sorted. Rays at volumes on disk that are not coherent are sorted in any case, so that
+    /// chunks are read rarely.
+    RayCaster::Rays arrange(const SceneSnapshot& scene, bool SeenBy::*sees, std::optional<bool> coherent,
+                            const Progress& progress)
     {
-        order.set(VisitingOrder(scene, sees, rows, t_near, t_far));
+        if (!coherent.value_or(false) && scene.reads_sources()) {
+            order.set(VisitingOrder(scene, sees, rows, t_near, t_far));
+            return RayCaster::Rays::incoherent;
+        }
+        if (coherent == false || (!coherent && count() < RayCoherence::group_size))
+            return RayCaster::Rays::incoherent;
+        order.set_tiles(shape);
+        if (coherent)
+            return RayCaster::Rays::coherent;
+        using Closeness = RayCoherence::Closeness;
+        const RayCoherence coherence(scene);
+        const auto look = [&] { return coherence.closeness(count(), [this](std::size_t i) { return ray(i); }); };
+        Closeness closeness = look();
+        if (closeness != Closeness::packets && order.is_tiled()) {
+            order.set({});
+            closeness = look();
+        }
+        if (closeness == Closeness::sorting && count() >= least_sorted) {
+            order.set(VisitingOrder(coherence.sorted(
+                count(), [this](std::size_t i) { return ray(i); }, progress)));
+            closeness = look();
+        }
+        return closeness == Closeness::packets ? RayCaster::Rays::coherent : RayCaster::Rays::incoherent;
     }
 
     /// The rays from `begin` to `end` of the order.
@@ -154,6 +190,7 @@ struct GivenRays {
     }
 
     RowArray rows;
+    Shape shape; ///< of the array of rays
     RayOrder order;
     double t_near, t_far;
 

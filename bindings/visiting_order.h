@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace isospline {
@@ -24,6 +25,8 @@ public:
     VisitingOrder(const SceneSnapshot& scene, const RowArray& points);
     /// Rays are in rows of six numbers. `sees` are those that meet an object: SeenBy::camera or SeenBy::shadow.
     VisitingOrder(const SceneSnapshot& scene, bool SeenBy::*sees, const RowArray& rays, double t_near, double t_far);
+    /// The order of places.
+    explicit VisitingOrder(std::vector<std::size_t> places) : rows_(std::move(places)) {}
 
     bool is_given_order() const { return rows_.empty(); }
     /// The row to visit at a time.

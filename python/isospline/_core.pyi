@@ -537,7 +537,7 @@ class Scene(_Shown):
         *,
         t_near: float = 0.0,
         t_far: float = ...,
-        coherent: bool = False,
+        coherent: bool | None = None,
         certify: bool = False,
         outputs: Iterable[_HitOutput] = ("t_hit", "geometry_ids", "primitive_ids", "primitive_normals"),
         dtype: DTypeLike | None = None,
@@ -599,7 +599,7 @@ class Scene(_Shown):
         *,
         t_near: float = 0.0,
         t_far: float = ...,
-        coherent: bool = False,
+        coherent: bool | None = None,
         certify: Literal[False] = False,
     ) -> NDArray[np.bool_]: ...
     @overload
@@ -610,7 +610,7 @@ class Scene(_Shown):
         *,
         t_near: float = 0.0,
         t_far: float = ...,
-        coherent: bool = False,
+        coherent: bool | None = None,
         certify: Literal[True],
     ) -> NDArray[np.uint8]: ...
     def transform(self, geometry_id: SupportsIndex) -> NDArray[np.float64]: ...

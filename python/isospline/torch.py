@@ -36,7 +36,7 @@ def cast(
     transforms: Tensors | None = None,
     t_near: float = 0.0,
     t_far: float = inf,
-    coherent: bool = False,
+    coherent: bool | None = None,
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """First crossings of rays, as `Scene.cast_rays` finds them, with gradients.
 
@@ -53,7 +53,7 @@ def cast(
         Placements in place of those of the objects.
     t_near, t_far : float
         Only crossings with t in [t_near, t_far] count.
-    coherent : bool
+    coherent : bool, optional
         As in `Scene.cast_rays`.
 
     Returns

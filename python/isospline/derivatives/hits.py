@@ -25,7 +25,7 @@ def cast_vjp(
     *,
     t_near: float = 0.0,
     t_far: float = inf,
-    coherent: bool = False,
+    coherent: bool | None = None,
     normals: bool = False,
 ) -> tuple[Hits, Callable[..., dict[str, Any]]]:
     """First crossings of rays, and the function that takes gradients by them to gradients by what they depend on.
@@ -41,7 +41,7 @@ def cast_vjp(
         As in `Scene.cast_rays`; the results are float64.
     t_near, t_far : float
         Only crossings with t in [t_near, t_far] count.
-    coherent : bool
+    coherent : bool, optional
         As in `Scene.cast_rays`.
     normals : bool
         Whether gradients by normals will be given. This takes more memory.

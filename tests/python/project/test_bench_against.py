@@ -16,6 +16,7 @@ pytestmark = pytest.mark.slow
 ROWS = {
     "packets": "Mray/s",
     "single": "Mray/s",
+    "default": "Mray/s",
     "bounce": "Mray/s",
     "ambient": "Mray/s",
     "shadow": "Mray/s",

@@ -94,8 +94,8 @@ def test_ordinary_rays_are_decided_as_rays_without_proof_are(degree):
     lower, upper = hits.t_bounds[is_hit].T
     assert (lower <= hits.t_hit[is_hit]).all() and (hits.t_hit[is_hit] <= upper).all()
     assert np.median(upper - lower) < 1e-11 and (upper - lower).max() < 1e-6
-    coherent = scene.cast_rays(rays, certify=True, coherent=True)
-    assert coherent == hits
+    for coherent in (False, True):
+        assert scene.cast_rays(rays, certify=True, coherent=coherent) == hits
 
 
 @pytest.mark.filterwarnings("ignore:level .* has an empty shell")

@@ -140,13 +140,13 @@ def test_nothing_leaks_through_the_rim(rng, method, count):
     inside = points_in_ball(rng, count, 0.98 * RADIUS)
     inside = inside[np.arange(count) % len(inside)]
     rays = np.concatenate([inside, rim - inside], axis=-1)
-    single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+    single, packets = (scene.cast_rays(rays, coherent=coherent) for coherent in (False, True))
     assert np.abs(single["t_hit"] - 1).max() < 1e-6
     cap = single["primitive_ids"] == surface.volume.cell_count
     assert cap.sum() > count / 10 and (~cap).sum() > count / 10
     for name in single:
         np.testing.assert_array_equal(single[name], packets[name], err_msg=name)
-    assert scene.test_occlusions(rays).all() and scene.test_occlusions(rays, coherent=True).all()
+    assert all(scene.test_occlusions(rays, coherent=coherent).all() for coherent in (False, True))
     assert (scene.count_intersections(rays) == 1).all()
     assert (scene.count_intersections(rays_at(rng, rim, 40.0)) % 2 == 0).all()
 
@@ -228,7 +228,7 @@ def test_packets_are_single_rays_at_rims(closed, rng):
     on_cap = crossings["positions"][crossings["primitive_ids"] >= closed.volume.cell_count][:4000]
     rays = rays_at(rng, on_cap, 50.0).repeat(16, axis=0)
     rays[:, 3:] += rng.normal(scale=0.3, size=(len(rays), 3))
-    single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+    single, packets = (scene.cast_rays(rays, coherent=coherent) for coherent in (False, True))
     caps = single["primitive_ids"][np.isfinite(single["t_hit"])] >= closed.volume.cell_count
     assert caps.mean() > 0.02
     for name in single:

@@ -18,13 +18,13 @@ def test_packets_find_the_same_bit_for_bit(rng, degree):
     scene = isospline.Scene([surface, isospline.Mesh([(0, 0, 8), (18, 0, 9), (0, 18, 8)], [(0, 1, 2)])])
     camera = isospline.camera_for(scene)
     for rays in (camera.rays((60, 44)), camera.rays((31, 17)), rng.normal(size=(1001, 6)) * 9 + 9):
-        single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+        single, packets = (scene.cast_rays(rays, coherent=coherent) for coherent in (False, True))
         assert np.isfinite(single["t_hit"]).any()
         for name in single:
             np.testing.assert_array_equal(packets[name], single[name])
         occluded = scene.test_occlusions(rays, coherent=True)
         np.testing.assert_array_equal(occluded, np.isfinite(single["t_hit"]))
-        np.testing.assert_array_equal(occluded, scene.test_occlusions(rays))
+        np.testing.assert_array_equal(occluded, scene.test_occlusions(rays, coherent=False))
 
 
 @pytest.mark.parametrize("tiny", [-1e-300, -1e-40, -1e-30, -1e-19, -1e-18, -3e-17, -1e-12, -0.0, 1e-30])
@@ -39,7 +39,7 @@ def test_packets_of_rays_that_are_nearly_parallel_to_an_axis(rng, tiny):
         directions = rng.uniform((-1, -1, 0.1), (0, 0, 1), (64, 3))
         directions[::5] = (tiny, tiny, 0.5)
         rays = np.hstack([targets - 40 * directions, directions])
-        single, packets = scene.cast_rays(rays), scene.cast_rays(rays, coherent=True)
+        single, packets = (scene.cast_rays(rays, coherent=coherent) for coherent in (False, True))
         assert np.isfinite(single["t_hit"][::5]).any()
         for name in single:
             np.testing.assert_array_equal(packets[name], single[name])
@@ -63,9 +63,42 @@ def test_packets_of_shadow_rays_find_the_same(rng, degree, settled):
     on_surface = np.hstack([hits["positions"], light - hits["positions"]])
     for shadow in (np.hstack([leaving[:, :3], light - leaving[:, :3]]), on_surface, leaving):
         for limits in ({}, {"t_far": 1.0}, {"t_near": 0.01, "t_far": 0.3}):
-            single = scene.test_occlusions(shadow, **limits)
+            single = scene.test_occlusions(shadow, coherent=False, **limits)
             assert 0.05 < single.mean() < 1
             np.testing.assert_array_equal(scene.test_occlusions(shadow, coherent=True, **limits), single)
+
+
+@pytest.mark.parametrize("rays_of", ["tiles", "rows", "shuffled", "scattered", "one hit"])
+def test_how_rays_are_traced_is_found_out_and_changes_no_answer(rng, rays_of):
+    """Close rays are traced in packets, those of rows and in no order are sorted, others are traced as they come."""
+    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(72, 71, 70))), 0.6)])
+    picture = isospline.camera_for(scene).rays((160, 128))
+    origins = rng.uniform(-10, 80, (20_000, 3))
+    rays = {
+        "tiles": picture,
+        "rows": picture.reshape(-1, 6),
+        "shuffled": rng.permutation(picture.reshape(-1, 6)),
+        "scattered": np.hstack([origins, rng.uniform(0, 70, (20_000, 3)) - origins]),
+        "one hit": np.hstack([np.full((999, 3), 35.2), rng.normal(size=(999, 3))]),
+    }[rays_of]
+    expected = scene.cast_rays(rays, coherent=False, outputs=ALL_OUTPUTS)
+    hits = scene.cast_rays(rays, outputs=ALL_OUTPUTS)
+    assert np.isfinite(hits.t_hit).mean() > 0.05
+    assert hits == expected
+    occluded = scene.test_occlusions(rays, t_far=2.0)
+    np.testing.assert_array_equal(occluded, scene.test_occlusions(rays, t_far=2.0, coherent=False))
+    crossings = scene.list_intersections(rays)
+    first = crossings.ray_splits[:-1][np.diff(crossings.ray_splits) > 0]
+    np.testing.assert_array_equal(crossings.t_hit[first], hits.t_hit[np.isfinite(hits.t_hit)])
+
+
+def test_bad_rays_are_named_by_their_place_however_rays_are_traced(rng):
+    scene = isospline.Scene([isospline.Isosurface(isospline.Volume(rng.normal(size=(72, 71, 70))), 0.6)])
+    rays = rng.permutation(isospline.camera_for(scene).rays((160, 128)).reshape(-1, 6))
+    rays[[12_345, 17_000], 4] = np.nan
+    for coherent in (None, False, True):
+        with pytest.raises(ValueError, match="rays: expected finite origins and directions, got nan in ray 12345"):
+            scene.cast_rays(rays, coherent=coherent)
 
 
 def test_build_quality_changes_memory_and_no_hit(rng):

@@ -76,7 +76,7 @@ def test_transforms_take_effect_at_the_next_query(rng, query):
     changed = isospline.Scene([surface, surface, mesh])
     rays = rays_at(rng, CENTER, 20.0, 3000)
     ask = {
-        "single": changed.cast_rays,
+        "single": lambda rays: changed.cast_rays(rays, coherent=False),
         "packets": lambda rays: changed.cast_rays(rays, coherent=True),
         "all": changed.list_intersections,
         "occlusion": lambda rays: {"": changed.test_occlusions(rays)},
@@ -198,7 +198,8 @@ def test_each_instance_is_met_where_it_is(rng):
     np.testing.assert_array_equal(hits["geometry_ids"][hit], nearest[hit])
     exact = hit & (nearest % 2 == 1)
     assert (np.abs(hits["t_hit"][exact] - t[exact]) * length[exact]).max() < 1e-6
-    assert_same_hits(scene.cast_rays(rays, coherent=True), hits)
+    for coherent in (False, True):
+        assert_same_hits(scene.cast_rays(rays, coherent=coherent), hits)
 
 
 # Visibility
@@ -215,7 +216,7 @@ def test_visibility(kind):
     ray = [(-20, 11.4, 11.3, 1, 0, 0)]
 
     def seen():
-        singles, packets = scene.cast_rays(ray), scene.cast_rays(ray, coherent=True)
+        singles, packets = (scene.cast_rays(ray, coherent=coherent) for coherent in (False, True))
         assert_same_hits(packets, singles)
         crossings = scene.list_intersections(ray)["geometry_ids"].tolist()
         assert crossings[:1] == [geometry for geometry in singles["geometry_ids"].tolist() if geometry in scene]
@@ -278,7 +279,8 @@ def test_details_of_hits(rng):
         "coefficient_weights": ((40, 100, 27), np.float64),
         "coefficient_gradients": ((40, 100, 27, 3), np.float64),
     }
-    assert_same_hits(scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=True), hits)
+    for coherent in (False, True):
+        assert_same_hits(scene.cast_rays(rays, outputs=ALL_OUTPUTS, coherent=coherent), hits)
 
     on_surface, on_mesh = hits["geometry_ids"] == 0, hits["geometry_ids"] == 1
     assert on_surface.sum() > 500 and on_mesh.sum() > 100

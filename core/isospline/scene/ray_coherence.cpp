@@ -1,0 +1,136 @@
+#include "isospline/scene/ray_coherence.h"
+
+#include "isospline/math/affine.h"
+#include "isospline/math/grid.h"
+#include "isospline/scene/scene_snapshot.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/util/check.h"
+#include "isospline/util/parallel.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <hwy/contrib/sort/vqsort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <variant>
+
+namespace isospline {
+
+namespace {
+
+/// Groups that are looked at.
+constexpr std::size_t most_groups = 16;
+/// Rays of a group suit packets if they enter and leave the box within this many cells. Packets of 4 x 4 rays break
+/// even with single rays at about 12 cells.
+constexpr double tight_spread = 10.0;
+/// Rays of a group within so many cells are those of a row of a picture, and tight once they are sorted.
+constexpr double near_spread = 20.0;
+/// Rays of a group that enter the box farther from each other read other parts of the index and the volume each.
+constexpr double far_spread = 64.0;
+
+/// Rays that are sorted together.
+constexpr int place_bits = 17;
+constexpr std::size_t sorted_block = std::size_t{1} << place_bits;
+/// Keys have 33 bits.
+constexpr std::uint64_t last_key = (std::uint64_t{1} << 33) - 1;
+
+} // namespace
+
+RayCoherence::RayCoherence(const SceneSnapshot& scene)
+{
+    Box of_meshes;
+    double cell_of_meshes = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t id : scene.ids()) {
+        const SnapshotObject& shown = scene.object(id);
+        if (const auto* surface = std::get_if<std::shared_ptr<const IsosurfaceSnapshot>>(&shown.object)) {
+            const Volume& volume = (*surface)->volume();
+            const glm::dmat4 lattice_to_world = shown.transform * volume.lattice_to_world();
+            box_.extend(transform_box(lattice_to_world, {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())}));
+            cell_ = std::min(cell_, std::cbrt(std::abs(glm::determinant(glm::dmat3(lattice_to_world)))));
+        } else {
+            const Mesh& mesh = *std::get<std::shared_ptr<const Mesh>>(shown.object);
+            const Box box = transform_box(shown.transform, mesh.bounds());
+            of_meshes.extend(box);
+            cell_of_meshes = std::min(cell_of_meshes, glm::length(box.size()) /
+                                                          std::sqrt(static_cast<double>(mesh.faces().size()) + 1.0));
+        }
+    }
+    if (box_.empty()) {
+        box_ = of_meshes;
+        cell_ = cell_of_meshes;
+    }
+}
+
+RayCoherence::Closeness RayCoherence::closeness(std::size_t count, const RayAt& ray_at) const
+{
+    const std::size_t groups = count / group_size;
+    const std::size_t step = (groups + most_groups - 1) / most_groups;
+    std::size_t tight = 0, near = 0, far = 0, seen = 0;
+    for (std::size_t group = 0; group < groups; group += step) {
+        // Entries and exits, projected along the direction of the first ray.
+        Box entries, exits;
+        glm::dvec3 along(0.0);
+        const auto across = [&along](const glm::dvec3& point) { return point - glm::dot(point, along) * along; };
+        for (std::size_t i = 0; i < group_size; ++i) {
+            const Ray ray = ray_at(group * group_size + i);
+            const std::optional<Interval> inside = clip(ray, box_);
+            if (!inside || !is_finite(ray.origin) || !is_finite(ray.direction))
+                continue;
+            if (entries.empty())
+                along = glm::normalize(ray.direction);
+            entries.extend(across(ray.at(inside->t_near)));
+            exits.extend(across(ray.at(inside->t_far)));
+        }
+        if (entries.empty())
+            continue;
+        ++seen;
+        const double begin = glm::length(entries.size()) / cell_,
+                     both = std::max(begin, glm::length(exits.size()) / cell_);
+        tight += both <= tight_spread;
+        near += both <= near_spread;
+        far += begin > far_spread;
+    }
+    const auto most = [seen](std::size_t some) { return seen > 0 && 4 * some >= 3 * seen; };
+    return most(tight) ? Closeness::packets : most(near) || most(far) ? Closeness::sorting : Closeness::none;
+}
+
+std::uint64_t RayCoherence::key(const Ray& ray) const
+{
+    const std::optional<Interval> inside = clip(ray, box_);
+    if (!inside)
+        return last_key;
+    constexpr double places = 1 << 10;
+    const glm::dvec3 entry =
+        glm::clamp((ray.at(inside->t_near) - box_.lower) / box_.size() * places, 0.0, places - 1.0);
+    if (!is_finite(entry))
+        return last_key;
+    std::uint64_t octant = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        octant = 2 * octant + (ray.direction[axis] < 0.0);
+    return octant << 30 | morton_code(glm::ivec3(entry));
+}
+
+std::vector<std::size_t> RayCoherence::sorted(std::size_t count, const RayAt& ray_at, const Progress& progress) const
+{
+    // A key, and the place in the block, in one number.
+    std::vector<std::size_t> order(count);
+    parallel_for(
+        count, sorted_block,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<std::uint64_t> keyed(end - begin);
+            for (std::size_t i = begin; i < end; ++i)
+                keyed[i - begin] = key(ray_at(i)) << place_bits | (i - begin);
+            hwy::Sorter()(keyed.data(), keyed.size(), hwy::SortAscending());
+            for (std::size_t i = begin; i < end; ++i)
+                order[i] = begin + (keyed[i - begin] & (sorted_block - 1));
+        },
+        progress);
+    return order;
+}
+
+} // namespace isospline

@@ -1,0 +1,47 @@
+// How many rays are traced fastest: in packets, one by one, or sorted. The results are the same.
+#pragma once
+
+#include "isospline/math/box.h"
+#include "isospline/math/ray.h"
+#include "isospline/util/progress.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace isospline {
+
+class SceneSnapshot;
+
+/// Rays of an array, by their places in it.
+using RayAt = std::function<Ray(std::size_t)>;
+
+/// Tells how close rays are to each other where they may meet isosurfaces, or meshes if a scene has no isosurface.
+class RayCoherence {
+public:
+    /// Rays of a group, as many as a packet of 16 lanes has. Fewer rays are not close to each other.
+    static constexpr std::size_t group_size = 16;
+
+    explicit RayCoherence(const SceneSnapshot& scene);
+
+    /// Whether rays that follow each other are so close that packets trace them faster than single rays, whether they
+    /// are so close, or so far from each other, that sorting pays, or neither.
+    enum class Closeness { packets, sorting, none };
+    /// It looks at some groups of rays, which are spread over the array.
+    Closeness closeness(std::size_t count, const RayAt& ray_at) const;
+
+    /// The places of the rays, in an order in which rays that follow each other have about the same direction and begin
+    /// at about the same place, and so meet what the last ones have left in caches.
+    std::vector<std::size_t> sorted(std::size_t count, const RayAt& ray_at, const Progress& progress) const;
+
+private:
+    /// The octant of a ray's direction, and the place where it enters the box.
+    std::uint64_t key(const Ray& ray) const;
+
+    Box box_;
+    double cell_ = std::numeric_limits<double>::infinity(); ///< the size of the smallest cells
+};
+
+} // namespace isospline
