@@ -243,7 +243,8 @@ HWY_INLINE RefinedRoots refine_packet(const Cells& cells, const LatticeRayPacket
         search.begin(hn::Load(d, segments.t_near + first), hn::Load(d, segments.t_far + first),
                      {hn::PromoteTo(d, hn::Load(to_float, verdict.s + first)),
                       hn::PromoteTo(d, hn::Load(to_float, verdict.slope + first))});
-        const auto arrived = refine_root<Degree>(coefficients, cells.lower(first), to_mask(d, wanted, first), search);
+        const PointsOfCell<Degree, std::remove_cvref_t<decltype(coefficients)>> cell{coefficients};
+        const auto arrived = refine_root(cell, cells.lower(first), to_mask(d, wanted, first), search);
         const auto near_enough = hn::Le(search.t, hn::Load(d, t_limit + first));
         const auto counts = hn::And(hn::And(arrived, near_enough), are_within_limits(rays, first, search.t));
         hn::Store(search.t, d, roots.t + first);

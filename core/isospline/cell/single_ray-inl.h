@@ -12,10 +12,6 @@ HWY_BEFORE_NAMESPACE();
 namespace isospline {
 namespace HWY_NAMESPACE {
 
-// A single number takes the same operations as a lane.
-using OneFloat = hn::Vec<hn::CappedTag<float, 1>>;
-using OneDouble = hn::Vec<hn::CappedTag<double, 1>>;
-
 // x, y, z and z again, or the one at `first` if vectors have one lane. It avoids memory, because loading a vector that
 // was just written in parts is slow.
 template <class D>
@@ -101,8 +97,7 @@ HWY_INLINE RayVerdict judge_ray(const CellCoefficients& cell, const LatticeRay& 
     const Verdict<float> verdict = judge<order>(lane, coefficients.error());
     if (verdict.no_root || !verdict.one_root)
         return {verdict.no_root, false, {}, false};
-    const auto [s, slope] = estimate_root<order>(scaled);
-    return {false, true, {hn::GetLane(s), hn::GetLane(slope)}, lane[0] < 0.0f};
+    return {false, true, estimate_one_root<order>(lane), lane[0] < 0.0f};
 }
 
 // The only root in a segment, refined from that of single precision; none if double precision does not converge.
@@ -110,7 +105,7 @@ template <int Degree>
 HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, const LatticeRay& ray,
                                                const Interval& inside, const RootEstimate<float>& estimate)
 {
-    const ReducedCoefficients<Degree, double> coefficients(cell);
+    const RowsOfCell<Degree> rows(cell);
     const hn::CappedTag<double, 1> one;
     RootSearch<OneDouble> search;
     for (int axis = 0; axis < 3; ++axis) {
@@ -119,7 +114,7 @@ HWY_INLINE std::optional<RootInCell> only_root(const CellCoefficients& cell, con
     }
     search.begin(hn::Set(one, inside.t_near), hn::Set(one, inside.t_far),
                  {hn::Set(one, static_cast<double>(estimate.s)), hn::Set(one, static_cast<double>(estimate.slope))});
-    if (!hn::AllTrue(one, refine_root<Degree>(coefficients, cell.lower, hn::FirstN(one, 1), search)))
+    if (!hn::AllTrue(one, refine_root(rows, cell.lower, hn::FirstN(one, 1), search)))
         return std::nullopt;
     return RootInCell{
         hn::GetLane(search.t),

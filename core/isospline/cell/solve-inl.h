@@ -3,6 +3,7 @@
 // Included once for each SIMD target.
 #include "isospline/cell/coefficients.h"
 #include "isospline/cell/lattice_ray.h"
+#include "isospline/cell/root_estimate-inl.h"
 #include "isospline/cell/root_in_cell.h"
 #include "isospline/cell/value-inl.h"
 #include "isospline/math/bernstein.h"
@@ -308,12 +309,11 @@ struct RootSearch {
 };
 
 /// Newton's method in double precision, with the given slope in the first step, until a step is below 1e-9 of a voxel:
-/// the next step would be below rounding, and the gradient is that of the root. `lower` is the corner of the cell, in
-/// all lanes or for each one. Returns the wanted lanes where it
+/// the next step would be below rounding, and the gradient is that of the root. `cell` has value(local) and
+/// value_and_gradient(local); its corner is `lower`, in all lanes or for each one. Returns the wanted lanes where it
 /// converges within [t_near, t_far]; lanes that do not converge do not delay the others.
-template <int Degree, class V, class Coefficients, class Corner>
-HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const Corner& lower, MaskOf<V> wanted,
-                                 RootSearch<V>& search)
+template <class V, class Cell, class Corner>
+HWY_INLINE MaskOf<V> refine_root(const Cell& cell, const Corner& lower, MaskOf<V> wanted, RootSearch<V>& search)
 {
     constexpr int iteration_limit = 5;
     const hn::DFromV<V> d;
@@ -322,10 +322,10 @@ HWY_INLINE MaskOf<V> refine_root(const Coefficients& coefficient, const Corner& 
         speed = hn::Max(speed, hn::Abs(search.direction[axis]));
         search.gradient[axis] = hn::Zero(d);
     }
-    search.t = search.t - value_in_cell<Degree>(coefficient, search.local(lower)) / search.slope;
+    search.t = search.t - cell.value(search.local(lower)) / search.slope;
     auto done = hn::Not(wanted);
     for (int iteration = 0; iteration < iteration_limit; ++iteration) {
-        const auto [value, gradient] = value_and_gradient_in_cell<Degree>(coefficient, search.local(lower));
+        const auto [value, gradient] = cell.value_and_gradient(search.local(lower));
         V slope = gradient[0] * search.direction[0];
         slope = mul_add(gradient[1], search.direction[1], slope);
         slope = mul_add(gradient[2], search.direction[2], slope);

@@ -16,83 +16,67 @@ namespace isospline {
 namespace HWY_NAMESPACE {
 
 /// Coefficients of 1, s, s^2, ... of the same polynomial: the k-th forward difference of the b_i, times C(Order, k).
-template <int Order, class N>
-HWY_INLINE Bernstein<Order, N> to_monomial(Bernstein<Order, N> b)
+template <int Order>
+HWY_INLINE Bernstein<Order> to_monomial(Bernstein<Order> b)
 {
     for (int k = 1; k <= Order; ++k)
         for (int i = Order; i >= k; --i)
-            b[i] = b[i] - b[i - 1];
+            b[i] -= b[i - 1];
     for (int k = 1; k < Order; ++k)
-        b[k] = b[k] * number<N>(binomials<Order>[k]);
+        b[k] *= binomials<Order>[k];
     return b;
 }
 
 /// Where the control polygon of coefficients that change sign once crosses zero.
-template <int Order, class N>
-HWY_INLINE N crossing_of_control_polygon(const Bernstein<Order, N>& b)
+template <int Order>
+HWY_INLINE double crossing_of_control_polygon(const Bernstein<Order>& b)
 {
-    const N zero = number<N>(0.0);
-    N before = b[0], after = b[1], first = zero;
-    for (int i = 1; i < Order; ++i) {
-        const auto crosses = differ(less(b[i], zero), less(b[i + 1], zero));
-        before = select(crosses, b[i], before);
-        after = select(crosses, b[i + 1], after);
-        first = select(crosses, number<N>(i), first);
-    }
-    return (first + before / (before - after)) * number<N>(1.0 / Order);
+    int first = 0;
+    for (int i = 1; i < Order; ++i)
+        if ((b[i] < 0.0) != (b[i + 1] < 0.0))
+            first = i;
+    return (first + b[first] / (b[first] - b[first + 1])) * (1.0 / Order);
 }
 
 /// Newton's method for the only root in [0, 1] of a polynomial whose Bernstein coefficients change sign once. It uses
 /// the monomial form and a shrinking bracket, and starts where the control polygon crosses zero.
-template <int Order, class N>
+template <int Order>
 struct BracketedNewton {
-    explicit HWY_INLINE BracketedNewton(const Bernstein<Order, N>& b)
-        : monomial(to_monomial<Order>(b)), negative_at_0(less(b[0], number<N>(0.0))),
-          s(crossing_of_control_polygon<Order>(b))
+    explicit HWY_INLINE BracketedNewton(const Bernstein<Order>& b)
+        : monomial(to_monomial<Order>(b)), negative_at_0(b[0] < 0.0), s(crossing_of_control_polygon<Order>(b))
     {
-    }
-
-    struct ValueAndSlope {
-        N value, slope;
-    };
-
-    HWY_INLINE ValueAndSlope evaluate() const
-    {
-        N value = monomial[Order], slope = number<N>(0.0);
-        for (int k = Order - 1; k >= 0; --k) {
-            slope = mul_add(slope, s, value);
-            value = mul_add(value, s, monomial[k]);
-        }
-        return {value, slope};
     }
 
     struct Step {
-        N newton;                ///< the result of a Newton step
-        MaskOf<N> is_in_bracket; ///< otherwise s is now the middle of the bracket
+        double newton;      ///< the result of a Newton step
+        bool is_in_bracket; ///< otherwise s is now the middle of the bracket
     };
 
     HWY_INLINE Step step()
     {
-        const auto [value, slope] = evaluate();
-        const auto right_of_root = differ(less(value, number<N>(0.0)), negative_at_0);
-        lower = select(right_of_root, lower, s);
-        upper = select(right_of_root, s, upper);
-        const N newton = s - value / slope;
-        const auto is_in_bracket = both(less_equal(lower, newton), less_equal(newton, upper));
-        s = select(is_in_bracket, newton, number<N>(0.5) * (lower + upper));
+        double value = monomial[Order], slope = 0.0;
+        for (int k = Order - 1; k >= 0; --k) {
+            slope = slope * s + value;
+            value = value * s + monomial[k];
+        }
+        const bool right_of_root = (value < 0.0) != negative_at_0;
+        (right_of_root ? upper : lower) = s;
+        const double newton = s - value / slope;
+        const bool is_in_bracket = lower <= newton && newton <= upper;
+        s = is_in_bracket ? newton : 0.5 * (lower + upper);
         return {newton, is_in_bracket};
     }
 
-    Bernstein<Order, N> monomial;
-    MaskOf<N> negative_at_0;
-    N s, lower = number<N>(0.0), upper = number<N>(1.0);
+    Bernstein<Order> monomial;
+    bool negative_at_0;
+    double s, lower = 0.0, upper = 1.0;
 };
 
-/// The same root, in double precision.
+/// The root.
 template <int Order>
 HWY_INLINE double isolated_root(const Bernstein<Order>& b)
 {
-    BracketedNewton<Order, double> search(b);
+    BracketedNewton<Order> search(b);
     constexpr int bisections_to_full_precision = 60;
     for (int iteration = 0; iteration < bisections_to_full_precision; ++iteration) {
         // Newton's method squares its error: after a step of 1e-8, the next would be below rounding.
@@ -102,25 +86,6 @@ HWY_INLINE double isolated_root(const Bernstein<Order>& b)
             return is_in_bracket ? newton : before;
     }
     return search.s;
-}
-
-/// The approximate root of a polynomial, and the derivative there.
-template <class N>
-struct RootEstimate {
-    N s, slope;
-};
-
-/// The approximate root from scaled Bernstein coefficients, to start a search in double precision.
-template <int Order, class N>
-HWY_INLINE RootEstimate<N> estimate_root(const Bernstein<Order, N>& scaled)
-{
-    Bernstein<Order, N> b;
-    for (int r = 0; r <= Order; ++r)
-        b[r] = scaled[r] * number<N>(1.0 / binomials<Order>[r]);
-    BracketedNewton<Order, N> search(b);
-    search.step();
-    search.step();
-    return {search.s, search.evaluate().slope};
 }
 
 /// Calls `visit(s, rising)` for the s in [0, 1] where a polynomial in Bernstein form changes sign, in ascending order,

@@ -124,43 +124,46 @@ void ChunkMesher<Degree>::fill_values(const Chunk& chunk)
     }
     const CoefficientBox coefficients = volume.box(first_cell, rows - Degree);
 
-    double lines[most_rows][most_rows][node_size], planes[most_rows][node_size][node_size];
-    for (int z = 0; z < rows.z; ++z)
+    // Summed along y, then along z, then along x.
+    double lines[most_rows][node_size][most_rows], planes[node_size][node_size][most_rows];
+    for (int z = 0; z < rows.z; ++z) {
+        double shifted[most_rows][most_rows];
         for (int y = 0; y < rows.y; ++y) {
             const float* const row = coefficients.from(0, y, z).first;
-            double shifted[most_rows];
             for (int x = 0; x < rows.x; ++x)
-                shifted[x] = static_cast<double>(row[x]) - threshold;
-            for (int x = 0; x < nodes.x; ++x) {
-                const auto& [cell, w] = weights[0][static_cast<std::size_t>(x)];
-                double sum = w[0] * shifted[cell];
-                for (std::size_t i = 1; i < count; ++i)
-                    sum = w[i] * shifted[static_cast<std::size_t>(cell) + i] + sum;
+                shifted[y][x] = static_cast<double>(row[x]) - threshold;
+        }
+        for (int y = 0; y < nodes.y; ++y) {
+            const auto& [cell, w] = weights[1][static_cast<std::size_t>(y)];
+            for (int x = 0; x < rows.x; ++x) {
+                double sum = w[0] * shifted[cell][x];
+                for (std::size_t j = 1; j < count; ++j)
+                    sum = w[j] * shifted[static_cast<std::size_t>(cell) + j][x] + sum;
                 lines[z][y][x] = sum;
             }
         }
-    for (int z = 0; z < rows.z; ++z)
-        for (int y = 0; y < nodes.y; ++y) {
-            const auto& [cell, w] = weights[1][static_cast<std::size_t>(y)];
-            for (int x = 0; x < nodes.x; ++x) {
-                double sum = 0.0;
-                for (std::size_t j = 0; j < count; ++j)
-                    sum = w[j] * lines[z][static_cast<std::size_t>(cell) + j][x] + sum;
-                planes[z][y][x] = sum;
-            }
-        }
+    }
     for (int z = 0; z < nodes.z; ++z) {
         const auto& [cell, w] = weights[2][static_cast<std::size_t>(z)];
         for (int y = 0; y < nodes.y; ++y)
-            for (int x = 0; x < nodes.x; ++x) {
+            for (int x = 0; x < rows.x; ++x) {
                 double sum = 0.0;
                 for (std::size_t k = 0; k < count; ++k)
-                    sum = w[k] * planes[static_cast<std::size_t>(cell) + k][y][x] + sum;
+                    sum = w[k] * lines[static_cast<std::size_t>(cell) + k][y][x] + sum;
+                planes[z][y][x] = sum;
+            }
+    }
+    for (int z = 0; z < nodes.z; ++z)
+        for (int y = 0; y < nodes.y; ++y)
+            for (int x = 0; x < nodes.x; ++x) {
+                const auto& [cell, w] = weights[0][static_cast<std::size_t>(x)];
+                double sum = 0.0;
+                for (std::size_t i = 0; i < count; ++i)
+                    sum = w[i] * planes[z][y][static_cast<std::size_t>(cell) + i] + sum;
                 const std::size_t at = place({x, y, z});
                 values_[at] = sum;
                 solid_[at] = field_.is_solid(sum) ? 1 : 0;
             }
-    }
 }
 
 template <int Degree>

@@ -97,21 +97,21 @@ HWY_INLINE constexpr CellBasis<Degree, N> cell_basis(N u)
     return {cell_weights<Degree>(u), cell_derivatives<Degree>(u), cell_second_derivatives<Degree>(u)};
 }
 
-/// The sum of coefficient(i, j, k) x[i] y[j] z[k]; x is summed first, then y, then z.
+/// The sum of coefficient(i, j, k) x[i] y[j] z[k]; y is summed first, then z, then x.
 template <class N, std::size_t Count, class Coefficient>
 HWY_INLINE N weighted_sum(const Coefficient& coefficient, const std::array<N, Count>& x, const std::array<N, Count>& y,
                           const std::array<N, Count>& z)
 {
     N sum = number<N>(0.0);
-    for (std::size_t k = 0; k < Count; ++k) {
+    for (std::size_t i = 0; i < Count; ++i) {
         N plane = number<N>(0.0);
-        for (std::size_t j = 0; j < Count; ++j) {
-            N line = x[0] * in_lanes<N>(coefficient(0, j, k));
-            for (std::size_t i = 1; i < Count; ++i)
-                line = mul_add(x[i], in_lanes<N>(coefficient(i, j, k)), line);
-            plane = mul_add(y[j], line, plane);
+        for (std::size_t k = 0; k < Count; ++k) {
+            N line = y[0] * in_lanes<N>(coefficient(i, 0, k));
+            for (std::size_t j = 1; j < Count; ++j)
+                line = mul_add(y[j], in_lanes<N>(coefficient(i, j, k)), line);
+            plane = mul_add(z[k], line, plane);
         }
-        sum = mul_add(z[k], plane, sum);
+        sum = mul_add(x[i], plane, sum);
     }
     return sum;
 }

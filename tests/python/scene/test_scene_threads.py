@@ -56,7 +56,8 @@ def test_threads_see_one_state_of_a_scene():
                 scene.set_visibility(1, visible=seen)
                 states.add(answer())
     distances, pictures = ({state[part] for state in states} for part in (0, 1))
-    assert len(distances) == 4 and len(pictures) > 6
+    # The place of a mesh may change the last bit of a hit elsewhere, as coordinates are relative to the scene's middle.
+    assert len(set(np.round(list(distances), 9))) == 4 and len(pictures) > 6
     stop, found, seen = threading.Event(), set(), set()
 
     def change_level():
