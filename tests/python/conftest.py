@@ -2,6 +2,7 @@
 
 import collections
 import os
+import random
 from pathlib import Path
 
 import numpy as np
@@ -27,10 +28,18 @@ LONGEST = (
 
 
 def pytest_collection_modifyitems(items):
-    """Move the longest files to the front; tests in a browser are slow ones."""
+    """Move the longest files to the front; tests in a browser are slow ones; most cases of a sweep are long ones."""
+    sweeps = collections.defaultdict(list)
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker(pytest.mark.slow)
+        if mark := item.get_closest_marker("sweep"):
+            sweeps[item.path, item.originalname, mark.args[0]].append(item)
+    for (_, name, count), cases in sweeps.items():
+        kept = random.Random(name).sample(range(len(cases)), min(count, len(cases)))
+        for number, item in enumerate(cases):
+            if number not in kept:
+                item.add_marker(pytest.mark.long)
     place = {name: number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 

@@ -73,6 +73,7 @@ def test_samples_are_uniform_and_depend_on_their_pixel_alone():
     assert (means - pixels - 0.5).std() == pytest.approx(spread, rel=0.1)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(("degree", "tube"), [(2, 0.05), (3, 0.4), (2, 1.5), (3, 5.0), (2, 18.0)])
 def test_the_tube_estimator_is_unbiased_for_each_width(degree, tube):
     """The length of the outline of a ball, an ellipse in general; here, a circle around the middle."""
@@ -116,7 +117,7 @@ DATA = FIELD.values((24, 24, 24))
 
 
 @pytest.mark.parametrize(
-    "channel", [*(pytest.param(each, marks=pytest.mark.long) for each in ("depth", "normals")), "mask", PHONG]
+    "channel", [*(pytest.param(each, marks=pytest.mark.long) for each in ("mask", "depth", "normals")), PHONG]
 )
 def test_gradients_are_those_of_converged_pictures(channel):
     """By the level, samples, a placement and the camera; both sides are random, so their errors are estimated."""

@@ -327,6 +327,7 @@ def compressed(samples, syntax, encode, signed=True):
     return write
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("signed", [True, False])
 @pytest.mark.parametrize(
     "syntax, encode",

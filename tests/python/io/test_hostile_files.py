@@ -374,6 +374,7 @@ def test_truncated_msh_is_refused(tmp_path, kind):
             read_mesh(path)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("content", [b"(1", b"(0 ", b"(10 (0 1 8 0 3)\n(10 (1 1 8 1 3)(", b"(2 3"])
 def test_ansys_reader_does_not_wait_for_an_end(tmp_path, content, short_limit):

@@ -30,6 +30,7 @@ def centers(shape):
     return np.stack(np.meshgrid(*map(np.arange, shape[::-1]), indexing="ij"), axis=-1).reshape(-1, 3)
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("smoothing", [1.0, 1.5])
@@ -41,6 +42,7 @@ def test_volume_is_that_of_the_voxels_and_centres_keep_their_side(body, smoothin
     np.testing.assert_array_equal(surface.contains(places), data[tuple(places.T[::-1])] == 1)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("smoothing", [0.5, 2.5, 4.0])
 def test_any_smoothing_keeps_volume(smoothing):

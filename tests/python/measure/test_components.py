@@ -211,6 +211,7 @@ def test_a_cavity_belongs_to_its_solid():
     np.testing.assert_allclose(below.enclosed_volumes[1], 4 / 3 * math.pi * (5**3 - 3**3), rtol=0.03)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("n", [1, 2, 3])

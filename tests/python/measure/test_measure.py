@@ -95,6 +95,7 @@ def test_mask_cuts_cells_away():
     assert_within(surface.area(order=6), 2 * math.pi * 7 * height, 1e-8)
 
 
+@pytest.mark.sweep(3)
 def test_stated_errors_hold_and_fall_with_the_order():
     surface = ball()
     for measure, expected in ((surface.enclosed_volume, 4 / 3 * math.pi * 343), (surface.area, 4 * math.pi * 49)):

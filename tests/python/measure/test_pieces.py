@@ -33,6 +33,7 @@ def some_half_space(volume, rng):
     return isospline.HalfSpace(point, rng.normal(size=3))
 
 
+@pytest.mark.sweep(6)
 @pytest.mark.filterwarnings("ignore:level")
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("seed", range(8))
@@ -67,6 +68,7 @@ def test_pieces_without_volume_are_components(measured):
         assert found.areas.sum() == pytest.approx(surface.area().value)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.filterwarnings("ignore:level")
 @pytest.mark.parametrize("degree", [2, 3])
 def test_touching_the_level_makes_no_component_of_smooth_models_but_a_plate_does(degree):

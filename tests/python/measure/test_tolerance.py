@@ -45,6 +45,7 @@ def test_ellipsoids(degree, tolerance):
         assert_bounded(getattr(surface, name)(tolerance=tolerance), expected, tolerance)
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_a_sample_of_many_bricks_chooses_the_first_rule(degree):
     """A ball across about 900 bricks, which degrees 2 and 3 represent exactly, and degree 1 by chords.
@@ -82,6 +83,7 @@ def rough(degree, size=12, seed=0):
     return isospline.Volume(samples / samples.std(), degree=degree, spacing=(0.5, 1, 2))
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("cut", ["open", "closed", "clipped", "capped"])

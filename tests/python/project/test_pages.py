@@ -1,6 +1,7 @@
 """The README and the pages of the documentation: their code runs, and the targets of their links exist."""
 
 import re
+import shlex
 import sys
 from pathlib import Path
 
@@ -10,10 +11,15 @@ pytest.importorskip("sybil")
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "docs"))
 import pages
 
+from isospline.cli.parser import join_negative, make_parser
+
 pytestmark = pytest.mark.slow
 
 # Languages of blocks that are run, or that contain no code.
 RUN = {"python", "sh", "text"}
+SHELL = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+#: A command of ours, without what follows a pipe, a redirection or an ampersand.
+COMMAND = re.compile(r"^isospline [^|>&\n]*", re.MULTILINE)
 FENCE = re.compile(r"^```(\S*)", re.MULTILINE)
 LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]*))?\)")
 
@@ -22,13 +28,34 @@ def name_of(page):
     return str(page.relative_to(pages.REPOSITORY))
 
 
-@pytest.mark.parametrize("page", pages.PAGES, ids=name_of)
+def runs_long(page):
+    """Whether a page has many commands: make ci-long runs them, and make test looks whether they are known."""
+    return page.name == "command-line.md"
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.long) if runs_long(page) else page for page in pages.PAGES],
+    ids=name_of,
+)
 def test_code_of_page_runs(page, tmp_path):
     """The code runs with small pictures; the build of the site renders the pictures of pages in full size."""
     pytest.importorskip("pyvista")
     pytest.importorskip("SimpleITK")
     blocks = [each for each in FENCE.findall(page.read_text(encoding="utf-8"))[::2] if each in RUN]
     assert pages.run(page, tmp_path, small=True) >= len(blocks)
+
+
+def test_commands_are_known():
+    """Each command of a page has options that exist, with values of the right form."""
+    parse = make_parser(*["run"] * 9).parse_args
+    count = 0
+    for page in pages.PAGES:
+        for command in COMMAND.findall("".join(SHELL.findall(page.read_text(encoding="utf-8")))):
+            words = shlex.split(command, comments=True)
+            assert parse(join_negative(words[1:])), f"{page}: {command}"
+            count += 1
+    assert count > 50
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=name_of)

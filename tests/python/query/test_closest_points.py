@@ -137,6 +137,7 @@ def dense_points(surface, refinement):
     return x[on_surface & (x >= lower).all(1) & (x <= upper).all(1)]
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_nothing_is_nearer_on_a_wild_surface(rng, degree):
     # The noise has sheets, handles and rims on the border of the volume; degree 1 has creases as well.

@@ -80,6 +80,7 @@ def test_hessian_bounds_of_a_quadratic_are_exact(degree):
     np.testing.assert_allclose(bounds.of_cells(np.full((1, 3), 9)), 1, rtol=1e-5)
 
 
+@pytest.mark.sweep(8)
 @pytest.mark.parametrize("name", OPTIONS)
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_bounds_of_boxes_hold_for_dense_samples(rng, degree, name):

@@ -149,6 +149,7 @@ ORIENTATIONS = {
 }
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("axes", AXES)
 def test_a_patient_in_a_store_faces_the_viewer(tmp_path, axes):

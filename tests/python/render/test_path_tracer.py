@@ -146,6 +146,7 @@ def test_a_single_sample_is_the_ray_that_ids_are_of(lens):
 
 
 # `make test` has the ends of each range, and `make ci-long` what lies between.
+@pytest.mark.sweep(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("roughness", [0.2, *between(0.35, 0.6), 1.0])
 @pytest.mark.parametrize(
@@ -161,6 +162,7 @@ def test_no_material_makes_light(roughness, metallic, specular):
 
 
 # Faint coats are chosen too rarely for the samples of one pixel to tell their variance.
+@pytest.mark.sweep(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("material", [m for m in MATERIALS if m.specular in (0.0, 0.5, 1.0)][1::5], ids=repr)
 @pytest.mark.parametrize("angle", [10, 70])

@@ -270,6 +270,7 @@ def test_the_ground_is_below_the_suggested_top(bodies):
 VOLUMES = os.environ.get("ISOSPLINE_VOLUMES")
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.skipif(not VOLUMES, reason="ISOSPLINE_VOLUMES is not set")
 @pytest.mark.parametrize(
     ("name", "front", "up"),

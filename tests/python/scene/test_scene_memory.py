@@ -75,7 +75,7 @@ TOLERANCE = 4000
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/self/statm")
-@pytest.mark.parametrize("leak", [False, True], ids=["no leak", "leak"])
+@pytest.mark.parametrize("leak", [False, pytest.param(True, marks=pytest.mark.long)], ids=["no leak", "leak"])
 def test_memory_returns_after_a_thousand_changes(leak, repository):
     """The test runs with and without a leak: it finds one leaked surface of a few thousand bytes per change."""
     finished = subprocess.run(

@@ -34,6 +34,7 @@ def assert_is_shell(surface, expected):
     assert {tuple(cell) for cell in in_order_of_axes} == {tuple(cell) for cell in np.argwhere(expected)}
 
 
+@pytest.mark.sweep(9)
 @pytest.mark.slow
 @pytest.mark.parametrize("prune_depth", range(5))
 @pytest.mark.parametrize("boundary", ["mirror", "periodic"])

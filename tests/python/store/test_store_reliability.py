@@ -57,6 +57,7 @@ def stopped(data, path, after=1, **options):
         isospline.convert(data, path, **options, progress=lambda _: next(count) < after)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("after, files", [(1, 0), (38, 16), (64, 64), (100, 100)])
 def test_a_conversion_continues_after_an_interruption(data, made, tmp_path, after, files):

@@ -221,6 +221,7 @@ def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
     assert [each.id for each in viewer.state.objects] == [1]
 
 
+@pytest.mark.sweep(1)
 @pytest.mark.parametrize("shading", ["Outline", "Ambient", "Path traced"])
 def test_shadings_refine_to_the_pictures_of_their_script(page, shading, tmp_path, monkeypatch):
     page.page.set_viewport_size({"width": 400, "height": 80})
