@@ -15,6 +15,7 @@ from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
 from ..picture.rendering import render
 from ..picture.studio import Studio
+from .state import SliceState
 
 #: Rays per pixel in the last pass.
 FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}
@@ -41,6 +42,12 @@ def passes(state):
     """The passes over a state that no longer changes."""
     counts = _PASSES.get(state.light, _OTHER_PASSES)
     return [Stage(count, count == counts[-1]) for count in counts]
+
+
+def picture_part(state):
+    """The part of a state that its picture shows: of slices, only the values that are black and white on a cut."""
+    window = {"volume": state.slices.volume, "window": state.slices.window} if state.clip.shows_values else {}
+    return state.replace(slices=SliceState(**window))
 
 
 def color_rule(each, document):

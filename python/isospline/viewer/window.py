@@ -12,7 +12,7 @@ from .. import colors
 from .checked import number, text
 from .encode import encode_jpeg, encode_png
 from .measure import measure, to_csv
-from .picture import PictureMaker, default_limits, passes
+from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
 from .session import is_inside
@@ -41,6 +41,7 @@ class Window:
         self._viewer, self._transmit = viewer, transmit
         self._lock = threading.Lock()
         self._camera, self._size, self._newest_input = None, None, 0
+        self._shown, self._shown_input = None, 0  # the newest picture, and the newest change that it shows
         self._maker = PictureMaker(viewer.document)
         self._resolution = AdaptiveResolution()
         self._measurements = []
@@ -88,9 +89,16 @@ class Window:
 
     def _request(self):
         with self._lock:
-            camera, size, newest = self._camera, self._size, self._newest_input
-        if camera is not None and size is not None:
-            self._frames.request((self._viewer.state.replace(camera=camera), size, newest))
+            if self._camera is None or self._size is None:
+                return
+            shown = (picture_part(self._viewer.state).replace(camera=self._camera), self._size)
+            same, before = shown == self._shown, self._shown_input
+            newest = self._newest_input
+            self._shown, self._shown_input = shown, newest
+        if not same:
+            self._frames.request((*shown, newest))
+        elif newest > before:
+            self.send({"type": "same_picture", "before": before, "input": newest})
 
     def _draw(self, shown, stage, progress):
         """Render a state; returns the message with its picture."""
@@ -103,6 +111,8 @@ class Window:
         end = time.perf_counter()
         if stage is None:
             self._resolution.record(size, end - begin)
+        with self._lock:  # it shows later changes as well if they did not change it
+            newest = self._shown_input if (state, full) == self._shown else newest
         about = {
             "type": "frame",
             "input": newest,

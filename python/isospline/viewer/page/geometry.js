@@ -69,6 +69,10 @@ export function zoomed(camera, factor) {
     eye: camera.projection === "perspective" ? add(camera.target, scale(offset, factor)) : camera.eye};
 }
 
+// The same for a point of the picture that stays where it is: `right` and `up` are its distances from the middle, in
+// heights of the picture.
+export const zoomedAt = (camera, factor, right, up) => zoomed(panned(camera, right * (factor - 1), up * (factor - 1)), factor);
+
 // The camera with another projection; the target keeps its size in the picture.
 export function withProjection(camera, projection) {
   const height = heightOf(camera), offset = subtract(camera.eye, camera.target);

@@ -11,6 +11,7 @@ class App {
     this.sources = new Map();  // open volumes and meshes by key
     this.camera = null;        // of this window
     this.frame = null;         // the description of the newest picture
+    this.same = new Map();     // numbers of changes that did not change the picture of another number
     this.defaultLimits = {};
     this.inputs = 0;           // changes sent
     this.sentAt = new Map();   // the time when each change was sent, by its number
@@ -126,11 +127,20 @@ class App {
       if (this.run && this.run !== message.run && this.state)
         this.before = {state: this.state, camera: this.camera, sources: [...this.sources.values()].map(({key, name}) => ({key, name}))};
       this.run = message.run;
+    } else if (message.type === "same_picture") {
+      this.same.set(message.before, message.input);
+      this.matchFrame();
     } else if (message.type === "error") {
       this.note(message.text);
     } else {
       this.tell(message.type, message);
     }
+  }
+
+  // The newest picture shows later changes as well if they did not change it.
+  matchFrame() {
+    while (this.same.has(this.frame?.input)) this.frame.input = this.same.get(this.frame.input);
+    for (const number of this.same.keys()) if (number < this.frame?.input) this.same.delete(number);
   }
 
   // After a restart of the viewer, say what is no longer open, and offer the earlier view.
@@ -193,6 +203,7 @@ new Panel(app);
 app.on("connected", () => {
   app.inputs = 0;
   app.sentAt.clear();
+  app.same.clear();
   app.send({type: "hello", ...stage.pixels()});
 });
 app.on("progress", ({title, fraction}) => {

@@ -10,11 +10,16 @@ export class Slices {
     this.app = app;
     this.element = document.getElementById("slices");
     this.views = [0, 1, 2].map(axis => {
-      const canvas = make("canvas"), caption = make("figcaption");
+      const canvas = make("canvas", {tabindex: 0,
+        "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
+      const caption = make("figcaption");
       const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis)};
       this.element.append(make("figure", {}, canvas, caption));
       canvas.oncontextmenu = event => event.preventDefault();
       canvas.onpointerdown = event => this.drag(event, view);
+      canvas.addEventListener("pointermove", event => { view.pointer = [event.clientX, event.clientY]; this.tell(view); });
+      canvas.onpointerleave = () => { view.pointer = null; this.tell(view); };
+      canvas.onkeydown = event => this.keyPressed(event, view);
       canvas.addEventListener("wheel", event => {
         event.preventDefault();
         this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? Math.sign(event.deltaY) : 0)));
@@ -55,6 +60,17 @@ export class Slices {
   moveTo(index) {
     const counts = this.counts();
     this.app.changeState({slices: {...this.slices, index: index.map((each, i) => clamp(each, 0, counts[i] - 1))}});
+  }
+
+  keyPressed(event, view) {
+    const [across, along] = view.plane, {flips} = this.placement(view);
+    const right = flips[0] ? -1 : 1, down = flips[1] ? -1 : 1;
+    const steps = {ArrowRight: [across, right], ArrowLeft: [across, -right], ArrowDown: [along, down], ArrowUp: [along, -down],
+      PageDown: [view.axis, 1], PageUp: [view.axis, -1]};
+    if (!steps[event.key]) return;
+    event.preventDefault();
+    const [axis, step] = steps[event.key];
+    this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? step : 0)));
   }
 
   // Whether columns and rows are reversed: by the radiological convention for patients; otherwise, rows run upwards.
@@ -122,8 +138,49 @@ export class Slices {
       context.stroke();
     }
     this.drawCross(context, view, place);
-    const index = this.slices.index[view.axis];
-    view.caption.textContent = `${"xyz"[view.axis]} = ${tidy(Math.round(index * 100) / 100)}`;
+    this.drawSides(context, view, place);
+    this.tell(view);
+  }
+
+  // The sides of a patient at the edges of the canvas.
+  drawSides(context, view, {width, height, ratio, flips}) {
+    if (!this.source.patient) return;
+    const {affine} = this.source;
+    const side = (axis, sign) => { // of a direction of the grid
+      const column = [0, 1, 2].map(row => sign * affine[row][axis]);
+      const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
+      return (column[world] > 0 ? "LPS" : "RAI")[world];
+    };
+    const [right, down] = flips.map(flipped => flipped ? -1 : 1), [across, along] = view.plane, edge = 10 * ratio;
+    Object.assign(context, {fillStyle: "#ffd479", font: `600 ${12 * ratio}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle"});
+    context.fillText(side(across, -right), edge, height / 2);
+    context.fillText(side(across, right), width - edge, height / 2);
+    context.fillText(side(along, -down), width / 2, edge);
+    context.fillText(side(along, down), width / 2, height - edge);
+  }
+
+  // The point of the grid under the pointer, or null outside of the slice.
+  pointAt(view, [x, y]) {
+    const place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
+    const at = [((x - box.left) * place.ratio - place.left) / place.w, ((y - box.top) * place.ratio - place.top) / place.h];
+    const index = [...this.slices.index];
+    view.plane.forEach((axis, i) => { index[axis] = (place.flips[i] ? 1 - at[i] : at[i]) * (counts[axis] - 1); });
+    return {index, inside: at.every(each => each >= 0 && each <= 1)};
+  }
+
+  // The caption: the slice, and the index, the place and the value under the pointer.
+  tell(view) {
+    const round = each => tidy(Math.round(each * 100) / 100);
+    const lines = [`${"xyz"[view.axis]} = ${round(this.slices.index[view.axis])}`];
+    const point = view.pointer && this.values?.volume === this.slices.volume ? this.pointAt(view, view.pointer) : null;
+    if (point?.inside) {
+      const {affine, patient} = this.source, {rows, columns, part} = this.values.values[view.axis], counts = this.counts();
+      const [column, row] = view.plane.map((axis, i) => point.index[axis] / (counts[axis] - 1 || 1) * ([columns, rows][i] - 1));
+      const world = affine.slice(0, 3).map(line => line[0] * point.index[0] + line[1] * point.index[1] + line[2] * point.index[2] + line[3]);
+      lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`,
+        `value ${tidy(interpolated(part, rows, columns, column, row))}`);
+    }
+    view.caption.textContent = lines.join("\n");
   }
 
   drawCross(context, view, place) {
@@ -155,11 +212,7 @@ export class Slices {
         const width = Math.max(span / 1000, high - low + (now.clientX - last[0]) / 400 * span);
         this.app.changeState({slices: {...this.slices, window: [level - width / 2, level + width / 2]}});
       } else {
-        const place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
-        const at = [((now.clientX - box.left) * place.ratio - place.left) / place.w, ((now.clientY - box.top) * place.ratio - place.top) / place.h];
-        const index = [...this.slices.index];
-        view.plane.forEach((axis, i) => { index[axis] = (place.flips[i] ? 1 - at[i] : at[i]) * (counts[axis] - 1); });
-        this.moveTo(index);
+        this.moveTo(this.pointAt(view, [now.clientX, now.clientY]).index);
       }
       last = [now.clientX, now.clientY];
     };
@@ -167,6 +220,13 @@ export class Slices {
     view.canvas.onpointerup = view.canvas.onpointercancel = () => { view.canvas.onpointermove = null; };
     if (!windowing) move(event);
   }
+}
+
+// The bilinear interpolation of values at a column and a row.
+function interpolated(values, rows, columns, column, row) {
+  const [x, y] = [clamp(Math.floor(column), 0, Math.max(0, columns - 2)), clamp(Math.floor(row), 0, Math.max(0, rows - 2))];
+  const [dx, dy] = [column - x, row - y], at = y * columns + x, next = columns > 1 ? 1 : 0, below = rows > 1 ? columns : 0;
+  return (1 - dy) * ((1 - dx) * values[at] + dx * values[at + next]) + dy * ((1 - dx) * values[at + below] + dx * values[at + below + next]);
 }
 
 // Lines where the bilinear interpolation equals the level, square by square (marching squares).

@@ -1,6 +1,6 @@
 // The picture, its overlays, and input from pointer and keyboard.
 
-import {basis, distanceOf, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed} from "./geometry.js";
+import {basis, distanceOf, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed, zoomedAt} from "./geometry.js";
 import {make, makeSvg, tidy} from "./dom.js";
 import {ClipGizmo} from "./gizmo.js";
 
@@ -66,6 +66,7 @@ export class Stage {
       for (const number of app.sentAt.keys()) if (number <= about.input) app.sentAt.delete(number);
     }
     app.frame = about;
+    app.matchFrame();
     app.framesShown += 1;
     this.tellStatus(now);
     this.drawOverlay();
@@ -103,7 +104,9 @@ export class Stage {
     };
     canvas.addEventListener("wheel", event => {
       event.preventDefault();
-      if (this.app.camera) this.app.moveCamera(zoomed(this.app.camera, Math.exp(event.deltaY * (event.deltaMode ? 0.04 : 0.0015))));
+      if (!this.app.camera) return;
+      const factor = Math.exp(event.deltaY * (event.deltaMode ? 0.04 : 0.0015)), {clientWidth: width, clientHeight: height} = canvas;
+      this.app.moveCamera(zoomedAt(this.app.camera, factor, (event.offsetX - width / 2) / height, (height / 2 - event.offsetY) / height));
     }, {passive: false});
     canvas.onkeydown = event => this.keyPressed(event);
   }

@@ -1,0 +1,169 @@
+"""Slices in the page: what they tell, the keyboard, and that they do not disturb the picture; zoom at the pointer."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("playwright")
+from browser import Page
+
+import isospline
+
+SHAPE = (20, 24, 30)  # samples along z, y and x
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory):
+    """A patient's volume with values x + 100 y + 10000 z; x runs to the right, and y to the front."""
+    nibabel = pytest.importorskip("nibabel")
+    z, y, x = np.indices(SHAPE)
+    samples = (x + 100.0 * y + 10000.0 * z).astype(np.float32)
+    path = tmp_path_factory.mktemp("head") / "head.nii.gz"
+    nibabel.save(nibabel.Nifti1Image(samples.T, np.diag([2.0, 2.0, 3.0, 1.0])), path)  # RAS, as NIfTI has it
+    return path
+
+
+@pytest.fixture
+def shown(browser, head):
+    with isospline.view(head, levels=[100_000], browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+        page.open("slicing")
+        page.page.get_by_label("Show three slices").click()
+        page.page.locator("#slices figcaption").nth(2).filter(has_text=re.compile(r"\S")).wait_for()
+        page.settle()
+        yield page, viewer
+        page.close()
+        assert not page.problems
+
+
+def test_slices_do_not_disturb_the_picture(shown):
+    page, viewer = shown
+    pictures = page.evaluate("isospline.framesShown")
+    box = page.page.locator("#slices canvas >> nth=0").bounding_box()
+    page.page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.4 * box["height"])
+    page.page.get_by_label("Window", exact=True).fill("1000")
+    page.page.keyboard.press("Enter")
+    page.settle()
+    assert viewer.state.slices.window is not None and viewer.state.slices.index != ((30 - 1) / 2, 11.5, 9.5)
+    assert page.evaluate("isospline.framesShown") == pictures
+    # The grey values of a cut are those of the window.
+    viewer.change(lambda state: state.replace(clip=state.clip.replace(kind="plane", point=(-30, -20, 30), values=True)))
+    page.wait(f"isospline.framesShown > {pictures}")
+    page.settle()
+    pictures = page.evaluate("isospline.framesShown")
+    page.page.get_by_label("Window", exact=True).fill("2000")
+    page.page.keyboard.press("Enter")
+    page.wait(f"isospline.framesShown > {pictures}")
+    page.settle()
+
+
+def test_the_point_under_the_pointer_is_told(shown):
+    page, _ = shown
+    view = "(() => { const c = document.querySelectorAll('#slices canvas')[2], b = c.getBoundingClientRect();"
+    view += " return [b.x, b.y, b.width, b.height]; })()"
+    left, top, width, height = page.evaluate(view)
+    page.page.mouse.move(left + width / 2 + 20, top + height / 2 + 15)
+    caption = page.page.locator("#slices figcaption").nth(2)
+    caption.filter(has_text="value").wait_for()
+    slice_text, index_text, place_text, value_text = caption.inner_text().split("\n")
+    x, y, z = map(float, index_text.removeprefix("index ").split(", "))
+    assert slice_text == "z = 9.5" and z == 9.5
+    # In the world, x runs to the left and y to the back.
+    assert place_text.endswith(" mm")
+    np.testing.assert_allclose(
+        [float(each) for each in place_text[:-3].split(", ")], (-2 * x, -2 * y, 3 * z), atol=0.02
+    )
+    assert float(value_text.removeprefix("value ")) == pytest.approx(x + 100 * y + 10000 * z, rel=1e-3)
+    page.page.mouse.move(left + width / 2, top - 50)
+    page.wait("!document.querySelectorAll('#slices figcaption')[2].textContent.includes('value')")
+
+
+def test_the_keyboard_moves_the_point_as_it_is_drawn(shown):
+    page, viewer = shown
+    canvas = page.page.locator("#slices canvas >> nth=2")
+    canvas.focus()
+    assert viewer.state.slices.index == (14.5, 11.5, 9.5)
+    # The patient's left, which is at lower x here, is on the right; the front is at the top.
+    for key, index in (
+        ("ArrowRight", (13.5, 11.5, 9.5)),
+        ("ArrowUp", (13.5, 12.5, 9.5)),
+        ("PageDown", (13.5, 12.5, 10.5)),
+        ("ArrowLeft", (14.5, 12.5, 10.5)),
+        ("ArrowDown", (14.5, 11.5, 10.5)),
+        ("PageUp", (14.5, 11.5, 9.5)),
+    ):
+        page.page.keyboard.press(key)
+        page.settle()
+        assert viewer.state.slices.index == index
+
+
+def test_the_sides_of_a_patient_are_named(browser, head):
+    """Letters are drawn at the edges; the page records them."""
+    with isospline.view(head, levels=[100_000], browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+        page.evaluate(
+            """() => {
+            window.written = [];
+            const original = CanvasRenderingContext2D.prototype.fillText;
+            CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+                written.push([[...document.querySelectorAll('#slices canvas')].indexOf(this.canvas), text,
+                    x / this.canvas.width, y / this.canvas.height]);
+                original.call(this, text, x, y);
+            }; }"""
+        )
+        page.open("slicing")
+        page.page.get_by_label("Show three slices").click()
+        page.wait("written.length >= 12")
+        sides = {}
+        for view, letter, x, y in page.evaluate("written"):
+            edge = "left" if x < 0.2 else "right" if x > 0.8 else "top" if y < 0.2 else "bottom"
+            sides[view, edge] = letter
+        page.close()
+    edges = ("left", "right", "top", "bottom")
+    assert [sides[0, edge] for edge in edges] == ["A", "P", "S", "I"]
+    assert [sides[1, edge] for edge in edges] == ["R", "L", "S", "I"]
+    assert [sides[2, edge] for edge in edges] == ["R", "L", "A", "P"]
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_zooming_keeps_what_is_under_the_pointer(page, viewer, projection):
+    if projection == "orthographic":
+        page.page.get_by_role("button", name="Orthographic").click()
+        page.settle()
+
+    def point_at(camera, right, up):
+        """The point in the plane of the target, at a distance from the middle in heights of the picture."""
+        eye, target = np.array(camera["eye"]), np.array(camera["target"])
+        forward = (target - eye) / np.linalg.norm(target - eye)
+        side = np.cross(forward, camera["up"])
+        side /= np.linalg.norm(side)
+        angle = np.radians(camera["field_of_view"]) / 2
+        height = camera["height"] if projection == "orthographic" else 2 * np.linalg.norm(target - eye) * np.tan(angle)
+        return target + height * (right * side + up * np.cross(side, forward))
+
+    box = page.page.locator("#picture").bounding_box()
+    x, y = 0.7 * box["width"], 0.3 * box["height"]
+    right, up = (x - box["width"] / 2) / box["height"], (box["height"] / 2 - y) / box["height"]
+    before = page.evaluate("isospline.camera")
+    page.page.mouse.move(box["x"] + x, box["y"] + y)
+    page.page.mouse.wheel(0, -300)
+    page.wait(f"isospline.camera.height !== {before['height']}")
+    page.settle()
+    after = page.evaluate("isospline.camera")
+    np.testing.assert_allclose(point_at(after, right, up), point_at(before, right, up), rtol=1e-3, atol=1e-3)
+    assert not np.allclose(after["target"], before["target"])
+
+
+def test_dark_mode(page):
+    color = "getComputedStyle(document.getElementById('panel')).backgroundColor"
+    ink = "getComputedStyle(document.getElementById('panel')).color"
+    of_picture = "getComputedStyle(document.getElementById('status')).color"
+    light = [page.evaluate(each) for each in (color, ink, of_picture)]
+    page.page.emulate_media(color_scheme="dark")
+    dark = [page.evaluate(each) for each in (color, ink, of_picture)]
+    brightness = [[sum(map(int, re.findall(r"\d+", each)[:3])) for each in both] for both in (light, dark)]
+    assert brightness[0][0] > 700 > 300 > brightness[1][0] and brightness[0][1] < 300 < 600 < brightness[1][1]
+    assert dark[2] == light[2]
