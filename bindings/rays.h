@@ -127,7 +127,7 @@ struct GivenRays {
         if (coherent)
             return RayCaster::Rays::coherent;
         using Closeness = RayCoherence::Closeness;
-        const RayCoherence coherence(scene);
+        const RayCoherence& coherence = scene.coherence(sees);
         const auto look = [&] { return coherence.closeness(count(), [this](std::size_t i) { return ray(i); }); };
         Closeness closeness = look();
         if (closeness != Closeness::packets && order.is_tiled()) {

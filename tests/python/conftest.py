@@ -33,7 +33,7 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker(pytest.mark.slow)
-        if mark := item.get_closest_marker("sweep"):
+        if (mark := item.get_closest_marker("sweep")) and not item.get_closest_marker("long"):
             sweeps[item.path, item.originalname, mark.args[0]].append(item)
     for (_, name, count), cases in sweeps.items():
         kept = random.Random(name).sample(range(len(cases)), min(count, len(cases)))

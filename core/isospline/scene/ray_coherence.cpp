@@ -1,8 +1,7 @@
 #include "isospline/scene/ray_coherence.h"
 
-#include "isospline/math/affine.h"
 #include "isospline/math/grid.h"
-#include "isospline/scene/scene_snapshot.h"
+#include "isospline/scene/scene_snapshot_impl.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/util/check.h"
 #include "isospline/util/parallel.h"
@@ -39,30 +38,43 @@ constexpr std::size_t sorted_block = std::size_t{1} << place_bits;
 /// Keys have 33 bits.
 constexpr std::uint64_t last_key = (std::uint64_t{1} << 33) - 1;
 
+/// The edge of a cube with the volume of a cell, in the scene.
+double cell_size(const IsosurfaceSnapshot& surface, const glm::dmat4& transform)
+{
+    const glm::dmat4 lattice_to_world = transform * surface.volume().lattice_to_world();
+    return std::cbrt(std::abs(glm::determinant(glm::dmat3(lattice_to_world))));
+}
+
+/// About the size of triangles, for a mesh in a box with a diagonal of `size`.
+double triangle_size(const Mesh& mesh, double size)
+{
+    return size / std::sqrt(static_cast<double>(mesh.faces().size()) + 1.0);
+}
+
 } // namespace
 
-RayCoherence::RayCoherence(const SceneSnapshot& scene)
+RayCoherence::RayCoherence(const SceneSnapshot::Impl& scene, bool SeenBy::*sees)
 {
-    Box of_meshes;
-    double cell_of_meshes = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t id : scene.ids()) {
-        const SnapshotObject& shown = scene.object(id);
-        if (const auto* surface = std::get_if<std::shared_ptr<const IsosurfaceSnapshot>>(&shown.object)) {
-            const Volume& volume = (*surface)->volume();
-            const glm::dmat4 lattice_to_world = shown.transform * volume.lattice_to_world();
-            box_.extend(transform_box(lattice_to_world, {glm::dvec3(0.0), glm::dvec3(volume.cell_shape())}));
-            cell_ = std::min(cell_, std::cbrt(std::abs(glm::determinant(glm::dmat3(lattice_to_world)))));
-        } else {
-            const Mesh& mesh = *std::get<std::shared_ptr<const Mesh>>(shown.object);
-            const Box box = transform_box(shown.transform, mesh.bounds());
-            of_meshes.extend(box);
-            cell_of_meshes = std::min(cell_of_meshes, glm::length(box.size()) /
-                                                          std::sqrt(static_cast<double>(mesh.faces().size()) + 1.0));
+    double largest = -1.0;
+    bool has_surface = false;
+    for (const auto& instance : scene.instances) {
+        const SnapshotObject& shown = instance->shown;
+        const auto* const surface = std::get_if<std::shared_ptr<const IsosurfaceSnapshot>>(&shown.object);
+        if (!(shown.seen_by.*sees) || (has_surface && surface == nullptr))
+            continue;
+        if (surface != nullptr && !has_surface) { // meshes do not count any more
+            has_surface = true;
+            box_ = {};
+            largest = -1.0;
         }
-    }
-    if (box_.empty()) {
-        box_ = of_meshes;
-        cell_ = cell_of_meshes;
+        const Box box = placed_domain(instance->object->local(), shown.transform);
+        const double size = glm::length(box.size());
+        box_.extend(box);
+        if (box.empty() || size <= largest)
+            continue;
+        largest = size;
+        cell_ = surface != nullptr ? cell_size(**surface, shown.transform)
+                                   : triangle_size(*std::get<std::shared_ptr<const Mesh>>(shown.object), size);
     }
 }
 

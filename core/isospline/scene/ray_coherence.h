@@ -3,6 +3,7 @@
 
 #include "isospline/math/box.h"
 #include "isospline/math/ray.h"
+#include "isospline/scene/scene_snapshot.h"
 #include "isospline/util/progress.h"
 
 #include <cstddef>
@@ -13,8 +14,6 @@
 
 namespace isospline {
 
-class SceneSnapshot;
-
 /// Rays of an array, by their places in it.
 using RayAt = std::function<Ray(std::size_t)>;
 
@@ -24,7 +23,8 @@ public:
     /// Rays of a group, as many as a packet of 16 lanes has. Fewer rays are not close to each other.
     static constexpr std::size_t group_size = 16;
 
-    explicit RayCoherence(const SceneSnapshot& scene);
+    /// For rays that meet objects as SeenBy::camera or SeenBy::shadow says.
+    RayCoherence(const SceneSnapshot::Impl& scene, bool SeenBy::*sees);
 
     /// Whether rays that follow each other are so close that packets trace them faster than single rays, whether they
     /// are so close, or so far from each other, that sorting pays, or neither.
@@ -41,7 +41,7 @@ private:
     std::uint64_t key(const Ray& ray) const;
 
     Box box_;
-    double cell_ = std::numeric_limits<double>::infinity(); ///< the size of the smallest cells
+    double cell_ = std::numeric_limits<double>::infinity(); ///< the size of cells of the largest object
 };
 
 } // namespace isospline

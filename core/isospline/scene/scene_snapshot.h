@@ -19,6 +19,7 @@
 namespace isospline {
 
 class Absorption;
+class RayCoherence;
 
 /// Which rays meet an object.
 struct SeenBy {
@@ -81,6 +82,8 @@ public:
     /// ids. Throws std::invalid_argument for ids that the scene does not have.
     glm::dvec3 offset_position(const Hit& hit, const glm::dvec3& towards) const;
 
+    /// How rays are traced fastest that see objects as SeenBy::camera or SeenBy::shadow says.
+    const RayCoherence& coherence(bool SeenBy::*sees) const;
     /// The box of all meshes, cells of shells, and caps, in world space; empty if there are none.
     Box bounds() const;
     /// The extent of the objects that the camera sees, to about the size of a cell: the largest <direction, x> over

@@ -3,8 +3,10 @@
 
 #include "isospline/scene/device.h"
 #include "isospline/scene/instance.h"
+#include "isospline/scene/ray_coherence.h"
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/prepared_ray.h"
+#include "isospline/util/lazy.h"
 
 #include <atomic>
 #include <cstdint>
@@ -71,6 +73,7 @@ struct SceneSnapshot::Impl {
     std::size_t top_memory = 0;                         ///< of the instances and the top scenes
     std::uint64_t rays_until_settling = 0;              ///< rays until settled indexes pay; 0 if all are settled
     mutable std::atomic<std::uint64_t> ray_count = 0;   ///< rays that were cast at it
+    mutable Lazy<RayCoherence> camera_coherence, shadow_coherence;
 
     /// For test_occlusions() and attenuate_rays().
     RTCScene shadow_top() const { return own_shadow_top ? own_shadow_top.get() : camera_top.get(); }

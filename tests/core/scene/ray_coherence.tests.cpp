@@ -6,6 +6,8 @@
 
 #include "isospline/scene/scene.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
@@ -45,7 +47,7 @@ RayAt in(const std::vector<Ray>& rays)
 TEST_CASE("rays are close to each other, far from each other, or in between", "[scene]")
 {
     const auto snapshot = noise();
-    const RayCoherence coherence(*snapshot);
+    const RayCoherence& coherence = snapshot->coherence(&SeenBy::camera);
     const auto closeness = [&](const std::vector<Ray>& rays) { return coherence.closeness(rays.size(), in(rays)); };
 
     REQUIRE(closeness(picture(256)) == RayCoherence::Closeness::packets);
@@ -80,7 +82,7 @@ TEST_CASE("rays are close to each other, far from each other, or in between", "[
 TEST_CASE("sorted rays are the same rays, and close to each other", "[scene]")
 {
     const auto snapshot = noise();
-    const RayCoherence coherence(*snapshot);
+    const RayCoherence& coherence = snapshot->coherence(&SeenBy::camera);
     std::vector<Ray> rays = picture(400); // more than one block of rays that are sorted
     std::mt19937 random(1);
     std::shuffle(rays.begin(), rays.end(), random);
@@ -104,8 +106,26 @@ TEST_CASE("rays at a scene without isosurfaces are compared with its triangles, 
 {
     Scene scene;
     const std::vector<Ray> rays = picture(256);
-    REQUIRE(RayCoherence(*scene.snapshot()).closeness(rays.size(), in(rays)) == RayCoherence::Closeness::none);
+    const auto closeness = [&](bool SeenBy::*sees) {
+        return scene.snapshot()->coherence(sees).closeness(rays.size(), in(rays));
+    };
+    REQUIRE(closeness(&SeenBy::camera) == RayCoherence::Closeness::none);
     const std::vector<glm::dvec3> corners{{30.0, 0.0, 0.0}, {31.0, edge, 0.0}, {30.0, 0.0, edge}};
-    scene.add(std::make_shared<Mesh>(corners, std::vector<glm::uvec3>{{0, 1, 2}}));
-    REQUIRE(RayCoherence(*scene.snapshot()).closeness(rays.size(), in(rays)) == RayCoherence::Closeness::packets);
+    const auto mesh = std::make_shared<Mesh>(corners, std::vector<glm::uvec3>{{0, 1, 2}});
+    const std::uint32_t id = scene.add(mesh);
+    REQUIRE(closeness(&SeenBy::camera) == RayCoherence::Closeness::packets);
+    scene.set_visibility(id, {.camera = false, .shadow = true});
+    REQUIRE(closeness(&SeenBy::camera) == RayCoherence::Closeness::none);
+    REQUIRE(closeness(&SeenBy::shadow) == RayCoherence::Closeness::packets);
+}
+
+TEST_CASE("the largest isosurface tells whether rays are close to each other", "[scene]")
+{
+    Scene scene;
+    scene.add(std::make_shared<Isosurface>(noise_volume({edge, edge, edge}, 2), 0.1));
+    const auto small = std::make_shared<Isosurface>(noise_volume({8, 8, 8}, 2), 0.1);
+    scene.add(small, glm::scale(glm::dmat4(1.0), glm::dvec3(1e-3)));
+    const std::vector<Ray> rays = picture(256);
+    REQUIRE(scene.snapshot()->coherence(&SeenBy::camera).closeness(rays.size(), in(rays)) ==
+            RayCoherence::Closeness::packets);
 }
