@@ -166,6 +166,7 @@ class Source:
             **about,
             "kind": "volume",
             "range": [lower, upper],
+            "suggested_levels": list(map(float, levels_of_histogram(self.values, self.counts))),
             "level_range": list(self.level_range),
             "spacing_of_values": float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
             "histogram": bars(self.values, self.counts, BARS).tolist(),

@@ -1,10 +1,18 @@
-"""Pictures as bytes: JPEG during movement, PNG for lossless pictures."""
+"""Messages and pictures as bytes: JPEG during movement, PNG for lossless pictures."""
 
 from __future__ import annotations
 
 import io
+import json
 
 import numpy as np
+
+
+def packed(about, content):
+    """A binary message: the length of its JSON header, the header, padding to a multiple of 4, the content."""
+    header = json.dumps(about).encode()
+    header += b" " * (-len(header) % 4)
+    return len(header).to_bytes(4, "little") + header + content
 
 
 def encode_jpeg(pixels, quality=85):

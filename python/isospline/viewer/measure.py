@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Measurement:
         is no other side.
     distance : float or None
         Distance to the previously measured point.
+    id : int
+        Unique among the measurements of a viewer.
     """
 
     object: int
@@ -44,9 +46,19 @@ class Measurement:
     gaussian_curvature: float | None = None
     thickness: float | None = None
     distance: float | None = None
+    id: int = 0
 
 
-def measure(scene, ids, camera, size, pixel, before=None):
+def with_distances(measurements):
+    """The measurements, each with its distance to the one before it."""
+    found: list[Measurement] = []
+    for each in measurements:
+        distance = math.dist(each.position, found[-1].position) if found else None
+        found.append(replace(each, distance=distance))
+    return tuple(found)
+
+
+def measure(scene, ids, camera, size, pixel):
     """Measure the visible point at a pixel.
 
     Parameters
@@ -59,8 +71,6 @@ def measure(scene, ids, camera, size, pixel, before=None):
         Of the picture.
     pixel : (float, float)
         x points to the right and y downwards.
-    before : Measurement, optional
-        A measurement; the distance to its point is measured, too.
 
     Returns
     -------
@@ -89,7 +99,6 @@ def measure(scene, ids, camera, size, pixel, before=None):
         position=tuple(position.tolist()),
         normal=tuple(normal.tolist()),
         thickness=thickness if math.isfinite(thickness) else None,
-        distance=None if before is None else math.dist(position, before.position),
         **known,
     )
 

@@ -22,6 +22,8 @@ from ..picture.cameras import camera_for
 from ..suggest.view import SuggestedView
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
+from .history import History
+from .measure import with_distances
 from .picture import PictureMaker
 from .session import open_session, read_session
 from .state import CameraState, ViewState
@@ -53,9 +55,11 @@ class Viewer:
         self.document = Document()
         self._lock = threading.RLock()
         self._state = ViewState()
+        self._history = History()
         self._windows = []
         self._closed = threading.Event()
         self._workers = ThreadPoolExecutor(2, "isospline-view")
+        self._measurements, self._measured = (), 0
         self._making = threading.Lock()
         self._maker = PictureMaker(self.document)
         self._camera = None
@@ -87,11 +91,49 @@ class Viewer:
 
     def change(self, function: Callable[[ViewState], ViewState]) -> None:
         """Replace the state by ``function(state)``, and show it in all windows."""
+        self._change(function, is_step=True)
+
+    def undo(self) -> None:
+        """Return to the state before the last change; quick changes of the same things, as by dragging, are one."""
+        self._change(self._history.undo, is_step=False)
+
+    def redo(self) -> None:
+        """Make the change again that was undone last."""
+        self._change(self._history.redo, is_step=False)
+
+    @property
+    def history(self):
+        """Which of undo and redo there is something for, for pages."""
         with self._lock:
-            self._state = function(self._state)
+            return {"undo": self._history.can_undo, "redo": self._history.can_redo}
+
+    def _change(self, function, is_step):
+        with self._lock:
+            before, self._state = self._state, function(self._state)
+            if is_step and before != ViewState():  # not the first file
+                self._history.record(before, self._state)
             windows = list(self._windows)
         for window in windows:
             window.state_changed()
+
+    @property
+    def measurements(self):
+        """The measured points, in the order in which they were clicked."""
+        with self._lock:
+            return self._measurements
+
+    def change_measurements(self, function):
+        """Replace the measurements by ``function(measurements)``, and show them in all windows."""
+        with self._lock:  # while they are sent, too, so that the newest come last
+            self._measurements = with_distances(function(self._measurements))
+            for window in self._windows:
+                window.measurements_changed()
+
+    def add_measurement(self, measurement):
+        """Add a measured point, with a new id."""
+        with self._lock:
+            self._measured += 1
+            self.change_measurements(lambda others: (*others, replace(measurement, id=self._measured)))
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 

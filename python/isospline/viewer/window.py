@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import re
 import threading
 import time
 from dataclasses import asdict
 
 from .. import colors
-from .checked import number, text
-from .encode import encode_jpeg, encode_png
+from .checked import number, text, vector, whole
+from .encode import encode_jpeg, encode_png, packed
 from .measure import measure, to_csv
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
@@ -44,7 +46,6 @@ class Window:
         self._shown, self._shown_input = None, 0  # the newest picture, and the newest change that it shows
         self._maker = PictureMaker(viewer.document)
         self._resolution = AdaptiveResolution()
-        self._measurements = []
         self._upload = None
         self._frames = FrameScheduler(self._draw, self._transmit, lambda shown: passes(shown[0]), failed=self._failed)
         self._slices = FrameScheduler(
@@ -69,9 +70,14 @@ class Window:
         with self._lock:
             newest = self._newest_input
         limits = {each.id: default_limits(each, self._viewer.document) for each in state.objects}
-        self.send({"type": "state", "state": state.to_json(), "input": newest, "default_limits": limits})
+        about = {"input": newest, "default_limits": limits, "history": self._viewer.history}
+        self.send({"type": "state", "state": state.to_json(), **about})
         self._request()
         self._request_slices(state)
+
+    def measurements_changed(self):
+        """Show the measured points."""
+        self.send({"type": "measurements", "measurements": [asdict(each) for each in self._viewer.measurements]})
 
     def document_changed(self, fit=False):
         """Send the open sources; `fit` moves the camera to show all of them."""
@@ -95,10 +101,10 @@ class Window:
             same, before = shown == self._shown, self._shown_input
             newest = self._newest_input
             self._shown, self._shown_input = shown, newest
-        if not same:
-            self._frames.request((*shown, newest))
-        elif newest > before:
-            self.send({"type": "same_picture", "before": before, "input": newest})
+            if not same:
+                self._frames.request((*shown, newest))
+            elif newest > before:
+                self.send({"type": "same_picture", "before": before, "input": newest})
 
     def _draw(self, shown, stage, progress):
         """Render a state; returns the message with its picture."""
@@ -143,7 +149,11 @@ class Window:
         return packed(about, b"".join(each.tobytes() for each in slices))
 
     def _failed(self, error):
-        self.send({"type": "error", "text": " ".join(str(error).split()) or type(error).__name__})
+        """Tell the page of an error, without the temporary folders of uploads."""
+        words, folder = str(error), self._viewer.uploads.path
+        if folder:
+            words = re.sub(rf"{re.escape(folder)}[/\\][^/\\\s]+[/\\]", "", words)
+        self.send({"type": "error", "text": " ".join(words.split()) or type(error).__name__})
 
     # -- From the page ---------------------------------------------------------------------------------------------
 
@@ -179,6 +189,7 @@ class Window:
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
         self.state_changed()
+        self.measurements_changed()
         if state.camera is not None:
             self.set_camera(state.camera)
 
@@ -255,6 +266,20 @@ class Window:
     def _on_remove_object(self, message):
         self._viewer.change(lambda state: state.without_object(message["id"]))
 
+    def _on_undo(self, _):
+        self._viewer.undo()
+
+    def _on_redo(self, _):
+        self._viewer.redo()
+
+    def _on_sample(self, message):
+        index = vector(3)(message["index"], "index")
+        value = None
+        with contextlib.suppress(ValueError):  # the volume is no longer open
+            item = self._viewer.document[message["volume"]].item
+            value = float(item.sample(item.affine[:3, :3] @ index + item.affine[:3, 3]))
+        self.send({"type": "sample", "index": message["index"], "value": value})
+
     def _on_pick(self, message):
         self._viewer.submit(self._pick, (float(message["x"]), float(message["y"])), bool(message.get("append", True)))
 
@@ -263,16 +288,19 @@ class Window:
             state = self._viewer.state.replace(camera=self._camera)
             with self._viewer.making() as maker:
                 ids = maker.geometry_ids(state, state.camera.camera(), self._size)
-                before = self._measurements[-1] if self._measurements else None
-                found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel, before)
+                found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel)
             if found is not None and append:
-                self._measurements.append(found)
+                self._viewer.add_measurement(found)
             self.send({"type": "measurement", "measurement": found and asdict(found)})
         except Exception as error:
             self._failed(error)
 
     def _on_clear_measurements(self, _):
-        self._measurements = []
+        self._viewer.change_measurements(lambda _: ())
+
+    def _on_remove_measurement(self, message):
+        gone = whole(message["id"], "id")
+        self._viewer.change_measurements(lambda all: [each for each in all if each.id != gone])
 
     def _on_save(self, message):
         self._viewer.submit(self._save, message["what"], message.get("options", {}))
@@ -281,7 +309,7 @@ class Window:
         try:
             if what == "measurements":
                 names = {each.id: self._viewer.document[each.source].name for each in self._viewer.state.objects}
-                self.send_file("measurements.csv", to_csv(self._measurements, names).encode())
+                self.send_file("measurements.csv", to_csv(self._viewer.measurements, names).encode())
                 return
             state = self._viewer.state.replace(camera=self._camera)
             self.send_file(*save(self._viewer, what, state, self._size, options))
@@ -357,13 +385,6 @@ class Window:
         self._viewer.detach(self)
         self._frames.close()
         self._slices.close()
-
-
-def packed(about, content):
-    """A binary message: the length of its JSON header, the header, padding to a multiple of 4, the content."""
-    header = json.dumps(about).encode()
-    header += b" " * (-len(header) % 4)
-    return len(header).to_bytes(4, "little") + header + content
 
 
 def _finite(text):

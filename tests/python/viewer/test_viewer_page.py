@@ -194,6 +194,17 @@ def test_clicks_measure(page, viewer):
     assert rows[0]["distance"] == ""
     assert float(rows[1]["distance"]) == pytest.approx(np.linalg.norm(points[1] - points[0]))
 
+    page.page.mouse.click(middle[0] - 40, middle[1] - 30)
+    page.page.wait_for_selector(".measurement >> nth=2")
+    page.page.get_by_role("button", name="Remove measurement 2").click()
+    page.wait("document.querySelectorAll('.measurement').length === 2")
+    first, second = viewer.measurements
+    assert first.distance is None and second.position[2] != points[1][2]
+    assert second.distance == pytest.approx(np.linalg.norm(np.subtract(second.position, first.position)))
+    page.page.reload()
+    page.wait("document.querySelectorAll('.measurement').length === 2")
+    page.settle()
+
 
 def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
     page.page.set_viewport_size({"width": 460, "height": 140})
@@ -224,7 +235,7 @@ def test_surfaces_are_added_hidden_coloured_and_removed(page, viewer):
 @pytest.mark.sweep(1)
 @pytest.mark.parametrize("shading", ["Outline", "Ambient", "Path traced"])
 def test_shadings_refine_to_the_pictures_of_their_script(page, shading, tmp_path, monkeypatch):
-    page.page.set_viewport_size({"width": 400, "height": 80})
+    page.page.set_viewport_size({"width": 450, "height": 80})
     page.page.get_by_role("button", name=shading).click()
     page.wait("isospline.frame.size[1] === 80")
     page.settle()

@@ -80,6 +80,31 @@ def test_the_point_under_the_pointer_is_told(shown):
     page.wait("!document.querySelectorAll('#slices figcaption')[2].textContent.includes('value')")
 
 
+def test_the_slices_have_borders_in_the_picture(shown):
+    """As places of the picture: those of the corners in space, found again with the camera's rays."""
+    page, viewer = shown
+    camera = viewer.state.camera.camera()
+    box = page.page.locator("#picture").bounding_box()
+    size = round(box["width"]), round(box["height"])
+    polygons = page.evaluate(
+        "[...document.querySelectorAll('#overlay .slice')].map(each => each.getAttribute('points'))"
+    )
+    affine = viewer.document["source1"].item.affine
+    directions = camera.rays(size)[..., 3:]
+    for axis, text in enumerate(polygons):
+        others = [each for each in range(3) if each != axis]
+        for corner, at in zip(text.split(), [(0, 0), (1, 0), (1, 1), (0, 1)]):
+            index = np.array([14.5, 11.5, 9.5, 1.0])
+            index[others] = np.multiply(at, np.array((29, 23, 19))[others])
+            along = (affine @ index)[:3] - camera.eye
+            x, y = map(float, corner.split(","))
+            if 0 <= x < size[0] and 0 <= y < size[1]:
+                ray = directions[int(y), int(x)]
+                cosine = along @ ray / np.linalg.norm(along) / np.linalg.norm(ray)
+                assert cosine > np.cos(np.radians(0.3))
+    assert len(polygons) == 3
+
+
 def test_the_keyboard_moves_the_point_as_it_is_drawn(shown):
     page, viewer = shown
     canvas = page.page.locator("#slices canvas >> nth=2")
@@ -155,6 +180,26 @@ def test_zooming_keeps_what_is_under_the_pointer(page, viewer, projection):
     after = page.evaluate("isospline.camera")
     np.testing.assert_allclose(point_at(after, right, up), point_at(before, right, up), rtol=1e-3, atol=1e-3)
     assert not np.allclose(after["target"], before["target"])
+
+
+def test_a_telephone_has_a_drawer_and_a_wide_picture(page, viewer):
+    page.page.set_viewport_size({"width": 390, "height": 780})
+    page.settle()
+    assert page.page.locator("#picture").bounding_box()["width"] == 390
+    panel = page.page.locator("#panel")
+    assert not panel.is_visible()
+    page.page.get_by_role("button", name="Controls").click()
+    page.page.get_by_role("button", name="Phong").click()
+    page.wait("isospline.state.light === 'phong'")
+    box = panel.bounding_box()
+    assert box["x"] + box["width"] <= 391 and page.evaluate("document.documentElement.scrollWidth") == 390
+    page.page.keyboard.press("Escape")
+    panel.wait_for(state="hidden")
+    assert page.evaluate("document.activeElement.id") == "show-panel"
+    page.page.keyboard.press("Enter")
+    panel.wait_for(state="visible")
+    page.page.get_by_role("button", name="Hide the controls").click()
+    panel.wait_for(state="hidden")
 
 
 def test_dark_mode(page):

@@ -5,6 +5,8 @@ import {Panel} from "./panel.js";
 import {Slices} from "./slices.js";
 import {make} from "./dom.js";
 
+const MOST_MESSAGES = 5;
+
 class App {
   constructor() {
     this.state = null;         // the displayed state, as Python's ViewState
@@ -24,6 +26,7 @@ class App {
     this.query = location.search; // with the token
     this.refusals = 0;
     this.run = null;           // of the viewer that the page is connected to
+    this.history = {undo: false, redo: false}; // whether there is something to undo and to redo
     this.before = null;        // what the page showed of a viewer that has ended
   }
 
@@ -47,7 +50,7 @@ class App {
       typeof event.data === "string" ? this.receive(JSON.parse(event.data)) : this.receiveBinary(event.data);
     this.socket.onclose = () => {
       this.tell("progress", {title: null});
-      this.closed ??= this.note("The connection to the viewer is lost. This page continues when the viewer is back.", true);
+      this.closed ??= this.note("The connection to the viewer is lost. This page continues when the viewer is back.");
       if (!this.closed.isConnected) document.getElementById("messages").append(this.closed);
       this.lookForAnother();
       setTimeout(() => this.connect(), this.retry = Math.min((this.retry ?? 300) * 1.5, 5000));
@@ -107,6 +110,8 @@ class App {
       this.defaultLimits = message.default_limits;
       // A state from before the page's newest change is older than the displayed one.
       if (message.input < this.inputs && this.state) return;
+      this.history = message.history;
+      this.tell("history");
       const before = JSON.stringify([this.state, limits]);
       this.state = message.state;
       if (JSON.stringify([this.state, this.defaultLimits]) === before) { // the page's own change
@@ -137,10 +142,9 @@ class App {
     }
   }
 
-  // The newest picture shows later changes as well if they did not change it.
+  // The newest picture shows later changes as well if they did not change it. Pictures of earlier numbers may follow.
   matchFrame() {
     while (this.same.has(this.frame?.input)) this.frame.input = this.same.get(this.frame.input);
-    for (const number of this.same.keys()) if (number < this.frame?.input) this.same.delete(number);
   }
 
   // After a restart of the viewer, say what is no longer open, and offer the earlier view.
@@ -151,7 +155,7 @@ class App {
     const names = [...this.sources.values()].map(each => each.name);
     const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
     const note = this.note("The viewer was restarted. "
-      + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", true, "note");
+      + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", "note");
     if (lost.length < before.sources.length) note.append(make("button", {id: "restore",
       onclick: () => this.change({type: "restore", sources: before.sources, state: {...before.state, camera: before.camera}})},
       "Show all but the measurements again"));
@@ -170,12 +174,16 @@ class App {
     }
   }
 
-  // A message that stays until it is clicked, or for some seconds.
-  note(text, stays = false, kind = "error") {
-    const element = make("p", {class: kind === "note" ? "note" : null, title: "Click to close"}, text);
+  // A message that stays until it is closed.
+  note(text, kind = "error") {
+    const messages = document.getElementById("messages");
+    const known = [...messages.children].find(each => each.firstChild.textContent === text);
+    if (known) return known;
+    const element = make("p", {class: kind === "note" ? "note" : null}, text);
+    element.append(make("button", {class: "bare", "aria-label": "Close the message", onclick: () => element.remove()}, "×"));
     element.onclick = () => element.remove();
-    document.getElementById("messages").append(element);
-    if (!stays) setTimeout(() => element.remove(), 12000);
+    messages.append(element);
+    while (messages.children.length > MOST_MESSAGES) messages.firstChild.remove();
     return element;
   }
 
@@ -204,6 +212,7 @@ app.on("connected", () => {
   app.inputs = 0;
   app.sentAt.clear();
   app.same.clear();
+  if (app.frame) app.frame.input = -1; // of another connection
   app.send({type: "hello", ...stage.pixels()});
 });
 app.on("progress", ({title, fraction}) => {
@@ -214,6 +223,43 @@ app.on("progress", ({title, fraction}) => {
   if (fraction > 0) bar.value = fraction;
   else bar.removeAttribute("value");
 });
+
+// The drawer of a narrow page.
+const panel = document.getElementById("panel"), opener = document.getElementById("show-panel");
+function showPanel(shown) {
+  panel.classList.toggle("shown", shown);
+  opener.setAttribute("aria-expanded", String(shown));
+  (shown ? document.getElementById("hide-panel") : opener).focus();
+}
+opener.onclick = () => showPanel(true);
+document.getElementById("hide-panel").onclick = () => showPanel(false);
+addEventListener("pointerdown", event => { // beside the drawer: it closes, and nothing else happens
+  if (!panel.matches(".shown") || event.target.closest("#panel, #messages")) return;
+  event.stopPropagation();
+  event.preventDefault();
+  showPanel(false);
+}, {capture: true});
+addEventListener("keydown", event => { if (event.key === "Escape" && panel.matches(".shown")) showPanel(false); });
+
+// Undo and redo; in a field for text, these keys are the field's own.
+for (const name of ["undo", "redo"]) {
+  const button = document.getElementById(name);
+  button.onclick = () => move(name);
+  app.on("history", () => { button.disabled = !app.history[name]; });
+}
+addEventListener("keydown", event => {
+  if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.matches("input.number, input[type=text]")) return;
+  const key = event.key.toLowerCase(), name = key === "y" || key === "z" && event.shiftKey ? "redo" : key === "z" ? "undo" : null;
+  if (!name) return;
+  event.preventDefault();
+  move(name);
+});
+
+function move(name) {
+  if (!app.history[name]) return;
+  if (document.activeElement.matches("input")) document.activeElement.blur(); // so that it shows the other value
+  app.change({type: name});
+}
 
 const drop = document.getElementById("drop");
 addEventListener("dragover", event => { event.preventDefault(); drop.hidden = false; });

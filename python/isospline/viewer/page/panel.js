@@ -20,8 +20,8 @@ export class Panel {
     this.measurements = [];
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
-    app.on("measurement", ({measurement}) => this.measured(measurement));
-    app.on("connected", () => { this.measurements = []; app.tell("measurements-cleared"); this.drawMeasurements(); });
+    app.on("measurement", ({measurement}) => { if (measurement) document.getElementById("measurements").open = true; });
+    app.on("measurements", ({measurements}) => { this.measurements = measurements; this.drawMeasurements(); });
     this.drawMeasurements();
     this.drawSaves();
   }
@@ -86,15 +86,18 @@ export class Panel {
     const {app} = this, rules = Object.fromEntries(app.options.color_rules.map(rule => [rule, RULES[rule]]));
     if (each.level === null) for (const rule of Object.keys(rules)) if (rule.includes("curvature")) delete rules[rule];
     for (const source of app.sources.values()) if (source.kind === "volume") rules[source.key] = `Values of ${source.name}`;
+    const edges = slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01, silhouette_opacity => change({silhouette_opacity}));
     const pieces = {all: "All"};
     for (const count of [1, 2, 3, 5, 10, each.largest ?? 1].sort((a, b) => a - b)) pieces[`+${count}`] = count === 1 ? "The largest" : `The ${count} largest`;
     const parts = [
       each.level !== null && field("Pieces", select("Pieces", pieces, each.largest === null ? "all" : `+${each.largest}`,
         value => change({largest: value === "all" ? null : Number(value)}))),
       each.level !== null && make("div", {class: "row"}, checkbox("Closed at the border", each.closed, closed => change({closed}))),
-      app.state.light !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => change({opacity}))),
-      app.state.light !== "path-trace" && field("Opacity at edges", slider("Opacity at edges", each.silhouette_opacity ?? each.opacity, 0, 1, 0.01,
-        silhouette_opacity => change({silhouette_opacity}))),
+      app.state.light !== "path-trace" && field("Opacity", slider("Opacity", each.opacity, 0, 1, 0.01, opacity => {
+        change({opacity});
+        if (app.object(each.id).silhouette_opacity === null) edges.value = opacity; // it follows
+      })),
+      app.state.light !== "path-trace" && field("Opacity at edges", edges),
       field("Colour by", select("Colour by", rules, each.color_by, color_by => change({color_by, limits: null}))),
     ];
     if (!["color", "normal"].includes(each.color_by)) {
@@ -123,7 +126,7 @@ export class Panel {
       const name = app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
       return make("button", {onclick: () => {
         const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
-        app.change({type: "add_object", source: source.key, level: between(levels, source.range)});
+        app.change({type: "add_object", source: source.key, level: suggested(levels, source) ?? between(levels, source.range)});
       }}, name);
     });
   }
@@ -195,16 +198,11 @@ export class Panel {
 
   // -- Measurements and files to save --------------------------------------------------------------------------------
 
-  measured(measurement) {
-    if (!measurement) return;
-    this.measurements.push(measurement);
-    document.getElementById("measurements").open = true;
-    this.drawMeasurements();
-  }
-
   drawMeasurements() {
     const part = document.getElementById("measurements"), vector = each => each.map(tidy).join("  ");
-    const list = this.measurements.map((each, i) => make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`), make("dl", {}, ...[
+    const list = this.measurements.map((each, i) => make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`),
+      make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`,
+        onclick: () => this.app.send({type: "remove_measurement", id: each.id})}, "×"), make("dl", {}, ...[
       ["position", vector(each.position)], ["index", each.index && vector(each.index)], ["value", each.value != null && tidy(each.value)],
       ["normal", vector(each.normal)],
       ["curvature", each.mean_curvature != null && `mean ${tidy(each.mean_curvature)}  Gaussian ${tidy(each.gaussian_curvature)}`],
@@ -214,18 +212,18 @@ export class Panel {
     part.replaceChildren(part.querySelector("summary"), ...list,
       list.length ? make("div", {class: "row"},
         make("button", {onclick: () => this.app.send({type: "save", what: "measurements"})}, "Save as CSV"),
-        make("button", {onclick: () => {
-          this.measurements = [];
-          this.app.send({type: "clear_measurements"});
-          this.app.tell("measurements-cleared");
-          this.drawMeasurements();
-        }}, "Clear")) : make("p", {class: "hint"}, "Click on a surface to measure a point."));
+        make("button", {onclick: () => this.app.send({type: "clear_measurements"})}, "Clear")) : make("p", {class: "hint"}, "Click on a surface to measure a point."));
   }
 
   drawSaves() {
     document.getElementById("saving").append(make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
       make("button", {"data-save": what, onclick: () => this.app.send({type: "save", what})}, name))));
   }
+}
+
+// The first suggested level that is not near another one.
+function suggested(levels, {suggested_levels: all, range: [lower, upper]}) {
+  return all.find(each => levels.every(level => Math.abs(level - each) > 0.02 * (upper - lower)));
 }
 
 // A level in the middle of the widest gap between levels.

@@ -4,13 +4,15 @@ import {clamp} from "./geometry.js";
 import {make, tidy} from "./dom.js";
 
 const HEIGHT = "260px";
+// Colours of the slices across x, y and z, as in the picture.
+export const PLANES = ["#c8553d", "#3a8f5c", "#2f6f9f"];
 
 export class Slices {
   constructor(app) {
     this.app = app;
     this.element = document.getElementById("slices");
     this.views = [0, 1, 2].map(axis => {
-      const canvas = make("canvas", {tabindex: 0,
+      const canvas = make("canvas", {tabindex: 0, style: `border-top: 2px solid ${PLANES[axis]}`,
         "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
       const caption = make("figcaption");
       const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis)};
@@ -29,7 +31,8 @@ export class Slices {
     new ResizeObserver(() => this.draw()).observe(this.element);
     app.on("state", () => this.stateChanged());
     app.on("slices", message => this.received(message));
-    app.on("connected", () => { this.values = null; });
+    app.on("sample", message => this.answered(message));
+    app.on("connected", () => { this.values = null; this.asked = null; this.asking = false; });
   }
 
   get slices() { return this.app.state.slices; }
@@ -168,17 +171,36 @@ export class Slices {
     return {index, inside: at.every(each => each >= 0 && each <= 1)};
   }
 
+  // Ask for the value of the volume at a point; one question at a time.
+  ask(point) {
+    const asked = JSON.stringify(point);
+    if (asked === this.asked) return;
+    if (this.asking) { this.next = point; return; }
+    this.asked = asked;
+    this.asking = true;
+    this.app.send({type: "sample", ...point});
+  }
+
+  answered(message) {
+    this.asking = false;
+    this.sampled = message;
+    for (const view of this.views) if (view.pointer) this.tell(view);
+    const {next} = this;
+    this.next = null;
+    if (next) this.ask(next);
+  }
+
   // The caption: the slice, and the index, the place and the value under the pointer.
   tell(view) {
     const round = each => tidy(Math.round(each * 100) / 100);
     const lines = [`${"xyz"[view.axis]} = ${round(this.slices.index[view.axis])}`];
-    const point = view.pointer && this.values?.volume === this.slices.volume ? this.pointAt(view, view.pointer) : null;
+    const point = view.pointer && this.source ? this.pointAt(view, view.pointer) : null;
     if (point?.inside) {
-      const {affine, patient} = this.source, {rows, columns, part} = this.values.values[view.axis], counts = this.counts();
-      const [column, row] = view.plane.map((axis, i) => point.index[axis] / (counts[axis] - 1 || 1) * ([columns, rows][i] - 1));
+      const {affine, patient} = this.source;
       const world = affine.slice(0, 3).map(line => line[0] * point.index[0] + line[1] * point.index[1] + line[2] * point.index[2] + line[3]);
-      lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`,
-        `value ${tidy(interpolated(part, rows, columns, column, row))}`);
+      lines.push(`index ${point.index.map(round).join(", ")}`, `${world.map(round).join(", ")}${patient ? " mm" : ""}`);
+      this.ask({volume: this.slices.volume, index: point.index});
+      if (this.sampled && JSON.stringify(this.sampled.index) === JSON.stringify(point.index)) lines.push(`value ${tidy(this.sampled.value)}`);
     }
     view.caption.textContent = lines.join("\n");
   }
@@ -220,13 +242,6 @@ export class Slices {
     view.canvas.onpointerup = view.canvas.onpointercancel = () => { view.canvas.onpointermove = null; };
     if (!windowing) move(event);
   }
-}
-
-// The bilinear interpolation of values at a column and a row.
-function interpolated(values, rows, columns, column, row) {
-  const [x, y] = [clamp(Math.floor(column), 0, Math.max(0, columns - 2)), clamp(Math.floor(row), 0, Math.max(0, rows - 2))];
-  const [dx, dy] = [column - x, row - y], at = y * columns + x, next = columns > 1 ? 1 : 0, below = rows > 1 ? columns : 0;
-  return (1 - dy) * ((1 - dx) * values[at] + dx * values[at + next]) + dy * ((1 - dx) * values[at + below] + dx * values[at + below + next]);
 }
 
 // Lines where the bilinear interpolation equals the level, square by square (marching squares).

@@ -1,8 +1,9 @@
 // The picture, its overlays, and input from pointer and keyboard.
 
-import {basis, distanceOf, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed, zoomedAt} from "./geometry.js";
+import {basis, distanceOf, dot, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed, zoomedAt} from "./geometry.js";
 import {make, makeSvg, tidy} from "./dom.js";
 import {ClipGizmo} from "./gizmo.js";
+import {PLANES} from "./slices.js";
 
 // Faces of the cube: their direction in the world, their upward direction, and their view.
 const FACES = [
@@ -30,8 +31,7 @@ export class Stage {
     app.on("frame", frame => this.show(frame));
     app.on("document", () => { this.makeViews(); if (app.state) this.drawValueBars(); });
     app.on("state", () => this.stateChanged());
-    app.on("measurement", ({measurement}) => { if (measurement) this.measurements.push(measurement); this.drawOverlay(); });
-    app.on("measurements-cleared", () => { this.measurements = []; this.drawOverlay(); });
+    app.on("measurements", ({measurements}) => { this.measurements = measurements; this.drawOverlay(); });
   }
 
   // Device pixels of the picture.
@@ -50,9 +50,11 @@ export class Stage {
 
   async show({about, content}) {
     const app = this.app;
+    const {socket} = app;
     about.number = this.count = (this.count ?? 0) + 1;
     const picture = await createImageBitmap(new Blob([content], {type: `image/${about.format}`}));
     app.send({type: "acknowledge"});
+    if (socket !== app.socket) return;
     // Decoding may finish out of order; an older picture does not replace a newer one.
     if (app.frame?.number > about.number) return;
     const {width, height} = this.pixels();
@@ -212,7 +214,21 @@ export class Stage {
         makeSvg("text", {x: place[0] + 8, y: place[1] - 6, "font-size": 12, "font-weight": 600, fill: "#1f2933", stroke: "#fff",
           "stroke-width": 3, "paint-order": "stroke"}, String(i + 1)));
     });
-    this.overlay.replaceChildren(...this.gizmo.draw(camera, width, height), ...marks);
+    this.overlay.replaceChildren(...this.slicePlanes(camera, width, height), ...this.gizmo.draw(camera, width, height), ...marks);
+  }
+
+  // The borders of the slices in space.
+  slicePlanes(camera, width, height) {
+    const {slices} = this.app.state, source = slices.shown && this.app.sources.get(slices.volume);
+    if (!source) return [];
+    return [0, 1, 2].map(axis => {
+      const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(at => {
+        const index = source.counts.map((count, i) => i === axis ? slices.index[i] : at[i === (axis === 2 ? 1 : 2) ? 1 : 0] * (count - 1));
+        return project(camera, source.affine.slice(0, 3).map(row => dot(row.slice(0, 3), index) + row[3]), width, height);
+      });
+      return corners.every(Boolean) && makeSvg("polygon", {class: "slice", points: corners.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" "),
+        fill: "none", stroke: PLANES[axis], "stroke-width": 1.2});
+    }).filter(Boolean);
   }
 
   turnCube(camera) {
