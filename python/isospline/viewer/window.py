@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import re
@@ -273,11 +272,11 @@ class Window:
         self._viewer.redo()
 
     def _on_sample(self, message):
-        index = vector(3)(message["index"], "index")
-        value = None
-        with contextlib.suppress(ValueError):  # the volume is no longer open
-            item = self._viewer.document[message["volume"]].item
-            value = float(item.sample(item.affine[:3, :3] @ index + item.affine[:3, 3]))
+        source, index = self._viewer.document[message["volume"]], vector(3)(message["index"], "index")
+        if not source.is_volume:
+            raise ValueError(f"volume: expected a volume, got {source.key}")
+        affine = source.item.affine
+        value = float(source.item.sample(affine[:3, :3] @ index + affine[:3, 3]))
         self.send({"type": "sample", "index": message["index"], "value": value})
 
     def _on_pick(self, message):

@@ -83,6 +83,12 @@ def test_a_port_that_is_taken_is_one_clear_error(viewer):
         {"type": "change_object", "id": 0, "changes": {"level": "60,5"}},
         {"type": "add_object", "source": "source1", "level": -1e9},
         {"type": "change", "changes": {"slices": {"shown": True, "volume": "nothing"}}},
+        {"type": "sample", "volume": "nothing", "index": [1, 2, 3]},
+        {"type": "sample", "volume": "source1", "index": [1, 2]},
+        {"type": "sample", "volume": "source1", "index": [1, 2, 10**400]},
+        {"type": "sample", "volume": ["source1"], "index": [1, 2, 3]},
+        {"type": "remove_measurement", "id": -1},
+        {"type": "remove_measurement"},
     ],
     ids=str,
 )
@@ -95,6 +101,17 @@ def test_an_invalid_message_is_an_error_and_the_viewer_continues(viewer, message
     while client.receive("frame")[0]["input"] != 77:
         pass
     assert viewer.state.objects[0].level == 321.0 and viewer.state.clip.kind == "none"
+    client.socket.close()
+
+
+def test_values_are_told_of_volumes_alone(viewer):
+    client = Client(viewer)
+    client.send(type="sample", volume="source1", index=[4.25, 9.5, 11])
+    volume = viewer.document["source1"].item
+    assert client.receive("sample")[0]["value"] == pytest.approx(float(volume.sample((4.25, 9.5, 11.0))))
+    viewer.add(isospline.Mesh(3 * np.eye(3), [(0, 1, 2)]))
+    client.send(type="sample", volume="source2", index=[1, 2, 3])
+    assert "expected a volume, got source2" in client.receive("error")[0]["text"]
     client.socket.close()
 
 

@@ -76,16 +76,17 @@ export class Slices {
     this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? step : 0)));
   }
 
+  // The world axis nearest to an axis of the grid, and its sign.
+  worldAxis(axis) {
+    const column = [0, 1, 2].map(row => this.source.affine[row][axis]);
+    const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
+    return [world, Math.sign(column[world])];
+  }
+
   // Whether columns and rows are reversed: by the radiological convention for patients; otherwise, rows run upwards.
   flips(view) {
-    const affine = this.source.affine;
-    const towards = axis => { // the world axis nearest to an axis of the grid, and its sign
-      const column = [0, 1, 2].map(row => affine[row][axis]);
-      const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
-      return [world, Math.sign(column[world])];
-    };
     return view.plane.map((axis, place) => {
-      const [world, sign] = towards(axis);
+      const [world, sign] = this.worldAxis(axis);
       if (!this.source.patient) return place === 1; // the second axis points upwards
       // Columns run to the patient's left or back. Rows run to the back, or from head to feet.
       return world === 2 ? sign > 0 : sign < 0;
@@ -148,11 +149,9 @@ export class Slices {
   // The sides of a patient at the edges of the canvas.
   drawSides(context, view, {width, height, ratio, flips}) {
     if (!this.source.patient) return;
-    const {affine} = this.source;
-    const side = (axis, sign) => { // of a direction of the grid
-      const column = [0, 1, 2].map(row => sign * affine[row][axis]);
-      const world = column.reduce((best, each, i) => Math.abs(each) > Math.abs(column[best]) ? i : best, 0);
-      return (column[world] > 0 ? "LPS" : "RAI")[world];
+    const side = (axis, direction) => {
+      const [world, sign] = this.worldAxis(axis);
+      return (sign * direction > 0 ? "LPS" : "RAI")[world];
     };
     const [right, down] = flips.map(flipped => flipped ? -1 : 1), [across, along] = view.plane, edge = 10 * ratio;
     Object.assign(context, {fillStyle: "#ffd479", font: `600 ${12 * ratio}px system-ui, sans-serif`, textAlign: "center", textBaseline: "middle"});
@@ -162,7 +161,7 @@ export class Slices {
     context.fillText(side(along, down), width / 2, height - edge);
   }
 
-  // The point of the grid under the pointer, or null outside of the slice.
+  // The point of the grid at a place in the window, and whether it is inside of the slice.
   pointAt(view, [x, y]) {
     const place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
     const at = [((x - box.left) * place.ratio - place.left) / place.w, ((y - box.top) * place.ratio - place.top) / place.h];
