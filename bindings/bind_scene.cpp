@@ -229,6 +229,8 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
             HitArrays::LastObject last;
+            std::array<double, ray_chunk_size> t_hits{};
+            std::array<std::uint32_t, ray_chunk_size> geometry_ids{};
             given.for_each_packet(
                 begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
                     const LaneMask hit_lanes = caster.cast(packet, first, hits);
@@ -242,9 +244,23 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
                             },
                             [&](std::uint32_t id) -> const SnapshotObject& { return snapshot->object(id); }, last);
                     for (std::size_t i = 0; certify && i < static_cast<std::size_t>(packet.count); ++i) {
-                        const double t_hint = (hit_lanes >> i & 1u) != 0 ? hits[i].t : HUGE_VAL;
-                        certificates->set(places[i], certifier->certify(given.ray(first + i), t_hint));
+                        const bool is_hit = (hit_lanes >> i & 1u) != 0;
+                        t_hits[first - begin + i] = is_hit ? hits[i].t : std::numeric_limits<double>::infinity();
+                        geometry_ids[first - begin + i] = hits[i].geometry_id;
                     }
+                });
+            if (!certify)
+                return;
+            // After all rays of the chunk were cast, so that the code of one of both stays in the cache.
+            std::array<RayCertificate, packet_capacity> proven;
+            const auto of_packet = [&](const auto& numbers, std::size_t first) {
+                return std::span(numbers).subspan(first - begin).template first<packet_capacity>();
+            };
+            given.for_each_packet(
+                begin, end, packet_capacity, [&](const RayPacket& packet, std::size_t first, const auto& places) {
+                    certifier->certify(packet, of_packet(t_hits, first), of_packet(geometry_ids, first), proven);
+                    for (std::size_t i = 0; i < static_cast<std::size_t>(packet.count); ++i)
+                        certificates->set(places[i], proven[i]);
                 });
         });
     });

@@ -88,7 +88,7 @@ private:
 /// Fewer rays are not worth sorting.
 inline constexpr std::size_t least_sorted = 16384;
 
-/// Rays of a chunk; only the last chunk may have fewer.
+/// Rays of a chunk, a number of whole packets; only the last chunk may have fewer.
 inline constexpr std::size_t ray_chunk_size = 1024;
 
 /// Rays of shape (..., 6), from their origins and directions if these are given apart.

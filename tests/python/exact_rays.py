@@ -195,12 +195,22 @@ MISS, HIT, UNDECIDED = range(3)
 
 
 class Case:
-    """A small model of integer coefficients, at an integer level, in a scene; and the same in exact arithmetic."""
+    """A small model of integer coefficients, at an integer level, in a scene; and the same in exact arithmetic.
 
-    def __init__(self, rng, degree, placed=False):
-        size = int(rng.integers(3, 6))
+    `sparse` models are larger, with a surface in small parts of them.
+    """
+
+    def __init__(self, rng, degree, placed=False, sparse=False):
+        size = int(rng.integers(20, 90) if sparse else rng.integers(3, 6))
         samples = rng.integers(-3, 4, (size, size, size)).astype(float)
-        if rng.random() < 0.6:  # rough samples leave little of a surface at higher degrees
+        self.boxes = []  # in which the surface of a sparse model is: corners along x, y, z
+        if sparse:
+            inside = np.zeros(samples.shape, dtype=bool)
+            self.boxes = rng.integers(0, size - 2, (4, 3))
+            for corner in self.boxes:
+                inside[tuple(slice(x, x + n) for x, n in zip(corner[::-1], rng.integers(2, 12, 3), strict=True))] = True
+            samples[~inside] = rng.choice([-3, 3])
+        elif rng.random() < 0.6:  # rough samples leave little of a surface at higher degrees
             samples = np.sort(samples, axis=rng.integers(3))
         samples[0, 0, :2] = -3, 3  # so that levels are in the range
         grid = {}
@@ -227,6 +237,8 @@ class Case:
     def rays(self, rng, count):
         """Through vertices, edges and faces of cells and middles of them, along faces and edges, grazing, or any."""
         grid = rng.integers(-2, 2 * self.size + 2, (2, count, 3)) / 2
+        if len(self.boxes):
+            grid[1] = rng.choice(self.boxes, count) + rng.integers(-2, 16, (count, 3)) / 2
         origins, directions = grid[0], grid[1] - grid[0]
         along_axes = rng.random(count) < 0.3
         directions[along_axes] *= np.eye(3)[rng.integers(3, size=along_axes.sum())]

@@ -69,6 +69,7 @@ void check_clip(const IsosurfaceOptions& options)
 struct IsosurfaceSnapshot::OnDemand {
     Lazy<Shell> shell;
     Lazy<Box> bounds;
+    Lazy<SideGrid> sides;
 };
 
 IsosurfaceSnapshot::IsosurfaceSnapshot(std::shared_ptr<const Common> common, double level, const Progress& progress)
@@ -97,6 +98,12 @@ const Shell& IsosurfaceSnapshot::shell(const Progress& progress) const
 Box IsosurfaceSnapshot::bounds_lattice(const Progress& progress) const
 {
     return on_demand_->bounds.get(progress, [&] { return find_bounds(progress); });
+}
+
+const SideGrid& IsosurfaceSnapshot::sides(const Progress& progress) const
+{
+    return on_demand_->sides.get(progress,
+                                 [&] { return SideGrid(*common_->ranges, volume().cell_shape(), threshold()); });
 }
 
 BrickCells IsosurfaceSnapshot::cells(const Octet& octet, int child) const
@@ -178,7 +185,9 @@ std::size_t IsosurfaceSnapshot::memory() const
 {
     const Shell* const shell = on_demand_->shell.found();
     const std::size_t of_shell = shell != nullptr ? shell->memory() : 0;
-    return bricks_.memory() + common_->ranges->memory() + kept_->memory() + of_shell;
+    const SideGrid* const sides = on_demand_->sides.found();
+    const std::size_t of_sides = sides != nullptr ? sides->memory() : 0;
+    return bricks_.memory() + common_->ranges->memory() + kept_->memory() + of_shell + of_sides;
 }
 
 Isosurface::Isosurface(std::shared_ptr<const Volume> volume, double level, IsosurfaceOptions options,

@@ -5,7 +5,9 @@
 #include "isospline/math/grid.h"
 #include "isospline/spline/degree.h"
 #include "isospline/trace/certified_line.h"
+#include "isospline/trace/certified_packet.h"
 #include "isospline/trace/certified_place.h"
+#include "isospline/trace/certified_placement.h"
 #include "isospline/trace/certified_polynomial.h"
 #include "isospline/util/error.h"
 
@@ -13,6 +15,7 @@
 #include <glm/vec3.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -20,41 +23,6 @@
 namespace isospline {
 
 namespace {
-
-using Rows = std::array<std::array<Enclosure, 3>, 3>;
-
-Enclosure dot(const std::array<Enclosure, 3>& a, const std::array<Enclosure, 3>& b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/// The inverse by cofactors; its numbers are unbounded if the determinant may be zero.
-Rows inverse(const Rows& m)
-{
-    Rows cofactors;
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) {
-            const std::size_t i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-            cofactors[i][j] = m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
-        }
-    const Enclosure over_determinant = inverse(dot(m[0], cofactors[0]));
-    Rows result;
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            result[i][j] = cofactors[j][i] * over_determinant;
-    return result;
-}
-
-/// Row i of a matrix of GLM, without the translation.
-std::array<Enclosure, 3> row(const glm::dmat4& map, int i)
-{
-    return {map[0][i], map[1][i], map[2][i]};
-}
-
-std::array<Enclosure, 3> column(const glm::dmat4& map, int j)
-{
-    return {map[j][0], map[j][1], map[j][2]};
-}
 
 /// The smallest and the largest coefficient of a cell, minus the threshold.
 template <int Degree>
@@ -225,35 +193,9 @@ void check_certifiable(const IsosurfaceOptions& options, const char* parameter)
 
 RayCertifier::RayCertifier(std::shared_ptr<const IsosurfaceSnapshot> surface, const glm::dmat4& transform,
                            const char* parameter)
-    : surface_(std::move(surface))
+    : surface_(std::move(surface)), placement_(*surface_, transform)
 {
     check_certifiable(surface_->options(), parameter);
-
-    // From index space to the space of the rays, and back.
-    const glm::dmat4& index_to_world = surface_->volume().index_to_world();
-    Rows to_rays;
-    for (int i = 0; i < 3; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        for (int j = 0; j < 3; ++j)
-            to_rays[at][static_cast<std::size_t>(j)] = dot(row(transform, i), column(index_to_world, j));
-        origin_[at] = dot(row(transform, i), column(index_to_world, 3)) + transform[3][i];
-    }
-    to_lattice_ = inverse(to_rays);
-
-    // Partial derivatives are means of differences of neighbouring coefficients.
-    const BrickRanges::Range& range = surface_->shared_ranges()->whole();
-    slope_ = (Enclosure(range.upper) - static_cast<double>(range.lower)).upper();
-    threshold_error_ = (Enclosure(surface_->level()) - surface_->volume().offset()).radius;
-    coefficient_error_ = surface_->volume().coefficient_error();
-    along_error_ = longest_edge_ = 0.0;
-    for (std::size_t j = 0; j < 3; ++j) {
-        double edge = 0.0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            edge += std::abs(to_rays[i][j].value) + to_rays[i][j].radius;
-            along_error_ += 0x1p-50 * std::abs(to_lattice_[i][j].value) + to_lattice_[i][j].radius;
-        }
-        longest_edge_ = std::max(longest_edge_, edge * (1.0 + 0x1p-48));
-    }
 }
 
 certified::Line RayCertifier::line_of(const glm::dvec3& origin, const glm::dvec3& direction) const
@@ -262,12 +204,12 @@ certified::Line RayCertifier::line_of(const glm::dvec3& origin, const glm::dvec3
     std::array<Enclosure, 3> from_origin, along;
     for (std::size_t i = 0; i < 3; ++i) {
         const auto axis = static_cast<int>(i);
-        from_origin[i] = Enclosure(origin[axis]) - origin_[i];
+        from_origin[i] = Enclosure(origin[axis]) - placement_.origin[i];
         along[i] = direction[axis];
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        line.start[i] = dot(to_lattice_[i], from_origin) + surface_->volume().lattice_shift();
-        line.along[i] = dot(to_lattice_[i], along);
+        line.start[i] = certified::dot(placement_.to_lattice[i], from_origin) + surface_->volume().lattice_shift();
+        line.along[i] = certified::dot(placement_.to_lattice[i], along);
     }
     return line;
 }
@@ -288,7 +230,8 @@ certified::Search RayCertifier::search(const certified::Line& line, const certif
     if (range.begin > range.end)
         return certified::Search(range);
     return dispatch_degree(surface_->volume().degree(), [&](auto degree) {
-        return Certification<degree>(*surface_, line, range, slope_, threshold_error_, t_hint).run();
+        return Certification<degree>(*surface_, line, range, placement_.slope, placement_.threshold_error, t_hint)
+            .run();
     });
 }
 
@@ -301,15 +244,35 @@ RayCertificate RayCertifier::certify(const Ray& ray, double t_hint) const
     return certificate;
 }
 
+void RayCertifier::certify(const RayPacket& rays, LaneMask lanes, std::span<const double, packet_capacity> t_hints,
+                           std::span<RayCertificate, packet_capacity> certificates) const
+{
+    const LaneMask proven = certified::certify_packet(*surface_, placement_, rays, lanes, t_hints, certificates);
+    for (LaneMask rest = lanes & ~proven; rest != 0; rest &= rest - 1) {
+        const int lane = std::countr_zero(rest);
+        const auto item = static_cast<std::size_t>(lane);
+        certificates[item] = certify(rays.ray(lane), t_hints[item]);
+    }
+    if (surface_->volume().degree() >= 2)
+        return;
+    for (LaneMask rest = proven; rest != 0; rest &= rest - 1) { // gradients jump between cells
+        const int lane = std::countr_zero(rest);
+        const Ray ray = rays.ray(lane);
+        if (RayCertificate& own = certificates[static_cast<std::size_t>(lane)]; own.status == RayStatus::hit)
+            describe_hit<1>(line_of(ray.origin, ray.direction), own);
+    }
+}
+
 template <int Degree>
 void RayCertifier::describe_hit(const certified::Line& line, RayCertificate& hit) const
 {
-    const certified::PlaceOnSurface<Degree> place(surface_->volume(), surface_->threshold(), slope_, line, hit.t_lower,
-                                                  hit.t_upper);
+    const certified::PlaceOnSurface<Degree> place(surface_->volume(), surface_->threshold(), placement_.slope, line,
+                                                  hit.t_lower, hit.t_upper);
     std::array<Enclosure, 3> normal; // not of unit length
     for (std::size_t i = 0; i < 3; ++i) {
-        const std::array<Enclosure, 3> column{to_lattice_[0][i], to_lattice_[1][i], to_lattice_[2][i]};
-        normal[i] = dot(column, place.gradient()) * -surface_->inward_sign();
+        const std::array<Enclosure, 3> column{placement_.to_lattice[0][i], placement_.to_lattice[1][i],
+                                              placement_.to_lattice[2][i]};
+        normal[i] = certified::dot(column, place.gradient()) * -surface_->inward_sign();
     }
     const certified::Cone cone = certified::cone_of(normal);
     hit.normal = cone.axis;
@@ -322,15 +285,17 @@ void RayCertifier::describe_hit(const certified::Line& line, RayCertificate& hit
     glm::dvec3 along(0.0);
     for (int axis = 0; axis < 3; ++axis)
         for (std::size_t j = 0; j < 3; ++j)
-            along[axis] += to_lattice_[static_cast<std::size_t>(axis)][j].value * cone.axis[static_cast<int>(j)];
+            along[axis] +=
+                placement_.to_lattice[static_cast<std::size_t>(axis)][j].value * cone.axis[static_cast<int>(j)];
     const double longest = 1.0 / (std::abs(along.x) + std::abs(along.y) + std::abs(along.z));
-    const double growth = cone.least_length - slope_ * along_error_;
-    const double least = coefficient_error_ + threshold_error_ + 0x1p-52 * std::abs(surface_->threshold());
+    const double growth = cone.least_length - placement_.slope * placement_.along_error;
+    const double least =
+        placement_.coefficient_error + placement_.threshold_error + 0x1p-52 * std::abs(surface_->threshold());
     for (double distance = std::max(1.125 * least / growth, 0x1p-50 * longest); distance <= longest; distance *= 2.0)
         if (place.changes_sides(distance * along, distance * growth, least)) {
-            hit.model_distance =
-                (distance * (1.0 + longest_edge_ * along_error_) + 2.0 * place.radius() * longest_edge_) *
-                (1.0 + 0x1p-40);
+            hit.model_distance = (distance * (1.0 + placement_.longest_edge * placement_.along_error) +
+                                  2.0 * place.radius() * placement_.longest_edge) *
+                                 (1.0 + 0x1p-40);
             return;
         }
 }

@@ -1,9 +1,11 @@
 // First crossings of rays with isosurfaces, with proven bounds: docs/method.md, "Certified rays".
 #pragma once
 
-#include "isospline/math/enclosure.h"
 #include "isospline/math/ray.h"
 #include "isospline/shell/isosurface.h"
+#include "isospline/trace/certified_line.h"
+#include "isospline/trace/certified_placement.h"
+#include "isospline/trace/ray_packet.h"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -13,12 +15,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace isospline {
 
 namespace certified {
-struct Line;
-struct Range;
 class Search;
 } // namespace certified
 
@@ -52,6 +53,10 @@ public:
     /// The ray's numbers are finite, except for its limits. If the first crossing is near `t_hint`, which may be any
     /// number, it is found faster.
     RayCertificate certify(const Ray& ray, double t_hint = std::numeric_limits<double>::infinity()) const;
+    /// The same for the rays of these lanes, each with a hint. Rays with a hit need the right hint to be fast. The
+    /// bounds of hits may differ from those of certify() of one ray, by rounding.
+    void certify(const RayPacket& rays, LaneMask lanes, std::span<const double, packet_capacity> t_hints,
+                 std::span<RayCertificate, packet_capacity> certificates) const;
     /// Whether the ray crosses the surface anywhere; nothing if that is not proven.
     std::optional<bool> is_crossed(Ray ray) const;
     /// Whether the ray crosses the surface an odd number of times; nothing if that is not proven.
@@ -69,13 +74,7 @@ private:
     void describe_hit(const certified::Line& line, RayCertificate& hit) const;
 
     std::shared_ptr<const IsosurfaceSnapshot> surface_;
-    std::array<std::array<Enclosure, 3>, 3> to_lattice_; ///< rows of the linear part of the map to lattice space
-    std::array<Enclosure, 3> origin_;                    ///< of index space, in the space of the rays
-    double slope_;                                       ///< no partial derivative of f in lattice space is larger
-    double threshold_error_;
-    double coefficient_error_;
-    double longest_edge_; ///< of a cell in the space of the rays, bounded by the sum over its coordinates
-    double along_error_;  ///< of the product of to_lattice_ and a unit vector, summed over the axes
+    certified::Placement placement_;
 };
 
 } // namespace isospline

@@ -46,11 +46,12 @@ def test_what_is_proven_is_true(degree):
 
 @pytest.mark.filterwarnings("ignore:level .* has an empty shell")
 @pytest.mark.parametrize("degree", [1, 2, 3])
-def test_what_is_proven_of_placed_volumes_is_true(degree):
+@pytest.mark.parametrize("kind", ["placed", "sparse"])
+def test_what_is_proven_of_other_volumes_is_true(kind, degree):
     rng = np.random.default_rng(40 + degree)
     counts = np.zeros(3, dtype=int)
     for _ in range(COUNT // 250):
-        case = Case(rng, degree, placed=True)
+        case = Case(rng, degree, **{kind: True})
         rays = case.rays(rng, 25)
         far = rng.random(25) < 0.3
         rays[far, :3] -= 1e5 * rays[far, 3:]

@@ -1,0 +1,21 @@
+// Certificates of rays in packets, in SIMD lanes: docs/method.md, "Certified rays".
+#pragma once
+
+#include "isospline/cell/lattice_ray_packet.h"
+#include "isospline/shell/isosurface.h"
+#include "isospline/trace/certified_placement.h"
+#include "isospline/trace/certified_ray.h"
+#include "isospline/trace/ray_packet.h"
+
+#include <span>
+
+namespace isospline::certified {
+
+/// Proves that the rays of these lanes first cross the surface next to their t_hints, or that they miss it if these are
+/// infinite. Returns the lanes for which that is proven, whose certificates it sets. Rays that begin, end or touch
+/// within rounding are left to RayCertifier::certify() of one ray, as are those whose hints are wrong.
+LaneMask certify_packet(const IsosurfaceSnapshot& surface, const Placement& placement, const RayPacket& rays,
+                        LaneMask lanes, std::span<const double, packet_capacity> t_hints,
+                        std::span<RayCertificate, packet_capacity> certificates);
+
+} // namespace isospline::certified
