@@ -1,10 +1,13 @@
 #include "isospline/trace/certified_packet.h"
 
+#include "isospline/math/grid.h"
 #include "isospline/spline/degree.h"
 
 #include <algorithm>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 
 // Vectors whose size is only known at run time cannot be array elements.
 #undef HWY_TARGET_INCLUDE
@@ -126,6 +129,8 @@ private:
 LaneMask certify(const IsosurfaceSnapshot& surface, const certified::Placement& placement, const RayPacket& rays,
                  LaneMask lanes, const double* t_hints, RayCertificate* certificates)
 {
+    if (place_count(surface.sides().shape()) > std::numeric_limits<std::int32_t>::max())
+        return 0; // lanes look blocks up by such integers
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
         return PacketCertification<degree>(surface, placement, rays, lanes, t_hints).run(certificates);
     });

@@ -109,7 +109,7 @@ public:
         for (std::size_t count = 0; is_active && count < most_steps; ++count) {
             is_active = false;
             for (Group& group : groups)
-                group.edge = side_of(group.cell, group.active);
+                find_side(group);
             for (Group& group : groups)
                 if (!hn::AllFalse(CertifiedDoubles(), group.active)) {
                     step(group, parts, ends);
@@ -136,9 +136,10 @@ private:
         N lane, t_hint, value_error;
         N t, t_last;
         Vector3<N> cell;
-        N edge;        ///< the number of the cell in the SideGrid
-        N least, most; ///< of the numbers of the cubes so far, and 0
-        N farthest;    ///< that a part is beside its cube, along an axis
+        Vector3<N> block; ///< of the cell, in the SideGrid
+        N side;           ///< its number
+        N least, most;    ///< of these numbers so far, and 0
+        N farthest;       ///< that a part is beside its box, along an axis
         Mask is_forward[3], is_parallel[3], active;
     };
 
@@ -178,18 +179,21 @@ private:
     HWY_INLINE void step(Group& group, CertifiedPartList& parts, CertifiedPartList& ends) const
     {
         const CertifiedDoubles d;
-        const N zero = number<N>(0.0), edge = group.edge, size = larger(absolute(edge), number<N>(1.0));
-        const N over_size = inverse_of_power(size);
+        const N zero = number<N>(0.0), one = number<N>(1.0), edge = number<N>(sides_.edge());
+        const N distance = absolute(group.side);
+        const Mask is_mixed = equal(group.side, zero);
         Vector3<N> lower, upper, exits;
         for (int axis = 0; axis < 3; ++axis) {
-            lower[axis] = rounded_to_floor(group.cell[axis] * over_size) * size;
-            upper[axis] = smaller(lower[axis] + size, number<N>(shape_[axis]));
+            const N first = larger((group.block[axis] + one - distance) * edge, zero);
+            const N last = smaller((group.block[axis] + distance) * edge, number<N>(shape_[axis]));
+            lower[axis] = select(is_mixed, group.cell[axis], first);
+            upper[axis] = select(is_mixed, group.cell[axis] + one, last);
             exits[axis] = exit(axis, lower[axis], upper[axis], group);
         }
         const N t_exit = smaller(larger(smaller(smaller(exits[0], exits[1]), exits[2]), group.t), group.t_last);
-        group.least = select(group.active, smaller(edge, group.least), group.least);
-        group.most = select(group.active, larger(edge, group.most), group.most);
-        const Mask in_part = both(group.active, less(group.t, t_exit)), in_cell = both(in_part, equal(edge, zero));
+        group.least = select(group.active, smaller(group.side, group.least), group.least);
+        group.most = select(group.active, larger(group.side, group.most), group.most);
+        const Mask in_cell = both(both(group.active, less(group.t, t_exit)), is_mixed);
         group.active = both(group.active, less(t_exit, group.t_last));
         if (!hn::AllFalse(d, in_cell)) {
             const Mask is_end =
@@ -214,29 +218,21 @@ private:
         return to_lane_mask(d, both(walked, is_near), group.first);
     }
 
-    /// The edge of the cube around each cell in which f is on one side, negative if it is below; 0 if there is none.
-    HWY_INLINE N side_of(const Vector3<N>& cell, Mask active) const
+    /// Looks up the block of each cell, and its number.
+    HWY_INLINE void find_side(Group& group) const
     {
         const CertifiedDoubles d;
         const hn::Rebind<std::int32_t, CertifiedDoubles> integers;
-        Vector3<N> at;
+        const Vector3<N>& block = group.block;
         for (int axis = 0; axis < 3; ++axis)
-            at[axis] = rounded_to_floor(cell[axis] * number<N>(1.0 / sides_.edge()));
-        const N item = mul_add(mul_add(at[2], number<N>(sides_.shape().y), at[1]), number<N>(sides_.shape().x), at[0]);
-        alignas(64) std::int32_t items[certified_width];
-        alignas(64) std::int32_t edges[certified_width];
-        hn::Store(hn::DemoteTo(integers, select(active, item, number<N>(0.0))), integers, items);
+            group.block[axis] = rounded_to_floor(group.cell[axis] * number<N>(1.0 / sides_.edge()));
+        const glm::ivec3& shape = sides_.shape();
+        const N item = mul_add(mul_add(block[2], number<N>(shape.y), block[1]), number<N>(shape.x), block[0]);
+        alignas(64) std::int32_t items[certified_width], numbers[certified_width];
+        hn::Store(hn::DemoteTo(integers, select(group.active, item, number<N>(0.0))), integers, items);
         for (std::size_t i = 0; i < certified_width; ++i) // faster than instructions that gather
-            edges[i] = sides_.numbers()[static_cast<std::size_t>(items[i])];
-        return hn::PromoteTo(d, hn::Load(integers, edges));
-    }
-
-    /// 1 / x of a power of two.
-    HWY_INLINE static N inverse_of_power(N x)
-    {
-        const hn::Rebind<std::int64_t, CertifiedDoubles> bits;
-        constexpr std::int64_t twice_one = 2 * std::bit_cast<std::int64_t>(1.0);
-        return hn::BitCast(CertifiedDoubles(), hn::Sub(hn::Set(bits, twice_one), hn::BitCast(bits, x)));
+            numbers[i] = sides_.numbers()[static_cast<std::size_t>(items[i])];
+        group.side = hn::PromoteTo(d, hn::Load(integers, numbers));
     }
 
     /// Where lines leave boxes along an axis; infinite at the border of the domain.
