@@ -83,6 +83,33 @@ def test_a_level_typed_in_and_keys_on_the_histogram(page, viewer):
     assert 5.5 < viewer.state.objects[0].level < 5.6
 
 
+def test_levels_of_whole_numbers_stay_halfway_between_them(browser, tmp_path):
+    z, y, x = np.indices((24, 24, 24)) - 11.5
+    np.save(tmp_path / "ball.npy", (100 - 4 * np.sqrt(x**2 + y**2 + z**2)).round().astype(np.uint8))
+    with isospline.view(tmp_path / "ball.npy", levels=[68.5], browser=False) as viewer:
+        page = Page(browser, viewer.url)
+        page.settle()
+
+        def level_after(action):
+            action()
+            page.settle()
+            return viewer.state.objects[0].level
+
+        marker = page.page.locator("#histogram [data-object]")
+        marker.focus()
+        assert level_after(lambda: marker.press("ArrowRight")) == 69.5
+        assert level_after(lambda: marker.press("ArrowLeft")) == 68.5
+        dragged = level_after(lambda: page.drag_element("#histogram [data-object]", (33, 0)))
+        assert dragged > 70 and dragged % 1 == 0.5
+        page.page.locator(".object input.number").fill("70")
+        page.settle()
+        marker.focus()
+        page.settle()
+        assert level_after(lambda: marker.press("ArrowRight")) == 71
+        assert level_after(lambda: marker.press("Shift+ArrowLeft")) == pytest.approx(70.9)
+        page.close()
+
+
 def test_orbit_pan_and_zoom(page, large_ball):
     start = page.evaluate("isospline.camera")
     page.drag((300, 300), (380, 260))

@@ -78,8 +78,14 @@ export class Histogram {
     this.element.replaceChildren(svg);
   }
 
-  setLevel(id, value, step, source) {
-    const level = clamp(Math.round(value / step) * step, ...source.range);
+  // Levels of values with a spacing are best halfway between two of them.
+  nearest(value, step, source) {
+    const first = source.spacing_of_values ? source.range[0] + source.spacing_of_values / 2 : 0;
+    return first + Math.round((value - first) / step) * step;
+  }
+
+  setLevel(id, value, source) {
+    const level = clamp(value, ...source.range);
     if (level !== this.app.object(id).level) this.app.changeObject(id, {level: Number(level.toPrecision(12))});
   }
 
@@ -91,7 +97,7 @@ export class Histogram {
     const move = now => {
       level += (now.clientX - from) / pixels * (upper - lower) * (now.shiftKey ? 0.1 : 1);
       from = now.clientX;
-      this.setLevel(id, level, this.step(source) * (now.shiftKey ? 0.1 : 1), source);
+      this.setLevel(id, this.nearest(level, this.step(source) * (now.shiftKey ? 0.1 : 1), source), source);
     };
     const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); removeEventListener("pointercancel", end); };
     addEventListener("pointermove", move);
@@ -105,7 +111,7 @@ export class Histogram {
     if (!direction) return;
     event.preventDefault();
     const step = this.step(source) * (event.shiftKey ? 0.1 : 1);
-    this.setLevel(id, this.app.object(id).level + direction * step, step, source);
+    this.setLevel(id, this.app.object(id).level + direction * step, source);
   }
 
   // The wheel zooms the range about the value under the pointer.
