@@ -29,7 +29,8 @@ constexpr float last_code = 255.0f;
 
 float codes_per_unit(const BrickRanges::Range& range)
 {
-    return range.upper > range.lower ? last_code / (range.upper - range.lower) : 0.0f;
+    const float codes = range.upper > range.lower ? last_code / (range.upper - range.lower) : 0.0f;
+    return std::isfinite(codes) ? codes : 0.0f; // a range may be too small for that
 }
 
 } // namespace

@@ -14,7 +14,11 @@ namespace isospline {
 
 namespace {
 
-constexpr int block_edge = 2;
+int edge_of(const BrickRanges& ranges)
+{
+    constexpr int block_edge = 2;
+    return ranges.has_blocks() ? block_edge : brick_size;
+}
 
 /// Distances in a row of blocks, with room for blocks beyond its ends, which do not count.
 class Row {
@@ -76,19 +80,25 @@ private:
 
 } // namespace
 
-SideGrid::SideGrid(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold)
-    : edge_(ranges.has_blocks() ? block_edge : brick_size), shape_((cell_shape + edge_ - 1) / edge_),
-      numbers_(place_count(shape_))
+glm::ivec3 SideGrid::shape_of(const BrickRanges& ranges, const glm::ivec3& cell_shape)
+{
+    const int edge = edge_of(ranges);
+    return (cell_shape + edge - 1) / edge;
+}
+
+SideGrid::SideGrid(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold, const Progress& progress)
+    : edge_(edge_of(ranges)), shape_(shape_of(ranges, cell_shape)), numbers_(place_count(shape_))
 {
     // Larger than the errors of points of rays, and than the rounding of the two bounds.
     margin_ = 0x1p-24 * (static_cast<double>(ranges.whole().upper) - static_cast<double>(ranges.whole().lower)) +
               0x1p-40 * std::abs(threshold);
-    find_sides(ranges, cell_shape, threshold);
+    find_sides(ranges, cell_shape, threshold, progress);
     find_distances();
 }
 
 /// Sets `farthest`, negative where f is below, or 0.
-void SideGrid::find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold)
+void SideGrid::find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold,
+                          const Progress& progress)
 {
     const double least = threshold - margin_, most = threshold + margin_;
     const glm::ivec3 bricks = brick_shape(cell_shape);
@@ -118,7 +128,7 @@ void SideGrid::find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shap
                     }
         }
     };
-    parallel_for(place_count(bricks), 64, find);
+    parallel_for(place_count(bricks), 64, find, progress);
 }
 
 /// Two passes over all rows, forward and backward (A. Rosenfeld and J. Pfaltz, 1968). Blocks on different sides are

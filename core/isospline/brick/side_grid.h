@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isospline/brick/ranges.h"
+#include "isospline/util/progress.h"
 
 #include <glm/vec3.hpp>
 
@@ -18,8 +19,10 @@ class SideGrid {
 public:
     static constexpr int farthest = 16;
 
-    SideGrid(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold);
+    SideGrid(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold, const Progress& progress = {});
 
+    /// Its shape, which is known before.
+    static glm::ivec3 shape_of(const BrickRanges& ranges, const glm::ivec3& cell_shape);
     /// The edge of a block or a brick, in cells.
     int edge() const { return edge_; }
     /// Blocks along x, y, z: number (x, y, z) is at index x + shape.x * (y + shape.y * z).
@@ -30,7 +33,8 @@ public:
     std::size_t memory() const { return numbers_.capacity(); }
 
 private:
-    void find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold);
+    void find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shape, double threshold,
+                    const Progress& progress);
     void find_distances();
 
     int edge_;

@@ -46,7 +46,7 @@ public:
     {
         const bool is_doubted = doubt_.status == RayStatus::undecided && doubt_.t_lower <= first_.t_upper;
         RayCertificate result = is_doubted ? doubt_ : first_;
-        if (t_lower_ < result.t_lower) // a hit of another surface may be the first
+        if (is_doubted && t_lower_ < result.t_lower) // a hit of another surface may be the first
             result.level_bound = std::numeric_limits<double>::infinity();
         result.t_lower = t_lower_;
         return result;

@@ -102,8 +102,8 @@ Box IsosurfaceSnapshot::bounds_lattice(const Progress& progress) const
 
 const SideGrid& IsosurfaceSnapshot::sides(const Progress& progress) const
 {
-    return on_demand_->sides.get(progress,
-                                 [&] { return SideGrid(*common_->ranges, volume().cell_shape(), threshold()); });
+    return on_demand_->sides.get(
+        progress, [&] { return SideGrid(*common_->ranges, volume().cell_shape(), threshold(), progress); });
 }
 
 BrickCells IsosurfaceSnapshot::cells(const Octet& octet, int child) const

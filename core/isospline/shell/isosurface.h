@@ -69,7 +69,8 @@ public:
     /// The extent of the shell's cells: the largest <direction, x> over them for each direction, in lattice space;
     /// minus infinity if there are no cells. Looks only at the bricks that it needs.
     std::vector<double> reach_lattice(std::span<const glm::dvec3> directions, const Progress& progress = {}) const;
-    /// The sides of the threshold on which f is. The first call computes them.
+    /// The sides of the threshold on which f is. The first call computes them, from any thread; other calls wait for
+    /// it. Throws Cancelled if `progress` returns false.
     const SideGrid& sides(const Progress& progress = {}) const;
     /// Bytes held for queries, without the volume. It grows when rays enter bricks and when the shell is computed.
     std::size_t memory() const;

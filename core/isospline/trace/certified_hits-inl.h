@@ -62,7 +62,7 @@ struct LinesOfParts {
     Vector3<N> start, along, cell;
 };
 
-/// Crossings of lanes, in the order of certified::Search.
+/// The crossings next to hints, proven as certified::Search does.
 template <int Degree>
 struct CertifiedCrossings {
     using N = CertifiedNumber;

@@ -129,7 +129,8 @@ private:
 LaneMask certify(const IsosurfaceSnapshot& surface, const certified::Placement& placement, const RayPacket& rays,
                  LaneMask lanes, const double* t_hints, RayCertificate* certificates)
 {
-    if (place_count(surface.sides().shape()) > std::numeric_limits<std::int32_t>::max())
+    const glm::ivec3 blocks = SideGrid::shape_of(*surface.shared_ranges(), surface.volume().cell_shape());
+    if (place_count(blocks) > std::numeric_limits<std::int32_t>::max())
         return 0; // lanes look blocks up by such integers
     return dispatch_degree(surface.volume().degree(), [&](auto degree) {
         return PacketCertification<degree>(surface, placement, rays, lanes, t_hints).run(certificates);

@@ -11,9 +11,9 @@
 
 namespace isospline::certified {
 
-/// Proves that the rays of these lanes first cross the surface next to their t_hints, or that they miss it if these are
-/// infinite. Returns the lanes for which that is proven, whose certificates it sets. Rays that begin, end or touch
-/// within rounding are left to RayCertifier::certify() of one ray, as are those whose hints are wrong.
+/// Proves that the rays of these lanes first cross the surface next to their t_hints, or that they miss it. Returns the
+/// lanes for which one of both is proven, whose certificates it sets. The others are left to RayCertifier::certify() of
+/// one ray: those that hit elsewhere, or that begin, end or touch within rounding.
 LaneMask certify_packet(const IsosurfaceSnapshot& surface, const Placement& placement, const RayPacket& rays,
                         LaneMask lanes, std::span<const double, packet_capacity> t_hints,
                         std::span<RayCertificate, packet_capacity> certificates);

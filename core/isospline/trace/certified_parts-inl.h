@@ -104,8 +104,8 @@ public:
         N beside = number<N>(0.0);
         Vector3<N> begin, end;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            begin[axis] = clamped(load(parts[CertifiedPartList::begin + axis] + first), beside);
-            end[axis] = clamped(load(parts[CertifiedPartList::end + axis] + first), beside);
+            begin[axis] = clamped(load(parts[CertifiedPartList::local_begin + axis] + first), beside);
+            end[axis] = clamped(load(parts[CertifiedPartList::local_end + axis] + first), beside);
         }
         // The places of both ends are rounded to the precision, and so is the threshold.
         beside = beside + number<N>(6.0 * unit);

@@ -36,9 +36,9 @@ public:
         t_begin,
         t_end,
         cell,
-        begin = cell + 3,
-        end = begin + 3,
-        count = end + 3
+        local_begin = cell + 3,
+        local_end = local_begin + 3,
+        count = local_end + 3
     };
     /// Parts that there is room for, before those that are added at once.
     static constexpr std::size_t capacity = 2 * packet_capacity;
@@ -81,10 +81,10 @@ private:
     alignas(64) double numbers_[count][capacity + packet_capacity];
 };
 
-/// Divides lines into parts, in order, until a part contains the ray's hint. A part is in a cube of a SideGrid, in
-/// which f has one sign, or else in a cell. It may be beside it by the rounding of the t of a plane. As points computed
-/// along an axis never go back, it is farther beside it at none of its points than where its line crosses one of the
-/// planes.
+/// Divides lines into parts, in order, until a part contains the ray's hint. A part is in a box of blocks of a SideGrid
+/// in which f has one sign, or else in a cell. It may be beside it by the rounding of the t of a plane. As points
+/// computed along an axis never go back, it is farther beside it at none of its points than where its line crosses one
+/// of the planes.
 class CertifiedWalk {
 public:
     CertifiedWalk(const IsosurfaceSnapshot& surface, const certified::Placement& placement, const CertifiedLines& lines,
@@ -166,7 +166,7 @@ private:
             const N one_end = point(group, axis, group.t), size = number<N>(shape_[axis]);
             for (const N each : {one_end, point(group, axis, group.t_last)})
                 group.farthest = larger(larger(negated(each), each - size), group.farthest);
-            // The t of a plane and its point have six roundings. A line that is nearly parallel to the planes of an
+            // The t of a plane and its point have five roundings. A line that is nearly parallel to the planes of an
             // axis never crosses one.
             const N moved = absolute(group.along[axis]) * (group.t_last - group.t);
             const N rounding = number<N>(0x1p-50) * (absolute(group.start[axis]) + size);
@@ -273,8 +273,8 @@ private:
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const int at = static_cast<int>(axis);
             columns[CertifiedPartList::cell + axis] = group.cell[axis];
-            columns[CertifiedPartList::begin + axis] = point(group, at, group.t) - group.cell[axis];
-            columns[CertifiedPartList::end + axis] = point(group, at, t_end) - group.cell[axis];
+            columns[CertifiedPartList::local_begin + axis] = point(group, at, group.t) - group.cell[axis];
+            columns[CertifiedPartList::local_end + axis] = point(group, at, t_end) - group.cell[axis];
         }
         if (!hn::AllFalse(d, to_parts))
             parts.add(to_parts, columns);

@@ -26,3 +26,11 @@ def test_a_proof_does_not_depend_on_the_rays_beside(degree):
     for i in range(0, len(rays), 100):
         assert bytes_of(scene.cast_rays(rays[i : i + 1], certify=True)) == bytes_of(hits, slice(i, i + 1))
     assert (hits.statuses == 1).sum() > 300
+
+
+def test_hits_next_to_another_surface_have_no_bound_on_the_level():
+    volume = isospline.Volume(np.random.default_rng(1).normal(size=(20, 20, 20)))
+    scene = isospline.Scene([isospline.Isosurface(volume, level) for level in (0.5, 0.5 + 1e-14)])
+    hits = scene.cast_rays(isospline.camera_for(scene).rays((40, 40)), certify=True)
+    assert (hits.statuses == 1).sum() > 100
+    assert (hits.level_bounds[hits.statuses != 2] == 0).all()

@@ -187,7 +187,7 @@ def test_a_telephone_has_a_drawer_and_a_wide_picture(page, viewer):
     page.settle()
     assert page.page.locator("#picture").bounding_box()["width"] == 390
     panel = page.page.locator("#panel")
-    assert not panel.is_visible()
+    panel.wait_for(state="hidden")  # after its transition
     page.page.get_by_role("button", name="Controls").click()
     page.page.get_by_role("button", name="Phong").click()
     page.wait("isospline.state.light === 'phong'")
