@@ -229,8 +229,12 @@ py::object cast_rays(Scene& scene, const py::object& rays, const py::object& dir
             RayCaster caster(*snapshot, kind, parts, contact);
             std::array<Hit, RayPacket::capacity> hits;
             HitArrays::LastObject last;
-            std::array<double, ray_chunk_size> t_hits{};
-            std::array<std::uint32_t, ray_chunk_size> geometry_ids{};
+            std::array<double, ray_chunk_size> t_hits;
+            std::array<std::uint32_t, ray_chunk_size> geometry_ids;
+            if (certify) { // lanes beyond the last ray are read, too
+                t_hits.fill(0.0);
+                geometry_ids.fill(invalid_id);
+            }
             given.for_each_packet(
                 begin, end, caster.width(), [&](const RayPacket& packet, std::size_t first, const auto& places) {
                     const LaneMask hit_lanes = caster.cast(packet, first, hits);
