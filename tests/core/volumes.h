@@ -20,6 +20,19 @@ inline std::shared_ptr<const Volume> make_volume(const std::vector<float>& sampl
         options);
 }
 
+/// The samples are sample(x, y, z), in the order of memory.
+template <typename Sample>
+std::shared_ptr<const Volume> sampled_volume(const Sample& sample, const glm::ivec3& shape,
+                                             const VolumeOptions& options = {})
+{
+    std::vector<float> samples;
+    for (int z = 0; z < shape.z; ++z)
+        for (int y = 0; y < shape.y; ++y)
+            for (int x = 0; x < shape.x; ++x)
+                samples.push_back(static_cast<float>(sample(x, y, z)));
+    return make_volume(samples, shape, options);
+}
+
 /// Samples between -1 and 1.
 inline std::shared_ptr<const Volume> noise_volume(const glm::ivec3& shape, const VolumeOptions& options = {},
                                                   unsigned seed = 1)

@@ -134,15 +134,14 @@ std::uint64_t BrickRanges::straddling_blocks(std::size_t octet, int child, doubl
     return straddling(blocks_[8 * octet + at], octets_[octet].brick(at), threshold);
 }
 
-BrickRanges::BlockSides BrickRanges::block_sides(std::size_t octet, int child, double least, double most) const
+BrickRanges::BlockSides BrickRanges::block_sides(const glm::ivec3& position, double least, double most) const
 {
-    const auto at = static_cast<std::size_t>(child);
-    const Range range = octets_[octet].brick(at);
+    const Range range = brick(position);
     const auto code = [&](double value) {
         const double scaled = (value - static_cast<double>(range.lower)) * static_cast<double>(codes_per_unit(range));
         return std::clamp(scaled, 0.0, static_cast<double>(last_code));
     };
-    return {blocks_[8 * octet + at], static_cast<std::uint8_t>(std::floor(code(most))),
+    return {blocks_[number_of(position)], static_cast<std::uint8_t>(std::floor(code(most))),
             static_cast<std::uint8_t>(std::ceil(code(least)))};
 }
 

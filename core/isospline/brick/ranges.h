@@ -49,8 +49,8 @@ public:
     /// The range of the brick at a place in the grid of bricks.
     Range brick(const glm::ivec3& position) const
     {
-        const glm::ivec3 octet = position / 2, child = position - 2 * octet;
-        return octets_[place_in(shape_, octet)].brick(static_cast<std::size_t>(child.x + 2 * child.y + 4 * child.z));
+        const std::size_t number = number_of(position);
+        return octets_[number / 8].brick(number % 8);
     }
     /// The range of all bricks.
     const Range& whole() const { return whole_; }
@@ -64,7 +64,7 @@ public:
     unsigned straddling_slabs(std::size_t octet, int child, double threshold) const;
     /// Finds the blocks of a brick in which f - offset is above `most` everywhere, or below `least`.
     class BlockSides;
-    BlockSides block_sides(std::size_t octet, int child, double least, double most) const;
+    BlockSides block_sides(const glm::ivec3& position, double least, double most) const;
     /// Whether the ranges of blocks are known too, as they are if the ranges were computed from the coefficients.
     bool has_blocks() const { return !blocks_.empty(); }
     std::size_t memory() const
@@ -86,6 +86,12 @@ private:
     std::uint64_t straddling(const Codes<Count>& codes, const Range& brick, double threshold) const;
 
     void find_whole();
+    /// The number of the brick at a place: child c of octet i is brick 8 i + c.
+    std::size_t number_of(const glm::ivec3& position) const
+    {
+        const glm::ivec3 octet = position / 2, child = position - 2 * octet;
+        return 8 * place_in(shape_, octet) + static_cast<std::size_t>(child.x + 2 * child.y + 4 * child.z);
+    }
 
     glm::ivec3 shape_{0};
     Range whole_;

@@ -104,7 +104,7 @@ void SideGrid::find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shap
     const glm::ivec3 bricks = brick_shape(cell_shape);
     const auto find = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const glm::ivec3 brick = at_place(bricks, i), octet = brick >> 1, child = brick & 1;
+            const glm::ivec3 brick = at_place(bricks, i);
             const BrickRanges::Range range = ranges.brick(brick);
             const int side = static_cast<int>(static_cast<double>(range.lower) > most) -
                              static_cast<int>(static_cast<double>(range.upper) < least);
@@ -117,8 +117,7 @@ void SideGrid::find_sides(const BrickRanges& ranges, const glm::ivec3& cell_shap
                                     static_cast<std::int8_t>(farthest * side));
                 continue;
             }
-            const BrickRanges::BlockSides sides =
-                ranges.block_sides(place_in(ranges.shape(), octet), child.x + 2 * child.y + 4 * child.z, least, most);
+            const BrickRanges::BlockSides sides = ranges.block_sides(brick, least, most);
             for (int z = first.z; z < last.z; ++z)
                 for (int y = first.y; y < last.y; ++y)
                     for (int x = first.x; x < last.x; ++x) {

@@ -121,10 +121,8 @@ private:
             return walk_cells(brick.first, brick.size, part);
         constexpr int edge = 2;
         const double near = 4.0 * error_;
-        const glm::ivec3 octet = position / 2, child = position - 2 * octet, first_block = brick.first / edge;
-        const BrickRanges::BlockSides sides =
-            ranges_.block_sides(place_in(ranges_.shape(), octet), child.x + 2 * child.y + 4 * child.z,
-                                threshold_ - near, threshold_ + near);
+        const glm::ivec3 first_block = brick.first / edge;
+        const BrickRanges::BlockSides sides = ranges_.block_sides(position, threshold_ - near, threshold_ + near);
         walk(edge, first_block, (brick.first + brick.size - 1) / edge, part.t_begin, part.t_end,
              [&](const glm::ivec3& block, const Part& in_block) {
                  const glm::ivec3 at = block - first_block, first = block * edge;

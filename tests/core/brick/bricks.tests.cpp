@@ -26,18 +26,14 @@ std::shared_ptr<const Volume> ball_of_noise(const glm::ivec3& shape, int degree)
 {
     std::mt19937 random(2);
     std::uniform_real_distribution<float> noise(-1.0f, 1.0f);
-    std::vector<float> samples;
-    for (int z = 0; z < shape.z; ++z)
-        for (int y = 0; y < shape.y; ++y)
-            for (int x = 0; x < shape.x; ++x) {
-                const float sample = noise(random);
-                const bool inside = glm::length(glm::dvec3(x, y, z) - 0.4 * glm::dvec3(shape)) < 0.3 * shape.x;
-                samples.push_back(inside ? sample : 9.0f);
-            }
     VolumeOptions options;
     options.degree = degree;
     options.filter = Filter::none;
-    return make_volume(samples, shape, options);
+    const auto sample = [&](int x, int y, int z) {
+        const float any = noise(random);
+        return glm::length(glm::dvec3(x, y, z) - 0.4 * glm::dvec3(shape)) < 0.3 * shape.x ? any : 9.0f;
+    };
+    return sampled_volume(sample, shape, options);
 }
 
 bool is_mixed(const Volume& volume, const glm::ivec3& cell, double threshold)

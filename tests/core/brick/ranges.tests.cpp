@@ -181,7 +181,7 @@ TEST_CASE("f is on the side of a block that its codes tell", "[brick]")
             const double threshold = level - volume->offset();
             const double least = threshold - 0.05, most = threshold + 0.05;
             const Brick brick = brick_at(volume->cell_shape(), {1, 0, 0});
-            const BrickRanges::BlockSides sides = ranges.block_sides(0, 1, least, most);
+            const BrickRanges::BlockSides sides = ranges.block_sides({1, 0, 0}, least, most);
             for (int block = 0; block < blocks_per_brick; ++block) {
                 const Brick part = block_of(brick, block);
                 const int side = sides[static_cast<std::size_t>(block)];

@@ -11,7 +11,6 @@
 #include <memory>
 #include <random>
 #include <set>
-#include <vector>
 
 using namespace isospline;
 
@@ -22,14 +21,12 @@ std::shared_ptr<const Volume> ball_in(const glm::ivec3& shape, int degree)
 {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> noise(-0.1f, 0.1f);
-    std::vector<float> samples;
-    for (int z = 0; z < shape.z; ++z)
-        for (int y = 0; y < shape.y; ++y)
-            for (int x = 0; x < shape.x; ++x)
-                samples.push_back((x * x + y * y + z * z < 900 ? 1.0f : -1.0f) + noise(random));
     VolumeOptions options;
     options.degree = degree;
-    return make_volume(samples, shape, options);
+    const auto sample = [&](int x, int y, int z) {
+        return (x * x + y * y + z * z < 900 ? 1.0f : -1.0f) + noise(random);
+    };
+    return sampled_volume(sample, shape, options);
 }
 
 /// The distance to the nearest block with 0, by looking at all that may be nearer.

@@ -328,16 +328,13 @@ std::shared_ptr<const Volume> wavy_volume(const glm::ivec3& shape, int degree)
 {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> noise(-0.05, 0.05);
-    std::vector<float> samples;
-    for (int z = 0; z < shape.z; ++z)
-        for (int y = 0; y < shape.y; ++y)
-            for (int x = 0; x < shape.x; ++x)
-                samples.push_back(static_cast<float>(std::sin(0.31 * x) * std::cos(0.23 * y) +
-                                                     std::sin(0.27 * y) * std::cos(0.37 * z) +
-                                                     std::sin(0.19 * z) * std::cos(0.29 * x) + noise(random)));
     VolumeOptions options;
     options.degree = degree;
-    return make_volume(samples, shape, options);
+    const auto sample = [&](int x, int y, int z) {
+        return std::sin(0.31 * x) * std::cos(0.23 * y) + std::sin(0.27 * y) * std::cos(0.37 * z) +
+               std::sin(0.19 * z) * std::cos(0.29 * x) + noise(random);
+    };
+    return sampled_volume(sample, shape, options);
 }
 
 /// All ways to trace. Returns how many cells a ray and its lane visit in all.
