@@ -67,6 +67,10 @@ def changed(before, after):
         if part in names:
             names.remove(part)
             names |= {(part, name) for name in differing(getattr(before, part), getattr(after, part))}
+    if "measurements" in names:  # each point is a step
+        names.remove("measurements")
+        different = set(before.measurements) ^ set(after.measurements)
+        names |= {("measurement", each.id, len(each.points)) for each in different}
     if "objects" in names:
         names.remove("objects")
         old, new = ({each.id: each for each in state.objects} for state in (before, after))

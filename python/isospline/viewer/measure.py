@@ -1,61 +1,14 @@
-"""Measurement of a clicked point, and tables of measurements."""
+"""Measurement of a clicked point."""
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from .. import _core
 from ..picture.rendering import render
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """A point of a surface, in world units.
-
-    Attributes
-    ----------
-    object : int
-        Id of the object in the state.
-    position, normal : (3,) tuple of float
-    index : (3,) tuple of float or None
-        Position in the volume's grid; None on a mesh, like value and curvatures.
-    value : float or None
-        The value of the volume's model at the point.
-    mean_curvature, gaussian_curvature : float or None
-    thickness : float or None
-        Thickness of the wall, in world units. On an isosurface, the diameter of the largest ball in the solid that
-        touches the point. On a mesh or a cap, the distance straight through the wall to its other side. None if there
-        is no other side.
-    distance : float or None
-        Distance to the previously measured point.
-    id : int
-        Unique among the measurements of a viewer.
-    """
-
-    object: int
-    position: tuple[float, ...]
-    normal: tuple[float, ...]
-    index: tuple[float, ...] | None = None
-    value: float | None = None
-    mean_curvature: float | None = None
-    gaussian_curvature: float | None = None
-    thickness: float | None = None
-    distance: float | None = None
-    id: int = 0
-
-
-def with_distances(measurements):
-    """The measurements, each with its distance to the one before it."""
-    found: list[Measurement] = []
-    for each in measurements:
-        distance = math.dist(each.position, found[-1].position) if found else None
-        found.append(replace(each, distance=distance))
-    return tuple(found)
+from .measurements import MeasuredPoint
 
 
 def measure(scene, ids, camera, size, pixel):
@@ -74,7 +27,7 @@ def measure(scene, ids, camera, size, pixel):
 
     Returns
     -------
-    Measurement or None
+    MeasuredPoint or None
         None if the picture shows the background.
     """
     column, row = (min(max(int(place), 0), side - 1) for place, side in zip(pixel, size))
@@ -94,7 +47,7 @@ def measure(scene, ids, camera, size, pixel):
     else:
         inwards = scene.secondary_rays(ray, hits, -normal[None])
         thickness = float(scene.cast_rays(inwards, outputs=("t_hit",))["t_hit"][0])
-    return Measurement(
+    return MeasuredPoint(
         object=next(id for id, each in ids.items() if each == geometry),
         position=tuple(position.tolist()),
         normal=tuple(normal.tolist()),
@@ -116,19 +69,3 @@ def _of_surface(scene, surface, ray, is_skin, position):
         mean, gaussian = render(scene, camera, size=(1, 1), layers=("curvature",)).curvature[0, 0].tolist()
         known.update(mean_curvature=mean, gaussian_curvature=gaussian)
     return known
-
-
-def to_csv(measurements, names):
-    """A table of measurements as CSV; `names` has the objects' names by their ids."""
-    vectors = ("position", "normal", "index")
-    columns = ["object"] + [f"{name}_{axis}" for name in vectors for axis in "xyz"]
-    scalars = ["value", "mean_curvature", "gaussian_curvature", "thickness", "distance"]
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(columns + scalars)
-    for each in map(asdict, measurements):
-        row = [names.get(each["object"], each["object"])]
-        for name in vectors:
-            row += each[name] or ("", "", "")
-        writer.writerow(row + ["" if each[name] is None else each[name] for name in scalars])
-    return file.getvalue()

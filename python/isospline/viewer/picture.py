@@ -45,9 +45,9 @@ def passes(state):
 
 
 def picture_part(state):
-    """The part of a state that its picture shows: of slices, only the values that are black and white on a cut."""
+    """The part of a state that its picture shows: no measurements, and of slices only the window of values on a cut."""
     window = {"volume": state.slices.volume, "window": state.slices.window} if state.clip.shows_values else {}
-    return state.replace(slices=SliceState(**window))
+    return state.replace(slices=SliceState(**window), measurements=())
 
 
 def color_rule(each, document):

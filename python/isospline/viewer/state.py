@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..colors import BACKGROUND, COLORS, CURVATURES
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
+from .measurements import Measurement
 
 #: The lights of the viewer.
 VIEWER_LIGHTS = ("studio", "phong", "outline", "ambient-occlusion", "path-trace")
@@ -133,7 +134,7 @@ class CameraState(Checked):
 
 @dataclass(frozen=True)
 class ViewState(Checked):
-    """Everything that determines a picture, except its size."""
+    """Everything that determines a picture, except its size, and the measurements."""
 
     objects: tuple[ObjectState, ...] = field(records(ObjectState), ())
     light: str = field(choice(*VIEWER_LIGHTS), "studio")
@@ -143,6 +144,7 @@ class ViewState(Checked):
     clip: ClipState = field(record(ClipState), ClipState())
     slices: SliceState = field(record(SliceState), SliceState())
     camera: CameraState | None = field(optional(record(CameraState)), None)
+    measurements: tuple[Measurement, ...] = field(records(Measurement), ())
 
     def object(self, id):
         """The object with an id."""

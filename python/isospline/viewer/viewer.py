@@ -23,7 +23,6 @@ from ..suggest.view import SuggestedView
 from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
 from .history import History
-from .measure import with_distances
 from .picture import PictureMaker
 from .session import open_session, read_session
 from .state import CameraState, ViewState
@@ -59,7 +58,6 @@ class Viewer:
         self._windows = []
         self._closed = threading.Event()
         self._workers = ThreadPoolExecutor(2, "isospline-view")
-        self._measurements, self._measured = (), 0
         self._making = threading.Lock()
         self._maker = PictureMaker(self.document)
         self._camera = None
@@ -115,25 +113,6 @@ class Viewer:
             windows = list(self._windows)
         for window in windows:
             window.state_changed()
-
-    @property
-    def measurements(self):
-        """The measured points, in the order in which they were clicked."""
-        with self._lock:
-            return self._measurements
-
-    def change_measurements(self, function):
-        """Replace the measurements by ``function(measurements)``, and show them in all windows."""
-        with self._lock:  # while they are sent, too, so that the newest come last
-            self._measurements = with_distances(function(self._measurements))
-            for window in self._windows:
-                window.measurements_changed()
-
-    def add_measurement(self, measurement):
-        """Add a measured point, with a new id."""
-        with self._lock:
-            self._measured += 1
-            self.change_measurements(lambda others: (*others, replace(measurement, id=self._measured)))
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 

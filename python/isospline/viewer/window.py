@@ -7,12 +7,12 @@ import math
 import re
 import threading
 import time
-from dataclasses import asdict
 
 from .. import colors
-from .checked import number, text, vector, whole
+from .checked import choice, number, text, vector, whole
 from .encode import encode_jpeg, encode_png, packed
-from .measure import measure, to_csv
+from .measure import measure
+from .measurements import TOOLS, to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
@@ -69,14 +69,11 @@ class Window:
         with self._lock:
             newest = self._newest_input
         limits = {each.id: default_limits(each, self._viewer.document) for each in state.objects}
-        about = {"input": newest, "default_limits": limits, "history": self._viewer.history}
+        results = [each.result for each in state.measurements]
+        about = {"input": newest, "default_limits": limits, "results": results, "history": self._viewer.history}
         self.send({"type": "state", "state": state.to_json(), **about})
         self._request()
         self._request_slices(state)
-
-    def measurements_changed(self):
-        """Show the measured points."""
-        self.send({"type": "measurements", "measurements": [asdict(each) for each in self._viewer.measurements]})
 
     def document_changed(self, fit=False):
         """Send the open sources; `fit` moves the camera to show all of them."""
@@ -188,7 +185,6 @@ class Window:
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
         self.state_changed()
-        self.measurements_changed()
         if state.camera is not None:
             self.set_camera(state.camera)
 
@@ -280,26 +276,31 @@ class Window:
         self.send({"type": "sample", "index": message["index"], "value": value})
 
     def _on_pick(self, message):
-        self._viewer.submit(self._pick, (float(message["x"]), float(message["y"])), bool(message.get("append", True)))
+        tool = choice(*TOOLS)(message.get("tool", "point"), "tool")
+        self._viewer.submit(self._pick, (float(message["x"]), float(message["y"])), tool)
 
-    def _pick(self, pixel, append):
+    def _pick(self, pixel, tool):
         try:
             state = self._viewer.state.replace(camera=self._camera)
             with self._viewer.making() as maker:
                 ids = maker.geometry_ids(state, state.camera.camera(), self._size)
                 found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel)
-            if found is not None and append:
-                self._viewer.add_measurement(found)
-            self.send({"type": "measurement", "measurement": found and asdict(found)})
+            if found is not None:
+                self._measure(lambda all: with_point(all, tool, found))
+            self.send({"type": "measured", "point": found and found.to_json()})
         except Exception as error:
             self._failed(error)
 
     def _on_clear_measurements(self, _):
-        self._viewer.change_measurements(lambda _: ())
+        self._measure(lambda _: ())
 
     def _on_remove_measurement(self, message):
         gone = whole(message["id"], "id")
-        self._viewer.change_measurements(lambda all: [each for each in all if each.id != gone])
+        self._measure(lambda all: [each for each in all if each.id != gone])
+
+    def _measure(self, function):
+        """Replace the measurements by ``function(measurements)``."""
+        self._viewer.change(lambda state: state.replace(measurements=function(state.measurements)))
 
     def _on_save(self, message):
         self._viewer.submit(self._save, message["what"], message.get("options", {}))
@@ -308,7 +309,7 @@ class Window:
         try:
             if what == "measurements":
                 names = {each.id: self._viewer.document[each.source].name for each in self._viewer.state.objects}
-                self.send_file("measurements.csv", to_csv(self._viewer.measurements, names).encode())
+                self.send_file("measurements.csv", to_csv(self._viewer.state.measurements, names).encode())
                 return
             state = self._viewer.state.replace(camera=self._camera)
             self.send_file(*save(self._viewer, what, state, self._size, options))

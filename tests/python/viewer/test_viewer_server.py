@@ -290,7 +290,7 @@ def test_queued_work_does_not_delay_the_end(ball, work, ending):
         if work == "picks":
             for _ in range(10_000):
                 client.send(type="pick", x=32, y=24)
-            client.receive("measurement")
+            client.receive("measured")
         else:
             options = {"pictures": 100_000} if work.startswith("cameras") else {"pictures": 50, "samples": 2000}
             client.send(type="save", what="turntable", options=options)

@@ -32,15 +32,17 @@ export function heightOf(camera) {
   return 2 * distanceOf(camera) * Math.tan(camera.field_of_view * Math.PI / 360);
 }
 
+// Pixels of a length of 1 across the picture, at a depth.
+export const pixelsPerUnit = (camera, depth, height) =>
+  height / (camera.projection === "perspective" ? 2 * depth * Math.tan(camera.field_of_view * Math.PI / 360) : camera.height);
+
 // The pixel position and the depth of a point; null if it is behind the eye.
 export function project(camera, point, width, height) {
   const {right, up, forward} = basis(camera);
   const offset = subtract(point, camera.eye);
   const depth = dot(offset, forward);
-  const perspective = camera.projection === "perspective";
-  if (perspective && depth <= 0) return null;
-  const half = perspective ? depth * Math.tan(camera.field_of_view * Math.PI / 360) : camera.height / 2;
-  const pixels = height / (2 * half);
+  if (camera.projection === "perspective" && depth <= 0) return null;
+  const pixels = pixelsPerUnit(camera, depth, height);
   return [width / 2 + dot(offset, right) * pixels, height / 2 - dot(offset, up) * pixels, depth];
 }
 

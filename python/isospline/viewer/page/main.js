@@ -15,6 +15,8 @@ class App {
     this.frame = null;         // the description of the newest picture
     this.same = new Map();     // numbers of changes that did not change the picture of another number
     this.defaultLimits = {};
+    this.results = [];         // of the measurements
+    this.tool = "point";       // that the next click measures with
     this.inputs = 0;           // changes sent
     this.sentAt = new Map();   // the time when each change was sent, by its number
     this.latencies = [];       // milliseconds from a change to its picture
@@ -102,12 +104,17 @@ class App {
     });
   }
 
+  // Whether world coordinates are a patient's, and the unit of lengths.
+  get patient() { return [...this.sources.values()].some(source => source.patient); }
+  get unit() { return this.patient ? " mm" : ""; }
+
   object(id) { return this.state?.objects.find(each => each.id === id); }
 
   receive(message) {
     if (message.type === "state") {
       const limits = this.defaultLimits;
       this.defaultLimits = message.default_limits;
+      this.results = message.results;
       // A state from before the page's newest change is older than the displayed one.
       if (message.input < this.inputs && this.state) return;
       this.history = message.history;
@@ -158,7 +165,7 @@ class App {
       + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", "note");
     if (lost.length < before.sources.length) note.append(make("button", {id: "restore",
       onclick: () => this.change({type: "restore", sources: before.sources, state: {...before.state, camera: before.camera}})},
-      "Show all but the measurements again"));
+      "Show them again"));
   }
 
   receiveBinary(buffer) {

@@ -2,6 +2,7 @@
 
 import {add, basis, scale} from "./geometry.js";
 import {checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
+import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
 
@@ -10,6 +11,9 @@ const RULES = {color: "One colour", normal: "Direction", "mean-curvature": "Mean
   "maximum-curvature": "Largest curvature", "minimum-curvature": "Smallest curvature"};
 // Windows for computed tomography: width and level, in Hounsfield units.
 const WINDOWS = {"Soft tissue": [400, 40], Bone: [1800, 400], Lung: [1500, -600], Brain: [80, 40]};
+const TOOLS = {point: "Point", distance: "Distance", angle: "Angle", thickness: "Thickness"};
+const HINTS = {point: "Click on a surface to measure a point.", distance: "Click on two points.",
+  angle: "Click on three points: the angle is at the second.", thickness: "Click on a surface to measure its wall."};
 const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable: "Turntable (MP4)",
   mesh: "Mesh (STL)", session: "Session", python: "Python"};
 
@@ -17,12 +21,9 @@ export class Panel {
   constructor(app) {
     this.app = app;
     this.histogram = new Histogram(app, document.getElementById("histogram"));
-    this.measurements = [];
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
-    app.on("measurement", ({measurement}) => { if (measurement) document.getElementById("measurements").open = true; });
-    app.on("measurements", ({measurements}) => { this.measurements = measurements; this.drawMeasurements(); });
-    this.drawMeasurements();
+    app.on("measured", ({point}) => { if (point) document.getElementById("measurements").open = true; });
     this.drawSaves();
   }
 
@@ -30,7 +31,7 @@ export class Panel {
     const {app} = this;
     if (!app.state) return;
     this.histogram.draw();
-    const {objects, light, shadows, exponent, background, clip, slices} = app.state, open = [...app.sources.keys()];
+    const {objects, light, shadows, exponent, background, clip, slices, measurements} = app.state, open = [...app.sources.keys()];
     // Levels change often; they only change the value of their input.
     const withoutLevels = objects.map(each => ({...each, level: each.level !== null}));
     this.put("objects", [withoutLevels, light, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
@@ -40,6 +41,7 @@ export class Panel {
     this.put("add", [objects.map(each => each.source), open], () => this.drawAdd());
     this.put("light", [light, shadows, exponent, background], () => this.drawLight(), true);
     this.put("cut", [clip.kind, clip.capped, clip.values], () => this.drawCut(), true);
+    this.put("measurements", [measurements, app.tool, app.unit], () => this.drawMeasurements(), true);
     this.put("slicing", [slices.shown, slices.volume, slices.window, open], () => this.drawSlicing(), true);
   }
 
@@ -199,20 +201,32 @@ export class Panel {
   // -- Measurements and files to save --------------------------------------------------------------------------------
 
   drawMeasurements() {
-    const part = document.getElementById("measurements"), vector = each => each.map(tidy).join("  ");
-    const list = this.measurements.map((each, i) => make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`),
+    const {app} = this, {measurements} = app.state;
+    const choose = tool => { app.tool = tool; this.draw(); };
+    return [
+      segments("Measure", TOOLS, app.tool, choose),
+      make("p", {class: "hint"}, HINTS[app.tool]),
+      ...measurements.map((each, i) => this.drawMeasurement(each, i)),
+      measurements.length > 0 && make("div", {class: "row"},
+        make("button", {onclick: () => app.send({type: "save", what: "measurements"})}, "Save as CSV"),
+        make("button", {onclick: () => app.change({type: "clear_measurements"})}, "Clear")),
+    ];
+  }
+
+  drawMeasurement(each, i) {
+    const {app} = this, vector = numbers => numbers.map(tidy).join("  "), length = number => number == null ? null : tidy(number) + app.unit;
+    const result = app.results[i], rows = [[TOOLS[each.tool].toLowerCase(), resultText(each, result, app.unit, tidy)]];
+    for (const point of each.points) rows.push(["position", vector(point.position) + app.unit]);
+    if (each.tool === "point") {
+      const [point] = each.points;
+      rows.push(["index", point.index && vector(point.index)], ["value", point.value != null && tidy(point.value)], ["normal", vector(point.normal)],
+        ["curvature", point.mean_curvature != null && `mean ${tidy(point.mean_curvature)}  Gaussian ${tidy(point.gaussian_curvature)}`],
+        ["thickness", length(point.thickness)]);
+    }
+    return make("div", {class: "measurement"}, make("strong", {}, `${i + 1}`),
       make("button", {class: "bare", "aria-label": `Remove measurement ${i + 1}`,
-        onclick: () => this.app.send({type: "remove_measurement", id: each.id})}, "×"), make("dl", {}, ...[
-      ["position", vector(each.position)], ["index", each.index && vector(each.index)], ["value", each.value != null && tidy(each.value)],
-      ["normal", vector(each.normal)],
-      ["curvature", each.mean_curvature != null && `mean ${tidy(each.mean_curvature)}  Gaussian ${tidy(each.gaussian_curvature)}`],
-      ["thickness", each.thickness != null && tidy(each.thickness)],
-      [`distance to ${i}`, each.distance != null && tidy(each.distance)],
-    ].filter(([, text]) => text).flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)]))));
-    part.replaceChildren(part.querySelector("summary"), ...list,
-      list.length ? make("div", {class: "row"},
-        make("button", {onclick: () => this.app.send({type: "save", what: "measurements"})}, "Save as CSV"),
-        make("button", {onclick: () => this.app.send({type: "clear_measurements"})}, "Clear")) : make("p", {class: "hint"}, "Click on a surface to measure a point."));
+        onclick: () => app.change({type: "remove_measurement", id: each.id})}, "×"),
+      make("dl", {}, ...rows.filter(([, text]) => text).flatMap(([name, text]) => [make("dt", {}, name), make("dd", {}, text)])));
   }
 
   drawSaves() {

@@ -3,6 +3,7 @@
 import {basis, distanceOf, dot, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed, zoomedAt} from "./geometry.js";
 import {make, makeSvg, tidy} from "./dom.js";
 import {ClipGizmo} from "./gizmo.js";
+import {drawMeasurements} from "./measurements.js";
 import {PLANES} from "./slices.js";
 
 // Faces of the cube: their direction in the world, their upward direction, and their view.
@@ -23,7 +24,6 @@ export class Stage {
     this.context = this.canvas.getContext("2d", {alpha: false});
     this.overlay = document.getElementById("overlay");
     this.gizmo = new ClipGizmo(app, this);
-    this.measurements = [];
     this.pointers = new Map();
     this.fps = [];
     this.listen();
@@ -31,7 +31,6 @@ export class Stage {
     app.on("frame", frame => this.show(frame));
     app.on("document", () => { this.makeViews(); if (app.state) this.drawValueBars(); });
     app.on("state", () => this.stateChanged());
-    app.on("measurements", ({measurements}) => { this.measurements = measurements; this.drawOverlay(); });
   }
 
   // Device pixels of the picture.
@@ -149,7 +148,7 @@ export class Stage {
 
   pick(event) {
     const {width, height} = this.pixels();
-    this.app.send({type: "pick", x: event.offsetX / this.canvas.clientWidth * width,
+    this.app.send({type: "pick", tool: this.app.tool, x: event.offsetX / this.canvas.clientWidth * width,
       y: event.offsetY / this.canvas.clientHeight * height});
   }
 
@@ -174,15 +173,13 @@ export class Stage {
     }));
   }
 
-  get patient() { return [...this.app.sources.values()].some(source => source.patient); }
-
   makeViews() {
     const {app} = this, bar = document.getElementById("views");
     const look = view => () => app.send({type: "look", view});
-    const faces = this.patient ? ORDER.map(name => FACES.find(face => face.patient[0] === name)) : FACES;
+    const faces = this.app.patient ? ORDER.map(name => FACES.find(face => face.patient[0] === name)) : FACES;
     bar.replaceChildren(
       make("button", {onclick: look("home"), title: "Show everything (f)"}, "⌂"), make("i"),
-      ...faces.map(face => this.patient
+      ...faces.map(face => this.app.patient
         ? make("button", {onclick: look(face.patient[0]), title: `From ${face.patient[0]}`}, face.patient[1])
         : make("button", {onclick: look(face.view), title: `From ${face.view}`}, face.view.replace("-", "−"))),
       make("i"),
@@ -191,8 +188,8 @@ export class Stage {
         app.moveCamera(withProjection(app.camera, other));
       }}, "Orthographic"));
     document.getElementById("cube").replaceChildren(...FACES.map(face => make("button",
-      {tabindex: -1, onclick: look(this.patient ? face.patient[0] : face.view)},
-      this.patient ? face.patient[1] : face.view.toUpperCase().replace("-", "−"))));
+      {tabindex: -1, onclick: look(this.app.patient ? face.patient[0] : face.view)},
+      this.app.patient ? face.patient[1] : face.view.toUpperCase().replace("-", "−"))));
   }
 
   drawOverlay() {
@@ -202,19 +199,8 @@ export class Stage {
     this.turnCube(camera);
     this.drawScaleBar(camera, height);
     document.getElementById("projection")?.setAttribute("aria-pressed", String(camera.projection === "orthographic"));
-    const marks = [];
-    const places = this.measurements.map(each => project(camera, each.position, width, height));
-    for (let i = 1; i < places.length; ++i) {
-      const [a, b] = [places[i - 1], places[i]];
-      if (a && b && i % 2) marks.push(makeSvg("line", {x1: a[0], y1: a[1], x2: b[0], y2: b[1], stroke: "#1f2933", "stroke-dasharray": "4 3"}));
-    }
-    places.forEach((place, i) => {
-      if (!place) return;
-      marks.push(makeSvg("circle", {cx: place[0], cy: place[1], r: 4, fill: "#c8553d", stroke: "#fff", "stroke-width": 1.5}),
-        makeSvg("text", {x: place[0] + 8, y: place[1] - 6, "font-size": 12, "font-weight": 600, fill: "#1f2933", stroke: "#fff",
-          "stroke-width": 3, "paint-order": "stroke"}, String(i + 1)));
-    });
-    this.overlay.replaceChildren(...this.slicePlanes(camera, width, height), ...this.gizmo.draw(camera, width, height), ...marks);
+    const {app} = this, measured = drawMeasurements(app.state.measurements, app.results, app.unit, camera, width, height);
+    this.overlay.replaceChildren(...this.slicePlanes(camera, width, height), ...this.gizmo.draw(camera, width, height), ...measured);
   }
 
   // The borders of the slices in space.
@@ -250,7 +236,7 @@ export class Stage {
     const round = [5, 2, 1].find(each => each * power <= wanted) * power;
     const bar = document.getElementById("scale-bar");
     bar.firstElementChild.style.width = `${round / perPixel}px`;
-    bar.lastElementChild.textContent = tidy(round) + (this.patient ? " mm" : "");
+    bar.lastElementChild.textContent = tidy(round) + this.app.unit;
     bar.title = camera.projection === "perspective" ? "Lengths at the distance of the view's centre" : "";
     bar.hidden = !Number.isFinite(distanceOf(camera));
   }

@@ -1,0 +1,122 @@
+"""Distances, angles and thicknesses in the page, their undo, and that sessions keep them."""
+
+import csv
+import io
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("playwright")
+from browser import Page
+
+import isospline
+from isospline.viewer.measurements import MeasuredPoint, Measurement, with_point
+from isospline.viewer.session import read_session
+from isospline.viewer.state import ViewState
+
+LABELS = "[...document.querySelectorAll('#overlay text.measured')].map(each => each.textContent)"
+
+
+@pytest.fixture
+def measured(browser, large_ball):
+    with isospline.view(large_ball, levels=[0], browser=False) as viewer:
+        page = Page(browser, viewer.url, (760, 600))
+        page.settle()
+        page.open("measurements")
+        yield page, viewer
+        page.close()
+        assert not page.problems
+
+
+def click(page, *offsets):
+    """Click beside the middle of the picture, and wait for each point."""
+    box = page.page.locator("#picture").bounding_box()
+    points = "isospline.state.measurements.flatMap(each => each.points).length"
+    for x, y in offsets:
+        count = page.evaluate(points)
+        page.page.mouse.click(box["x"] + box["width"] / 2 + x, box["y"] + box["height"] / 2 + y)
+        page.wait(f"{points} === {count + 1}")
+
+
+def test_distances_angles_and_thicknesses(measured):
+    page, viewer = measured
+    page.page.get_by_role("button", name="Distance").click()
+    click(page, (-60, 0), (60, 0))
+    page.page.get_by_role("button", name="Angle").click()
+    click(page, (-50, 20), (0, -50), (50, 20))
+    page.page.get_by_role("button", name="Thickness").click()
+    click(page, (10, 60))
+    distance, angle, thickness = viewer.state.measurements
+    a, b = (np.array(each.position) for each in distance.points)
+    assert distance.result == pytest.approx(np.linalg.norm(b - a))
+    a, b, c = (np.array(each.position) for each in angle.points)
+    cosine = (a - b) @ (c - b) / np.linalg.norm(a - b) / np.linalg.norm(c - b)
+    assert angle.result == pytest.approx(math.degrees(math.acos(cosine)))
+    assert thickness.result == pytest.approx(40, rel=1e-3)  # the ball's diameter
+    texts = [f"{each.result:.4g}" for each in (distance, angle, thickness)]
+    assert page.evaluate(LABELS) == [f"1: {texts[0]}", f"2: {texts[1]}°", f"3: {texts[2]}"]
+    # The largest ball in the solid is the solid itself: its outline passes the edge of the surface in the picture.
+    find = "[...document.querySelectorAll('#overlay circle')].map(each => +each.getAttribute('r'))"
+    radius = max(page.evaluate(find))
+    row = page.pixels()[page.pixels().shape[0] // 2].astype(int)
+    columns = np.flatnonzero(abs(np.diff(row.sum(axis=1))) > 20)
+    assert radius == pytest.approx((columns[-1] - columns[0]) / 2, rel=0.05)
+
+    name, content = page.download("text=Save as CSV")
+    rows = list(csv.DictReader(io.StringIO(content.decode())))
+    assert name == "measurements.csv"
+    assert [row["measurement"] for row in rows] == ["1", "1", "2", "2", "2", "3"]
+    assert [row["tool"] for row in rows] == ["distance"] * 2 + ["angle"] * 3 + ["thickness"]
+    assert [row["distance"] for row in rows] == ["", str(distance.result), "", "", "", ""]
+    assert [row["angle"] for row in rows] == ["", "", "", "", str(angle.result), ""]
+
+
+def test_points_are_undone_one_by_one_and_kept_in_sessions(measured, tmp_path):
+    page, viewer = measured
+    pictures = page.evaluate("isospline.framesShown")
+    page.page.get_by_role("button", name="Distance").click()
+    click(page, (-60, 0), (60, 0), (0, 30))
+    both = viewer.state.measurements
+    assert [len(each.points) for each in both] == [2, 1] and both[1].result is None
+    for expected in ([2], [1]):
+        page.page.locator("#undo").click()
+        page.wait(f"JSON.stringify(isospline.state.measurements.map(each => each.points.length)) === '{expected}'")
+    for _ in range(2):
+        viewer.redo()
+    assert viewer.state.measurements == both
+    page.wait("isospline.state.measurements.length === 2")
+    page.settle()
+    assert page.evaluate("isospline.framesShown") == pictures
+    page.open("saving")
+    _, content = page.download("[data-save=session]")
+    path = tmp_path / "session.json"
+    path.write_bytes(content)
+    session = read_session(path)
+    assert session.state.measurements == both
+    viewer.open_session(session)
+    page.wait(f"{LABELS}.length === 2")
+    page.page.get_by_role("button", name="Clear").click()
+    page.wait("!isospline.state.measurements.length")
+    page.settle()
+
+
+def test_a_measurement_has_the_points_of_its_tool():
+    point = MeasuredPoint(0, (1, 2, 3), (0, 0, 1), thickness=None)
+    all = ()
+    for tool in ("angle", "angle", "point", "angle", "thickness"):
+        all = with_point(all, tool, point)
+    assert [(each.id, each.tool, len(each.points)) for each in all] == [
+        (1, "angle", 2),
+        (2, "point", 1),
+        (3, "angle", 1),
+        (4, "thickness", 1),
+    ]
+    assert with_point(all[:3], "angle", point)[2].points == (point, point)
+    assert Measurement(1, "angle", (point,) * 3).result is None  # it has no sides
+    state = ViewState(measurements=all)
+    assert ViewState.from_json(state.to_json(), "state") == state
+    with pytest.raises(ValueError, match=r"points: expected 1 to 2 of a distance, got 3"):
+        Measurement(1, "distance", (point,) * 3)
+    with pytest.raises(ValueError, match=r"tool: expected one of point, distance, angle, thickness, got 'ruler'"):
+        Measurement(1, "ruler", (point,))
