@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-import re
 
 import numpy as np
 
 from .checks import check_samples, size_text
-from .raw_shape import warn_of_scrambled_shape
+from .raw_shape import shape_of_name, suggest_raw, warn_of_scrambled_shape
 from .volume_data import VolumeData
 
 
@@ -20,25 +19,24 @@ def read_npy(path):
     return VolumeData(data)
 
 
-# Shape, x first, and type in the name of a raw file.
-_NAMED = re.compile(r"(?<!\d)(\d+)x(\d+)x(\d+)_(u?int(?:8|16|32|64)|float(?:32|64))(?![a-z0-9])", re.IGNORECASE)
-
 #: The order of a shape in Python and on the command line.
 ORDER = "shape=(nz, ny, nx) in Python, --shape NX,NY,NZ on the command line"
 
 
 def read_raw(path, shape, dtype, offset):
     """Map a raw file of exactly the given samples after `offset` bytes."""
-    named = _NAMED.search(path.name)
+    named = shape_of_name(path)
     format = "raw"
     if named and (shape is None or dtype is None):
         format = f"raw, {' and '.join(['shape'] * (shape is None) + ['type'] * (dtype is None))} by its name"
-        shape = tuple(int(count) for count in named.group(3, 2, 1)) if shape is None else shape
-        dtype = named.group(4).lower() if dtype is None else dtype
+        shape, dtype = (found if given is None else given for given, found in zip((shape, dtype), named))
     if shape is None or dtype is None:
         missing = "shape" if shape is None else "dtype"
+        suggested = suggest_raw(path, offset) if shape is None and dtype is None else None
+        meaning = "; did you mean shape={}, dtype={!r}?".format(*suggested) if suggested else ""
         raise ValueError(
-            f"expected the shape and the type of the samples, which the file does not store: {missing}= ({ORDER})"
+            f"expected the shape and the type of the samples, which the file does not store: {missing}= "
+            f"({ORDER}){meaning}"
         )
     shape, dtype = tuple(int(count) for count in shape), np.dtype(dtype)
     check_samples(shape, dtype, mapped=True)

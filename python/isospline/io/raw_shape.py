@@ -1,4 +1,4 @@
-"""Checks whether a given shape of raw samples is plausible.
+"""Checks whether a given shape of raw samples is plausible, and suggests the shape and the type of a raw file.
 
 Neighbouring samples of a volume are similar. So the correlation of samples at a distance in the file has peaks where
 that is the distance of rows or slices. If the given shape has them elsewhere, and another shape of as many samples has
@@ -8,10 +8,15 @@ them at peaks, the given one is probably wrong.
 from __future__ import annotations
 
 import math
+import os
+import re
 
 import numpy as np
 
 from ..base.system import warn
+
+# Shape, x first, and type in the name of a raw file.
+_NAMED = re.compile(r"(?<!\d)(\d+)x(\d+)x(\d+)_(u?int(?:8|16|32|64)|float(?:32|64))(?![a-z0-9])", re.IGNORECASE)
 
 # The smallest correlation of neighbours in a volume, and the largest one in scrambled samples.
 ALIKE, UNLIKE = 0.6, 0.35
@@ -21,6 +26,51 @@ BETTER, BETTER_BY = 0.6, 0.02
 RUNS, LENGTH = 1024, 64
 # The smallest number of samples along an axis for which a shape is checked or suggested.
 LEAST = 4
+# The types that are tried for a raw file; of equally likely ones, the first is suggested.
+TYPES = ("u1", "<u2", "<i2", ">u2", ">i2", "<f4", ">f4", "<f8")
+# Floating-point numbers that are not between these, or zero, are bits of another type.
+TINY, HUGE = 1e-30, 1e30
+# The largest sum of 1 - correlation along x, y and z for which a shape is suggested.
+MOST_UNLIKE = 0.6
+
+
+def shape_of_name(path):
+    """The shape (nz, ny, nx) and the type in the name of a raw file; None if it has none."""
+    named = _NAMED.search(os.path.basename(path))
+    return named and (tuple(int(count) for count in named.group(3, 2, 1)), named.group(4).lower())
+
+
+def describe_raw(path):
+    """The shape and the type of a raw file by its name, or otherwise by its samples; None if neither tells."""
+    return shape_of_name(path) or suggest_raw(path)
+
+
+def suggest_raw(path, offset=0):
+    """The shape (nz, ny, nx) and the type of the samples in a raw file whose neighbours are most alike.
+
+    Parameters
+    ----------
+    path : path-like
+    offset : int
+        Bytes before the samples.
+
+    Returns
+    -------
+    ((int, int, int), str) or None
+        None if no shape and type make neighbours alike.
+    """
+    size, found = os.path.getsize(path) - offset, []
+    for dtype in map(np.dtype, TYPES):
+        if size < LEAST**3 * dtype.itemsize or size % dtype.itemsize:
+            continue
+        likeness = _Likeness(np.memmap(path, dtype, mode="r", offset=offset, shape=size // dtype.itemsize))
+        if not likeness.is_plausible() or likeness(1) < ALIKE:
+            continue
+        shape = _best_shape(likeness, size // dtype.itemsize)
+        if shape is not None:
+            found.append((1 - likeness(1) + _unlikeness(likeness, shape), shape, dtype.str.lstrip("|")))
+    unlikeness, *best = min(found, key=lambda each: each[0], default=(math.inf,))
+    return tuple(best) if unlikeness < MOST_UNLIKE else None
 
 
 def warn_of_scrambled_shape(data, order):
@@ -91,6 +141,12 @@ class _Likeness:
         if stride not in self._found:
             self._found[stride] = self._correlation(stride)
         return self._found[stride]
+
+    def is_plausible(self):
+        """Whether some samples are finite numbers that a measurement may have."""
+        with np.errstate(invalid="ignore"):  # of signalling NaNs
+            some = np.abs(self._flat[np.linspace(0, len(self._flat) - 1, RUNS * LENGTH).astype(np.int64)].astype(float))
+        return bool(((some == 0) | ((some > TINY) & (some < HUGE))).all())
 
     def _correlation(self, stride):
         count = len(self._flat) - stride - LENGTH

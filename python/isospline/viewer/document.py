@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import threading
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -184,6 +184,7 @@ class Document:
     def __init__(self):
         self._lock = threading.Lock()
         self._sources = {}
+        self._count = 0  # of keys so far: none is used again
 
     def __getitem__(self, key):
         with self._lock:
@@ -192,6 +193,10 @@ class Document:
             raise ValueError(f"source: expected the key of an open volume or mesh, got {key!r}")
         return source
 
+    def __contains__(self, key):
+        with self._lock:
+            return key in self._sources
+
     def __iter__(self):
         with self._lock:
             return iter(list(self._sources.values()))
@@ -199,15 +204,18 @@ class Document:
     def add(self, make):
         """Add the source that ``make(key)`` returns for a new key."""
         with self._lock:
-            number = len(self._sources) + 1
-        source = make(f"source{number}")
+            self._count += 1
+            key = f"source{self._count}"
+        source = make(key)
         source.to_json()  # what windows are told about it must not fail later
         with self._lock:
-            while source.key in self._sources:
-                number += 1
-                source = replace(source, key=f"source{number}")
-            self._sources[source.key] = source
+            self._sources[key] = source
         return source
+
+    def remove(self, key):
+        """Close a source."""
+        with self._lock:
+            del self._sources[key]
 
     def source_of_volume(self, volume):
         """The source of a Volume that is open, or None."""

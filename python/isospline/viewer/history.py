@@ -52,6 +52,14 @@ class History:
         """The state after the step that was undone last; the present one if there is none."""
         return self._moved(self._future, self._past, present)
 
+    def replace(self, function):
+        """Replace all states by ``function(state)``; steps that change nothing any more are left out."""
+        for states in (self._past, self._future):
+            changed = [function(state) for state in states]
+            states.clear()
+            states.extend(each for i, each in enumerate(changed) if not i or each != changed[i - 1])
+        self._last = None
+
     def _moved(self, source, target, present):
         self._last = None
         if not source:

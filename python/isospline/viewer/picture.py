@@ -112,6 +112,18 @@ class PictureMaker:
             key: self._document[key].scales.overview if detail is None else detail for key, detail in stored.items()
         }
 
+    def forget_closed(self):
+        """Forget what was made of sources that are no longer open."""
+        for id, (made_of, geometry, _) in list(self._objects.items()):
+            if made_of[0] not in self._document:
+                self._scene.remove(geometry)
+                del self._objects[id]
+        closed = [made_of for made_of in self._indices if made_of[0] not in self._document]
+        for made_of in closed:
+            del self._indices[made_of]
+        if closed:
+            self._tracing = None
+
     @without_warnings()  # a level may be moved to where there is no surface
     def geometry_ids(self, state, camera=None, size=None):
         """The visible objects' geometry ids in the scene, by their ids in the state.
@@ -119,6 +131,7 @@ class PictureMaker:
         With a camera and the size of its picture, volumes of stores have the scale that the picture needs.
         Otherwise they have the overview's level.
         """
+        self.forget_closed()
         wanted = {each.id: each for each in state.objects if each.is_seen}
         for id in [id for id in self._objects if id not in wanted]:
             self._scene.remove(self._objects.pop(id)[1])

@@ -12,11 +12,14 @@ from ..interop.single_precision import offset_for
 from ..picture.cameras import extent_of, turn
 from ..picture.video import write_video
 from .bundle import write_bundle
+from .checked import count, flag
 from .picture import FINAL_SAMPLES, Stage
 from .script import script
 from .session import session_of, sources_of
 from .state import CameraState
 
+#: The largest number of pixels of a picture.
+MOST_PIXELS = 1 << 26
 #: Pictures of a turntable, and samples per pixel.
 TURN, TURN_SAMPLES = 90, 4
 
@@ -34,10 +37,13 @@ def save(viewer, what, state, size, options):
     size : (int, int)
         Width and height of pictures.
     options : dict
-        "pictures" and "samples" of a turntable.
+        "width" and "height" of pictures, if they are not `size`; whether their background is "transparent"; "pictures"
+        and "samples" of a turntable, whose background is never transparent.
     """
+    size = _size(options, size)
+    background = "transparent" if flag(options.get("transparent", False), "transparent") else state.background
     if what == "python":
-        return "picture.py", script(viewer.document, state, size).encode()
+        return "picture.py", script(viewer.document, state, size, background=background).encode()
     uploaded = any(each.within is not None for each in sources_of(viewer.document, state))
     if what == "session" and not uploaded:
         return "session.json", session_of(viewer.document, state).to_text().encode()
@@ -58,12 +64,20 @@ def save(viewer, what, state, size, options):
             mesh.write(path)
         else:
             path = os.path.join(folder, f"picture.{what}")
-            layers = ("depth", "normal", "position") if what == "exr" else ()
+            look = {"layers": ("depth", "normal", "position") if what == "exr" else (), "background": background}
             with viewer.making() as maker:
                 stage = Stage(FINAL_SAMPLES[state.light], True)
-                maker.render(state, size, stage, _progress(viewer, "rendering"), layers=layers).write(path)
+                maker.render(state, size, stage, _progress(viewer, "rendering"), **look).write(path)
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()
+
+
+def _size(options, size):
+    """The size of the options, or that of the page."""
+    size = tuple(count(options.get(name, side), name) for name, side in zip(("width", "height"), size))
+    if size[0] * size[1] > MOST_PIXELS:
+        raise ValueError(f"size: expected at most {MOST_PIXELS} pixels, got {size[0]} x {size[1]}")
+    return size
 
 
 @contextlib.contextmanager
@@ -93,7 +107,9 @@ def _mesh(viewer, state):
 
 
 def _write_turntable(viewer, path, state, size, options):
-    count, samples = int(options.get("pictures", TURN)), int(options.get("samples", TURN_SAMPLES))
+    pictures, samples = (
+        count(options.get(name, usual), name) for name, usual in (("pictures", TURN), ("samples", TURN_SAMPLES))
+    )
     even = tuple(max(2, side - side % 2) for side in size)
     camera = state.camera
     towards = np.subtract(camera.eye, camera.target)
@@ -106,11 +122,11 @@ def _write_turntable(viewer, path, state, size, options):
                 raise _core.Cancelled("the viewer was closed")
             return whole(directions)
 
-        cameras = turn(extent, count, towards, _axis(camera.up), camera.projection, camera.field_of_view, even)
+        cameras = turn(extent, pictures, towards, _axis(camera.up), camera.projection, camera.field_of_view, even)
 
         def images():
             for number, each in enumerate(cameras):
-                progress = _progress(viewer, "rendering the turntable", number / count, 1 / count)
+                progress = _progress(viewer, "rendering the turntable", number / pictures, 1 / pictures)
                 turned = state.replace(camera=CameraState.of(each, camera.field_of_view))
                 yield maker.render(turned, even, Stage(samples, True), progress)
 

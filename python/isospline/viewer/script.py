@@ -8,8 +8,12 @@ from ..colors import CURVATURES
 from .picture import FINAL_SAMPLES, default_limits
 
 
-def script(document, state, size, path="picture.png"):
-    """A program that renders a state with a camera, exactly like the viewer's last pass."""
+def script(document, state, size, path="picture.png", background=None):
+    """A program that renders a state with a camera, exactly like the viewer's last pass.
+
+    The background is that of the state, or another one.
+    """
+    background = state.background if background is None else background
     lines = ["import math", "", "import isospline", ""] if state.light == "path-trace" else ["import isospline", ""]
     visible = [each for each in state.objects if each.is_seen]
     used = {each.source for each in visible} | {each.color_by for each in visible}
@@ -38,7 +42,7 @@ def script(document, state, size, path="picture.png"):
         lines.append(f"look = {looks}")
     lines += [
         "image = isospline.render(",
-        f"    scene, camera, size={tuple(size)}, light=look, background={state.background!r},",
+        f"    scene, camera, size={tuple(size)}, light=look, background={background!r},",
         f"    samples={FINAL_SAMPLES[state.light]},",
         ")",
         f"image.write({path!r})",

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import threading
 
 from ..base.parameters import check_count
 from ..interop.mesh_files import MESH_SUFFIXES
+from ..io.raw_shape import describe_raw
 from ..store.budget import parse_memory
-from .session import SESSION_SUFFIXES
+from .checked import options
+from .session import SESSION_SUFFIXES, is_inside
 from .temporary import TemporaryFolder
 
 #: By default, the most bytes of all uploads of a viewer together, and their largest number of files.
 UPLOAD_LIMIT: int | str = "8GB"
 UPLOAD_COUNT: int = 10_000
+
+#: Options of `read_volume` that a page may give for files of samples alone.
+RAW_OPTIONS = ("shape", "dtype", "offset", "spacing")
 
 # Header files that name the file with the samples.
 _HEADERS = (".mhd", ".nhdr")
@@ -176,6 +182,111 @@ class Upload:
         ):
             return [self.folder, *(path for path in paths if path not in slices)]
         return paths
+
+
+class Receiver:
+    """Receives the uploads of a page, one after the other, and opens them.
+
+    Parameters
+    ----------
+    viewer : Viewer
+    send : callable
+        Sends a message to the page.
+    failed : callable
+        ``failed(error)`` tells the page of an error.
+    """
+
+    def __init__(self, viewer, send, failed):
+        self._viewer, self._send, self._failed = viewer, send, failed
+        self._upload = None
+        self._raw = {}  # files of samples alone, whose shapes the page has been asked for: (path, folder) by number
+        self._numbers = itertools.count(1)
+
+    def begin(self, files):
+        """Begin an upload."""
+        self._end_upload()
+        self._upload = Upload(self._viewer.uploads, files)
+        self.write(b"")
+
+    def end(self):
+        """Remove the files that were not opened."""
+        self._end_upload()
+        for number in list(self._raw):
+            self.answer(number, None)
+
+    def answer(self, number, read_options):
+        """Open a file of samples alone with options of `read_volume`; None removes it."""
+        if number not in self._raw:
+            raise ValueError(f"number: expected that of a question, got {number!r}")
+        if read_options is not None:
+            read_options = options(*RAW_OPTIONS)(read_options, "options")
+        self._viewer.submit(self._open_raw, *self._raw.pop(number), read_options)
+
+    def _end_upload(self):
+        if self._upload is not None:
+            self._upload.discard()
+            self._upload = None
+
+    def write(self, content):
+        """Write the next bytes; open the files when they are complete."""
+        if self._upload is None:
+            return
+        try:
+            self._upload.write(content)
+        except Exception:
+            self._end_upload()
+            raise
+        self._send({"type": "progress", "title": "uploading", "fraction": self._upload.fraction})
+        if self._upload.complete:
+            upload, self._upload = self._upload, None
+            self._viewer.submit(self._open, upload)
+
+    def _open(self, upload):
+        """Open uploaded files, which may refer to each other and to nothing else."""
+        folders = [upload.folder]
+        try:
+            session = upload.session()
+            if session is not None:
+                content, unpacked = self._viewer.read_session(session)
+                folders += [unpacked] if unpacked else []
+                self._viewer.open_session(content, folders[-1], uploaded=True)
+            for path in upload.paths() if session is None else ():
+                if path.lower().endswith(".raw"):
+                    self._ask(path, upload.folder)
+                else:
+                    self._open_file(path, upload.folder)
+        except Exception as error:
+            self._failed(error)
+        finally:
+            for folder in folders:
+                self._discard_unused(folder)
+            self._send({"type": "progress", "title": None, "fraction": 1.0})
+            self._send({"type": "uploaded"})
+
+    def _ask(self, path, folder):
+        """Ask the page for the shape of a file of samples alone, and suggest one."""
+        self._send({"type": "progress", "title": f"looking at {os.path.basename(path)}", "fraction": 0.0})
+        shape, dtype = describe_raw(path) or (None, None)
+        number = next(self._numbers)
+        self._raw[number] = path, folder
+        about = {"name": os.path.basename(path), "size": os.path.getsize(path), "shape": shape, "dtype": dtype}
+        self._send({"type": "raw", "number": number, **about})
+
+    def _open_raw(self, path, folder, read_options):
+        if read_options is not None:
+            self._open_file(path, folder, read_options)
+        self._discard_unused(folder)
+        self._send({"type": "uploaded"})
+
+    def _discard_unused(self, folder):
+        if not any(is_inside(path, folder) for path, _ in list(self._raw.values())):
+            self._viewer.discard_unused(folder)
+
+    def _open_file(self, path, folder, read_options=None):
+        try:
+            self._viewer.open(path, within=folder, read_options=read_options)
+        except Exception as error:
+            self._failed(error)
 
 
 def _described(file):

@@ -24,7 +24,7 @@ from .bundle import bundle_sizes, is_bundle, unpack
 from .document import Document, read_source, source_of
 from .history import History
 from .picture import PictureMaker
-from .session import open_session, read_session
+from .session import is_inside, open_session, read_session
 from .state import CameraState, ViewState
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
 
@@ -139,6 +139,34 @@ class Viewer:
             return self._show(make, [item.level], {"largest": item.largest, "closed": item.closed, **look})
         return self._show(source_of(item), levels, look)
 
+    def close_source(self, key):
+        """Close a volume or a mesh by its key: its objects go, and its memory is free. This cannot be undone."""
+        source = self.document[key]
+        keys = {each.key: each.key for each in self.document if each.key != key}
+
+        def without(state):
+            state = state.with_keys(keys)
+            volumes = [each for each in self.document if each.key != key and each.is_volume]
+            return self._with_slices(state, volumes[0]) if volumes else state
+
+        with self._lock:
+            self._state = without(self._state)
+            self._history.replace(without)
+        self._change(lambda state: state, is_step=False)
+        self.document.remove(key)
+        for window in self.windows():
+            window.source_closed()
+        with self.making() as maker:
+            maker.forget_closed()
+        if source.within is not None:
+            self.discard_unused(source.within)
+
+    def discard_unused(self, folder):
+        """Remove a folder of uploads if no open file is in it."""
+        used = [each.within for each in self.document if each.within is not None]
+        if not any(is_inside(each, folder) for each in used):
+            self.uploads.discard(folder)
+
     def read_session(self, path):
         """Read a session or a bundle: returns the session, and the folder of the bundle's files or None."""
         if not is_bundle(path):
@@ -185,17 +213,20 @@ class Viewer:
         def add(state):
             for level in levels:
                 state = state.with_new_object(source.key, level, **look)
-            if source.is_volume and state.slices.volume is None:
-                middle = tuple((np.array(source.to_json()["counts"]) - 1) / 2)
-                state = state.replace(
-                    slices=state.slices.replace(volume=source.key, index=middle, window=source.window())
-                )
-            return state
+            return self._with_slices(state, source) if source.is_volume else state
 
         self.change(add)
         for window in self.windows():
             window.document_changed(fit=first)
         return source
+
+    @staticmethod
+    def _with_slices(state, source):
+        """The state with slices through the middle of a volume, unless it has slices of another one."""
+        if state.slices.volume is not None:
+            return state
+        middle = tuple((np.array(source.to_json()["counts"]) - 1) / 2)
+        return state.replace(slices=state.slices.replace(volume=source.key, index=middle, window=source.window()))
 
     @contextlib.contextmanager
     def _telling_end(self):

@@ -16,10 +16,9 @@ from .measurements import TOOLS, to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
-from .session import is_inside
 from .slices import COARSE, FINE, sample_slices
 from .state import COLOR_MAPS, COLOR_RULES, CameraState, ViewState
-from .upload import Upload
+from .upload import Receiver
 
 #: The largest width or height, in pixels, of a picture that a page may request.
 LARGEST = 4096
@@ -45,7 +44,7 @@ class Window:
         self._shown, self._shown_input = None, 0  # the newest picture, and the newest change that it shows
         self._maker = PictureMaker(viewer.document)
         self._resolution = AdaptiveResolution()
-        self._upload = None
+        self._receiver = Receiver(viewer, self.send, self._failed)
         self._frames = FrameScheduler(self._draw, self._transmit, lambda shown: passes(shown[0]), failed=self._failed)
         self._slices = FrameScheduler(
             self._draw_slices, self._transmit, lambda shown: (FINE,), failed=self._failed, in_flight=8
@@ -80,6 +79,13 @@ class Window:
         self.send({"type": "document", "sources": [source.to_json() for source in self._viewer.document]})
         if fit and self._size:
             self._viewer.submit(self._look_from, "home")
+
+    def source_closed(self):
+        """Forget a source that was closed: the picture is drawn again, without it."""
+        self.document_changed()
+        with self._lock:
+            self._shown = None
+        self._request()
 
     def set_camera(self, camera):
         """Change the camera, and tell the page."""
@@ -157,7 +163,7 @@ class Window:
         """Handle a message. The page is told of errors; text that is not JSON raises one."""
         try:
             if isinstance(message, bytes):
-                self._receive_upload(message)
+                self._receiver.write(message)
                 return
             message = json.loads(message, parse_float=_finite, parse_constant=_finite)
             if not isinstance(message, dict):
@@ -261,6 +267,15 @@ class Window:
     def _on_remove_object(self, message):
         self._viewer.change(lambda state: state.without_object(message["id"]))
 
+    def _on_close(self, message):
+        self._viewer.submit(self._close_source, text(message["source"], "source"))
+
+    def _close_source(self, key):
+        try:
+            self._viewer.close_source(key)
+        except Exception as error:
+            self._failed(error)
+
     def _on_undo(self, _):
         self._viewer.undo()
 
@@ -329,59 +344,14 @@ class Window:
             self.set_camera(state.camera)
 
     def _on_upload(self, message):
-        self._end_upload()
-        self._upload = Upload(self._viewer.uploads, message["files"])
-        self._receive_upload(b"")
+        self._receiver.begin(message["files"])
 
-    def _end_upload(self):
-        """Remove the files of an upload that was not completed."""
-        if self._upload is not None:
-            self._upload.discard()
-            self._upload = None
-
-    def _receive_upload(self, content):
-        if self._upload is None:
-            return
-        try:
-            self._upload.write(content)
-        except Exception:
-            self._end_upload()
-            raise
-        self.send({"type": "progress", "title": "uploading", "fraction": self._upload.fraction})
-        if self._upload.complete:
-            upload, self._upload = self._upload, None
-            self._viewer.submit(self._open, upload)
-
-    def _open(self, upload):
-        """Open uploaded files, which may refer to each other and to nothing else."""
-        folders = [upload.folder]
-        try:
-            session = upload.session()
-            if session is not None:
-                content, unpacked = self._viewer.read_session(session)
-                folders += [unpacked] if unpacked else []
-                self._viewer.open_session(content, folders[-1], uploaded=True)
-            for path in upload.paths() if session is None else ():
-                self._open_file(path, upload.folder)
-        except Exception as error:
-            self._failed(error)
-        finally:
-            used = [each.within for each in self._viewer.document if each.within is not None]
-            for folder in folders:
-                if not any(is_inside(each, folder) for each in used):
-                    self._viewer.uploads.discard(folder)
-            self.send({"type": "progress", "title": None, "fraction": 1.0})
-            self.send({"type": "uploaded"})
-
-    def _open_file(self, path, folder):
-        try:
-            self._viewer.open(path, within=folder)
-        except Exception as error:
-            self._failed(error)
+    def _on_open_raw(self, message):
+        self._receiver.answer(message["number"], message.get("options"))
 
     def close(self):
         """Stop drawing, and leave the viewer."""
-        self._end_upload()
+        self._receiver.end()
         self._viewer.detach(self)
         self._frames.close()
         self._slices.close()

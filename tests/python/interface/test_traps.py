@@ -1,5 +1,6 @@
 """Reasonable first guesses of new users: arguments in place of volumes, scenes, cameras and sizes."""
 
+import re
 import warnings
 
 import numpy as np
@@ -152,6 +153,22 @@ def test_names_that_do_not(tmp_path, name):
         isospline.read_volume(tmp_path / name)
     with pytest.raises(ValueError, match=f"expected 480 bytes, .* got 5280 bytes \\({order}\\)"):
         isospline.read_volume(tmp_path / name, shape=(4, 5, 6), dtype="f4")
+
+
+@pytest.mark.parametrize("type_name", ["u1", "<u2", "<i2", ">u2", ">i2", "<f4", ">f4", "<f8"])
+def test_shape_and_type_of_raw_files_are_suggested(tmp_path, type_name):
+    shape, path = (30, 41, 52), tmp_path / "heart.raw"
+    values = FIELD.values(shape)
+    noise = np.random.default_rng(0).normal(0, 0.01, shape)
+    scaled = (values - values.min()) / np.ptp(values) + noise.clip(0, 1)
+    offset = -300 if "i" in type_name else 0
+    data = (scaled * (200 if type_name == "u1" else 1500) + offset).astype(type_name)
+    data.tofile(path)
+    with pytest.raises(ValueError, match=re.escape(f"; did you mean shape={shape}, dtype='{type_name}'?")):
+        isospline.read_volume(path)
+    path.write_bytes(np.random.default_rng(0).bytes(data.nbytes))
+    with pytest.raises(ValueError, match=r"command line\)$"):
+        isospline.read_volume(path)
 
 
 def test_shapes_that_scramble_are_noticed(tmp_path):

@@ -2,6 +2,7 @@
 
 import {Stage} from "./stage.js";
 import {Panel} from "./panel.js";
+import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
 import {make} from "./dom.js";
 
@@ -214,6 +215,7 @@ window.isospline = app;
 const stage = new Stage(app);
 new Slices(app);
 new Panel(app);
+new RawForm(app);
 
 app.on("connected", () => {
   app.inputs = 0;

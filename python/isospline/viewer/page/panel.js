@@ -120,16 +120,17 @@ export class Panel {
 
   drawAdd() {
     const {app} = this;
-    return [...app.sources.values()].map(source => {
-      if (source.kind === "mesh") {
-        if (app.state.objects.some(each => each.source === source.key)) return null;
-        return make("button", {onclick: () => app.change({type: "add_object", source: source.key})}, `+ ${source.name}`);
-      }
-      const name = app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
-      return make("button", {onclick: () => {
+    return [...app.sources.values()].flatMap(source => {
+      const isShown = app.state.objects.some(each => each.source === source.key);
+      const name = source.kind === "mesh" ? `+ ${source.name}` : app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
+      const level = () => {
         const levels = app.state.objects.filter(each => each.source === source.key).map(each => each.level);
-        app.change({type: "add_object", source: source.key, level: suggested(levels, source) ?? between(levels, source.range)});
-      }}, name);
+        return suggested(levels, source) ?? between(levels, source.range);
+      };
+      return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, source.name)
+        : make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
+        make("button", {class: "bare", title: `Close ${source.name}`, "aria-label": `Close ${source.name}`,
+          onclick: () => app.send({type: "close", source: source.key})}, "Close"));
     });
   }
 
@@ -230,8 +231,16 @@ export class Panel {
   }
 
   drawSaves() {
-    document.getElementById("saving").append(make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
-      make("button", {"data-save": what, onclick: () => this.app.send({type: "save", what})}, name))));
+    const {app} = this, options = {transparent: false}; // and width and height, if they are not those of the picture
+    const sides = Object.fromEntries(["Width", "Height"].map(name => [name.toLowerCase(), this.number(name, 1, value => {
+      options[name.toLowerCase()] = Math.round(value);
+    }, {step: 1, least: 1, most: 16384})]));
+    app.on("size", size => { for (const [name, input] of Object.entries(sides)) if (!(name in options)) input.show(size[name]); });
+    document.getElementById("saving").append(
+      field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height)),
+      make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
+      make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
+        make("button", {"data-save": what, onclick: () => app.send({type: "save", what, options})}, name))));
   }
 }
 

@@ -44,6 +44,7 @@ export class Stage {
     const {width, height} = this.pixels();
     if (width === this.sent?.width && height === this.sent?.height) return;
     this.sent = {width, height};
+    this.app.tell("size", this.sent);
     if (this.app.state) this.app.change({type: "size", width, height});
   }
 

@@ -1,0 +1,174 @@
+"""Files in the page: closing them, the form for samples alone, and pictures of any size."""
+
+import gc
+import io
+import os
+import time
+import weakref
+
+import numpy as np
+import PIL.Image
+import pytest
+
+pytest.importorskip("playwright")
+from browser import Page
+
+import isospline
+from isospline.viewer.history import History
+from isospline.viewer.state import ViewState
+
+
+@pytest.fixture
+def shown(browser, large_ball):
+    with isospline.view(large_ball, levels=[0], browser=False) as viewer:
+        page = Page(browser, viewer.url, (700, 400))
+        page.settle()
+        yield page, viewer
+        page.close()
+        assert not page.problems
+
+
+def upload(page, *files):
+    count = page.evaluate("isospline.sources.size")
+    page.page.set_input_files("#open", [{"name": name, "mimeType": "", "buffer": content} for name, content in files])
+    return count
+
+
+def wait_for_no(folder):
+    end = time.monotonic() + 30
+    while os.path.exists(folder):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_a_closed_volume_frees_its_memory_and_leaves_no_trace(shown):
+    page, viewer = shown
+    samples = io.BytesIO()
+    np.save(samples, np.indices((20, 21, 22)).sum(axis=0).astype(np.float32))
+    count = upload(page, ("ramp.npy", samples.getvalue()))
+    page.wait(f"isospline.sources.size === {count + 1}")
+    page.settle()
+    ramp = next(source for source in viewer.document if source.name == "ramp.npy")
+    key = ramp.key
+    shown_slices = viewer.state.slices.replace(volume=key, shown=True, index=(1, 2, 3))
+    viewer.change(lambda state: state.with_object(0, color_by=key))  # of the other object
+    viewer.change(lambda state: state.replace(slices=shown_slices))
+    viewer.change(lambda state: state.replace(light="path-trace"))
+    page.settle()
+    viewer.change(lambda state: state.replace(light="phong"))
+    page.settle()
+    volume, folder = weakref.ref(ramp.item), ramp.within
+    del ramp
+    assert os.path.isdir(folder)
+    page.page.get_by_role("button", name="Close ramp.npy").click()
+    page.wait("isospline.sources.size === 1 && isospline.state.objects.length === 1")
+    page.settle()
+    (each,), slices = viewer.state.objects, viewer.state.slices
+    assert each.color_by == "color" and slices.volume == each.source and slices.index == (32, 32, 32)
+    wait_for_no(folder)
+    for _ in range(4):  # undo does not bring it back
+        viewer.undo()
+        assert key not in str(viewer.state)
+    viewer.change(lambda state: state.replace(light="outline"))
+    page.settle()
+    page.wait("isospline.framesShown > 0")
+    for _ in range(100):
+        gc.collect()
+        if volume() is None:
+            break
+        page.page.wait_for_timeout(50)
+    assert volume() is None
+    upload(page, ("ramp.npy", samples.getvalue()))
+    page.wait("isospline.sources.size === 2")
+    assert key not in [source.key for source in viewer.document]
+    assert page.messages().strip() == ""
+
+
+def test_states_of_the_history_are_replaced():
+    states = [ViewState().with_new_object("a", level) for level in (1.0, 2.0)]
+    history = History(clock=iter(np.arange(0, 1e3, 10.0)).__next__)
+    history.record(ViewState(), states[0])
+    history.record(states[0], states[1])
+    history.replace(lambda state: state.with_keys({}))
+    assert history.undo(ViewState()) == ViewState() and not history.can_undo
+
+
+def test_the_last_file_can_be_closed(shown):
+    page, viewer = shown
+    page.page.get_by_role("button", name="Close ball.npy").click()
+    page.wait("isospline.sources.size === 0 && !document.getElementById('welcome').hidden")
+    assert viewer.state.objects == () and viewer.state.slices.volume is None
+    page.settle()
+    page.open("cut")
+    page.page.get_by_role("button", name="Box").click()
+    page.settle()
+
+
+def test_a_form_asks_for_the_shape_of_samples_alone(shown):
+    page, viewer = shown
+    z, y, x = np.indices((20, 22, 30))
+    data = (1000 * np.exp(-((x - 15) ** 2 + (y - 11) ** 2 + (z - 10) ** 2) / 60)).astype(">u2")
+    upload(page, ("part.raw", b"header" + data.tobytes()), ("other.raw", data.tobytes()))
+    dialog = page.page.locator("dialog")
+    dialog.wait_for()
+
+    def fields(label):
+        return [int(dialog.get_by_label(f"{label} along {axis}").input_value()) for axis in "xyz"]
+
+    assert dialog.locator("h2").inner_text() == "part.raw"
+    for axis, count in zip("xyz", (30, 22, 20)):
+        dialog.get_by_label(f"Samples along {axis}").fill(str(count))
+    dialog.get_by_label("Type").select_option("u2")
+    open_button = dialog.get_by_role("button", name="Open")
+    assert open_button.is_disabled() and "are 26,400 bytes; the file has 26,406." in dialog.inner_text()
+    dialog.get_by_label("Bytes before the samples").fill("6")
+    dialog.get_by_label("Most significant byte first").set_checked(True)
+    dialog.get_by_label("Spacing along z").fill("2,5")
+    dialog.get_by_label("Spacing along z").press("Tab")
+    assert "26,400 after its header" in dialog.inner_text()
+    open_button.click()
+    page.wait("isospline.sources.size === 2")
+    part = next(source for source in viewer.document if source.name == "part.raw")
+    np.testing.assert_allclose(part.item.spacing, (1, 1, 2.5))
+    assert part.item.sample((15, 11, 25)) == pytest.approx(1000, abs=1)
+    # The second one is suggested, and refused.
+    page.wait("document.querySelector('dialog h2')?.textContent === 'other.raw'")
+    assert fields("Samples") == [30, 22, 20] and dialog.get_by_label("Type").input_value() == "u2"
+    assert dialog.get_by_label("Most significant byte first").is_checked() and open_button.is_enabled()
+    folders = {os.path.dirname(source.path) for source in viewer.document if source.within}
+    page.page.keyboard.press("Escape")
+    page.wait("!document.querySelector('dialog')")
+    page.settle()
+    assert folders == {part.within}
+    page.page.get_by_role("button", name="Close part.raw").click()
+    page.wait("isospline.sources.size === 1")
+    wait_for_no(part.within)
+    assert page.messages().strip() == ""
+
+
+def test_pictures_are_saved_at_any_size_and_without_background(shown):
+    page, viewer = shown
+    page.open("saving")
+    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["420", "400"]
+    page.page.get_by_label("Width").fill("300")
+    page.page.get_by_label("Height").fill("200")
+    page.page.get_by_label("Transparent background").check()
+    _, content = page.download("[data-save=png]")
+    picture = np.asarray(PIL.Image.open(io.BytesIO(content)))
+    assert picture.shape == (200, 300, 4)
+    assert picture[0, 0, 3] == 0 and picture[100, 150, 3] == 255
+    page.page.get_by_label("Transparent background").uncheck()
+    _, content = page.download("[data-save=png]")
+    picture = PIL.Image.open(io.BytesIO(content))
+    assert picture.size == (300, 200) and np.asarray(picture.convert("RGBA"))[..., 3].min() == 255
+    _, content = page.download("[data-save=python]")
+    assert b"size=(300, 200)" in content
+    page.evaluate("isospline.send({type: 'save', what: 'png', options: {width: 16384, height: 16384}})")
+    text = "size: expected at most 67108864 pixels, got 16384 x 16384"
+    page.wait(f"document.getElementById('messages').textContent.includes('{text}')")
+    # The page's own size follows the window until another one is given.
+    page.page.reload()
+    page.settle()
+    page.page.set_viewport_size({"width": 640, "height": 300})
+    page.wait("document.querySelector('[aria-label=Height]').value === '300'")
+    page.settle()
