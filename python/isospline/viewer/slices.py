@@ -2,15 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..levels import index_shape
+from .checked import Checked, count, field, vector
 
-#: Points along the longer side of a slice, at rest and during movement.
-FINE, COARSE = 320, 112
+#: Points along the longer side of a slice by default, and the most of them.
+POINTS, MOST_POINTS = 320, 2048
+#: The smallest distance of points, in samples.
+FINEST = 0.125
+#: The share of the points that is drawn during movement.
+COARSE = 0.35
 
 
-def sample_slices(volume, index, points=FINE):
+@dataclass(frozen=True)
+class SliceView(Checked):
+    """The part of a slice that is seen.
+
+    Attributes
+    ----------
+    lower, upper : (2,) tuple of float
+        Its corners, in grid coordinates along the slice's two axes.
+    points : int
+        Points along its longer side.
+    """
+
+    lower: tuple[float, ...] = field(vector(2))
+    upper: tuple[float, ...] = field(vector(2))
+    points: int = field(count, POINTS)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.points > MOST_POINTS:
+            raise ValueError(f"points: expected at most {MOST_POINTS}, got {self.points}")
+
+
+def sample_slices(volume, index, views=None, share=1.0):
     """Sample the grid planes x, y and z = const through a point.
 
     Parameters
@@ -18,29 +47,30 @@ def sample_slices(volume, index, points=FINE):
     volume : Volume
     index : (3,) float
         The point, in grid coordinates.
-    points : int
-        The number of points along the longer side of each slice; at most two per sample are used.
+    views : three SliceView, optional
+        The parts that are seen; by default, all of the slices. Points are at most as close as `FINEST`.
+    share : float
+        The share of the points that is used.
 
     Returns
     -------
-    list of three (rows, columns) float32 arrays
-        The planes x, y and z = const. Columns run along the first and rows along the second of the other two axes.
-        The first and the last ones are on the border of the volume.
+    list of three ((2,) lower, (2,) upper, (rows, columns) float32 array)
+        The planes x, y and z = const. Columns run along the first and rows along the second of the other two axes,
+        from `lower` to `upper`, in grid coordinates within the volume.
     """
-    counts = np.array(index_shape(volume))
-    place = np.clip(index, 0, counts - 1)
+    last = np.array(index_shape(volume)) - 1
+    place = np.clip(index, 0, last)
     affine = volume.affine
     slices = []
     for axis in range(3):
-        across, along = [other for other in range(3) if other != axis]
-        longest = max(counts[across], counts[along]) - 1 or 1
-        step = max(longest / (points - 1), 0.5)
-        columns, rows = (
-            np.linspace(0, counts[each] - 1, round((counts[each] - 1) / step) + 1) for each in (across, along)
-        )
+        plane = [other for other in range(3) if other != axis]
+        view = SliceView((0, 0), last[plane].tolist()) if views is None else views[axis]
+        lower, upper = (np.clip(corner, 0, last[plane]) for corner in (view.lower, view.upper))
+        step = max((upper - lower).max() / max(share * view.points - 1, 1), FINEST)
+        columns, rows = (np.linspace(*ends, round((ends[1] - ends[0]) / step) + 1) for ends in zip(lower, upper))
         grid = np.empty((len(rows), len(columns), 3))
         grid[..., axis] = place[axis]
-        grid[..., across], grid[..., along] = columns, rows[:, None]
+        grid[..., plane[0]], grid[..., plane[1]] = columns, rows[:, None]
         world = grid.reshape(-1, 3) @ affine[:3, :3].T + affine[:3, 3]
-        slices.append(volume.sample(world).astype(np.float32).reshape(grid.shape[:2]))
+        slices.append((lower, upper, volume.sample(world).astype(np.float32).reshape(grid.shape[:2])))
     return slices

@@ -9,14 +9,14 @@ import threading
 import time
 
 from .. import colors
-from .checked import choice, number, text, vector, whole
+from .checked import choice, number, records, text, vector, whole
 from .encode import encode_jpeg, encode_png, packed
 from .measure import measure
 from .measurements import TOOLS, to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
-from .slices import COARSE, FINE, sample_slices
+from .slices import COARSE, SliceView, sample_slices
 from .state import COLOR_MAPS, COLOR_RULES, CameraState, ViewState
 from .upload import Receiver
 
@@ -47,9 +47,9 @@ class Window:
         self._receiver = Receiver(viewer, self.send, self._failed)
         self._frames = FrameScheduler(self._draw, self._transmit, lambda shown: passes(shown[0]), failed=self._failed)
         self._slices = FrameScheduler(
-            self._draw_slices, self._transmit, lambda shown: (FINE,), failed=self._failed, in_flight=8
+            self._draw_slices, self._transmit, lambda shown: (1.0,), failed=self._failed, in_flight=8
         )
-        self._slices_shown = None
+        self._slices_shown, self._slice_views = None, None
         viewer.attach(self)
 
     # -- To the page -----------------------------------------------------------------------------------------------
@@ -137,18 +137,20 @@ class Window:
     def _request_slices(self, state):
         slices = state.slices
         if slices.shown and slices.volume is not None:
-            wanted = (slices.volume, slices.index)
+            wanted = (slices.volume, slices.index, self._slice_views)
             if wanted != self._slices_shown:
                 self._slices_shown = wanted
                 self._slices.request(wanted)
         else:
             self._slices_shown = None
 
-    def _draw_slices(self, wanted, points, _):
-        key, index = wanted
-        slices = sample_slices(self._viewer.document[key].item, index, points or COARSE)
-        about = {"type": "slices", "volume": key, "index": index, "shapes": [each.shape for each in slices]}
-        return packed(about, b"".join(each.tobytes() for each in slices))
+    def _draw_slices(self, wanted, share, _):
+        key, index, views = wanted
+        slices = sample_slices(self._viewer.document[key].item, index, views, share or COARSE)
+        regions = [(lower.tolist(), upper.tolist()) for lower, upper, _ in slices]
+        shapes = [values.shape for _, _, values in slices]
+        about = {"type": "slices", "volume": key, "index": index, "regions": regions, "shapes": shapes}
+        return packed(about, b"".join(values.tobytes() for _, _, values in slices))
 
     def _failed(self, error):
         """Tell the page of an error, without the temporary folders of uploads."""
@@ -289,6 +291,13 @@ class Window:
         affine = source.item.affine
         value = float(source.item.sample(affine[:3, :3] @ index + affine[:3, 3]))
         self.send({"type": "sample", "index": message["index"], "value": value})
+
+    def _on_slice_views(self, message):
+        views = records(SliceView)(message["views"], "views")
+        if len(views) != 3:
+            raise ValueError(f"views: expected 3, got {len(views)}")
+        self._slice_views = views
+        self._request_slices(self._viewer.state)
 
     def _on_pick(self, message):
         tool = choice(*TOOLS)(message.get("tool", "point"), "tool")

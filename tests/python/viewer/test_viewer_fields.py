@@ -176,7 +176,7 @@ def test_slices_of_a_volume_in_either_order_of_axes(browser, axes):
         page.page.locator("#slices canvas").first.wait_for()
         page.close()
         assert not page.problems
-    planes = sample_slices(volume, (9, 6, 4))
+    planes = [values for _, _, values in sample_slices(volume, (9, 6, 4))]
     for plane, (along, across), value in zip(planes, ((1, 2), (0, 2), (0, 1)), (9, 600, 40000)):
         counts, steps = (18, 12, 8), (1, 100, 10000)
         rows, columns = plane.shape

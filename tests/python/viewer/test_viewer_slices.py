@@ -124,6 +124,95 @@ def test_the_keyboard_moves_the_point_as_it_is_drawn(shown):
         assert viewer.state.slices.index == index
 
 
+def caption_of(page, place):
+    """Index and value that the third slice tells at a place of it, in parts of its width and height."""
+    box = page.page.locator("#slices canvas >> nth=2").bounding_box()
+    page.page.mouse.move(round(box["x"] + place[0] * box["width"]), round(box["y"] + place[1] * box["height"]))
+    page.page.wait_for_timeout(100)  # events of the pointer come with the next frame
+    page.wait("document.querySelectorAll('#slices figcaption')[2].textContent.includes('value')")
+    _, index, _, value = page.page.locator("#slices figcaption").nth(2).inner_text().split("\n")
+    return [float(each) for each in index.removeprefix("index ").split(", ")], float(value.removeprefix("value "))
+
+
+def gray_of(page, view, index):
+    """The gray value of a slice at an index, by the place where the page draws it."""
+    return page.evaluate(
+        f"""(([x, y]) => {{
+            const slices = isospline.slices, view = slices.views[{view}], place = slices.placement(view);
+            const [left, top] = slices.rectangle(view, place, [x, y], [x, y]);
+            return [...view.canvas.getContext('2d').getImageData(left, top, 1, 1).data.slice(0, 3)];
+        }})""",
+        index,
+    )
+
+
+def test_slices_zoom_at_the_pointer_and_get_finer_values(shown):
+    page, viewer = shown
+    page.page.set_viewport_size({"width": 900, "height": 700})
+    place = (0.4, 0.45)
+    before, _ = caption_of(page, place)
+    views = "isospline.slices.views.map(view => isospline.slices.seen(view))"
+    whole = page.evaluate(views)
+    assert whole[2]["lower"] == [0, 0] and whole[2]["upper"] == [29, 23]
+    page.page.keyboard.down("Control")
+    for _ in range(8):
+        page.page.mouse.wheel(0, -200)
+    page.page.keyboard.up("Control")
+    page.wait("isospline.slices.zoom > 9")
+    after, _ = caption_of(page, place)
+    np.testing.assert_allclose(after, before, atol=0.02)  # the point under the pointer stays
+    assert viewer.state.slices.index == (14.5, 11.5, 9.5)
+    seen = page.evaluate(views)[2]
+    page.wait(
+        f"JSON.stringify(isospline.slices.values.regions[2]) === JSON.stringify([{seen['lower']}, {seen['upper']}])"
+    )
+    page.wait("Math.max(...isospline.slices.values.shapes[2]) > 30")
+    span = np.subtract(seen["upper"], seen["lower"])
+    rows, columns = page.evaluate("isospline.slices.values.shapes[2]")
+    assert max(span) < 6 and (columns - 1, rows - 1) == tuple(np.round(span / 0.125))  # eight points a sample
+    # Shades are those of the values there: the window is that of the page.
+    low, high = viewer.state.slices.window
+    index = (np.array(seen["lower"]) + span / 2).round(1).tolist()
+    value = index[0] + 100 * index[1] + 10000 * 9.5
+    shades = gray_of(page, 2, index)
+    assert shades[0] == pytest.approx(np.clip((value - low) / (high - low) * 255, 0, 255), abs=3)
+    # Panning moves the slices with the pointer.
+    box = page.page.locator("#slices canvas >> nth=2").bounding_box()
+    middle = (round(box["x"] + 0.4 * box["width"]), round(box["y"] + 0.45 * box["height"]))
+    page.drag(middle, (middle[0] + 30, middle[1] - 20), button="middle")
+    moved, _ = caption_of(page, (0.4 + 30 / box["width"], 0.45 - 20 / box["height"]))
+    np.testing.assert_allclose(moved, after, atol=0.05)
+    page.page.locator("#slices canvas >> nth=2").focus()
+    page.page.keyboard.press("0")
+    assert page.evaluate(views)[2]["upper"] == [29, 23]
+    page.settle()
+
+
+def test_a_slice_is_maximised(shown):
+    page, viewer = shown
+    size = page.page.locator("#picture").bounding_box()
+    pictures = page.evaluate("isospline.framesShown")
+    page.page.locator("#slices canvas >> nth=1").focus()
+    page.page.keyboard.press("m")
+    page.wait("document.querySelectorAll('#slices figure[hidden]').length === 2")
+    box = page.page.locator("#slices canvas >> nth=1").bounding_box()
+    assert box["width"] == size["width"] and box["height"] >= size["height"]
+    page.page.keyboard.press("PageDown")
+    page.page.keyboard.press("Escape")
+    page.wait("!document.querySelectorAll('#slices figure[hidden]').length")
+    assert page.page.locator("#picture").bounding_box() == size and viewer.state.slices.index[1] == 12.5
+    page.settle()
+    assert page.evaluate("isospline.framesShown") == pictures
+    page.page.locator("#slices canvas >> nth=0").dblclick()
+    page.wait("document.querySelectorAll('#slices figure[hidden]').length === 2")
+    page.page.get_by_role("button", name="Zoom in (+): slice across x").click()
+    page.wait("isospline.slices.zoom === 1.5")
+    page.page.get_by_role("button", name="Maximise (m): slice across x").click()
+    page.wait("!document.querySelectorAll('#slices figure[hidden]').length")
+    page.page.get_by_label("Show three slices").click()
+    page.settle()
+
+
 def test_the_sides_of_a_patient_are_named(browser, head):
     """Letters are drawn at the edges; the page records them."""
     with isospline.view(head, levels=[100_000], browser=False) as viewer:

@@ -213,7 +213,7 @@ class App {
 const app = new App();
 window.isospline = app;
 const stage = new Stage(app);
-new Slices(app);
+app.slices = new Slices(app);
 new Panel(app);
 new RawForm(app);
 

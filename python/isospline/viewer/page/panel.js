@@ -195,7 +195,7 @@ export class Panel {
       source.patient && make("div", {class: "row"}, ...Object.entries(WINDOWS).map(([name, [width, level]]) =>
         make("button", {title: `Window ${width}, level ${level}`, onclick: () => set(width, level)}, name)),
         make("button", {onclick: () => change({window: source.window})}, "All")),
-      make("p", {class: "hint"}, "In a slice: drag to move the point, use the wheel to change the slice, and the right button to set window and level."),
+      make("p", {class: "hint"}, "In a slice: drag to move the point, use the wheel to change the slice, Ctrl and the wheel to zoom, the middle button to pan, and the right button to set window and level. A double click maximises."),
     ];
   }
 

@@ -4,6 +4,7 @@ import {clamp} from "./geometry.js";
 import {make, tidy} from "./dom.js";
 
 const HEIGHT = "260px";
+const MOST_ZOOM = 64, MOST_POINTS = 1024, PIXELS = 2; // pixels of a point of a slice
 // Colours of the slices across x, y and z, as in the picture.
 export const PLANES = ["#c8553d", "#3a8f5c", "#2f6f9f"];
 
@@ -14,9 +15,13 @@ export class Slices {
     this.views = [0, 1, 2].map(axis => {
       const canvas = make("canvas", {tabindex: 0, style: `border-top: 2px solid ${PLANES[axis]}`,
         "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
-      const caption = make("figcaption");
+      const caption = make("figcaption"), name = `slice across ${"xyz"[axis]}`;
+      const button = (title, text, act) => make("button", {title, "aria-label": `${title}: ${name}`, onclick: act}, text);
       const view = {axis, canvas, caption, plane: [0, 1, 2].filter(each => each !== axis)};
-      this.element.append(make("figure", {}, canvas, caption));
+      view.figure = make("figure", {}, canvas, caption, make("div", {class: "tools", role: "toolbar", "aria-label": `Tools of the ${name}`},
+        button("Zoom out (-)", "−", () => this.zoomBy(1 / 1.5)), button("Zoom in (+)", "+", () => this.zoomBy(1.5)),
+        button("Maximise (m)", "⤢", () => this.maximise(view))));
+      this.element.append(view.figure);
       canvas.oncontextmenu = event => event.preventDefault();
       canvas.onpointerdown = event => this.drag(event, view);
       canvas.addEventListener("pointermove", event => { view.pointer = [event.clientX, event.clientY]; this.tell(view); });
@@ -24,15 +29,20 @@ export class Slices {
       canvas.onkeydown = event => this.keyPressed(event, view);
       canvas.addEventListener("wheel", event => {
         event.preventDefault();
-        this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? Math.sign(event.deltaY) : 0)));
+        if (event.ctrlKey || event.metaKey) this.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? 0.04 : 0.0015)), view, [event.clientX, event.clientY]);
+        else this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? Math.sign(event.deltaY) : 0)));
       }, {passive: false});
+      canvas.ondblclick = () => this.maximise(view);
       return view;
     });
-    new ResizeObserver(() => this.draw()).observe(this.element);
+    this.zoom = 1;
+    this.centre = null; // of the zoomed part, in grid coordinates; null for the middle
+    new ResizeObserver(() => { this.draw(); this.askForViews(); }).observe(this.element);
     app.on("state", () => this.stateChanged());
     app.on("slices", message => this.received(message));
     app.on("sample", message => this.answered(message));
-    app.on("connected", () => { this.values = null; this.asked = null; this.asking = false; });
+    addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised) this.maximise(this.maximised); });
+    app.on("connected", () => { this.values = null; this.views.sent = null; this.asked = null; this.asking = false; });
   }
 
   get slices() { return this.app.state.slices; }
@@ -42,7 +52,60 @@ export class Slices {
     const shown = this.slices.shown && !!this.source;
     this.element.hidden = !shown;
     document.documentElement.style.setProperty("--slices", shown ? HEIGHT : "0px");
+    if (!shown && this.maximised) this.maximise(this.maximised);
+    if (this.volume !== this.slices.volume) this.zoomTo(1, null);
+    this.volume = this.slices.volume;
     if (shown) this.draw();
+  }
+
+  // -- Zoom ----------------------------------------------------------------------------------------------------------
+
+  // Show one slice in place of the picture and the others, or all again.
+  maximise(view) {
+    this.maximised = this.maximised === view ? null : view;
+    this.element.classList.toggle("maximised", !!this.maximised);
+    for (const each of this.views) each.figure.hidden = !!this.maximised && each !== view;
+    view.canvas.focus();
+  }
+
+  // Zoom all slices; a point of one of them stays where it is, by default the cross.
+  zoomBy(factor, view = null, place = null) {
+    const zoom = clamp(this.zoom * factor, 1, MOST_ZOOM), counts = this.counts();
+    const fixed = place ? this.pointAt(view, place).index : this.slices.index;
+    const centre = this.centre ?? counts.map(each => (each - 1) / 2), share = this.zoom / zoom;
+    this.zoomTo(zoom, centre.map((each, i) => view && i === view.axis ? each : fixed[i] + (each - fixed[i]) * share));
+  }
+
+  zoomTo(zoom, centre) {
+    this.zoom = zoom;
+    this.centre = zoom === 1 ? null : centre.map((each, i) => clamp(each, 0, this.counts()[i] - 1));
+    if (!this.element.hidden) this.draw();
+    this.askForViews();
+  }
+
+  // Tell the viewer which parts of the slices are seen, and how many points they need, once per screen refresh.
+  askForViews() {
+    if (this.viewsWait) return;
+    this.viewsWait = true;
+    requestAnimationFrame(() => {
+      this.viewsWait = false;
+      if (this.element.hidden || !this.source) return;
+      const views = this.views.map(view => this.seen(view)), text = JSON.stringify(views);
+      if (text === this.views.sent) return;
+      this.views.sent = text;
+      this.app.send({type: "slice_views", views});
+    });
+  }
+
+  // The part of a slice that is seen, in grid coordinates along its two axes; of one behind another, all of it, coarsely.
+  seen(view) {
+    const {width, height, left, top, w, h, flips} = this.placement(view), counts = this.counts();
+    if (!width || !height) return {lower: [0, 0], upper: view.plane.map(axis => counts[axis] - 1), points: 2};
+    const ranges = [[-left / w, (width - left) / w], [-top / h, (height - top) / h]].map((range, i) => {
+      const [lower, upper] = range.map(each => clamp(flips[i] ? 1 - each : each, 0, 1) * (counts[view.plane[i]] - 1));
+      return [Math.min(lower, upper), Math.max(lower, upper)];
+    });
+    return {lower: ranges.map(each => each[0]), upper: ranges.map(each => each[1]), points: clamp(Math.round(Math.max(width, height) / PIXELS), 2, MOST_POINTS)};
   }
 
   received({about, content}) {
@@ -70,6 +133,12 @@ export class Slices {
     const right = flips[0] ? -1 : 1, down = flips[1] ? -1 : 1;
     const steps = {ArrowRight: [across, right], ArrowLeft: [across, -right], ArrowDown: [along, down], ArrowUp: [along, -down],
       PageDown: [view.axis, 1], PageUp: [view.axis, -1]};
+    const others = {"+": () => this.zoomBy(1.5), "=": () => this.zoomBy(1.5), "-": () => this.zoomBy(1 / 1.5), 0: () => this.zoomTo(1, null),
+      m: () => this.maximise(view)};
+    if (others[event.key] && !event.ctrlKey && !event.metaKey) {
+      event.preventDefault();
+      others[event.key]();
+    }
     if (!steps[event.key]) return;
     event.preventDefault();
     const [axis, step] = steps[event.key];
@@ -93,23 +162,27 @@ export class Slices {
     });
   }
 
-  // The place of a slice in its canvas: the whole slice fits, and its proportions follow the spacing of samples.
+  // The place of a slice in its canvas: without zoom, the whole slice fits. Its proportions follow the spacing of samples.
   placement(view) {
     const {affine} = this.source, ratio = Math.min(devicePixelRatio || 1, 2);
     const width = view.canvas.clientWidth * ratio, height = view.canvas.clientHeight * ratio;
     const extent = view.plane.map(axis => (this.counts()[axis] - 1 || 1) * Math.hypot(...[0, 1, 2].map(row => affine[row][axis])));
-    const factor = Math.min(width / extent[0], height / extent[1]) * 0.94;
-    const [w, h] = extent.map(each => each * factor);
-    return {width, height, ratio, left: (width - w) / 2, top: (height - h) / 2, w, h, flips: this.flips(view)};
+    const factor = Math.min(width / extent[0], height / extent[1]) * 0.94 * this.zoom;
+    const [w, h] = extent.map(each => each * factor), flips = this.flips(view);
+    const [x, y] = view.plane.map((axis, i) => {
+      const part = this.centre ? this.centre[axis] / (this.counts()[axis] - 1 || 1) : 0.5;
+      return flips[i] ? 1 - part : part;
+    });
+    return {width, height, ratio, left: width / 2 - x * w, top: height / 2 - y * h, w, h, flips};
   }
 
   draw() {
     const values = this.values;
     if (this.element.hidden || !values || values.volume !== this.slices.volume) return;
-    for (const view of this.views) this.drawView(view, values.values[view.axis]);
+    for (const view of this.views) this.drawView(view, values.values[view.axis], values.regions[view.axis]);
   }
 
-  drawView(view, {rows, columns, part}) {
+  drawView(view, {rows, columns, part}, [lower, upper]) {
     const place = this.placement(view), {canvas} = view, {flips} = place;
     if (!place.width || !place.height) return;
     Object.assign(canvas, {width: place.width, height: place.height});
@@ -130,20 +203,30 @@ export class Slices {
     context.fillRect(0, 0, place.width, place.height);
     context.imageSmoothingQuality = "high";
     // Samples are points: the first and the last ones are on the border of the slice.
-    const dx = place.w / Math.max(1, columns - 1), dy = place.h / Math.max(1, rows - 1);
-    context.drawImage(scratch, place.left - dx / 2, place.top - dy / 2, place.w + dx, place.h + dy);
+    const [x, y, w, h] = this.rectangle(view, place, lower, upper);
+    const dx = w / Math.max(1, columns - 1), dy = h / Math.max(1, rows - 1);
+    context.drawImage(scratch, x - dx / 2, y - dy / 2, w + dx, h + dy);
     for (const each of this.app.state.objects) {
       if (each.source !== this.slices.volume || each.level === null || !each.visible) continue;
       context.strokeStyle = each.color;
       context.lineWidth = 1.5 * place.ratio;
       context.beginPath();
-      contour(part, rows, columns, each.level, (x, y) =>
-        [place.left + (flips[0] ? columns - 1 - x : x) * dx, place.top + (flips[1] ? rows - 1 - y : y) * dy], context);
+      contour(part, rows, columns, each.level, (column, row) =>
+        [x + (flips[0] ? columns - 1 - column : column) * dx, y + (flips[1] ? rows - 1 - row : row) * dy], context);
       context.stroke();
     }
     this.drawCross(context, view, place);
     this.drawSides(context, view, place);
     this.tell(view);
+  }
+
+  // The rectangle of a part of a slice: left, top, width and height.
+  rectangle(view, {left, top, w, h, flips}, lower, upper) {
+    const [across, along] = view.plane.map((axis, i) => {
+      const last = this.counts()[axis] - 1 || 1, ends = [lower[i] / last, upper[i] / last];
+      return flips[i] ? [1 - ends[1], ends[1] - ends[0]] : [ends[0], ends[1] - ends[0]];
+    });
+    return [left + across[0] * w, top + along[0] * h, (across[1] || 1) * w, (along[1] || 1) * h];
   }
 
   // The sides of a patient at the edges of the canvas.
@@ -220,11 +303,12 @@ export class Slices {
     context.stroke();
   }
 
-  // The left button moves the point. The right button, or Shift, changes the window: sideways its width, up and down
-  // its level.
+  // The left button moves the point, the middle one or Ctrl the slices. The right button, or Shift, changes the window:
+  // sideways its width, up and down its level.
   drag(event, view) {
     view.canvas.setPointerCapture(event.pointerId);
-    const windowing = event.button === 2 || event.shiftKey;
+    const windowing = event.button === 2 || event.shiftKey, panning = event.button === 1 || event.ctrlKey;
+    if (panning) event.preventDefault();
     let last = [event.clientX, event.clientY];
     const move = now => {
       if (windowing) {
@@ -232,6 +316,9 @@ export class Slices {
         const level = (low + high) / 2 - (now.clientY - last[1]) / 400 * span;
         const width = Math.max(span / 1000, high - low + (now.clientX - last[0]) / 400 * span);
         this.app.changeState({slices: {...this.slices, window: [level - width / 2, level + width / 2]}});
+      } else if (panning) {
+        const [a, b] = [last, [now.clientX, now.clientY]].map(each => this.pointAt(view, each).index);
+        if (this.centre) this.zoomTo(this.zoom, this.centre.map((each, i) => each + a[i] - b[i]));
       } else {
         this.moveTo(this.pointAt(view, [now.clientX, now.clientY]).index);
       }
@@ -239,7 +326,7 @@ export class Slices {
     };
     view.canvas.onpointermove = move;
     view.canvas.onpointerup = view.canvas.onpointercancel = () => { view.canvas.onpointermove = null; };
-    if (!windowing) move(event);
+    if (!windowing && !panning) move(event);
   }
 }
 
