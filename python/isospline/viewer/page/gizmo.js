@@ -1,6 +1,6 @@
 // The cut, drawn over the picture with handles to drag.
 
-import {add, basis, clamp, cross, dot, heightOf, normalize, project, scale, subtract} from "./geometry.js";
+import {add, basis, clamp, cross, dot, heightOf, length, normalize, project, scale, subtract} from "./geometry.js";
 import {makeSvg} from "./dom.js";
 
 const ACCENT = "#2f6f9f";
@@ -54,9 +54,14 @@ export class ClipGizmo {
     const tip = add(clip.point, scale(normal, reach)), start = to(clip.point), end = to(tip);
     if (!start || !end) return parts;
     parts.push(makeSvg("line", {x1: start[0], y1: start[1], x2: end[0], y2: end[1], stroke: ACCENT, "stroke-width": 3}));
-    parts.push(this.handle("move the plane", start, event => this.along(event, clip.point, normal, camera, height,
-      distance => this.change({point: add(clip.point, scale(normal, distance))}))));
-    parts.push(this.handle("tilt the plane", end, event => this.tilt(event, clip, normal, camera, height), 6));
+    const move = distance => this.change({point: add(clip.point, scale(normal, distance))});
+    parts.push(this.handle("move the plane", start, event => this.along(event, clip.point, normal, camera, height, move),
+      {value: dot(clip.point, normal), press: (right, up) => move((right + up) * this.step())}));
+    parts.push(this.handle("tilt the plane", end, event => this.tilt(event, clip, normal, camera, height), {radius: 6, press: (right, up) => {
+      const axes = basis(camera), towards = add(scale(axes.right, right), scale(axes.up, up)), angle = Math.PI / 36 * length(towards);
+      const across = normalize(subtract(towards, scale(normal, dot(towards, normal))));
+      this.change({normal: add(scale(normal, Math.cos(angle)), scale(across, Math.sin(angle)))});
+    }}));
     return parts;
   }
 
@@ -70,23 +75,39 @@ export class ClipGizmo {
         const point = middle.map((each, i) => i === axis ? clip[side][axis] : each), place = to(point);
         if (!place) continue;
         const direction = [0, 1, 2].map(i => Number(i === axis));
-        parts.push(this.handle(`move the ${side} of ${"xyz"[axis]}`, place, event => this.along(event, point, direction, camera, height, distance => {
+        const move = distance => {
           const corner = [...clip[side]];
           corner[axis] += distance;
           const other = clip[side === "minimum" ? "maximum" : "minimum"][axis];
           corner[axis] = side === "minimum" ? Math.min(corner[axis], other - 1e-6) : Math.max(corner[axis], other + 1e-6);
           this.change({[side]: corner});
-        })));
+        };
+        parts.push(this.handle(`move the ${side} of ${"xyz"[axis]}`, place, event => this.along(event, point, direction, camera, height, move),
+          {value: clip[side][axis], press: (right, up) => move((right + up) * this.step())}));
       }
     }
     return parts;
   }
 
-  handle(title, place, begin, radius = 8) {
+  // A hundredth of the size of all objects.
+  step() {
+    const [lower, upper] = boundsOf(this.app);
+    return Math.max(...subtract(upper, lower)) / 100;
+  }
+
+  // `begin` starts a drag; `press` gets the directions of arrow keys, to the right and up; Shift is ten times finer.
+  handle(title, place, begin, {radius = 8, value = null, press}) {
+    const slider = value === null ? {role: "button"} : {role: "slider", "aria-valuenow": value};
     const element = makeSvg("circle", {class: "handle", cx: place[0], cy: place[1], r: radius, fill: "#fff", stroke: ACCENT, "stroke-width": 3,
-      "data-handle": title});
+      "data-handle": title, tabindex: 0, "aria-label": title, ...slider});
     element.append(makeSvg("title", {}, title));
     element.onpointerdown = event => { event.preventDefault(); begin(event); };
+    element.onkeydown = event => {
+      const arrow = {ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key];
+      if (!arrow) return;
+      event.preventDefault();
+      press(...scale(arrow, event.shiftKey ? 0.1 : 1));
+    };
     return element;
   }
 

@@ -278,6 +278,7 @@ addEventListener("drop", event => {
   drop.hidden = true;
   app.upload(event.dataTransfer.files);
 });
+document.getElementById("open-files").onclick = () => document.getElementById("open").click();
 document.getElementById("open").onchange = event => {
   app.upload(event.target.files);
   event.target.value = "";

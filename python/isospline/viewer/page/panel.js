@@ -66,8 +66,8 @@ export class Panel {
     const change = changes => app.changeObject(each.id, changes);
     const color = make("input", {type: "color", value: each.color, "aria-label": "Colour", title: "Colour"});
     color.oninput = () => change({color: color.value});
-    const name = make("span", {class: "name", title: source?.path ?? source?.name}, source?.name ?? each.source);
-    name.onclick = () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); };
+    const name = make("button", {class: "bare name", title: source?.path ?? source?.name, "aria-expanded": String(app.selected === each.id),
+      onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
       : this.number(`Level of ${source?.name}`, each.level, level => change({level}),
         {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});

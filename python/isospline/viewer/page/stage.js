@@ -201,7 +201,9 @@ export class Stage {
     this.drawScaleBar(camera, height);
     document.getElementById("projection")?.setAttribute("aria-pressed", String(camera.projection === "orthographic"));
     const {app} = this, measured = drawMeasurements(app.state.measurements, app.results, app.unit, camera, width, height);
+    const focused = this.overlay.contains(document.activeElement) ? document.activeElement.dataset.handle : null;
     this.overlay.replaceChildren(...this.slicePlanes(camera, width, height), ...this.gizmo.draw(camera, width, height), ...measured);
+    if (focused) this.overlay.querySelector(`[data-handle="${focused}"]`)?.focus();
   }
 
   // The borders of the slices in space.
