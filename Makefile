@@ -45,7 +45,7 @@ VOLUMES ?=
 
 .PHONY: help demo test say-test-time test-fast test-long test-bench ci-long develop stubs build-module test-module test-debian13 test-debian13-rays test-torch test-lowest test-aarch64 wheel test-wheel sdist test-sdist release \
     fuzz soak bench bench-docs bench-against docs docs-links pictures sanitize sanitize-address sanitize-thread tidy lint lint-types lint-stubs \
-    lint-files clang format clean packages test-packages
+    lint-files lint-page clang format clean packages test-packages
 
 help: ## list the targets
 	@sed -n 's/^\([a-z0-9-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
@@ -224,7 +224,7 @@ clang: test-packages ## Clang's warnings about all C++, as errors
 
 lint: .venv/.installed ## check types, stubs, files in Python, C++ and CMake, and spelling, as CI does; not clang-tidy
 	@tools/install_packages clang-format
-	@$(MAKE) --no-print-directory --output-sync --jobs $$(nproc) lint-types lint-stubs lint-files
+	@$(MAKE) --no-print-directory --output-sync --jobs $$(nproc) lint-types lint-stubs lint-files lint-page
 
 # What mypy knows of other packages is kept between checkouts.
 lint-types lint-stubs: export MYPY_CACHE_DIR := $(cache)/mypy
@@ -234,6 +234,18 @@ lint-types:
 
 lint-stubs:
 	@$(python) -m pytest -q -m "not long" tests/python/project/test_types.py
+
+# ESLint and TypeScript, as the lock file has them.
+build/page/.installed: $(addprefix tests/page/,.npmrc package.json package-lock.json eslint.config.js)
+	@mkdir -p build/page
+	@cp $^ build/page
+	@PATH=$$PWD/$(bin):$$PATH npm --prefix build/page ci --ignore-scripts --silent
+	@touch $@
+
+lint-page: build/page/.installed
+	@$(bin)/node build/page/node_modules/eslint/bin/eslint.js --config build/page/eslint.config.js --max-warnings 0 \
+	    python/isospline/viewer/page tests/page
+	@$(bin)/node build/page/node_modules/typescript/bin/tsc --project tests/page
 
 lint-files:
 	@$(bin)/ruff check .

@@ -97,7 +97,7 @@ class FrameScheduler:
     passes : callable
         ``passes(state)`` returns the stages of a state that no longer changes.
     failed : callable, optional
-        ``failed(error)`` gets the errors that `draw` and `publish` raise; the scheduler continues.
+        ``failed(error)`` gets the errors that `draw` and `publish` raise for the newest state; the scheduler continues.
     settle : float
         Seconds without a request after which the passes begin.
     in_flight : int
@@ -197,5 +197,8 @@ class FrameScheduler:
         except Cancelled:
             return False
         except Exception as error:
-            self._failed(error)
+            with self._changed:  # what an older state shows may have been closed
+                is_newest = self._version == version
+            if is_newest:
+                self._failed(error)
             return False

@@ -146,6 +146,8 @@ class Window:
 
     def _draw_slices(self, wanted, share, _):
         key, index, views = wanted
+        if key not in self._viewer.document:  # it was closed
+            return None
         slices = sample_slices(self._viewer.document[key].item, index, views, share or COARSE)
         regions = [(lower.tolist(), upper.tolist()) for lower, upper, _ in slices]
         shapes = [values.shape for _, _, values in slices]

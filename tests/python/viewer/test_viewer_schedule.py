@@ -124,6 +124,15 @@ def test_an_error_is_reported_and_the_next_state_drawn(make):
     assert [str(error) for error in recorder.errors] == ["broken state"]
 
 
+def test_errors_of_older_states_are_not_told(make):
+    recorder = make(seconds=0.1)
+    recorder.scheduler.request("broken")
+    wait_for(lambda: ("broken", None) in recorder.drawing)
+    recorder.scheduler.request("newest")
+    wait_for(lambda: ("newest", 4) in recorder.frames)
+    assert recorder.errors == []
+
+
 def test_closing_ends_a_pass(make):
     others = set(threading.enumerate())
     recorder = make(hold=True)

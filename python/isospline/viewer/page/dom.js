@@ -1,5 +1,13 @@
 // Short functions that make elements.
 
+// An element of the page, of the type that the caller expects.
+/** @type {(id: string) => any} */
+export const byId = id => document.getElementById(id);
+
+// The element that has the focus.
+/** @type {() => any} */
+export const active = () => document.activeElement;
+
 // make("button", {class: "bare", onclick: f}, "text", child, ...)
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -38,14 +46,16 @@ export function slider(label, value, least, most, step, change) {
 // A field for a number, with a decimal point or comma. A value that is not a number or not within the limits does not
 // count: the field returns to the last one, and `refuse` is told why. Arrow keys change the value by a step. A field
 // that is `live` also changes while the user types.
-export function numberInput(label, value, {step, least = -Infinity, most = Infinity, live = false, change, refuse}) {
+/** @param {any} options */
+export function numberInput(label, value, options) {
+  const {step, least = -Infinity, most = Infinity, live = false, change, refuse} = options;
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
   let actual = value, before = value; // the value that counts, and the one when the field was entered
   const wrong = number => number === null ? "expected a number"
     : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
   input.show = number => {
     actual = number;
-    if (input !== document.activeElement) input.value = tidy(number);
+    if (input !== active()) input.value = tidy(number);
   };
   input.onfocus = () => { before = actual; };
   input.onchange = () => {
@@ -55,10 +65,12 @@ export function numberInput(label, value, {step, least = -Infinity, most = Infin
     input.value = tidy(before);
     change(actual = before);
   };
-  if (live) input.oninput = () => {
-    const number = parseNumber(input.value);
-    if (!wrong(number)) change(actual = number);
-  };
+  if (live) {
+    input.oninput = () => {
+      const number = parseNumber(input.value);
+      if (!wrong(number)) change(actual = number);
+    };
+  }
   input.onkeydown = event => {
     const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = parseNumber(input.value);
     if (!direction || !step || number === null) return;

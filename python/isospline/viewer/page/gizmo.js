@@ -31,7 +31,10 @@ function section(point, normal, lower, upper) {
 }
 
 export class ClipGizmo {
-  constructor(app, stage) { Object.assign(this, {app, stage}); }
+  constructor(app, stage) {
+    this.app = app;
+    this.stage = stage;
+  }
 
   change(changes) {
     this.app.changeState({clip: {...this.app.state.clip, ...changes}});

@@ -1,7 +1,7 @@
 // The histogram of a volume's values; the levels of its surfaces can be dragged.
 
 import {clamp} from "./geometry.js";
-import {makeSvg, tidy} from "./dom.js";
+import {active, makeSvg, tidy} from "./dom.js";
 
 const WIDTH = 310, HEIGHT = 112, TOP = 22, BOTTOM = 96;
 
@@ -35,14 +35,14 @@ export class Histogram {
     if (!source) return;
     const range = this.range(source), [lower, upper] = range, span = upper - lower || 1;
     const x = value => (value - lower) / span * WIDTH;
-    const focused = document.activeElement?.dataset?.object;
+    const focused = active()?.dataset?.object;
     if (this.bars?.source !== source || String(this.bars.range) !== String(range)) {
       this.bars = {source, range};
       this.drawBars(source, range, x);
     }
     this.markers.replaceChildren(...app.state.objects.filter(each => each.source === source.key && each.level !== null)
       .map(each => this.marker(each, x(each.level), source)).filter(Boolean));
-    if (focused !== undefined && this.element !== document.activeElement) this.element.querySelector(`[data-object="${focused}"]`)?.focus();
+    if (focused !== undefined && this.element !== active()) this.element.querySelector(`[data-object="${focused}"]`)?.focus();
   }
 
   marker(each, place, source) {

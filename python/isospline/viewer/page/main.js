@@ -4,7 +4,7 @@ import {Stage} from "./stage.js";
 import {Panel} from "./panel.js";
 import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
-import {make} from "./dom.js";
+import {active, byId, make} from "./dom.js";
 
 const MOST_MESSAGES = 5;
 
@@ -31,6 +31,7 @@ class App {
     this.run = null;           // of the viewer that the page is connected to
     this.history = {undo: false, redo: false}; // whether there is something to undo and to redo
     this.before = null;        // what the page showed of a viewer that has ended
+    this.slices = null;        // the part of the page
   }
 
   on(name, listener) { (this.listeners[name] ??= []).push(listener); }
@@ -54,7 +55,7 @@ class App {
     this.socket.onclose = () => {
       this.tell("progress", {title: null});
       this.closed ??= this.note("The connection to the viewer is lost. This page continues when the viewer is back.");
-      if (!this.closed.isConnected) document.getElementById("messages").append(this.closed);
+      if (!this.closed.isConnected) byId("messages").append(this.closed);
       this.lookForAnother();
       setTimeout(() => this.connect(), this.retry = Math.min((this.retry ?? 300) * 1.5, 5000));
     };
@@ -137,8 +138,9 @@ class App {
       this.tell("camera");
     } else if (message.type === "options") {
       this.options = message;
-      if (this.run && this.run !== message.run && this.state)
+      if (this.run && this.run !== message.run && this.state) {
         this.before = {state: this.state, camera: this.camera, sources: [...this.sources.values()].map(({key, name}) => ({key, name}))};
+      }
       this.run = message.run;
     } else if (message.type === "same_picture") {
       this.same.set(message.before, message.input);
@@ -164,9 +166,10 @@ class App {
     const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
     const note = this.note("The viewer was restarted. "
       + (lost.length ? `No longer open: ${lost.join(", ")}. ` : "") + "Levels, colours, cuts, slices and measurements of before are not shown. ", "note");
-    if (lost.length < before.sources.length) note.append(make("button", {id: "restore",
-      onclick: () => this.change({type: "restore", sources: before.sources, state: {...before.state, camera: before.camera}})},
-      "Show them again"));
+    if (lost.length < before.sources.length) {
+      note.append(make("button", {id: "restore", onclick: () =>
+        this.change({type: "restore", sources: before.sources, state: {...before.state, camera: before.camera}})}, "Show them again"));
+    }
   }
 
   receiveBinary(buffer) {
@@ -184,7 +187,7 @@ class App {
 
   // A message that stays until it is closed.
   note(text, kind = "error") {
-    const messages = document.getElementById("messages");
+    const messages = byId("messages");
     const known = [...messages.children].find(each => each.firstChild.textContent === text);
     if (known) return known;
     const element = make("p", {class: kind === "note" ? "note" : null}, text);
@@ -211,7 +214,7 @@ class App {
 }
 
 const app = new App();
-window.isospline = app;
+/** @type {any} */ (window).isospline = app; // for tests and the curious
 const stage = new Stage(app);
 app.slices = new Slices(app);
 new Panel(app);
@@ -225,7 +228,7 @@ app.on("connected", () => {
   app.send({type: "hello", ...stage.pixels()});
 });
 app.on("progress", ({title, fraction}) => {
-  const element = document.getElementById("progress");
+  const element = byId("progress");
   element.hidden = title == null;
   element.querySelector("span").textContent = title ?? "";
   const bar = element.querySelector("progress");
@@ -234,16 +237,16 @@ app.on("progress", ({title, fraction}) => {
 });
 
 // The drawer of a narrow page.
-const panel = document.getElementById("panel"), opener = document.getElementById("show-panel");
+const panel = byId("panel"), opener = byId("show-panel");
 function showPanel(shown) {
   panel.classList.toggle("shown", shown);
   opener.setAttribute("aria-expanded", String(shown));
-  (shown ? document.getElementById("hide-panel") : opener).focus();
+  (shown ? byId("hide-panel") : opener).focus();
 }
 opener.onclick = () => showPanel(true);
-document.getElementById("hide-panel").onclick = () => showPanel(false);
+byId("hide-panel").onclick = () => showPanel(false);
 addEventListener("pointerdown", event => { // beside the drawer: it closes, and nothing else happens
-  if (!panel.matches(".shown") || event.target.closest("#panel, #messages")) return;
+  if (!panel.matches(".shown") || /** @type {Element} */ (event.target).closest("#panel, #messages")) return;
   event.stopPropagation();
   event.preventDefault();
   showPanel(false);
@@ -252,12 +255,12 @@ addEventListener("keydown", event => { if (event.key === "Escape" && panel.match
 
 // Undo and redo; in a field for text, these keys are the field's own.
 for (const name of ["undo", "redo"]) {
-  const button = document.getElementById(name);
+  const button = byId(name);
   button.onclick = () => move(name);
   app.on("history", () => { button.disabled = !app.history[name]; });
 }
 addEventListener("keydown", event => {
-  if (!(event.ctrlKey || event.metaKey) || event.altKey || event.target.matches("input.number, input[type=text]")) return;
+  if (!(event.ctrlKey || event.metaKey) || event.altKey || /** @type {Element} */ (event.target).matches("input.number, input[type=text]")) return;
   const key = event.key.toLowerCase(), name = key === "y" || key === "z" && event.shiftKey ? "redo" : key === "z" ? "undo" : null;
   if (!name) return;
   event.preventDefault();
@@ -266,11 +269,11 @@ addEventListener("keydown", event => {
 
 function move(name) {
   if (!app.history[name]) return;
-  if (document.activeElement.matches("input")) document.activeElement.blur(); // so that it shows the other value
+  if (active().matches("input")) active().blur(); // so that it shows the other value
   app.change({type: name});
 }
 
-const drop = document.getElementById("drop");
+const drop = byId("drop");
 addEventListener("dragover", event => { event.preventDefault(); drop.hidden = false; });
 addEventListener("dragleave", event => { if (!event.relatedTarget) drop.hidden = true; });
 addEventListener("drop", event => {
@@ -278,8 +281,8 @@ addEventListener("drop", event => {
   drop.hidden = true;
   app.upload(event.dataTransfer.files);
 });
-document.getElementById("open-files").onclick = () => document.getElementById("open").click();
-document.getElementById("open").onchange = event => {
+byId("open-files").onclick = () => byId("open").click();
+byId("open").onchange = event => {
   app.upload(event.target.files);
   event.target.value = "";
 };

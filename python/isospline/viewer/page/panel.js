@@ -1,7 +1,7 @@
 // The controls at the side. Each part is rebuilt when its state changes, unless the user is operating it.
 
 import {add, basis, scale} from "./geometry.js";
-import {checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
+import {active, byId, checkbox, field, make, numberInput, segments, select, slider, tidy} from "./dom.js";
 import {resultText} from "./measurements.js";
 import {boundsOf} from "./gizmo.js";
 import {Histogram} from "./histogram.js";
@@ -20,10 +20,10 @@ const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable
 export class Panel {
   constructor(app) {
     this.app = app;
-    this.histogram = new Histogram(app, document.getElementById("histogram"));
+    this.histogram = new Histogram(app, byId("histogram"));
     this.drawn = {}; // the dependencies of each part at the time it was built
     for (const name of ["state", "document", "selected"]) app.on(name, () => this.draw());
-    app.on("measured", ({point}) => { if (point) document.getElementById("measurements").open = true; });
+    app.on("measured", ({point}) => { if (point) byId("measurements").open = true; });
     this.drawSaves();
   }
 
@@ -36,7 +36,8 @@ export class Panel {
     const withoutLevels = objects.map(each => ({...each, level: each.level !== null}));
     this.put("objects", [withoutLevels, light, app.selected, open, app.defaultLimits], () => objects.map(each => this.drawObject(each)));
     for (const each of objects) {
-      document.querySelector(`.object[data-object="${each.id}"] .head input.number`)?.show(each.level);
+      const level = /** @type {any} */ (document.querySelector(`.object[data-object="${each.id}"] .head input.number`));
+      level?.show(each.level);
     }
     this.put("add", [objects.map(each => each.source), open], () => this.drawAdd());
     this.put("light", [light, shadows, exponent, background], () => this.drawLight(), true);
@@ -47,10 +48,10 @@ export class Panel {
 
   // Rebuild a part, except its summary, if its dependencies have changed and the user is not operating it.
   put(id, depends, draw, afterSummary = false) {
-    const part = document.getElementById(id), active = document.activeElement, key = JSON.stringify(depends);
-    if (this.drawn[id] === key || (part.contains(active) && active.matches("input:not([type=checkbox])"))) return;
+    const part = byId(id), focused = active(), key = JSON.stringify(depends);
+    if (this.drawn[id] === key || (part.contains(focused) && focused.matches("input:not([type=checkbox])"))) return;
     this.drawn[id] = key;
-    const label = part.contains(active) ? active.getAttribute("aria-label") ?? active.textContent : null;
+    const label = part.contains(focused) ? focused.getAttribute("aria-label") ?? focused.textContent : null;
     part.replaceChildren(...(afterSummary ? [part.querySelector("summary")] : []), ...draw().filter(Boolean));
     if (label) [...part.querySelectorAll("button, select, input")].find(each => (each.getAttribute("aria-label") ?? each.textContent) === label)?.focus();
   }
@@ -69,7 +70,7 @@ export class Panel {
     const name = make("button", {class: "bare name", title: source?.path ?? source?.name, "aria-expanded": String(app.selected === each.id),
       onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
-      : this.number(`Level of ${source?.name}`, each.level, level => change({level}),
+      : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
         {step: source && this.histogram.step(source), least: source?.level_range[0], most: source?.level_range[1], live: true});
     const element = make("div", {class: `object${each.visible ? "" : " off"}`, "data-object": each.id},
       make("div", {class: "head"}, color, name, level,
@@ -78,8 +79,10 @@ export class Panel {
         make("button", {class: "bare", title: "Remove", "aria-label": "Remove", onclick: () => {
           app.change({type: "remove_object", id: each.id});
         }}, "×")));
-    if (source?.body_level != null) element.append(make("div", {class: "row"}, checkbox("Only the body, without the table",
-      each.body_level !== null, body => change({body_level: body ? source.body_level : null}))));
+    if (source?.body_level != null) {
+      element.append(make("div", {class: "row"}, checkbox("Only the body, without the table", each.body_level !== null,
+        body => change({body_level: body ? source.body_level : null}))));
+    }
     if (app.selected === each.id) element.append(...this.drawLook(each, change));
     return element;
   }
@@ -156,10 +159,8 @@ export class Panel {
     const change = changes => app.changeState({clip: {...app.state.clip, ...changes}});
     const choose = kind => {
       const [lower, upper] = boundsOf(app), middle = scale(add(lower, upper), 0.5);
-      if (kind === "plane") change({kind, point: middle});
-      else if (kind === "box") change({kind, minimum: middle.map((each, i) => each - 0.3 * (upper[i] - lower[i])),
-        maximum: middle.map((each, i) => each + 0.3 * (upper[i] - lower[i]))});
-      else change({kind});
+      const corner = side => middle.map((each, i) => each + side * 0.3 * (upper[i] - lower[i]));
+      change({kind, ...kind === "plane" ? {point: middle} : kind === "box" ? {minimum: corner(-1), maximum: corner(1)} : {}});
     };
     const along = normal => () => change({normal});
     return [
@@ -236,7 +237,7 @@ export class Panel {
       options[name.toLowerCase()] = Math.round(value);
     }, {step: 1, least: 1, most: 16384})]));
     app.on("size", size => { for (const [name, input] of Object.entries(sides)) if (!(name in options)) input.show(size[name]); });
-    document.getElementById("saving").append(
+    byId("saving").append(
       field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height)),
       make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
       make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
@@ -245,12 +246,12 @@ export class Panel {
 }
 
 // The first suggested level that is not near another one.
-function suggested(levels, {suggested_levels: all, range: [lower, upper]}) {
+export function suggested(levels, {suggested_levels: all, range: [lower, upper]}) {
   return all.find(each => levels.every(level => Math.abs(level - each) > 0.02 * (upper - lower)));
 }
 
 // A level in the middle of the widest gap between levels.
-function between(levels, [lower, upper]) {
+export function between(levels, [lower, upper]) {
   const all = [lower, ...levels, upper].sort((a, b) => a - b);
   let best = 0;
   for (let i = 1; i + 1 < all.length; ++i) if (all[i + 1] - all[i] > all[best + 1] - all[best]) best = i;

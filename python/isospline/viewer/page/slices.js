@@ -1,7 +1,7 @@
 // Three slices through a volume. Values come from the server; gray values and contours of levels are computed here.
 
 import {clamp} from "./geometry.js";
-import {make, tidy} from "./dom.js";
+import {byId, make, tidy} from "./dom.js";
 
 const HEIGHT = "260px";
 const MOST_ZOOM = 64, MOST_POINTS = 1024, PIXELS = 2; // pixels of a point of a slice
@@ -11,7 +11,7 @@ export const PLANES = ["#c8553d", "#3a8f5c", "#2f6f9f"];
 export class Slices {
   constructor(app) {
     this.app = app;
-    this.element = document.getElementById("slices");
+    this.element = byId("slices");
     this.views = [0, 1, 2].map(axis => {
       const canvas = make("canvas", {tabindex: 0, style: `border-top: 2px solid ${PLANES[axis]}`,
         "aria-label": `Slice across ${"xyz"[axis]}: arrow keys move the point, Page Up and Page Down the slice`});
@@ -35,6 +35,7 @@ export class Slices {
       canvas.ondblclick = () => this.maximise(view);
       return view;
     });
+    this.viewsSent = null; // the parts of the slices that the viewer knows
     this.zoom = 1;
     this.centre = null; // of the zoomed part, in grid coordinates; null for the middle
     new ResizeObserver(() => { this.draw(); this.askForViews(); }).observe(this.element);
@@ -42,7 +43,7 @@ export class Slices {
     app.on("slices", message => this.received(message));
     app.on("sample", message => this.answered(message));
     addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised) this.maximise(this.maximised); });
-    app.on("connected", () => { this.values = null; this.views.sent = null; this.asked = null; this.asking = false; });
+    app.on("connected", () => { this.values = null; this.viewsSent = null; this.asked = null; this.asking = false; });
   }
 
   get slices() { return this.app.state.slices; }
@@ -91,8 +92,8 @@ export class Slices {
       this.viewsWait = false;
       if (this.element.hidden || !this.source) return;
       const views = this.views.map(view => this.seen(view)), text = JSON.stringify(views);
-      if (text === this.views.sent) return;
-      this.views.sent = text;
+      if (text === this.viewsSent) return;
+      this.viewsSent = text;
       this.app.send({type: "slice_views", views});
     });
   }
@@ -211,7 +212,7 @@ export class Slices {
       context.strokeStyle = each.color;
       context.lineWidth = 1.5 * place.ratio;
       context.beginPath();
-      contour(part, rows, columns, each.level, (column, row) =>
+      strokeContour(part, rows, columns, each.level, (column, row) =>
         [x + (flips[0] ? columns - 1 - column : column) * dx, y + (flips[1] ? rows - 1 - row : row) * dy], context);
       context.stroke();
     }
@@ -245,8 +246,8 @@ export class Slices {
   }
 
   // The point of the grid at a place in the window, and whether it is inside of the slice.
-  pointAt(view, [x, y]) {
-    const place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
+  pointAt(view, point) {
+    const [x, y] = point, place = this.placement(view), box = view.canvas.getBoundingClientRect(), counts = this.counts();
     const at = [((x - box.left) * place.ratio - place.left) / place.w, ((y - box.top) * place.ratio - place.top) / place.h];
     const index = [...this.slices.index];
     view.plane.forEach((axis, i) => { index[axis] = (place.flips[i] ? 1 - at[i] : at[i]) * (counts[axis] - 1); });
@@ -331,13 +332,13 @@ export class Slices {
 }
 
 // Lines where the bilinear interpolation equals the level, square by square (marching squares).
-function contour(values, rows, columns, level, to, context) {
+export function strokeContour(values, rows, columns, level, to, context) {
   const crossing = (a, b) => (level - a) / (b - a);
   for (let y = 0; y < rows - 1; ++y) {
     for (let x = 0; x < columns - 1; ++x) {
       const at = y * columns + x;
       const [a, b, c, d] = [values[at], values[at + 1], values[at + columns + 1], values[at + columns]];
-      const kind = (a >= level) | (b >= level) << 1 | (c >= level) << 2 | (d >= level) << 3;
+      const kind = Number(a >= level) | Number(b >= level) << 1 | Number(c >= level) << 2 | Number(d >= level) << 3;
       if (kind === 0 || kind === 15) continue;
       const points = [];
       if ((a >= level) !== (b >= level)) points.push([x + crossing(a, b), y]);

@@ -1,7 +1,7 @@
 // The picture, its overlays, and input from pointer and keyboard.
 
 import {basis, distanceOf, dot, heightOf, length, orbited, panned, project, scale, subtract, withProjection, zoomed, zoomedAt} from "./geometry.js";
-import {make, makeSvg, tidy} from "./dom.js";
+import {active, byId, make, makeSvg, tidy} from "./dom.js";
 import {ClipGizmo} from "./gizmo.js";
 import {drawMeasurements} from "./measurements.js";
 import {PLANES} from "./slices.js";
@@ -20,9 +20,9 @@ const ORDER = ["anterior", "posterior", "left", "right", "superior", "inferior"]
 export class Stage {
   constructor(app) {
     this.app = app;
-    this.canvas = document.getElementById("picture");
+    this.canvas = byId("picture");
     this.context = this.canvas.getContext("2d", {alpha: false});
-    this.overlay = document.getElementById("overlay");
+    this.overlay = byId("overlay");
     this.gizmo = new ClipGizmo(app, this);
     this.pointers = new Map();
     this.fps = [];
@@ -80,7 +80,7 @@ export class Stage {
     this.fps = [...this.fps.filter(each => now - each < 1000), now];
     const latency = this.app.latencies.at(-1);
     const moving = samples === 0;
-    document.getElementById("status").textContent = `${size[0]} × ${size[1]} · ` + (moving
+    byId("status").textContent = `${size[0]} × ${size[1]} · ` + (moving
       ? `${this.fps.length} pictures/s · ${latency ? latency.toFixed(0) : "–"} ms`
       : `${samples} sample${samples > 1 ? "s" : ""}${final ? "" : " …"}`)
       + (details.length ? `, scale ${details.join(", ")}` : "");
@@ -157,7 +157,7 @@ export class Stage {
 
   stateChanged() {
     document.documentElement.style.setProperty("--stage", this.app.state.background);
-    document.getElementById("welcome").hidden = this.app.state.objects.length > 0;
+    byId("welcome").hidden = this.app.state.objects.length > 0;
     this.drawValueBars();
     this.drawOverlay();
   }
@@ -167,7 +167,7 @@ export class Stage {
     const {objects, clip, slices} = this.app.state, shown = clip.kind !== "none" && clip.capped && clip.values;
     const keys = shown ? new Set(objects.filter(each => each.visible && each.level !== null).map(each => each.source)) : [];
     const sources = [...keys].map(key => this.app.sources.get(key)).filter(Boolean);
-    document.getElementById("value-bars").replaceChildren(...sources.map(source => {
+    byId("value-bars").replaceChildren(...sources.map(source => {
       const [low, high] = slices.window && slices.volume === source.key ? slices.window : source.window;
       return make("div", {class: "value-bar"}, sources.length > 1 ? source.name : "Value", make("i"),
         make("div", {}, ...[low, (low + high) / 2, high].map(value => make("span", {}, tidy(value)))));
@@ -175,7 +175,7 @@ export class Stage {
   }
 
   makeViews() {
-    const {app} = this, bar = document.getElementById("views");
+    const {app} = this, bar = byId("views");
     const look = view => () => app.send({type: "look", view});
     const faces = this.app.patient ? ORDER.map(name => FACES.find(face => face.patient[0] === name)) : FACES;
     bar.replaceChildren(
@@ -188,7 +188,7 @@ export class Stage {
         const other = app.camera.projection === "perspective" ? "orthographic" : "perspective";
         app.moveCamera(withProjection(app.camera, other));
       }}, "Orthographic"));
-    document.getElementById("cube").replaceChildren(...FACES.map(face => make("button",
+    byId("cube").replaceChildren(...FACES.map(face => make("button",
       {tabindex: -1, onclick: look(this.app.patient ? face.patient[0] : face.view)},
       this.app.patient ? face.patient[1] : face.view.toUpperCase().replace("-", "−"))));
   }
@@ -199,9 +199,9 @@ export class Stage {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     this.turnCube(camera);
     this.drawScaleBar(camera, height);
-    document.getElementById("projection")?.setAttribute("aria-pressed", String(camera.projection === "orthographic"));
+    byId("projection")?.setAttribute("aria-pressed", String(camera.projection === "orthographic"));
     const {app} = this, measured = drawMeasurements(app.state.measurements, app.results, app.unit, camera, width, height);
-    const focused = this.overlay.contains(document.activeElement) ? document.activeElement.dataset.handle : null;
+    const focused = this.overlay.contains(active()) ? active().dataset.handle : null;
     this.overlay.replaceChildren(...this.slicePlanes(camera, width, height), ...this.gizmo.draw(camera, width, height), ...measured);
     if (focused) this.overlay.querySelector(`[data-handle="${focused}"]`)?.focus();
   }
@@ -223,7 +223,7 @@ export class Stage {
   turnCube(camera) {
     const {right, up, forward} = basis(camera);
     const css = world => [right, up, forward].map((axis, i) => (i ? -1 : 1) * (axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2]));
-    [...document.getElementById("cube").children].forEach((face, i) => {
+    [...byId("cube").children].forEach((face, i) => {
       const {normal, up: upwards} = FACES[i];
       const sideways = [upwards[1] * normal[2] - upwards[2] * normal[1], upwards[2] * normal[0] - upwards[0] * normal[2],
         upwards[0] * normal[1] - upwards[1] * normal[0]];
@@ -237,7 +237,7 @@ export class Stage {
     const perPixel = heightOf(camera) / height;
     const wanted = 120 * perPixel, power = 10 ** Math.floor(Math.log10(wanted));
     const round = [5, 2, 1].find(each => each * power <= wanted) * power;
-    const bar = document.getElementById("scale-bar");
+    const bar = byId("scale-bar");
     bar.firstElementChild.style.width = `${round / perPixel}px`;
     bar.lastElementChild.textContent = tidy(round) + this.app.unit;
     bar.title = camera.projection === "perspective" ? "Lengths at the distance of the view's centre" : "";

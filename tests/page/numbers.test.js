@@ -1,0 +1,34 @@
+// Numbers that users write and read, and levels that are suggested.
+
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import {parseNumber, tidy} from "../../python/isospline/viewer/page/dom.js";
+import {resultText} from "../../python/isospline/viewer/page/measurements.js";
+import {between, suggested} from "../../python/isospline/viewer/page/panel.js";
+
+test("numbers have a point or a comma, and nothing else is one", () => {
+  for (const [text, number] of Object.entries({"1": 1, " 2,5 ": 2.5, "\u22123": -3, "+.5": 0.5, "1e3": 1000, "7.": 7})) assert.equal(parseNumber(text), number);
+  for (const text of ["", "x", "1 000", "1.000,5", "1,2,3", "0x10", "NaN", "Infinity", "1e999", "--1"]) assert.equal(parseNumber(text), null, text);
+});
+
+test("numbers are shown with six digits", () => {
+  assert.deepEqual([1234567.8, 0.1 + 0.2, -0.00001234567, null].map(tidy), ["1234570", "0.3", "-0.0000123457", "–"]);
+});
+
+test("results have units", () => {
+  const texts = [
+    resultText({tool: "distance", points: [{}, {}]}, 12.5, " mm", String), resultText({tool: "angle", points: [{}, {}, {}]}, 45, " mm", String),
+    resultText({tool: "thickness", points: [{}]}, null, "", String), resultText({tool: "angle", points: [{}]}, null, "", String),
+    resultText({tool: "angle", points: [{}, {}, {}]}, null, "", String), resultText({tool: "point", points: [{}]}, null, "", String)];
+  assert.deepEqual(texts, ["12.5 mm", "45°", "no other side", null, "two points are one", null]);
+});
+
+test("new levels are suggested ones, and then in the widest gap", () => {
+  const source = {suggested_levels: [100, 300, 50], range: [0, 1000]};
+  assert.equal(suggested([], source), 100);
+  assert.equal(suggested([110], source), 300);
+  assert.equal(suggested([110, 290, 45], source), undefined);
+  assert.equal(between([110, 290, 45], source.range), 645);
+  assert.equal(between([], [0, 1]), 0.5);
+});
