@@ -105,6 +105,7 @@ def choice(*options):
             raise ValueError(f"{name}: expected one of {', '.join(options)}, got {value!r}")
         return value
 
+    vars(check)["options"] = options  # for tools/write_page_types.py
     return check
 
 

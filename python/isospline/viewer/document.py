@@ -16,6 +16,7 @@ from ..io import VolumeData, read_volume
 from ..levels import bars, histogram, index_shape, levels_of_histogram, some_values
 from ..store.detail import Scales, is_store
 from ..suggest.presentation import Presentation, body_mask, present
+from .to_page import SourceAbout
 
 # The number of bars in the page's histogram.
 BARS = 256
@@ -156,26 +157,27 @@ class Source:
         low, high = (float(self.values[np.searchsorted(share, part)]) for part in (0.01, 0.995))
         return (low, high) if low < high else self.range
 
-    def to_json(self):
+    def about(self):
         """The description for the page."""
-        about = {"key": self.key, "name": self.name, "bounds": np.asarray(self.item.bounds).tolist()}
+        bounds = tuple(map(tuple, np.asarray(self.item.bounds).tolist()))
         if not self.is_volume:
-            return {**about, "kind": "mesh", "faces": len(self.item.faces)}
-        lower, upper = self.range
-        return {
-            **about,
-            "kind": "volume",
-            "range": [lower, upper],
-            "suggested_levels": list(map(float, levels_of_histogram(self.values, self.counts))),
-            "level_range": list(self.level_range),
-            "spacing_of_values": float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
-            "histogram": bars(self.values, self.counts, BARS).tolist(),
-            "counts": list(map(int, index_shape(self.item))),
-            "affine": self.item.affine.tolist(),
-            "window": list(self.window()),
-            "patient": self.patient,
-            "body_level": self.default_levels()[1],
-        }
+            return SourceAbout(self.key, self.name, "mesh", bounds, faces=len(self.item.faces))
+        return SourceAbout(
+            self.key,
+            self.name,
+            "volume",
+            bounds,
+            range=self.range,
+            suggested_levels=tuple(map(float, levels_of_histogram(self.values, self.counts))),
+            level_range=self.level_range,
+            spacing_of_values=float(np.diff(self.values).min()) if 1 < len(self.values) < 4000 else 0.0,
+            histogram=tuple(bars(self.values, self.counts, BARS).tolist()),
+            counts=tuple(map(int, index_shape(self.item))),
+            affine=tuple(map(tuple, self.item.affine.tolist())),
+            window=self.window(),
+            patient=self.patient,
+            body_level=self.default_levels()[1],
+        )
 
 
 class Document:
@@ -207,7 +209,7 @@ class Document:
             self._count += 1
             key = f"source{self._count}"
         source = make(key)
-        source.to_json()  # what windows are told about it must not fail later
+        source.about()  # what windows are told about it must not fail later
         with self._lock:
             self._sources[key] = source
         return source

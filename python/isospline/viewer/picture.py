@@ -20,6 +20,9 @@ from .state import SliceState
 #: Rays per pixel in the last pass.
 FINAL_SAMPLES = {"studio": STUDIO_SAMPLES, "phong": 16, "outline": 16, "ambient-occlusion": 16, "path-trace": 256}
 
+#: The lights of path tracing: the sky, the lamp's irradiance / pi, and how far its direction is to the right and up.
+SKY, LAMP, LAMP_RIGHT, LAMP_UP = 0.7, 0.45, 0.6, -0.8
+
 # Samples per pixel in each pass.
 _PASSES = {"studio": (1, STUDIO_SAMPLES), "path-trace": (1, 2, 4, 8, 16, 32, 64, 128, 256)}
 _OTHER_PASSES = (1, 4, 16)
@@ -259,8 +262,8 @@ class PictureMaker:
 def path_tracing_lights(camera):
     """An even sky, and a lamp over the viewer's left shoulder."""
     right, up, forward = camera.camera().world_to_camera[:3, :3]
-    direction = forward + 0.6 * right - 0.8 * up
+    direction = forward + LAMP_RIGHT * right + LAMP_UP * up
     return [
-        _core.EnvironmentLight(0.7),
-        _core.DirectionalLight(tuple(direction.tolist()), intensity=0.45 * math.pi),
+        _core.EnvironmentLight(SKY),
+        _core.DirectionalLight(tuple(direction.tolist()), intensity=LAMP * math.pi),
     ]

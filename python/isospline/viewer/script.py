@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..colors import CURVATURES
-from .picture import FINAL_SAMPLES, default_limits
+from .picture import FINAL_SAMPLES, LAMP, LAMP_RIGHT, LAMP_UP, SKY, default_limits
 
 
 def script(document, state, size, path="picture.png", background=None):
@@ -31,8 +31,10 @@ def script(document, state, size, path="picture.png", background=None):
         lines += [
             "right, up, forward = camera.world_to_camera[:3, :3]",
             "lights = [",
-            "    isospline.EnvironmentLight(0.7),",
-            "    isospline.DirectionalLight(forward + 0.6 * right - 0.8 * up, intensity=0.45 * math.pi),",
+            f"    isospline.EnvironmentLight({SKY}),",
+            "    isospline.DirectionalLight(",
+            f"        forward + {LAMP_RIGHT} * right + {LAMP_UP} * up, intensity={LAMP} * math.pi",
+            "    ),",
             "]",
             f"look = isospline.PathTracer(materials={looks}, lights=lights)",
         ]

@@ -11,16 +11,13 @@ from ..base.parameters import check_count
 from ..interop.mesh_files import MESH_SUFFIXES
 from ..io.raw_shape import describe_raw
 from ..store.budget import parse_memory
-from .checked import options
 from .session import SESSION_SUFFIXES, is_inside
 from .temporary import TemporaryFolder
+from .to_page import Progress, Raw, Uploaded
 
 #: By default, the most bytes of all uploads of a viewer together, and their largest number of files.
 UPLOAD_LIMIT: int | str = "8GB"
 UPLOAD_COUNT: int = 10_000
-
-#: Options of `read_volume` that a page may give for files of samples alone.
-RAW_OPTIONS = ("shape", "dtype", "offset", "spacing")
 
 # Header files that name the file with the samples.
 _HEADERS = (".mhd", ".nhdr")
@@ -218,8 +215,6 @@ class Receiver:
         """Open a file of samples alone with options of `read_volume`; None removes it."""
         if number not in self._raw:
             raise ValueError(f"number: expected that of a question, got {number!r}")
-        if read_options is not None:
-            read_options = options(*RAW_OPTIONS)(read_options, "options")
         self._viewer.submit(self._open_raw, *self._raw.pop(number), read_options)
 
     def _end_upload(self):
@@ -236,7 +231,7 @@ class Receiver:
         except Exception:
             self._end_upload()
             raise
-        self._send({"type": "progress", "title": "uploading", "fraction": self._upload.fraction})
+        self._send(Progress("uploading", self._upload.fraction))
         if self._upload.complete:
             upload, self._upload = self._upload, None
             self._viewer.submit(self._open, upload)
@@ -260,23 +255,23 @@ class Receiver:
         finally:
             for folder in folders:
                 self._discard_unused(folder)
-            self._send({"type": "progress", "title": None, "fraction": 1.0})
-            self._send({"type": "uploaded"})
+            self._send(Progress(None, 1.0))
+            self._send(Uploaded())
 
     def _ask(self, path, folder):
         """Ask the page for the shape of a file of samples alone, and suggest one."""
-        self._send({"type": "progress", "title": f"looking at {os.path.basename(path)}", "fraction": 0.0})
+        name = os.path.basename(path)
+        self._send(Progress(f"looking at {name}", 0.0))
         shape, dtype = describe_raw(path) or (None, None)
         number = next(self._numbers)
         self._raw[number] = path, folder
-        about = {"name": os.path.basename(path), "size": os.path.getsize(path), "shape": shape, "dtype": dtype}
-        self._send({"type": "raw", "number": number, **about})
+        self._send(Raw(number, name, os.path.getsize(path), shape, dtype))
 
     def _open_raw(self, path, folder, read_options):
         if read_options is not None:
             self._open_file(path, folder, read_options)
         self._discard_unused(folder)
-        self._send({"type": "uploaded"})
+        self._send(Uploaded())
 
     def _discard_unused(self, folder):
         if not any(is_inside(path, folder) for path, _ in list(self._raw.values())):

@@ -26,6 +26,7 @@ from .history import History
 from .picture import PictureMaker
 from .session import is_inside, open_session, read_session
 from .state import CameraState, ViewState
+from .to_page import Progress, Steps
 from .upload import UPLOAD_COUNT, UPLOAD_LIMIT, Uploads
 
 _LEADING = '<!doctype html><meta name="referrer" content="no-referrer"><meta http-equiv="refresh" content="0; url={}">'
@@ -103,7 +104,7 @@ class Viewer:
     def history(self):
         """Which of undo and redo there is something for, for pages."""
         with self._lock:
-            return {"undo": self._history.can_undo, "redo": self._history.can_redo}
+            return Steps(self._history.can_undo, self._history.can_redo)
 
     def _change(self, function, is_step):
         with self._lock:
@@ -225,7 +226,7 @@ class Viewer:
         """The state with slices through the middle of a volume, unless it has slices of another one."""
         if state.slices.volume is not None:
             return state
-        middle = tuple((np.array(source.to_json()["counts"]) - 1) / 2)
+        middle = tuple((np.array(source.about().counts) - 1) / 2)
         return state.replace(slices=state.slices.replace(volume=source.key, index=middle, window=source.window()))
 
     @contextlib.contextmanager
@@ -256,7 +257,7 @@ class Viewer:
     def tell(self, title, fraction):
         """Show the progress of long work in all windows; a title of None ends it."""
         for window in self.windows():
-            window.send({"type": "progress", "title": title, "fraction": fraction})
+            window.send(Progress(title, fraction))
 
     def remember_camera(self, camera):
         """Remember the camera that was moved last, for new windows and for sessions."""

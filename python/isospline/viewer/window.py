@@ -9,22 +9,18 @@ import threading
 import time
 
 from .. import colors
-from .checked import choice, number, records, text, vector, whole
+from . import to_page
+from .checked import number, whole
 from .encode import encode_jpeg, encode_png, packed
+from .from_page import FROM_PAGE
 from .measure import measure
-from .measurements import TOOLS, to_csv, with_point
+from .measurements import to_csv, with_point
 from .picture import PictureMaker, default_limits, passes, picture_part
 from .save import save
 from .schedule import AdaptiveResolution, FrameScheduler
-from .slices import COARSE, SliceView, sample_slices
-from .state import COLOR_MAPS, COLOR_RULES, CameraState, ViewState
+from .slices import COARSE, sample_slices
+from .state import COLOR_MAPS, COLOR_RULES
 from .upload import Receiver
-
-#: The largest width or height, in pixels, of a picture that a page may request.
-LARGEST = 4096
-
-# The fields of the state that pages may change directly.
-_CHANGEABLE = ("light", "shadows", "exponent", "background", "clip", "slices")
 
 
 class Window:
@@ -55,12 +51,12 @@ class Window:
     # -- To the page -----------------------------------------------------------------------------------------------
 
     def send(self, message):
-        """Send a JSON message."""
-        self._transmit(json.dumps(message))
+        """Send a message of `to_page`."""
+        self._transmit(json.dumps(to_page.to_message(message)))
 
     def send_file(self, name, content):
         """Send a file for the page to save."""
-        self._transmit(packed({"type": "file", "name": name}, content))
+        self._transmit(packed(to_page.to_message(to_page.File(name)), content))
 
     def state_changed(self):
         """Show the viewer's state."""
@@ -68,15 +64,14 @@ class Window:
         with self._lock:
             newest = self._newest_input
         limits = {each.id: default_limits(each, self._viewer.document) for each in state.objects}
-        results = [each.result for each in state.measurements]
-        about = {"input": newest, "default_limits": limits, "results": results, "history": self._viewer.history}
-        self.send({"type": "state", "state": state.to_json(), **about})
+        results = tuple(each.result for each in state.measurements)
+        self.send(to_page.State(newest, state, limits, results, self._viewer.history))
         self._request()
         self._request_slices(state)
 
     def document_changed(self, fit=False):
         """Send the open sources; `fit` moves the camera to show all of them."""
-        self.send({"type": "document", "sources": [source.to_json() for source in self._viewer.document]})
+        self.send(to_page.Document(tuple(source.about() for source in self._viewer.document)))
         if fit and self._size:
             self._viewer.submit(self._look_from, "home")
 
@@ -92,7 +87,7 @@ class Window:
         with self._lock:
             self._camera = camera
         self._viewer.remember_camera(camera)
-        self.send({"type": "camera", "camera": camera.to_json()})
+        self.send(to_page.CameraMoved(camera))
         self._request()
 
     def _request(self):
@@ -106,7 +101,7 @@ class Window:
             if not same:
                 self._frames.request((*shown, newest))
             elif newest > before:
-                self.send({"type": "same_picture", "before": before, "input": newest})
+                self.send(to_page.SamePicture(before, newest))
 
     def _draw(self, shown, stage, progress):
         """Render a state; returns the message with its picture."""
@@ -121,18 +116,17 @@ class Window:
             self._resolution.record(size, end - begin)
         with self._lock:  # it shows later changes as well if they did not change it
             newest = self._shown_input if (state, full) == self._shown else newest
-        about = {
-            "type": "frame",
-            "input": newest,
-            "size": size,
-            "camera": state.camera.to_json(),
-            "format": "jpeg" if stage is None else "png",
-            "samples": stage.samples if stage else 0,
-            "final": stage is not None and stage.final,
-            "scales": sorted(set(self._maker.scales.values())),
-            "milliseconds": [(drawn - begin) * 1e3, (end - drawn) * 1e3],
-        }
-        return packed(about, content)
+        about = to_page.Frame(
+            input=newest,
+            size=size,
+            camera=state.camera,
+            format="jpeg" if stage is None else "png",
+            samples=stage.samples if stage else 0,
+            final=stage is not None and stage.final,
+            scales=tuple(sorted(set(self._maker.scales.values()))),
+            milliseconds=((drawn - begin) * 1e3, (end - drawn) * 1e3),
+        )
+        return packed(to_page.to_message(about), content)
 
     def _request_slices(self, state):
         slices = state.slices
@@ -149,17 +143,16 @@ class Window:
         if key not in self._viewer.document:  # it was closed
             return None
         slices = sample_slices(self._viewer.document[key].item, index, views, share or COARSE)
-        regions = [(lower.tolist(), upper.tolist()) for lower, upper, _ in slices]
-        shapes = [values.shape for _, _, values in slices]
-        about = {"type": "slices", "volume": key, "index": index, "regions": regions, "shapes": shapes}
-        return packed(about, b"".join(values.tobytes() for _, _, values in slices))
+        regions = tuple((tuple(lower.tolist()), tuple(upper.tolist())) for lower, upper, _ in slices)
+        about = to_page.SliceValues(key, index, regions, tuple(values.shape for _, _, values in slices))
+        return packed(to_page.to_message(about), b"".join(values.tobytes() for _, _, values in slices))
 
     def _failed(self, error):
         """Tell the page of an error, without the temporary folders of uploads."""
         words, folder = str(error), self._viewer.uploads.path
         if folder:
             words = re.sub(rf"{re.escape(folder)}[/\\][^/\\\s]+[/\\]", "", words)
-        self.send({"type": "error", "text": " ".join(words.split()) or type(error).__name__})
+        self.send(to_page.Error(" ".join(words.split()) or type(error).__name__))
 
     # -- From the page ---------------------------------------------------------------------------------------------
 
@@ -172,26 +165,25 @@ class Window:
             message = json.loads(message, parse_float=_finite, parse_constant=_finite)
             if not isinstance(message, dict):
                 raise ValueError(f"message: expected an object, got {type(message).__name__}")
-            act = getattr(self, f"_on_{message.get('type')}", None)
-            if act is None:
-                raise ValueError(f"type: expected a type of message, got {message.get('type')!r}")
-            if "input" in message:
+            kind, number = message.pop("type", None), message.pop("input", None)
+            if not isinstance(kind, str) or kind not in FROM_PAGE:
+                raise ValueError(f"type: expected a type of message, got {kind!r}")
+            if number is not None:
                 with self._lock:
-                    self._newest_input = int(message["input"])
-            act(message)
+                    self._newest_input = whole(number, "input")
+            getattr(self, f"_on_{kind}")(FROM_PAGE[kind].from_json(message, kind))
         except (json.JSONDecodeError, RecursionError):
             raise
         except (
-            *(KeyError, TypeError, ValueError, ArithmeticError),
+            *(TypeError, ValueError, ArithmeticError),
             *(ImportError, OSError, RuntimeError, MemoryError),
         ) as error:
-            missing = type(error) is KeyError
-            self._failed(ValueError(f"{error.args[0]}: expected it in the message") if missing else error)
+            self._failed(error)
 
     def _on_hello(self, message):
         self._set_size(message)
-        maps = {name: [colors.hex_of(color) for color in colors.color_map(name)[::17]] for name in COLOR_MAPS}
-        self.send({"type": "options", "run": self._viewer.run, "color_maps": maps, "color_rules": COLOR_RULES})
+        maps = {name: tuple(map(colors.hex_of, colors.color_map(name)[::17])) for name in COLOR_MAPS}
+        self.send(to_page.Options(self._viewer.run, maps, COLOR_RULES))
         state = self._viewer.state
         self.document_changed(fit=state.camera is None)
         self.state_changed()
@@ -203,76 +195,68 @@ class Window:
         self._request()
 
     def _set_size(self, message):
-        size = tuple(int(message[side]) for side in ("width", "height"))
-        if not all(1 <= side <= LARGEST for side in size):
-            raise ValueError(f"size: expected 1 to {LARGEST} pixels along each side, got {size[0]} x {size[1]}")
         with self._lock:
-            self._size = size
+            self._size = (message.width, message.height)
 
     def _on_acknowledge(self, message):
-        (self._slices if message.get("slices") else self._frames).acknowledge()
+        (self._slices if message.slices else self._frames).acknowledge()
 
     def _on_camera(self, message):
-        camera = CameraState.from_json(message["camera"], "camera")
-        camera.camera()  # raises for invalid values
+        message.camera.camera()  # raises for invalid values
         with self._lock:
-            self._camera = camera
-        self._viewer.remember_camera(camera)
+            self._camera = message.camera
+        self._viewer.remember_camera(message.camera)
         self._request()
 
     def _on_look(self, message):
-        self._viewer.submit(self._look_from, message["view"], message.get("projection"))
+        self._viewer.submit(self._look_from, message.view)
 
-    def _look_from(self, view, projection=None):
+    def _look_from(self, view):
         try:
             with self._lock:
                 now, size = self._camera, self._size
             angle = now.field_of_view if now else 30.0
-            projection = projection or (now.projection if now else "perspective")
+            projection = now.projection if now else "perspective"
             self.set_camera(self._viewer.camera_towards(view, size, projection, angle))
         except Exception as error:
             self._failed(error)
 
     def _on_change(self, message):
-        changes = {**message["changes"]}
-        unknown = [name for name in changes if name not in _CHANGEABLE]
-        if unknown:
-            raise ValueError(f"changes: expected some of {', '.join(_CHANGEABLE)}, got {unknown[0]}")
+        changes = message.changes
         state = self._viewer.state.replace(**changes)
         if state.slices.volume is not None and not self._viewer.document[state.slices.volume].is_volume:
             raise ValueError(f"slices: expected a volume, got {state.slices.volume}")
         self._viewer.change(lambda state: state.replace(**changes))
 
     def _on_change_object(self, message):
-        id, changes = message["id"], {**message["changes"]}
+        id, changes = message.id, message.changes
         rule = changes.get("color_by", "color")
         if rule not in COLOR_RULES and not self._viewer.document[rule].is_volume:
             raise ValueError(f"color_by: expected one of {', '.join(COLOR_RULES)} or a volume, got {rule!r}")
         if "level" in changes:
             self._check_level(self._viewer.state.object(id), changes["level"])
-        for name in ("id", "source"):
-            if name in changes:
-                raise ValueError(f"changes: expected no change of {name}")
         self._viewer.change(lambda state: state.with_object(id, **changes))
 
     def _check_level(self, each, level):
-        if (level is None) != (each.level is None):
+        self._check_level_of(self._viewer.document[each.source], level)
+
+    @staticmethod
+    def _check_level_of(source, level):
+        if (level is not None) != source.is_volume:
             raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {level}")
-        if level is not None:
-            self._viewer.document[each.source].check_level(number()(level, "level"))
+        if source.is_volume:
+            source.check_level(number()(level, "level"))
 
     def _on_add_object(self, message):
-        source = self._viewer.document[message["source"]]
-        level = float(message["level"]) if source.is_volume else None
-        if source.is_volume:
-            source.check_level(level)
-        self._viewer.change(lambda state: state.with_new_object(source.key, level))
+        source = self._viewer.document[message.source]
+        self._check_level_of(source, message.level)
+        self._viewer.change(lambda state: state.with_new_object(source.key, message.level))
 
     def _on_remove_object(self, message):
-        self._viewer.change(lambda state: state.without_object(message["id"]))
+        self._viewer.change(lambda state: state.without_object(message.id))
 
     def _on_close(self, message):
-        self._viewer.submit(self._close_source, text(message["source"], "source"))
+        self._viewer.submit(self._close_source, message.source)
 
     def _close_source(self, key):
         try:
@@ -287,23 +271,19 @@ class Window:
         self._viewer.redo()
 
     def _on_sample(self, message):
-        source, index = self._viewer.document[message["volume"]], vector(3)(message["index"], "index")
+        source = self._viewer.document[message.volume]
         if not source.is_volume:
             raise ValueError(f"volume: expected a volume, got {source.key}")
         affine = source.item.affine
-        value = float(source.item.sample(affine[:3, :3] @ index + affine[:3, 3]))
-        self.send({"type": "sample", "index": message["index"], "value": value})
+        value = float(source.item.sample(affine[:3, :3] @ message.index + affine[:3, 3]))
+        self.send(to_page.Sampled(message.index, value))
 
     def _on_slice_views(self, message):
-        views = records(SliceView)(message["views"], "views")
-        if len(views) != 3:
-            raise ValueError(f"views: expected 3, got {len(views)}")
-        self._slice_views = views
+        self._slice_views = message.views
         self._request_slices(self._viewer.state)
 
     def _on_pick(self, message):
-        tool = choice(*TOOLS)(message.get("tool", "point"), "tool")
-        self._viewer.submit(self._pick, (float(message["x"]), float(message["y"])), tool)
+        self._viewer.submit(self._pick, (message.x, message.y), message.tool)
 
     def _pick(self, pixel, tool):
         try:
@@ -313,7 +293,7 @@ class Window:
                 found = measure(maker.scene, ids, state.camera.camera(), self._size, pixel)
             if found is not None:
                 self._measure(lambda all: with_point(all, tool, found))
-            self.send({"type": "measured", "point": found and found.to_json()})
+            self.send(to_page.Measured(found))
         except Exception as error:
             self._failed(error)
 
@@ -321,15 +301,14 @@ class Window:
         self._measure(lambda _: ())
 
     def _on_remove_measurement(self, message):
-        gone = whole(message["id"], "id")
-        self._measure(lambda all: [each for each in all if each.id != gone])
+        self._measure(lambda all: [each for each in all if each.id != message.id])
 
     def _measure(self, function):
         """Replace the measurements by ``function(measurements)``."""
         self._viewer.change(lambda state: state.replace(measurements=function(state.measurements)))
 
     def _on_save(self, message):
-        self._viewer.submit(self._save, message["what"], message.get("options", {}))
+        self._viewer.submit(self._save, message.what, message.options)
 
     def _save(self, what, options):
         try:
@@ -342,12 +321,12 @@ class Window:
         except Exception as error:
             self._failed(error)
         finally:
-            self.send({"type": "progress", "title": None, "fraction": 1.0})
+            self.send(to_page.Progress(None, 1.0))
 
     def _on_restore(self, message):
         """Show the state of a page that was connected to another viewer, as far as the same files are open."""
-        names = {text(each["key"], "key"): text(each["name"], "name") for each in message["sources"]}
-        state, keys = ViewState.from_json(message["state"], "state"), {}
+        names = {each.key: each.name for each in message.sources}
+        state, keys = message.state, {}
         for each in self._viewer.document:
             keys.update({key: each.key for key, name in names.items() if name == each.name})
         self._viewer.change(lambda _: state.with_keys(keys).replace(camera=None))
@@ -355,10 +334,10 @@ class Window:
             self.set_camera(state.camera)
 
     def _on_upload(self, message):
-        self._receiver.begin(message["files"])
+        self._receiver.begin(message.files)
 
     def _on_open_raw(self, message):
-        self._receiver.answer(message["number"], message.get("options"))
+        self._receiver.answer(message.number, message.options)
 
     def close(self):
         """Stop drawing, and leave the viewer."""

@@ -62,10 +62,10 @@ def test_script_makes_the_very_picture(opened, camera, tmp_path, monkeypatch):
 
 
 def test_a_store_tells_whether_it_is_of_a_patient(opened, tmp_path):
-    assert not opened[1].to_json()["patient"]
+    assert not opened[1].about().patient
     scan = isospline.VolumeData(volumes.gyroid().values(20), patient=True)
     isospline.convert(scan, tmp_path / "scan.zarr")
-    assert Document().add(read_source(tmp_path / "scan.zarr")).to_json()["patient"]
+    assert Document().add(read_source(tmp_path / "scan.zarr")).about().patient
 
 
 def test_sessions_open_the_store(opened, tmp_path):

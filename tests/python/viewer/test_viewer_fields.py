@@ -156,7 +156,7 @@ def test_slices_of_a_volume_in_either_order_of_axes(browser, axes):
     data = x + 100 * y + 10000 * z
     volume = isospline.Volume(data if axes == "xyz" else data.transpose(), axes=axes, degree=1)
     with isospline.view(volume, levels=[35000.0], browser=False) as viewer:
-        assert next(iter(viewer.document)).to_json()["counts"] == [18, 12, 8]
+        assert next(iter(viewer.document)).about().counts == (18, 12, 8)
         assert viewer.state.slices.index == (8.5, 5.5, 3.5)
         page = Page(browser, viewer.url)
         page.settle()

@@ -8,6 +8,7 @@ from viewer_client import Client
 
 from isospline.viewer.history import LIMIT, ONE_STEP, History, changed
 from isospline.viewer.state import ViewState
+from isospline.viewer.to_page import Steps
 
 
 def levels(viewer):
@@ -20,14 +21,14 @@ def test_states_come_back_in_order(viewer):
     viewer.change(lambda state: state.with_object(0, opacity=0.5))
     viewer.change(lambda state: state.with_new_object("source1", 100.0))
     last = viewer.state
-    assert viewer.history == {"undo": True, "redo": False}
+    assert viewer.history == Steps(undo=True, redo=False)
     viewer.undo()
     assert len(viewer.state.objects) == 1 and viewer.state.object(0).opacity == 0.5
     viewer.undo()
     assert viewer.state.object(0).opacity == 1 and viewer.state.background == "#102030"
     viewer.undo()
     assert viewer.state == first
-    assert viewer.history == {"undo": False, "redo": True}
+    assert viewer.history == Steps(undo=False, redo=True)
     viewer.undo()  # the file that was opened first stays
     assert viewer.state == first
     for _ in range(4):
@@ -35,7 +36,7 @@ def test_states_come_back_in_order(viewer):
     assert viewer.state == last
     viewer.undo()
     viewer.change(lambda state: state.replace(light="phong"))
-    assert viewer.history == {"undo": True, "redo": False}
+    assert viewer.history == Steps(undo=True, redo=False)
 
 
 def test_a_drag_is_one_step():

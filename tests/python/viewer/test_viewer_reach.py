@@ -9,6 +9,7 @@ pytest.importorskip("playwright")
 from browser import Page
 
 import isospline
+from isospline.viewer.to_page import Error
 
 AXE = importlib.resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
 
@@ -38,7 +39,7 @@ def open_everything(page, viewer):
     page.page.get_by_role("button", name="Box").click()
     page.page.get_by_label("Values on the cut").click()
     page.page.get_by_label("Colour by").select_option("mean-curvature")
-    viewer.windows()[0].send({"type": "error", "text": "some error"})
+    viewer.windows()[0].send(Error("some error"))
     page.settle()
     box = page.page.locator("#picture").bounding_box()
     page.page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.6 * box["height"])

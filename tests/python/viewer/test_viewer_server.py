@@ -108,7 +108,7 @@ def test_values_are_told_of_volumes_alone(viewer):
     client = Client(viewer)
     client.send(type="sample", volume="source1", index=[4.25, 9.5, 11])
     volume = viewer.document["source1"].item
-    assert client.receive("sample")[0]["value"] == pytest.approx(float(volume.sample((4.25, 9.5, 11.0))))
+    assert client.receive("sampled")[0]["value"] == pytest.approx(float(volume.sample((4.25, 9.5, 11.0))))
     viewer.add(isospline.Mesh(3 * np.eye(3), [(0, 1, 2)]))
     client.send(type="sample", volume="source2", index=[1, 2, 3])
     assert "expected a volume, got source2" in client.receive("error")[0]["text"]

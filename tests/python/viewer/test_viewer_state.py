@@ -231,8 +231,8 @@ def test_a_ct_is_shown_without_its_table(tmp_path, scan_with_table, monkeypatch)
     with isospline.view(path, browser=False) as viewer:
         (each,) = viewer.state.objects
         assert each.level > 0 > each.body_level
-        about = viewer.document[each.source].to_json()
-        assert about["body_level"] == each.body_level
+        about = viewer.document[each.source].about()
+        assert about.body_level == each.body_level
         state = viewer.state.replace(camera=CAMERA)
         cut = ClipState("plane", (24.0, 16.0, 20.0), (0.0, 0.0, 1.0))
         with viewer.making() as maker:

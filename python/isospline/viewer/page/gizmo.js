@@ -31,6 +31,8 @@ function section(point, normal, lower, upper) {
 }
 
 export class ClipGizmo {
+  /** @param {import("./main.js").App} app
+   *  @param {any} stage */
   constructor(app, stage) {
     this.app = app;
     this.stage = stage;

@@ -6,6 +6,8 @@ import {active, makeSvg, tidy} from "./dom.js";
 const WIDTH = 310, HEIGHT = 112, TOP = 22, BOTTOM = 96;
 
 export class Histogram {
+  /** @param {import("./main.js").App} app
+   *  @param {any} element */
   constructor(app, element) {
     this.app = app;
     this.element = element;

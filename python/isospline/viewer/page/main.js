@@ -8,15 +8,21 @@ import {active, byId, make} from "./dom.js";
 
 const MOST_MESSAGES = 5;
 
-class App {
+export class App {
   constructor() {
+    /** @type {Viewer.ViewState | null} */
     this.state = null;         // the displayed state, as Python's ViewState
+    /** @type {Map<string, Viewer.SourceAbout>} */
     this.sources = new Map();  // open volumes and meshes by key
+    /** @type {Viewer.CameraState | null} */
     this.camera = null;        // of this window
+    /** @type {(Viewer.Frame & {number: number}) | null} */
     this.frame = null;         // the description of the newest picture
     this.same = new Map();     // numbers of changes that did not change the picture of another number
     this.defaultLimits = {};
+    /** @type {(number | null)[]} */
     this.results = [];         // of the measurements
+    /** @type {Viewer.Measurement["tool"]} */
     this.tool = "point";       // that the next click measures with
     this.inputs = 0;           // changes sent
     this.sentAt = new Map();   // the time when each change was sent, by its number
@@ -70,23 +76,27 @@ class App {
     this.closed.textContent = "Another viewer is at this address, with another token. Open the address that it printed.";
   }
 
+  /** @param {Viewer.FromPage} message */
   send(message) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   // Send a numbered change of the picture. The first picture that shows it has the same number.
+  /** @param {Viewer.FromPage} message */
   change(message) {
     this.inputs += 1;
     this.sentAt.set(this.inputs, performance.now());
     this.send({...message, input: this.inputs});
   }
 
+  /** @param {Partial<Viewer.ViewState>} changes */
   changeState(changes) {
     this.state = {...this.state, ...changes};
     this.change({type: "change", changes});
     this.tell("state", {own: true});
   }
 
+  /** @type {(id: number, changes: Partial<Viewer.ObjectState>) => void} */
   changeObject(id, changes) {
     const objects = this.state.objects.map(each => each.id === id ? {...each, ...changes} : each);
     this.state = {...this.state, objects};
@@ -95,6 +105,7 @@ class App {
   }
 
   // Cameras are sent at most once per screen refresh.
+  /** @param {Viewer.CameraState} camera */
   moveCamera(camera) {
     this.camera = camera;
     if (this.cameraWaits) return;
@@ -112,6 +123,7 @@ class App {
 
   object(id) { return this.state?.objects.find(each => each.id === id); }
 
+  /** @param {Viewer.ToPage} message */
   receive(message) {
     if (message.type === "state") {
       const limits = this.defaultLimits;
@@ -133,7 +145,7 @@ class App {
     } else if (message.type === "document") {
       this.sources = new Map(message.sources.map(each => [each.key, each]));
       this.tell("document");
-    } else if (message.type === "camera") {
+    } else if (message.type === "camera_moved") {
       this.camera = message.camera;
       this.tell("camera");
     } else if (message.type === "options") {

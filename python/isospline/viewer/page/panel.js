@@ -18,6 +18,7 @@ const SAVES = {png: "Picture (PNG)", exr: "Picture with layers (EXR)", turntable
   mesh: "Mesh (STL)", session: "Session", python: "Python"};
 
 export class Panel {
+  /** @param {import("./main.js").App} app */
   constructor(app) {
     this.app = app;
     this.histogram = new Histogram(app, byId("histogram"));
@@ -67,7 +68,7 @@ export class Panel {
     const change = changes => app.changeObject(each.id, changes);
     const color = make("input", {type: "color", value: each.color, "aria-label": "Colour", title: "Colour"});
     color.oninput = () => change({color: color.value});
-    const name = make("button", {class: "bare name", title: source?.path ?? source?.name, "aria-expanded": String(app.selected === each.id),
+    const name = make("button", {class: "bare name", title: source?.name, "aria-expanded": String(app.selected === each.id),
       onclick: () => { app.selected = app.selected === each.id ? null : each.id; this.draw(); }}, source?.name ?? each.source);
     const level = each.level === null ? make("span", {class: "hint"}, `${source?.faces} faces`)
       : this.number(`Level of ${source?.name}`, each.level, value => change({level: value}),
@@ -241,18 +242,19 @@ export class Panel {
       field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height)),
       make("div", {class: "row"}, checkbox("Transparent background", false, transparent => { options.transparent = transparent; })),
       make("div", {class: "row"}, ...Object.entries(SAVES).map(([what, name]) =>
-        make("button", {"data-save": what, onclick: () => app.send({type: "save", what, options})}, name))));
+        make("button", {"data-save": what, onclick: () => app.send({type: "save", what: /** @type {any} */ (what), options})}, name))));
   }
 }
 
 // The first suggested level that is not near another one.
-export function suggested(levels, {suggested_levels: all, range: [lower, upper]}) {
+export function suggested(levels, {suggested_levels: all, range}) {
+  const [lower, upper] = range;
   return all.find(each => levels.every(level => Math.abs(level - each) > 0.02 * (upper - lower)));
 }
 
 // A level in the middle of the widest gap between levels.
-export function between(levels, [lower, upper]) {
-  const all = [lower, ...levels, upper].sort((a, b) => a - b);
+export function between(levels, range) {
+  const [lower, upper] = range, all = [lower, ...levels, upper].sort((a, b) => a - b);
   let best = 0;
   for (let i = 1; i + 1 < all.length; ++i) if (all[i + 1] - all[i] > all[best + 1] - all[best]) best = i;
   return Number(((all[best] + all[best + 1]) / 2).toPrecision(6));

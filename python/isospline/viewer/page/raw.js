@@ -9,6 +9,7 @@ const NAMED = {int8: "i1", int16: "i2", int32: "i4", uint8: "u1", uint16: "u2", 
 const LARGEST = 1 << 20; // samples along an axis
 
 export class RawForm {
+  /** @param {import("./main.js").App} app */
   constructor(app) {
     this.app = app;
     this.waiting = [];

@@ -9,6 +9,7 @@ const MOST_ZOOM = 64, MOST_POINTS = 1024, PIXELS = 2; // pixels of a point of a 
 export const PLANES = ["#c8553d", "#3a8f5c", "#2f6f9f"];
 
 export class Slices {
+  /** @param {import("./main.js").App} app */
   constructor(app) {
     this.app = app;
     this.element = byId("slices");
@@ -40,8 +41,8 @@ export class Slices {
     this.centre = null; // of the zoomed part, in grid coordinates; null for the middle
     new ResizeObserver(() => { this.draw(); this.askForViews(); }).observe(this.element);
     app.on("state", () => this.stateChanged());
-    app.on("slices", message => this.received(message));
-    app.on("sample", message => this.answered(message));
+    app.on("slice_values", message => this.received(message));
+    app.on("sampled", message => this.answered(message));
     addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised) this.maximise(this.maximised); });
     app.on("connected", () => { this.values = null; this.viewsSent = null; this.asked = null; this.asking = false; });
   }

@@ -18,6 +18,7 @@ const FACES = [
 const ORDER = ["anterior", "posterior", "left", "right", "superior", "inferior"];
 
 export class Stage {
+  /** @param {import("./main.js").App} app */
   constructor(app) {
     this.app = app;
     this.canvas = byId("picture");

@@ -1,0 +1,240 @@
+"""What pages tell the viewer. tools/write_page_types.py writes it down for the page's type checker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
+
+from .checked import (
+    Checked,
+    choice,
+    count,
+    field,
+    flag,
+    number,
+    optional,
+    options,
+    record,
+    records,
+    text,
+    vector,
+    whole,
+)
+from .measurements import TOOLS
+from .slices import SliceView
+from .state import CameraState, ObjectState, ViewState
+from .to_page import kind_of
+
+#: The largest width or height, in pixels, of a picture that a page may request.
+LARGEST = 4096
+#: The fields of the state that pages may change directly.
+CHANGEABLE = ("light", "shadows", "exponent", "background", "clip", "slices")
+#: The fields of objects that they may change.
+OF_OBJECTS = tuple(each.name for each in fields(ObjectState) if each.name not in ("id", "source"))
+#: Files that are saved, besides tables of measurements.
+SAVED = ("png", "exr", "turntable", "mesh", "session", "python")
+#: Options of `read_volume` that a page may give for files of samples alone.
+RAW_OPTIONS = ("shape", "dtype", "offset", "spacing")
+
+FROM_PAGE: dict[str, Any] = {}
+
+Some = TypeVar("Some")
+
+
+def _from_page(cls: type[Some]) -> type[Some]:
+    FROM_PAGE[kind_of(cls)] = cls
+    return cls
+
+
+def _side(value, name):
+    if count(value, name) > LARGEST:
+        raise ValueError(f"{name}: expected 1 to {LARGEST} pixels, got {value}")
+    return value
+
+
+def _any_list(value, name):
+    if not isinstance(value, list):
+        raise ValueError(f"{name}: expected a list, got {type(value).__name__}")
+    return value
+
+
+# A message that may change the picture has a number beside its fields, `input`.
+
+
+@_from_page
+@dataclass(frozen=True)
+class Hello(Checked):
+    """A page has connected. Its picture has this size."""
+
+    width: int = field(_side)
+    height: int = field(_side)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Size(Checked):
+    """The picture has another size."""
+
+    width: int = field(_side)
+    height: int = field(_side)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Acknowledge(Checked):
+    """A picture has arrived, or slices."""
+
+    slices: bool = field(flag, False)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Camera(Checked):
+    """The camera has moved."""
+
+    camera: CameraState = field(record(CameraState))
+
+
+@_from_page
+@dataclass(frozen=True)
+class Look(Checked):
+    """Look from a side, as `camera_for` names it, or at everything, "home"."""
+
+    view: str = field(text)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Change(Checked):
+    """Change fields of the state."""
+
+    changes: dict[str, Any] = field(options(*CHANGEABLE))
+
+
+@_from_page
+@dataclass(frozen=True)
+class ChangeObject(Checked):
+    """Change fields of an object."""
+
+    id: int = field(whole)
+    changes: dict[str, Any] = field(options(*OF_OBJECTS))
+
+
+@_from_page
+@dataclass(frozen=True)
+class AddObject(Checked):
+    """Add a surface at a level, or a mesh."""
+
+    source: str = field(text)
+    level: float | None = field(optional(number()), None)
+
+
+@_from_page
+@dataclass(frozen=True)
+class RemoveObject(Checked):
+    id: int = field(whole)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Close(Checked):
+    """Close a volume or a mesh."""
+
+    source: str = field(text)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Undo(Checked):
+    pass
+
+
+@_from_page
+@dataclass(frozen=True)
+class Redo(Checked):
+    pass
+
+
+@_from_page
+@dataclass(frozen=True)
+class Sample(Checked):
+    """Tell the value of a volume's model at a point, in grid coordinates."""
+
+    volume: str = field(text)
+    index: tuple[float, ...] = field(vector(3))
+
+
+@_from_page
+@dataclass(frozen=True)
+class SliceViews(Checked):
+    """Other parts of the three slices are seen."""
+
+    views: tuple[SliceView, ...] = field(records(SliceView))
+
+    def __post_init__(self):
+        super().__post_init__()
+        if len(self.views) != 3:
+            raise ValueError(f"views: expected 3, got {len(self.views)}")
+
+
+@_from_page
+@dataclass(frozen=True)
+class Pick(Checked):
+    """Measure the point at a pixel with a tool."""
+
+    x: float = field(number())
+    y: float = field(number())
+    tool: str = field(choice(*TOOLS), "point")
+
+
+@_from_page
+@dataclass(frozen=True)
+class RemoveMeasurement(Checked):
+    id: int = field(whole)
+
+
+@_from_page
+@dataclass(frozen=True)
+class ClearMeasurements(Checked):
+    pass
+
+
+@_from_page
+@dataclass(frozen=True)
+class Save(Checked):
+    """Make a file for the page to save. The options are those of `save.save`."""
+
+    what: str = field(choice(*SAVED, "measurements"))
+    options: dict[str, Any] = field(options("width", "height", "transparent", "pictures", "samples"), {})
+
+
+@dataclass(frozen=True)
+class NamedSource(Checked):
+    key: str = field(text)
+    name: str = field(text)
+
+
+@_from_page
+@dataclass(frozen=True)
+class Restore(Checked):
+    """Show what was shown by another viewer, as far as files of the same names are open."""
+
+    sources: tuple[NamedSource, ...] = field(records(NamedSource))
+    state: ViewState = field(record(ViewState))
+
+
+@_from_page
+@dataclass(frozen=True)
+class Upload(Checked):
+    """The bytes of files follow, one file after the other: names and sizes."""
+
+    files: list[dict[str, Any]] = field(_any_list)
+
+
+@_from_page
+@dataclass(frozen=True)
+class OpenRaw(Checked):
+    """The answer to `Raw`: options of `read_volume`, or None to leave the file out."""
+
+    number: int = field(whole)
+    options: dict[str, Any] | None = field(optional(options(*RAW_OPTIONS)), None)
