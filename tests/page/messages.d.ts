@@ -143,7 +143,13 @@ declare namespace Viewer {
   }
   interface OpenRaw {
     number: number;
-    options?: Record<string, any> | null;
+    options?: RawOptions | null;
+  }
+  interface RawOptions {
+    shape: number[];
+    dtype: string;
+    offset: number;
+    spacing: number[];
   }
   interface State {
     input: number;

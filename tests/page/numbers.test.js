@@ -12,8 +12,8 @@ test("numbers have a point or a comma, and nothing else is one", () => {
   for (const text of ["", "x", "1 000", "1.000,5", "1,2,3", "0x10", "NaN", "Infinity", "1e999", "--1"]) assert.equal(parseNumber(text), null, text);
 });
 
-test("numbers are shown with six digits", () => {
-  assert.deepEqual([1234567.8, 0.1 + 0.2, -0.00001234567, null].map(tidy), ["1234570", "0.3", "-0.0000123457", "–"]);
+test("numbers are shown whole, or with six digits", () => {
+  assert.deepEqual([1234567, 1234567.8, 0.1 + 0.2, -0.00001234567, null].map(tidy), ["1234567", "1234570", "0.3", "-0.0000123457", "–"]);
 });
 
 test("results have units", () => {

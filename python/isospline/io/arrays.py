@@ -32,7 +32,8 @@ def read_raw(path, shape, dtype, offset):
         shape, dtype = (found if given is None else given for given, found in zip((shape, dtype), named))
     if shape is None or dtype is None:
         missing = "shape" if shape is None else "dtype"
-        suggested = suggest_raw(path, offset) if shape is None and dtype is None else None
+        is_unknown = shape is None and dtype is None and isinstance(offset, int) and offset >= 0
+        suggested = suggest_raw(path, offset) if is_unknown else None
         meaning = "; did you mean shape={}, dtype={!r}?".format(*suggested) if suggested else ""
         raise ValueError(
             f"expected the shape and the type of the samples, which the file does not store: {missing}= "

@@ -26,6 +26,8 @@ BETTER, BETTER_BY = 0.6, 0.02
 RUNS, LENGTH = 1024, 64
 # The smallest number of samples along an axis for which a shape is checked or suggested.
 LEAST = 4
+# The smallest number of samples for which a shape is suggested.
+FEWEST = 1000
 # The types that are tried for a raw file; of equally likely ones, the first is suggested.
 TYPES = ("u1", "<u2", "<i2", ">u2", ">i2", "<f4", ">f4", "<f8")
 # Floating-point numbers that are not between these, or zero, are bits of another type.
@@ -42,7 +44,10 @@ def shape_of_name(path):
 
 def describe_raw(path):
     """The shape and the type of a raw file by its name, or otherwise by its samples; None if neither tells."""
-    return shape_of_name(path) or suggest_raw(path)
+    named = shape_of_name(path)
+    if named and math.prod(named[0]) * np.dtype(named[1]).itemsize == os.path.getsize(path):
+        return named
+    return suggest_raw(path)
 
 
 def suggest_raw(path, offset=0):
@@ -61,7 +66,7 @@ def suggest_raw(path, offset=0):
     """
     size, found = os.path.getsize(path) - offset, []
     for dtype in map(np.dtype, TYPES):
-        if size < LEAST**3 * dtype.itemsize or size % dtype.itemsize:
+        if size < FEWEST * dtype.itemsize or size % dtype.itemsize:
             continue
         likeness = _Likeness(np.memmap(path, dtype, mode="r", offset=offset, shape=size // dtype.itemsize))
         if not likeness.is_plausible() or likeness(1) < ALIKE:
@@ -143,10 +148,10 @@ class _Likeness:
         return self._found[stride]
 
     def is_plausible(self):
-        """Whether some samples are finite numbers that a measurement may have."""
+        """Whether some samples are finite numbers that a measurement may have, and not all the same."""
         with np.errstate(invalid="ignore"):  # of signalling NaNs
             some = np.abs(self._flat[np.linspace(0, len(self._flat) - 1, RUNS * LENGTH).astype(np.int64)].astype(float))
-        return bool(((some == 0) | ((some > TINY) & (some < HUGE))).all())
+        return bool(((some == 0) | ((some > TINY) & (some < HUGE))).all()) and np.ptp(some) > 0
 
     def _correlation(self, stride):
         count = len(self._flat) - stride - LENGTH

@@ -157,6 +157,11 @@ class Source:
         low, high = (float(self.values[np.searchsorted(share, part)]) for part in (0.01, 0.995))
         return (low, high) if low < high else self.range
 
+    @property
+    def middle(self):
+        """The middle of a volume, in grid coordinates."""
+        return tuple((np.array(index_shape(self.item)) - 1) / 2)
+
     def about(self):
         """The description for the page."""
         bounds = tuple(map(tuple, np.asarray(self.item.bounds).tolist()))
@@ -199,6 +204,11 @@ class Document:
         with self._lock:
             return key in self._sources
 
+    def get(self, key):
+        """A source, or None if it is not open."""
+        with self._lock:
+            return self._sources.get(key)
+
     def __iter__(self):
         with self._lock:
             return iter(list(self._sources.values()))
@@ -217,7 +227,7 @@ class Document:
     def remove(self, key):
         """Close a source."""
         with self._lock:
-            del self._sources[key]
+            self._sources.pop(key, None)
 
     def source_of_volume(self, volume):
         """The source of a Volume that is open, or None."""

@@ -33,8 +33,6 @@ CHANGEABLE = ("light", "shadows", "exponent", "background", "clip", "slices")
 OF_OBJECTS = tuple(each.name for each in fields(ObjectState) if each.name not in ("id", "source"))
 #: Files that are saved, besides tables of measurements.
 SAVED = ("png", "exr", "turntable", "mesh", "session", "python")
-#: Options of `read_volume` that a page may give for files of samples alone.
-RAW_OPTIONS = ("shape", "dtype", "offset", "spacing")
 
 FROM_PAGE: dict[str, Any] = {}
 
@@ -50,6 +48,10 @@ def _side(value, name):
     if count(value, name) > LARGEST:
         raise ValueError(f"{name}: expected 1 to {LARGEST} pixels, got {value}")
     return value
+
+
+def _shape(value, name):
+    return tuple(count(each, name) for each in vector(3)(value, name) and value)
 
 
 def _any_list(value, name):
@@ -231,10 +233,20 @@ class Upload(Checked):
     files: list[dict[str, Any]] = field(_any_list)
 
 
+@dataclass(frozen=True)
+class RawOptions(Checked):
+    """Options of `read_volume` for a file of samples alone."""
+
+    shape: tuple[int, ...] = field(_shape)
+    dtype: str = field(text)
+    offset: int = field(whole, 0)
+    spacing: tuple[float, ...] = field(vector(3), (1.0, 1.0, 1.0))
+
+
 @_from_page
 @dataclass(frozen=True)
 class OpenRaw(Checked):
-    """The answer to `Raw`: options of `read_volume`, or None to leave the file out."""
+    """The answer to `Raw`; None leaves the file out."""
 
     number: int = field(whole)
-    options: dict[str, Any] | None = field(optional(options(*RAW_OPTIONS)), None)
+    options: RawOptions | None = field(optional(record(RawOptions)), None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import fields
+from itertools import pairwise
 
 from .state import ViewState
 
@@ -52,12 +53,12 @@ class History:
         """The state after the step that was undone last; the present one if there is none."""
         return self._moved(self._future, self._past, present)
 
-    def replace(self, function):
+    def replace(self, function, present):
         """Replace all states by ``function(state)``; steps that change nothing any more are left out."""
         for states in (self._past, self._future):
-            changed = [function(state) for state in states]
+            changed = [*map(function, states), present]
             states.clear()
-            states.extend(each for i, each in enumerate(changed) if not i or each != changed[i - 1])
+            states.extend(each for each, after in pairwise(changed) if each != after)
         self._last = None
 
     def _moved(self, source, target, present):

@@ -72,21 +72,29 @@ class Measurement(Checked):
         return len(self.points) == TOOLS[self.tool]
 
     @property
+    def objects(self):
+        """The ids of the objects that have its points."""
+        return {each.object for each in self.points}
+
+    @property
     def result(self):
         """The distance or the thickness in world units, or the angle at the second point in degrees.
 
         None while points are missing, of a single point, and of an angle with two points at one place.
         """
-        places = [np.array(each.position) for each in self.points]
+        places = [each.position for each in self.points]
         if not self.is_complete or self.tool == "point":
             return None
         if self.tool == "thickness":
             return self.points[0].thickness
         if self.tool == "distance":
-            return float(np.linalg.norm(places[1] - places[0]))
-        a, b = places[0] - places[1], places[2] - places[1]
-        sine, cosine = float(np.linalg.norm(np.cross(a, b))), float(a @ b)
-        return math.degrees(math.atan2(sine, cosine)) if a.any() and b.any() else None
+            distance = math.dist(*places)
+            return distance if math.isfinite(distance) else None
+        sides = [np.subtract(place, places[1]) for place in (places[0], places[2])]
+        if not all(each.any() for each in sides):
+            return None
+        a, b = (each / np.abs(each).max() for each in sides)
+        return math.degrees(math.atan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
 def with_point(measurements, tool, point):

@@ -124,8 +124,12 @@ class PictureMaker:
         closed = [made_of for made_of in self._indices if made_of[0] not in self._document]
         for made_of in closed:
             del self._indices[made_of]
-        if closed:
-            self._tracing = None
+        if self._tracing is not None and any(key not in self._document for key in self._tracing[0][0].named_sources()):
+            self.end_path_tracing()
+
+    def end_path_tracing(self):
+        """Forget the path traced picture, which could be continued."""
+        self._tracing = None
 
     @without_warnings()  # a level may be moved to where there is no surface
     def geometry_ids(self, state, camera=None, size=None):
@@ -231,6 +235,7 @@ class PictureMaker:
         options.setdefault("background", state.background)
         if stage is not None and state.light == "path-trace":
             return self._path_trace(state, ids, size, stage.samples, progress, options)
+        self.end_path_tracing()
         return render(
             self._scene,
             camera,

@@ -68,6 +68,7 @@ def save(viewer, what, state, size, options):
             with viewer.making() as maker:
                 stage = Stage(FINAL_SAMPLES[state.light], True)
                 maker.render(state, size, stage, _progress(viewer, "rendering"), **look).write(path)
+                maker.end_path_tracing()
         with open(path, "rb") as file:
             return os.path.basename(path), file.read()
 

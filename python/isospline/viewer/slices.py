@@ -26,7 +26,7 @@ class SliceView(Checked):
     lower, upper : (2,) tuple of float
         Its corners, in grid coordinates along the slice's two axes.
     points : int
-        Points along its longer side.
+        Points along its longer side, at equal distances in space.
     """
 
     lower: tuple[float, ...] = field(vector(2))
@@ -37,6 +37,8 @@ class SliceView(Checked):
         super().__post_init__()
         if self.points > MOST_POINTS:
             raise ValueError(f"points: expected at most {MOST_POINTS}, got {self.points}")
+        if not all(least <= most for least, most in zip(self.lower, self.upper)):
+            raise ValueError(f"upper: expected at least {list(self.lower)}, got {list(self.upper)}")
 
 
 def sample_slices(volume, index, views=None, share=1.0):
@@ -61,13 +63,15 @@ def sample_slices(volume, index, views=None, share=1.0):
     last = np.array(index_shape(volume)) - 1
     place = np.clip(index, 0, last)
     affine = volume.affine
+    lengths = np.linalg.norm(affine[:3, :3], axis=0)  # of a step along each axis of the grid
     slices = []
     for axis in range(3):
         plane = [other for other in range(3) if other != axis]
         view = SliceView((0, 0), last[plane].tolist()) if views is None else views[axis]
         lower, upper = (np.clip(corner, 0, last[plane]) for corner in (view.lower, view.upper))
-        step = max((upper - lower).max() / max(share * view.points - 1, 1), FINEST)
-        columns, rows = (np.linspace(*ends, round((ends[1] - ends[0]) / step) + 1) for ends in zip(lower, upper))
+        extent = (upper - lower) * lengths[plane]
+        steps = np.maximum(extent.max() / max(share * view.points - 1, 1) / lengths[plane], FINEST)
+        columns, rows = (np.linspace(a, b, round((b - a) / step) + 1) for a, b, step in zip(lower, upper, steps))
         grid = np.empty((len(rows), len(columns), 3))
         grid[..., axis] = place[axis]
         grid[..., plane[0]], grid[..., plane[1]] = columns, rows[:, None]

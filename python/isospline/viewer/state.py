@@ -174,11 +174,20 @@ class ViewState(Checked):
             for each in self.objects
             if each.source in keys
         )
-        return self.replace(objects=objects, slices=self.slices.replace(volume=keys.get(self.slices.volume)))
+        gone = {each.id for each in self.objects} - {each.id for each in objects}
+        measurements = tuple(each for each in self.measurements if gone.isdisjoint(each.objects))
+        slices = self.slices.replace(volume=keys.get(self.slices.volume))
+        return self.replace(objects=objects, slices=slices, measurements=measurements)
+
+    def named_sources(self):
+        """The keys of the sources that the state names."""
+        rules = {each.color_by for each in self.objects}.difference(COLOR_RULES)
+        return {each.source for each in self.objects} | rules | {self.slices.volume} - {None}
 
     def with_new_object(self, source, level=None, **look):
         """The same state with one more object, in its own colour."""
-        id = max((each.id for each in self.objects), default=-1) + 1
+        measured = {id for each in self.measurements for id in each.objects}
+        id = max({each.id for each in self.objects} | measured, default=-1) + 1
         look.setdefault("color", COLORS[id % len(COLORS)])
         return self.replace(objects=(*self.objects, ObjectState(id=id, source=source, level=level, **look)))
 

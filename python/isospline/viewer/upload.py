@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 import threading
+from collections import Counter
 
 from ..base.parameters import check_count
 from ..interop.mesh_files import MESH_SUFFIXES
@@ -43,6 +43,7 @@ class Uploads:
         self._lock = threading.Lock()
         self._temporary = None
         self._used = {}  # bytes and files by folder
+        self._held: Counter[str] = Counter()  # folders whose files are being opened, and how often
 
     @property
     def path(self):
@@ -69,6 +70,24 @@ class Uploads:
             folder = self._temporary.folder()
             self._used[folder] = (total, count)
             return folder
+
+    def root_of(self, path):
+        """The folder that has a path; None if there is none any more."""
+        with self._lock:
+            return next((folder for folder in self._used if is_inside(path, folder)), None)
+
+    def hold(self, folder):
+        """Keep a folder until it is released, whether its files are used or not."""
+        with self._lock:
+            self._held[folder] += 1
+
+    def release(self, folder):
+        with self._lock:
+            self._held[folder] -= 1
+
+    def is_held(self, folder):
+        with self._lock:
+            return self._held[folder] > 0
 
     def discard(self, folder):
         """Remove a folder of files that are not used."""
@@ -196,8 +215,9 @@ class Receiver:
     def __init__(self, viewer, send, failed):
         self._viewer, self._send, self._failed = viewer, send, failed
         self._upload = None
+        self._lock = threading.Lock()
         self._raw = {}  # files of samples alone, whose shapes the page has been asked for: (path, folder) by number
-        self._numbers = itertools.count(1)
+        self._asked, self._has_ended = 0, False
 
     def begin(self, files):
         """Begin an upload."""
@@ -208,14 +228,19 @@ class Receiver:
     def end(self):
         """Remove the files that were not opened."""
         self._end_upload()
-        for number in list(self._raw):
+        with self._lock:
+            self._has_ended = True
+            numbers = list(self._raw)
+        for number in numbers:
             self.answer(number, None)
 
     def answer(self, number, read_options):
         """Open a file of samples alone with options of `read_volume`; None removes it."""
-        if number not in self._raw:
-            raise ValueError(f"number: expected that of a question, got {number!r}")
-        self._viewer.submit(self._open_raw, *self._raw.pop(number), read_options)
+        with self._lock:
+            if number not in self._raw:
+                raise ValueError(f"number: expected that of a question, got {number!r}")
+            path, folder = self._raw.pop(number)
+        self._viewer.submit(self._open_raw, path, folder, read_options)
 
     def _end_upload(self):
         if self._upload is not None:
@@ -238,44 +263,46 @@ class Receiver:
 
     def _open(self, upload):
         """Open uploaded files, which may refer to each other and to nothing else."""
-        folders = [upload.folder]
-        try:
-            session = upload.session()
-            if session is not None:
-                content, unpacked = self._viewer.read_session(session)
-                folders += [unpacked] if unpacked else []
-                self._viewer.open_session(content, folders[-1], uploaded=True)
-            for path in upload.paths() if session is None else ():
-                if path.lower().endswith(".raw"):
-                    self._ask(path, upload.folder)
-                else:
-                    self._open_file(path, upload.folder)
-        except Exception as error:
-            self._failed(error)
-        finally:
-            for folder in folders:
-                self._discard_unused(folder)
-            self._send(Progress(None, 1.0))
-            self._send(Uploaded())
+        with self._viewer.holding(upload.folder):
+            try:
+                session = upload.session()
+                if session is not None:
+                    self._open_session(session, upload.folder)
+                for path in upload.paths() if session is None else ():
+                    if path.lower().endswith(".raw"):
+                        self._ask(path, upload.folder)
+                    else:
+                        self._open_file(path, upload.folder)
+            except Exception as error:
+                self._failed(error)
+        self._send(Progress(None, 1.0))
+        self._send(Uploaded())
+
+    def _open_session(self, path, folder):
+        content, unpacked = self._viewer.read_session(path)
+        with self._viewer.holding(unpacked or folder):
+            self._viewer.open_session(content, unpacked or folder, uploaded=True)
 
     def _ask(self, path, folder):
         """Ask the page for the shape of a file of samples alone, and suggest one."""
         name = os.path.basename(path)
         self._send(Progress(f"looking at {name}", 0.0))
         shape, dtype = describe_raw(path) or (None, None)
-        number = next(self._numbers)
-        self._raw[number] = path, folder
+        with self._lock:
+            if self._has_ended:
+                return
+            self._asked += 1
+            number = self._asked
+            self._raw[number] = path, folder
+            self._viewer.uploads.hold(folder)
         self._send(Raw(number, name, os.path.getsize(path), shape, dtype))
 
     def _open_raw(self, path, folder, read_options):
-        if read_options is not None:
-            self._open_file(path, folder, read_options)
-        self._discard_unused(folder)
+        with self._viewer.holding(folder):
+            self._viewer.uploads.release(folder)
+            if read_options is not None:
+                self._open_file(path, folder, read_options)
         self._send(Uploaded())
-
-    def _discard_unused(self, folder):
-        if not any(is_inside(path, folder) for path, _ in list(self._raw.values())):
-            self._viewer.discard_unused(folder)
 
     def _open_file(self, path, folder, read_options=None):
         try:

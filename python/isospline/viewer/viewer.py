@@ -108,12 +108,17 @@ class Viewer:
 
     def _change(self, function, is_step):
         with self._lock:
-            before, self._state = self._state, function(self._state)
+            before, self._state = self._state, self._open_part(function(self._state))
             if is_step and before != ViewState():  # not the first file
                 self._history.record(before, self._state)
             windows = list(self._windows)
         for window in windows:
             window.state_changed()
+
+    def _open_part(self, state):
+        """A state without what is made of sources that are not open."""
+        keys = {each.key: each.key for each in self.document}
+        return state if state.named_sources() <= keys.keys() else state.with_keys(keys)
 
     # -- Opening ---------------------------------------------------------------------------------------------------
 
@@ -140,21 +145,25 @@ class Viewer:
             return self._show(make, [item.level], {"largest": item.largest, "closed": item.closed, **look})
         return self._show(source_of(item), levels, look)
 
-    def close_source(self, key):
-        """Close a volume or a mesh by its key: its objects go, and its memory is free. This cannot be undone."""
+    def close_source(self, key: str) -> None:
+        """Close a volume or a mesh by its key, that of `open`'s result and of ``viewer.document``.
+
+        Its objects and their measurements go, and its memory and its uploaded files are free. This cannot be undone.
+        """
         source = self.document[key]
-        keys = {each.key: each.key for each in self.document if each.key != key}
+        others = [each for each in self.document if each.key != key]
+        keys = {each.key: each.key for each in others}
+        slices = next(((each.key, each.middle, each.window()) for each in others if each.is_volume), None)
 
         def without(state):
             state = state.with_keys(keys)
-            volumes = [each for each in self.document if each.key != key and each.is_volume]
-            return self._with_slices(state, volumes[0]) if volumes else state
+            return state if slices is None else self._with_slices(state, *slices)
 
-        with self._lock:
-            self._state = without(self._state)
-            self._history.replace(without)
+        self._change(without, is_step=False)
+        with self._lock:  # what was made of it meanwhile goes, too
+            self.document.remove(key)
+            self._history.replace(without, without(self._state))
         self._change(lambda state: state, is_step=False)
-        self.document.remove(key)
         for window in self.windows():
             window.source_closed()
         with self.making() as maker:
@@ -162,10 +171,21 @@ class Viewer:
         if source.within is not None:
             self.discard_unused(source.within)
 
-    def discard_unused(self, folder):
-        """Remove a folder of uploads if no open file is in it."""
+    @contextlib.contextmanager
+    def holding(self, folder):
+        """Keep a folder of uploads while its files are opened; at the end, remove it if none is open."""
+        self.uploads.hold(folder)
+        try:
+            yield
+        finally:
+            self.uploads.release(folder)
+            self.discard_unused(folder)
+
+    def discard_unused(self, path):
+        """Remove the folder of uploads that has a path, if nothing in it is open or being opened."""
+        folder = self.uploads.root_of(path)
         used = [each.within for each in self.document if each.within is not None]
-        if not any(is_inside(each, folder) for each in used):
+        if folder and not self.uploads.is_held(folder) and not any(is_inside(each, folder) for each in used):
             self.uploads.discard(folder)
 
     def read_session(self, path):
@@ -214,7 +234,7 @@ class Viewer:
         def add(state):
             for level in levels:
                 state = state.with_new_object(source.key, level, **look)
-            return self._with_slices(state, source) if source.is_volume else state
+            return self._with_slices(state, source.key, source.middle, source.window()) if source.is_volume else state
 
         self.change(add)
         for window in self.windows():
@@ -222,12 +242,11 @@ class Viewer:
         return source
 
     @staticmethod
-    def _with_slices(state, source):
-        """The state with slices through the middle of a volume, unless it has slices of another one."""
+    def _with_slices(state, key, index, window):
+        """The state with slices of a volume, unless it has slices of another one."""
         if state.slices.volume is not None:
             return state
-        middle = tuple((np.array(source.about().counts) - 1) / 2)
-        return state.replace(slices=state.slices.replace(volume=source.key, index=middle, window=source.window()))
+        return state.replace(slices=state.slices.replace(volume=key, index=index, window=window))
 
     @contextlib.contextmanager
     def _telling_end(self):

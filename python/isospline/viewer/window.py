@@ -140,9 +140,10 @@ class Window:
 
     def _draw_slices(self, wanted, share, _):
         key, index, views = wanted
-        if key not in self._viewer.document:  # it was closed
+        source = self._viewer.document.get(key)
+        if source is None:  # it was closed
             return None
-        slices = sample_slices(self._viewer.document[key].item, index, views, share or COARSE)
+        slices = sample_slices(source.item, index, views, share or COARSE)
         regions = tuple((tuple(lower.tolist()), tuple(upper.tolist())) for lower, upper, _ in slices)
         about = to_page.SliceValues(key, index, regions, tuple(values.shape for _, _, values in slices))
         return packed(to_page.to_message(about), b"".join(values.tobytes() for _, _, values in slices))
@@ -158,6 +159,7 @@ class Window:
 
     def receive(self, message):
         """Handle a message. The page is told of errors; text that is not JSON raises one."""
+        number = None
         try:
             if isinstance(message, bytes):
                 self._receiver.write(message)
@@ -179,6 +181,8 @@ class Window:
             *(ImportError, OSError, RuntimeError, MemoryError),
         ) as error:
             self._failed(error)
+            if number is not None:  # the page shows the change already
+                self.state_changed()
 
     def _on_hello(self, message):
         self._set_size(message)
@@ -260,7 +264,8 @@ class Window:
 
     def _close_source(self, key):
         try:
-            self._viewer.close_source(key)
+            if key in self._viewer.document:  # two windows may close it
+                self._viewer.close_source(key)
         except Exception as error:
             self._failed(error)
 
@@ -337,7 +342,7 @@ class Window:
         self._receiver.begin(message.files)
 
     def _on_open_raw(self, message):
-        self._receiver.answer(message.number, message.options)
+        self._receiver.answer(message.number, message.options and message.options.to_json())
 
     def close(self):
         """Stop drawing, and leave the viewer."""

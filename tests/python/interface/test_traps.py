@@ -166,9 +166,12 @@ def test_shape_and_type_of_raw_files_are_suggested(tmp_path, type_name):
     data.tofile(path)
     with pytest.raises(ValueError, match=re.escape(f"; did you mean shape={shape}, dtype='{type_name}'?")):
         isospline.read_volume(path)
-    path.write_bytes(np.random.default_rng(0).bytes(data.nbytes))
+    for noise_or_zeros in (np.random.default_rng(0).bytes(data.nbytes), bytes(data.nbytes), bytes(120)):
+        path.write_bytes(noise_or_zeros)
+        with pytest.raises(ValueError, match=r"command line\)$"):
+            isospline.read_volume(path)
     with pytest.raises(ValueError, match=r"command line\)$"):
-        isospline.read_volume(path)
+        isospline.read_volume(path, offset=-5)
 
 
 def test_shapes_that_scramble_are_noticed(tmp_path):

@@ -89,8 +89,11 @@ def test_states_of_the_history_are_replaced():
     history = History(clock=iter(np.arange(0, 1e3, 10.0)).__next__)
     history.record(ViewState(), states[0])
     history.record(states[0], states[1])
-    history.replace(lambda state: state.with_keys({}))
-    assert history.undo(ViewState()) == ViewState() and not history.can_undo
+    history.record(states[1], ViewState(light="phong"))
+    history.replace(lambda state: state.with_keys({}), ViewState(light="phong"))
+    assert history.undo(ViewState(light="phong")) == ViewState() and not history.can_undo
+    history.replace(lambda state: ViewState(), ViewState())
+    assert not history.can_undo and not history.can_redo
 
 
 def test_the_last_file_can_be_closed(shown):
@@ -144,6 +147,48 @@ def test_a_form_asks_for_the_shape_of_samples_alone(shown):
     page.wait("isospline.sources.size === 1")
     wait_for_no(part.within)
     assert page.messages().strip() == ""
+
+
+def test_raw_files_of_any_name_and_answers_at_once(shown):
+    page, viewer = shown
+    ramp = np.arange(120, dtype="<i8").tobytes()
+    upload(page, ("v_4x5x6_int64.raw", ramp), ("w_4x5x7_int64.raw", ramp))
+    page.wait("document.querySelector('dialog h2')?.textContent === 'v_4x5x6_int64.raw'")
+    dialog = page.page.locator("dialog")
+    assert dialog.get_by_label("Type").input_value() == "i8"
+    dialog.get_by_label("Samples along x").fill("4.5")
+    dialog.get_by_label("Samples along x").press("Tab")
+    assert "expected a whole number, got 4.5" in dialog.inner_text() and page.messages().strip() == ""
+    # The second one is refused while the first one is opened: its folder stays.
+    page.evaluate("document.querySelector('dialog form').requestSubmit()")
+    page.wait("document.querySelector('dialog h2')?.textContent === 'w_4x5x7_int64.raw'")
+    assert dialog.get_by_label("Samples along x").input_value() == "1"  # the name does not match the size
+    page.evaluate("document.querySelector('dialog').close()")
+    page.wait("isospline.sources.size === 2")
+    first = next(source for source in viewer.document if source.name.startswith("v_"))
+    assert os.path.exists(first.path)
+    page.page.get_by_role("button", name="Close v_4x5x6_int64.raw").click()
+    wait_for_no(first.within)
+    assert page.messages().strip() == ""
+
+
+def test_a_refused_change_is_taken_back(shown):
+    page, viewer = shown
+    page.evaluate("isospline.changeState({slices: {...isospline.state.slices, volume: 'nothing'}})")
+    page.wait("isospline.state.slices.volume === 'source1'")
+    assert "expected the key of an open volume" in page.messages()
+
+
+def test_what_is_made_of_a_closed_source_goes(ball):
+    with isospline.view(ball, browser=False) as viewer:
+        viewer.change(lambda state: state.with_new_object("source9", 1.0).with_object(0, color_by="source8"))
+        (each,) = viewer.state.objects
+        assert (each.source, each.color_by) == ("source1", "color")
+        folder = viewer.uploads.folder([5, 6])
+        with viewer.holding(folder):
+            viewer.discard_unused(os.path.join(folder, "files1"))
+            assert os.path.isdir(folder)
+        assert not os.path.exists(folder)
 
 
 def test_pictures_are_saved_at_any_size_and_without_background(shown):

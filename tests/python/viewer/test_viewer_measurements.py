@@ -101,6 +101,42 @@ def test_points_are_undone_one_by_one_and_kept_in_sessions(measured, tmp_path):
     page.settle()
 
 
+def test_a_moving_camera_does_not_hide_measurements(measured):
+    page, viewer = measured
+    page.page.get_by_role("button", name="Thickness").click()
+    box = page.page.locator("#picture").bounding_box()
+    page.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.evaluate("""() => new Promise(done => {
+        let left = 30;
+        const move = () => {
+            isospline.moveCamera({...isospline.camera, height: isospline.camera.height * 1.001});
+            if (left--) setTimeout(move, 10); else done();
+        };
+        move();
+    })""")
+    page.settle()
+    page.wait(f"isospline.state.measurements.length === 1 && {LABELS}.length === 1")
+    assert len(viewer.state.measurements) == 1
+
+
+def test_measurements_go_with_their_source_and_ids_are_not_used_again(large_ball):
+    point = MeasuredPoint(0, (1, 2, 3), (0, 0, 1))
+    state = ViewState().with_new_object("a").with_new_object("b")
+    first, second = with_point(with_point((), "point", point), "distance", point.replace(object=1))
+    state = state.replace(measurements=(first, second)).with_keys({"b": "b"})
+    assert state.measurements == (second,)
+    state = state.without_object(1)
+    assert state.measurements == (second,) and state.with_new_object("c").objects[0].id == 2
+
+
+def test_measurements_of_huge_numbers_have_no_result():
+    points = [MeasuredPoint(0, place, (0, 0, 1)) for place in ((1e200, 0, 0), (-1.7e308, 0, 0), (1.7e308, 1e300, 0))]
+    assert Measurement(1, "distance", tuple(points[1:])).result is None
+    with np.errstate(all="raise"):
+        huge = [MeasuredPoint(0, place, (0, 0, 1)) for place in ((1e200, 0, 0), (0, 0, 0), (0, 1e150, 0))]
+        assert Measurement(1, "angle", tuple(huge)).result == pytest.approx(90)
+
+
 def test_a_measurement_has_the_points_of_its_tool():
     point = MeasuredPoint(0, (1, 2, 3), (0, 0, 1), thickness=None)
     all = ()

@@ -44,14 +44,14 @@ export function slider(label, value, least, most, step, change) {
 }
 
 // A field for a number, with a decimal point or comma. A value that is not a number or not within the limits does not
-// count: the field returns to the last one, and `refuse` is told why. Arrow keys change the value by a step. A field
+// count, nor one that is not whole where it must be: the field returns to the last one, and `refuse` is told why. Arrow keys change the value by a step. A field
 // that is `live` also changes while the user types.
 /** @param {any} options */
 export function numberInput(label, value, options) {
-  const {step, least = -Infinity, most = Infinity, live = false, change, refuse} = options;
+  const {step, least = -Infinity, most = Infinity, live = false, whole = false, change, refuse} = options;
   const input = make("input", {type: "text", inputmode: "decimal", class: "number", role: "spinbutton", autocomplete: "off", "aria-label": label});
   let actual = value, before = value; // the value that counts, and the one when the field was entered
-  const wrong = number => number === null ? "expected a number"
+  const wrong = number => number === null || whole && !Number.isInteger(number) ? `expected a ${whole ? "whole " : ""}number`
     : number < least || number > most ? `expected ${Number.isFinite(most) ? `${tidy(least)} to ${tidy(most)}` : `at least ${tidy(least)}`}` : null;
   input.show = number => {
     actual = number;
@@ -72,7 +72,7 @@ export function numberInput(label, value, options) {
     };
   }
   input.onkeydown = event => {
-    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = parseNumber(input.value);
+    const direction = {ArrowUp: 1, ArrowDown: -1}[event.key], number = input.value === tidy(actual) ? actual : parseNumber(input.value);
     if (!direction || !step || number === null) return;
     event.preventDefault();
     actual = before = Math.min(Math.max(number + direction * step, least), most);
@@ -103,5 +103,5 @@ export function select(label, options, value, change) {
   return input;
 }
 
-// A number for display: at most six digits.
-export const tidy = value => value == null ? "–" : String(Number(value.toPrecision(6)));
+// A number for display: whole, or at most six digits.
+export const tidy = value => value == null ? "–" : String(Number.isInteger(value) ? value : Number(value.toPrecision(6)));

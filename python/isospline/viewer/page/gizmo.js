@@ -1,6 +1,6 @@
 // The cut, drawn over the picture with handles to drag.
 
-import {add, basis, clamp, cross, dot, heightOf, length, normalize, project, scale, subtract} from "./geometry.js";
+import {add, basis, clamp, cross, dot, heightOf, normalize, project, scale, subtract, turned} from "./geometry.js";
 import {makeSvg} from "./dom.js";
 
 const ACCENT = "#2f6f9f";
@@ -63,9 +63,8 @@ export class ClipGizmo {
     parts.push(this.handle("move the plane", start, event => this.along(event, clip.point, normal, camera, height, move),
       {value: dot(clip.point, normal), press: (right, up) => move((right + up) * this.step())}));
     parts.push(this.handle("tilt the plane", end, event => this.tilt(event, clip, normal, camera, height), {radius: 6, press: (right, up) => {
-      const axes = basis(camera), towards = add(scale(axes.right, right), scale(axes.up, up)), angle = Math.PI / 36 * length(towards);
-      const across = normalize(subtract(towards, scale(normal, dot(towards, normal))));
-      this.change({normal: add(scale(normal, Math.cos(angle)), scale(across, Math.sin(angle)))});
+      const axes = basis(camera), angle = dot(normal, axes.forward) < 0 ? -Math.PI / 36 : Math.PI / 36;
+      this.change({normal: turned(turned(normal, axes.up, -right * angle), axes.right, up * angle)});
     }}));
     return parts;
   }

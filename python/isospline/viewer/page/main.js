@@ -25,6 +25,7 @@ export class App {
     /** @type {Viewer.Measurement["tool"]} */
     this.tool = "point";       // that the next click measures with
     this.inputs = 0;           // changes sent
+    this.stateInput = 0;       // the newest one of the state
     this.sentAt = new Map();   // the time when each change was sent, by its number
     this.latencies = [];       // milliseconds from a change to its picture
     this.framesShown = 0;
@@ -85,6 +86,7 @@ export class App {
   /** @param {Viewer.FromPage} message */
   change(message) {
     this.inputs += 1;
+    if (message.type !== "camera" && message.type !== "size") this.stateInput = this.inputs;
     this.sentAt.set(this.inputs, performance.now());
     this.send({...message, input: this.inputs});
   }
@@ -129,8 +131,8 @@ export class App {
       const limits = this.defaultLimits;
       this.defaultLimits = message.default_limits;
       this.results = message.results;
-      // A state from before the page's newest change is older than the displayed one.
-      if (message.input < this.inputs && this.state) return;
+      // A state from before the page's newest change is older than the displayed one; the state with it follows.
+      if (message.input < this.stateInput && this.state) return;
       this.history = message.history;
       this.tell("history");
       const before = JSON.stringify([this.state, limits]);
@@ -234,6 +236,7 @@ new RawForm(app);
 
 app.on("connected", () => {
   app.inputs = 0;
+  app.stateInput = 0;
   app.sentAt.clear();
   app.same.clear();
   if (app.frame) app.frame.input = -1; // of another connection
@@ -272,7 +275,7 @@ for (const name of ["undo", "redo"]) {
   app.on("history", () => { button.disabled = !app.history[name]; });
 }
 addEventListener("keydown", event => {
-  if (!(event.ctrlKey || event.metaKey) || event.altKey || /** @type {Element} */ (event.target).matches("input.number, input[type=text]")) return;
+  if (!(event.ctrlKey || event.metaKey) || event.altKey || document.querySelector("dialog[open]") || /** @type {Element} */ (event.target).matches("input.number, input[type=text]")) return;
   const key = event.key.toLowerCase(), name = key === "y" || key === "z" && event.shiftKey ? "redo" : key === "z" ? "undo" : null;
   if (!name) return;
   event.preventDefault();

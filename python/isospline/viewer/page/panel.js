@@ -133,7 +133,7 @@ export class Panel {
       };
       return make("div", {class: "row source"}, source.kind === "mesh" && isShown ? make("span", {class: "name"}, source.name)
         : make("button", {onclick: () => app.change({type: "add_object", source: source.key, level: source.kind === "mesh" ? null : level()})}, name),
-        make("button", {class: "bare", title: `Close ${source.name}`, "aria-label": `Close ${source.name}`,
+        make("button", {class: "bare", title: `Close ${source.name}; this cannot be undone`, "aria-label": `Close ${source.name}`,
           onclick: () => app.send({type: "close", source: source.key})}, "Close"));
     });
   }
@@ -235,8 +235,8 @@ export class Panel {
   drawSaves() {
     const {app} = this, options = {transparent: false}; // and width and height, if they are not those of the picture
     const sides = Object.fromEntries(["Width", "Height"].map(name => [name.toLowerCase(), this.number(name, 1, value => {
-      options[name.toLowerCase()] = Math.round(value);
-    }, {step: 1, least: 1, most: 16384})]));
+      options[name.toLowerCase()] = value;
+    }, {step: 1, least: 1, most: 16384, whole: true})]));
     app.on("size", size => { for (const [name, input] of Object.entries(sides)) if (!(name in options)) input.show(size[name]); });
     byId("saving").append(
       field("Pixels", make("div", {class: "pair"}, sides.width, "×", sides.height)),

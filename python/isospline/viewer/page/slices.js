@@ -33,17 +33,20 @@ export class Slices {
         if (event.ctrlKey || event.metaKey) this.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? 0.04 : 0.0015)), view, [event.clientX, event.clientY]);
         else this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? Math.sign(event.deltaY) : 0)));
       }, {passive: false});
-      canvas.ondblclick = () => this.maximise(view);
+      canvas.ondblclick = () => {
+        this.moveTo(view.pressed[0]);
+        this.maximise(view);
+      };
       return view;
     });
     this.viewsSent = null; // the parts of the slices that the viewer knows
     this.zoom = 1;
     this.centre = null; // of the zoomed part, in grid coordinates; null for the middle
     new ResizeObserver(() => { this.draw(); this.askForViews(); }).observe(this.element);
-    app.on("state", () => this.stateChanged());
+    for (const name of ["state", "document"]) app.on(name, () => { if (app.state) this.stateChanged(); });
     app.on("slice_values", message => this.received(message));
     app.on("sampled", message => this.answered(message));
-    addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised) this.maximise(this.maximised); });
+    addEventListener("keydown", event => { if (event.key === "Escape" && this.maximised && !document.querySelector("dialog[open]")) this.maximise(this.maximised); });
     app.on("connected", () => { this.values = null; this.viewsSent = null; this.asked = null; this.asking = false; });
   }
 
@@ -55,7 +58,11 @@ export class Slices {
     this.element.hidden = !shown;
     document.documentElement.style.setProperty("--slices", shown ? HEIGHT : "0px");
     if (!shown && this.maximised) this.maximise(this.maximised);
-    if (this.volume !== this.slices.volume) this.zoomTo(1, null);
+    if (this.volume !== this.slices.volume) {
+      this.zoomTo(1, null);
+      this.asking = false;
+      this.next = null;
+    }
     this.volume = this.slices.volume;
     if (shown) this.draw();
   }
@@ -120,10 +127,11 @@ export class Slices {
     });
     this.values = {...about, values};
     this.draw();
+    this.askForViews();
     this.app.tell("slices-shown");
   }
 
-  counts() { return this.source.counts; } // of samples along x, y and z
+  counts() { return this.source?.counts ?? [1, 1, 1]; } // of samples along x, y and z
 
   moveTo(index) {
     const counts = this.counts();
@@ -145,6 +153,8 @@ export class Slices {
     event.preventDefault();
     const [axis, step] = steps[event.key];
     this.moveTo(this.slices.index.map((each, i) => each + (i === axis ? step : 0)));
+    const {lower, upper} = this.seen(view); // the zoomed part follows the point
+    if (view.plane.some((each, i) => this.slices.index[each] < lower[i] || this.slices.index[each] > upper[i])) this.zoomTo(this.zoom, this.slices.index);
   }
 
   // The world axis nearest to an axis of the grid, and its sign.
@@ -226,9 +236,10 @@ export class Slices {
   rectangle(view, {left, top, w, h, flips}, lower, upper) {
     const [across, along] = view.plane.map((axis, i) => {
       const last = this.counts()[axis] - 1 || 1, ends = [lower[i] / last, upper[i] / last];
+      if (this.counts()[axis] === 1) return [0, 1];
       return flips[i] ? [1 - ends[1], ends[1] - ends[0]] : [ends[0], ends[1] - ends[0]];
     });
-    return [left + across[0] * w, top + along[0] * h, (across[1] || 1) * w, (along[1] || 1) * h];
+    return [left + across[0] * w, top + along[0] * h, across[1] * w, along[1] * h];
   }
 
   // The sides of a patient at the edges of the canvas.
@@ -309,6 +320,7 @@ export class Slices {
   // sideways its width, up and down its level.
   drag(event, view) {
     view.canvas.setPointerCapture(event.pointerId);
+    view.pressed = [view.pressed?.[1] ?? this.slices.index, this.slices.index]; // where the point was before the last two
     const windowing = event.button === 2 || event.shiftKey, panning = event.button === 1 || event.ctrlKey;
     if (panning) event.preventDefault();
     let last = [event.clientX, event.clientY];
