@@ -226,8 +226,8 @@ lint: .venv/.installed ## check types, stubs, files in Python, C++ and CMake, an
 	@tools/install_packages clang-format
 	@$(MAKE) --no-print-directory --output-sync --jobs $$(nproc) lint-types lint-stubs lint-files lint-page
 
-# What mypy knows of other packages is kept between checkouts.
-lint-types lint-stubs: export MYPY_CACHE_DIR := $(cache)/mypy
+# What mypy knows of other packages is kept between checkouts, apart for two that run at once: mypy locks nothing.
+lint-types lint-stubs: export MYPY_CACHE_DIR = $(cache)/mypy/$@
 lint-types:
 	@$(bin)/mypy -p isospline
 	@$(bin)/mypy examples/*.py tests/python/project/typed_user.py
