@@ -1,5 +1,6 @@
 """Errors of the command line: one line, an exit code, and no file; and Ctrl-C."""
 
+import contextlib
 import errno
 import io
 import os
@@ -206,13 +207,16 @@ def test_bad_output_is_told_before_anything_is_read(tmp_path, capsys):
         fails(capsys, 2, "can be written to", "render", missing, "-o", tmp_path / "locked" / "a.png")
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def small_files():
-    """A function after which files have at most 200 bytes, until the end of the test."""
+    """Files have at most 200 bytes meanwhile. So has pytest's output, if it is a file: it is written afterwards."""
     resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 COMPARED = ("compare", "ball.npy", "ball.npy", "-l", "0", "--other-level", "0", "--samples", "20")
@@ -231,12 +235,12 @@ COMPARED = ("compare", "ball.npy", "ball.npy", "-l", "0", "--other-level", "0", 
     ],
     ids=" ".join,
 )
-def test_a_file_that_cannot_be_written_to_its_end_is_a_failure(ball, monkeypatch, capsys, small_files, arguments):
+def test_a_file_that_cannot_be_written_to_its_end_is_a_failure(ball, monkeypatch, capsys, arguments):
     if arguments[0] == "convert":
         pytest.importorskip("zarr")
     monkeypatch.chdir(ball.parent)
-    small_files()
-    fails(capsys, 1, "File too large|requested and .* written", *arguments, "--quiet")
+    with small_files():
+        fails(capsys, 1, "File too large|requested and .* written", *arguments, "--quiet")
     assert leftovers(ball.parent) == (["a.zarr"] if arguments[0] == "convert" else [])
 
 
