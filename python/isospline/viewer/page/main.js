@@ -130,23 +130,25 @@ export class App {
     if (message.type === "state") {
       const limits = this.defaultLimits;
       this.defaultLimits = message.default_limits;
-      this.results = message.results;
       // A state from before the page's newest change is older than the displayed one; the state with it follows.
       if (message.input < this.stateInput && this.state) return;
       this.history = message.history;
       this.tell("history");
       const before = JSON.stringify([this.state, limits]);
       this.state = message.state;
+      this.results = message.results;
       if (JSON.stringify([this.state, this.defaultLimits]) === before) { // the page's own change
         this.before = null;
         return;
       }
       if (!this.object(this.selected)) this.selected = this.state.objects[0]?.id ?? null;
       this.tell("state", {own: false});
+      if (this.before) this.before.isOver = true;
       this.tellLost();
     } else if (message.type === "document") {
       this.sources = new Map(message.sources.map(each => [each.key, each]));
       this.tell("document");
+      this.tellLost();
     } else if (message.type === "camera_moved") {
       this.camera = message.camera;
       this.tell("camera");
@@ -174,8 +176,8 @@ export class App {
   // After a restart of the viewer, say what is no longer open, and offer the earlier view.
   tellLost() {
     const {before} = this;
+    if (!before?.isOver || !this.sources.size) return; // the viewer may still be reading its first file
     this.before = null;
-    if (!before) return;
     const names = [...this.sources.values()].map(each => each.name);
     const lost = before.sources.map(each => each.name).filter(name => !names.includes(name));
     const note = this.note("The viewer was restarted. "
