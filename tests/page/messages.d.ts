@@ -139,7 +139,11 @@ declare namespace Viewer {
     thickness: number | null;
   }
   interface Upload {
-    files: Record<string, any>[];
+    files: UploadedFile[];
+  }
+  interface UploadedFile {
+    name: string;
+    size: number;
   }
   interface OpenRaw {
     number: number;

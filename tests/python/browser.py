@@ -32,6 +32,19 @@ def chromium():
         yield browser
 
 
+@contextlib.contextmanager
+def shown(browser, source, size=(760, 400), **options):
+    """A viewer of a source and its page, when it has settled; errors in the page fail at the end."""
+    import isospline
+
+    with isospline.view(source, browser=False, **options) as viewer:
+        page = Page(browser, viewer.url, size)
+        page.settle()
+        yield page, viewer
+        page.close()
+        assert not page.problems
+
+
 class Page:
     """A window with the viewer's page. An error in it ends the test, unless it contains one of the `expected` texts."""
 

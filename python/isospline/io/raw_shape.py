@@ -43,10 +43,10 @@ def shape_of_name(path):
 
 
 def describe_raw(path):
-    """The shape and the type of a raw file by its name, or otherwise by its samples; None if neither tells."""
+    """The shape and the type, such as "<u2", by a raw file's name or else by its samples; None if neither tells."""
     named = shape_of_name(path)
     if named and math.prod(named[0]) * np.dtype(named[1]).itemsize == os.path.getsize(path):
-        return named
+        return named[0], _text_of(np.dtype(named[1]))
     return suggest_raw(path)
 
 
@@ -73,9 +73,14 @@ def suggest_raw(path, offset=0):
             continue
         shape = _best_shape(likeness, size // dtype.itemsize)
         if shape is not None:
-            found.append((1 - likeness(1) + _unlikeness(likeness, shape), shape, dtype.str.lstrip("|")))
+            found.append((1 - likeness(1) + _unlikeness(likeness, shape), shape, _text_of(dtype)))
     unlikeness, *best = min(found, key=lambda each: each[0], default=(math.inf,))
     return tuple(best) if unlikeness < MOST_UNLIKE else None
+
+
+def _text_of(dtype):
+    """Such as "u1" and "<u2"."""
+    return dtype.str.lstrip("|")
 
 
 def warn_of_scrambled_shape(data, order):

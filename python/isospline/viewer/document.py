@@ -194,15 +194,13 @@ class Document:
         self._count = 0  # of keys so far: none is used again
 
     def __getitem__(self, key):
-        with self._lock:
-            source = self._sources.get(key)
+        source = self.get(key)
         if source is None:
             raise ValueError(f"source: expected the key of an open volume or mesh, got {key!r}")
         return source
 
     def __contains__(self, key):
-        with self._lock:
-            return key in self._sources
+        return self.get(key) is not None
 
     def get(self, key):
         """A source, or None if it is not open."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any
 
 from .checked import (
     Checked,
@@ -21,9 +21,10 @@ from .checked import (
     whole,
 )
 from .measurements import TOOLS
+from .messages import one_of
+from .save import SAVED
 from .slices import SliceView
 from .state import CameraState, ObjectState, ViewState
-from .to_page import kind_of
 
 #: The largest width or height, in pixels, of a picture that a page may request.
 LARGEST = 4096
@@ -31,17 +32,8 @@ LARGEST = 4096
 CHANGEABLE = ("light", "shadows", "exponent", "background", "clip", "slices")
 #: The fields of objects that they may change.
 OF_OBJECTS = tuple(each.name for each in fields(ObjectState) if each.name not in ("id", "source"))
-#: Files that are saved, besides tables of measurements.
-SAVED = ("png", "exr", "turntable", "mesh", "session", "python")
 
 FROM_PAGE: dict[str, Any] = {}
-
-Some = TypeVar("Some")
-
-
-def _from_page(cls: type[Some]) -> type[Some]:
-    FROM_PAGE[kind_of(cls)] = cls
-    return cls
 
 
 def _side(value, name):
@@ -51,19 +43,14 @@ def _side(value, name):
 
 
 def _shape(value, name):
-    return tuple(count(each, name) for each in vector(3)(value, name) and value)
-
-
-def _any_list(value, name):
-    if not isinstance(value, list):
-        raise ValueError(f"{name}: expected a list, got {type(value).__name__}")
-    return value
+    vector(3)(value, name)
+    return tuple(count(each, name) for each in value)
 
 
 # A message that may change the picture has a number beside its fields, `input`.
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Hello(Checked):
     """A page has connected. Its picture has this size."""
@@ -72,7 +59,7 @@ class Hello(Checked):
     height: int = field(_side)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Size(Checked):
     """The picture has another size."""
@@ -81,7 +68,7 @@ class Size(Checked):
     height: int = field(_side)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Acknowledge(Checked):
     """A picture has arrived, or slices."""
@@ -89,7 +76,7 @@ class Acknowledge(Checked):
     slices: bool = field(flag, False)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Camera(Checked):
     """The camera has moved."""
@@ -97,7 +84,7 @@ class Camera(Checked):
     camera: CameraState = field(record(CameraState))
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Look(Checked):
     """Look from a side, as `camera_for` names it, or at everything, "home"."""
@@ -105,7 +92,7 @@ class Look(Checked):
     view: str = field(text)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Change(Checked):
     """Change fields of the state."""
@@ -113,7 +100,7 @@ class Change(Checked):
     changes: dict[str, Any] = field(options(*CHANGEABLE))
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class ChangeObject(Checked):
     """Change fields of an object."""
@@ -122,7 +109,7 @@ class ChangeObject(Checked):
     changes: dict[str, Any] = field(options(*OF_OBJECTS))
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class AddObject(Checked):
     """Add a surface at a level, or a mesh."""
@@ -131,13 +118,13 @@ class AddObject(Checked):
     level: float | None = field(optional(number()), None)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class RemoveObject(Checked):
     id: int = field(whole)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Close(Checked):
     """Close a volume or a mesh."""
@@ -145,19 +132,19 @@ class Close(Checked):
     source: str = field(text)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Undo(Checked):
     pass
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Redo(Checked):
     pass
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Sample(Checked):
     """Tell the value of a volume's model at a point, in grid coordinates."""
@@ -166,7 +153,7 @@ class Sample(Checked):
     index: tuple[float, ...] = field(vector(3))
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class SliceViews(Checked):
     """Other parts of the three slices are seen."""
@@ -179,7 +166,7 @@ class SliceViews(Checked):
             raise ValueError(f"views: expected 3, got {len(self.views)}")
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Pick(Checked):
     """Measure the point at a pixel with a tool."""
@@ -189,19 +176,19 @@ class Pick(Checked):
     tool: str = field(choice(*TOOLS), "point")
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class RemoveMeasurement(Checked):
     id: int = field(whole)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class ClearMeasurements(Checked):
     pass
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Save(Checked):
     """Make a file for the page to save. The options are those of `save.save`."""
@@ -216,7 +203,7 @@ class NamedSource(Checked):
     name: str = field(text)
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Restore(Checked):
     """Show what was shown by another viewer, as far as files of the same names are open."""
@@ -225,12 +212,18 @@ class Restore(Checked):
     state: ViewState = field(record(ViewState))
 
 
-@_from_page
+@dataclass(frozen=True)
+class UploadedFile(Checked):
+    name: str = field(text)
+    size: int = field(whole)
+
+
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class Upload(Checked):
     """The bytes of files follow, one file after the other: names and sizes."""
 
-    files: list[dict[str, Any]] = field(_any_list)
+    files: tuple[UploadedFile, ...] = field(records(UploadedFile))
 
 
 @dataclass(frozen=True)
@@ -243,7 +236,7 @@ class RawOptions(Checked):
     spacing: tuple[float, ...] = field(vector(3), (1.0, 1.0, 1.0))
 
 
-@_from_page
+@one_of(FROM_PAGE)
 @dataclass(frozen=True)
 class OpenRaw(Checked):
     """The answer to `Raw`; None leaves the file out."""

@@ -12,12 +12,14 @@ from ..interop.single_precision import offset_for
 from ..picture.cameras import extent_of, turn
 from ..picture.video import write_video
 from .bundle import write_bundle
-from .checked import count, flag
+from .checked import choice, count, flag
 from .picture import FINAL_SAMPLES, Stage
 from .script import script
 from .session import session_of, sources_of
 from .state import CameraState
 
+#: What can be saved.
+SAVED = ("png", "exr", "turntable", "mesh", "session", "python")
 #: The largest number of pixels of a picture.
 MOST_PIXELS = 1 << 26
 #: Pictures of a turntable, and samples per pixel.
@@ -40,6 +42,7 @@ def save(viewer, what, state, size, options):
         "width" and "height" of pictures, if they are not `size`; whether their background is "transparent"; "pictures"
         and "samples" of a turntable, whose background is never transparent.
     """
+    choice(*SAVED)(what, "what")
     size = _size(options, size)
     background = "transparent" if flag(options.get("transparent", False), "transparent") else state.background
     if what == "python":
@@ -47,8 +50,6 @@ def save(viewer, what, state, size, options):
     uploaded = any(each.within is not None for each in sources_of(viewer.document, state))
     if what == "session" and not uploaded:
         return "session.json", session_of(viewer.document, state).to_text().encode()
-    if what not in ("png", "exr", "turntable", "mesh", "session"):
-        raise ValueError(f"what: expected png, exr, turntable, mesh, session or python, got {what!r}")
     with _folder(viewer) as folder:
         if what == "session":
             path = os.path.join(folder, "session.zip")

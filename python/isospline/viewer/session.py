@@ -72,7 +72,7 @@ class Session(Checked):
 
 def sources_of(document, state):
     """The sources that a state shows."""
-    used = {each.source for each in state.objects} | {each.color_by for each in state.objects} | {state.slices.volume}
+    used = state.named_sources()
     return [source for source in document if source.key in used]
 
 

@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from .checked import Checked
 from .measurements import MeasuredPoint
+from .messages import kind_of, one_of
 from .state import CameraState, ViewState
 
 TO_PAGE: dict[str, Any] = {}
-
-Some = TypeVar("Some")
-
-
-def kind_of(cls):
-    """The type of a message: the name of its class in small letters."""
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
-
-
-def _to_page(cls: type[Some]) -> type[Some]:
-    TO_PAGE[kind_of(cls)] = cls
-    return cls
 
 
 @dataclass(frozen=True)
@@ -33,7 +21,7 @@ class Steps:
     redo: bool
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class State:
     """The state that is shown, with what pages cannot know; `input` is the newest change that it contains."""
@@ -66,19 +54,19 @@ class SourceAbout:
     body_level: float | None = None
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Document:
     sources: tuple[SourceAbout, ...]
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class CameraMoved:
     camera: CameraState
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Options:
     """What the page may choose from; `run` differs between viewers."""
@@ -88,7 +76,7 @@ class Options:
     color_rules: tuple[str, ...]
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class SamePicture:
     """A change did not change the picture: it is the one of another number."""
@@ -97,13 +85,13 @@ class SamePicture:
     input: int
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Error:
     text: str
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Progress:
     """Of a long task; a title of None ends it."""
@@ -112,7 +100,7 @@ class Progress:
     fraction: float
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Measured:
     """The answer to `Pick`; None is the background."""
@@ -120,7 +108,7 @@ class Measured:
     point: MeasuredPoint | None
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Sampled:
     """The answer to `Sample`."""
@@ -129,7 +117,7 @@ class Sampled:
     value: float
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Raw:
     """A question for the shape (nz, ny, nx) and the type of a file of samples alone, with what is suggested."""
@@ -141,13 +129,13 @@ class Raw:
     dtype: str | None
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Uploaded:
     """The files of an upload have been opened, or an error has been told."""
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class Frame:
     """A picture; it is followed by its file. `samples` is 0 in movement; `scales` are those of volumes in stores."""
@@ -162,7 +150,7 @@ class Frame:
     milliseconds: tuple[float, ...]
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class SliceValues:
     """Values of slices follow, float32: of each, the corners of the part, in grid coordinates, and rows and columns."""
@@ -173,7 +161,7 @@ class SliceValues:
     shapes: tuple[tuple[int, ...], ...]
 
 
-@_to_page
+@one_of(TO_PAGE)
 @dataclass(frozen=True)
 class File:
     """A file to save follows."""

@@ -113,24 +113,23 @@ class Upload:
     Parameters
     ----------
     uploads : Uploads
-    files : list of dict
-        The name and the size of each file.
+    files : sequence of from_page.UploadedFile
 
     Raises
     ------
     ValueError
-        For files without a name or a size, for two files of the same name, and for files that exceed a limit.
+        For files without a name, for two files of the same name, and for files that exceed a limit.
     """
 
     def __init__(self, uploads, files):
-        if not isinstance(files, list) or not files:
+        if not files:
             raise ValueError("files: expected a list of names and sizes")
         sizes = {}
         for each in files:
-            name, size = _described(each)
+            name = _last_name(each.name)
             if name in sizes:
                 raise ValueError(f"files: expected different names, got {name!r} twice")
-            sizes[name] = size
+            sizes[name] = each.size
         self._uploads = uploads
         self.folder = uploads.folder(sizes.values())
         self._left = [(os.path.join(self.folder, name), size) for name, size in sizes.items()]
@@ -311,11 +310,9 @@ class Receiver:
             self._failed(error)
 
 
-def _described(file):
-    """The name, without folders, and the size of a file."""
-    if isinstance(file, dict):
-        name, size = os.path.basename(str(file.get("name", "")).replace("\\", "/")), file.get("size")
-        is_size = isinstance(size, int) and not isinstance(size, bool) and size >= 0
-        if is_size and name not in ("", ".", "..") and "\0" not in name:
-            return name, size
-    raise ValueError(f"files: expected a name and a size for each file, got {file!r}")
+def _last_name(name):
+    """The name of a file without folders."""
+    last = os.path.basename(name.replace("\\", "/"))
+    if last in ("", ".", "..") or "\0" in last:
+        raise ValueError(f"files: expected a name for each file, got {name!r}")
+    return last

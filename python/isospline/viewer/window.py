@@ -238,14 +238,11 @@ class Window:
         if rule not in COLOR_RULES and not self._viewer.document[rule].is_volume:
             raise ValueError(f"color_by: expected one of {', '.join(COLOR_RULES)} or a volume, got {rule!r}")
         if "level" in changes:
-            self._check_level(self._viewer.state.object(id), changes["level"])
+            self._check_level(self._viewer.document[self._viewer.state.object(id).source], changes["level"])
         self._viewer.change(lambda state: state.with_object(id, **changes))
 
-    def _check_level(self, each, level):
-        self._check_level_of(self._viewer.document[each.source], level)
-
     @staticmethod
-    def _check_level_of(source, level):
+    def _check_level(source, level):
         if (level is not None) != source.is_volume:
             raise ValueError(f"level: expected a number for an isosurface, none for a mesh, got {level}")
         if source.is_volume:
@@ -253,7 +250,7 @@ class Window:
 
     def _on_add_object(self, message):
         source = self._viewer.document[message.source]
-        self._check_level_of(source, message.level)
+        self._check_level(source, message.level)
         self._viewer.change(lambda state: state.with_new_object(source.key, message.level))
 
     def _on_remove_object(self, message):

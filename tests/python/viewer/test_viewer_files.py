@@ -11,7 +11,7 @@ import PIL.Image
 import pytest
 
 pytest.importorskip("playwright")
-from browser import Page
+from browser import shown as show
 
 import isospline
 from isospline.viewer.history import History
@@ -20,12 +20,8 @@ from isospline.viewer.state import ViewState
 
 @pytest.fixture
 def shown(browser, large_ball):
-    with isospline.view(large_ball, levels=[0], browser=False) as viewer:
-        page = Page(browser, viewer.url, (700, 400))
-        page.settle()
-        yield page, viewer
-        page.close()
-        assert not page.problems
+    with show(browser, large_ball, (700, 400), levels=[0]) as opened:
+        yield opened
 
 
 def upload(page, *files):

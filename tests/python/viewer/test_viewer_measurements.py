@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("playwright")
-from browser import Page
+from browser import shown as show
 
-import isospline
 from isospline.viewer.measurements import MeasuredPoint, Measurement, with_point
 from isospline.viewer.session import read_session
 from isospline.viewer.state import ViewState
@@ -20,13 +19,9 @@ LABELS = "[...document.querySelectorAll('#overlay text.measured')].map(each => e
 
 @pytest.fixture
 def measured(browser, large_ball):
-    with isospline.view(large_ball, levels=[0], browser=False) as viewer:
-        page = Page(browser, viewer.url, (760, 600))
-        page.settle()
+    with show(browser, large_ball, (760, 600), levels=[0]) as (page, viewer):
         page.open("measurements")
         yield page, viewer
-        page.close()
-        assert not page.problems
 
 
 def click(page, *offsets):

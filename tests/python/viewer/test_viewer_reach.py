@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 pytest.importorskip("playwright")
-from browser import Page
+from browser import shown as show
 
-import isospline
 from isospline.viewer.to_page import Error
 
 AXE = importlib.resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
@@ -16,12 +15,8 @@ AXE = importlib.resources.files("axe_playwright_python").joinpath("axe.min.js").
 
 @pytest.fixture
 def shown(browser, large_ball):
-    with isospline.view(large_ball, levels=[0], browser=False) as viewer:
-        page = Page(browser, viewer.url, (900, 700))
-        page.settle()
-        yield page, viewer
-        page.close()
-        assert not page.problems
+    with show(browser, large_ball, (900, 700), levels=[0]) as opened:
+        yield opened
 
 
 def findings(page):

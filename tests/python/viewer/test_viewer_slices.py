@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("playwright")
 from browser import Page
+from browser import shown as show
 
 import isospline
 
@@ -26,16 +27,12 @@ def head(tmp_path_factory):
 
 @pytest.fixture
 def shown(browser, head):
-    with isospline.view(head, levels=[100_000], browser=False) as viewer:
-        page = Page(browser, viewer.url)
-        page.settle()
+    with show(browser, head, levels=[100_000]) as (page, viewer):
         page.open("slicing")
         page.page.get_by_label("Show three slices").click()
         page.page.locator("#slices figcaption").nth(2).filter(has_text=re.compile(r"\S")).wait_for()
         page.settle()
         yield page, viewer
-        page.close()
-        assert not page.problems
 
 
 def test_slices_do_not_disturb_the_picture(shown):

@@ -124,7 +124,7 @@ export class Panel {
 
   drawAdd() {
     const {app} = this;
-    return [...app.sources.values()].flatMap(source => {
+    return [...app.sources.values()].map(source => {
       const isShown = app.state.objects.some(each => each.source === source.key);
       const name = source.kind === "mesh" ? `+ ${source.name}` : app.sources.size > 1 ? `+ level of ${source.name}` : "+ level";
       const level = () => {

@@ -4,8 +4,8 @@ import {checkbox, field, make, numberInput, select, tidy} from "./dom.js";
 
 // Types of samples, and the bytes of one.
 const TYPES = {u1: ["8 bits, 0 to 255", 1], i1: ["8 bits, signed", 1], u2: ["16 bits, from 0", 2], i2: ["16 bits, signed", 2],
-  u8: ["64 bits, from 0", 8], i8: ["64 bits, signed", 8], u4: ["32 bits, from 0", 4], i4: ["32 bits, signed", 4], f4: ["32 bits, floating point", 4], f8: ["64 bits, floating point", 8]};
-const NAMED = {int8: "i1", int16: "i2", int32: "i4", int64: "i8", uint8: "u1", uint16: "u2", uint32: "u4", uint64: "u8", float32: "f4", float64: "f8"};
+  u4: ["32 bits, from 0", 4], i4: ["32 bits, signed", 4], u8: ["64 bits, from 0", 8], i8: ["64 bits, signed", 8],
+  f4: ["32 bits, floating point", 4], f8: ["64 bits, floating point", 8]};
 const LARGEST = 1 << 20; // samples along an axis
 
 export class RawForm {
@@ -22,8 +22,8 @@ export class RawForm {
   }
 
   show({number, name, size, shape, dtype}) {
-    const plain = dtype?.replace(/[<>|]/, ""), values = {shape: shape ? [...shape].reverse() : [1, 1, 1], spacing: [1, 1, 1],
-      type: [NAMED[plain], plain].find(each => each in TYPES) ?? "u1", big: dtype?.startsWith(">") ?? false, offset: 0};
+    const values = {shape: shape ? [...shape].reverse() : [1, 1, 1], spacing: [1, 1, 1],
+      type: dtype?.replace(/[<>]/, "") ?? "u1", big: dtype?.startsWith(">") ?? false, offset: 0};
     const whole = {step: 1, least: 1, most: LARGEST, live: true, whole: true, refuse: text => { problem.textContent = text; }};
     const problem = make("p", {class: "hint wrong", role: "alert"});
     const sizes = make("p", {class: "hint", role: "status"}), open = make("button", {type: "submit", class: "main"}, "Open");
