@@ -145,7 +145,7 @@ struct ShellView {
 /// Whether all rays miss a surface.
 bool is_nothing(const IsosurfaceSnapshot& surface, const Progress& progress)
 {
-    return surface.is_empty(progress) && cap_boxes(surface).empty();
+    return surface.is_empty(progress) && cap_boxes(surface).boxes.empty();
 }
 
 /// Warns that all rays will miss, with the reason.

@@ -66,6 +66,9 @@ RenderOptions as_options(std::array<int, 2> size, const py::object& background, 
     return options;
 }
 
+const EnumWords<ToneCurve> tone_curves{
+    {"neutral", ToneCurve::neutral}, {"aces", ToneCurve::aces}, {"linear", ToneCurve::linear}};
+
 /// Calls `make(snapshot, progress)` with a snapshot for the rays of some pictures.
 template <typename Make>
 void with_snapshot(Scene& scene, const RenderOptions& options, std::span<const Look> further,
@@ -80,9 +83,11 @@ void with_snapshot(Scene& scene, const RenderOptions& options, std::span<const L
 std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::array<int, 2> size, GivenShading shading,
                                     const py::object& background, int samples, const py::object& layers,
                                     int ambient_occlusion_samples, const std::string& encoding, const Crop& crop,
-                                    const py::object& progress)
+                                    const py::object& progress, const std::optional<std::string>& tone)
 {
     RenderOptions options = as_options(size, background, samples, layers, ambient_occlusion_samples, encoding, crop);
+    if (tone)
+        options.tone = as_enum(tone_curves, *tone, "tone");
     static_cast<Look&>(options) = as_look(std::move(shading));
     auto image = std::make_unique<Image>();
     with_snapshot(scene, options, {}, progress, [&](const SceneSnapshot& snapshot, const Progress& report) {
@@ -92,7 +97,7 @@ std::unique_ptr<Image> render_scene(Scene& scene, const Camera& camera, std::arr
 }
 
 /// The linear images of a scene over no background in several looks; the first one has layers. Their light is a mean
-/// over neighbouring pixels, which isospline.picture.interleaved takes.
+/// over neighbouring pixels: seen_parts().
 std::vector<std::unique_ptr<Image>> render_scene_in_looks(Scene& scene, const Camera& camera, std::array<int, 2> size,
                                                           std::vector<GivenShading> shadings, int samples,
                                                           const py::object& layers, int ambient_occlusion_samples,
@@ -188,9 +193,6 @@ py::array_t<std::uint8_t> encoded(const Image& image)
     });
     return array;
 }
-
-const EnumWords<ToneCurve> tone_curves{
-    {"neutral", ToneCurve::neutral}, {"aces", ToneCurve::aces}, {"linear", ToneCurve::linear}};
 
 /// Calls `change(color, i)` for the colour of each pixel of an image and its number, in parallel.
 template <typename Change>
@@ -355,7 +357,8 @@ void bind_render(py::module_& module)
     module.def("render", &render_scene, py::arg("scene"), py::arg("camera"), py::kw_only(), py::arg("size"),
                py::arg("shading"), py::arg("background"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("encoding"), py::arg("crop"), py::arg("progress"),
-               "The arrays of isospline.render().");
+               py::arg("tone") = py::none(),
+               "The arrays of isospline.render(). A `tone` is a curve of `Image.tone_map`, for the surfaces.");
     module.def("render_looks", &render_scene_in_looks, py::arg("scene"), py::arg("camera"), py::kw_only(),
                py::arg("size"), py::arg("shadings"), py::arg("samples"), py::arg("layers"),
                py::arg("ambient_occlusion_samples"), py::arg("crop"), py::arg("progress"), py::arg("mask") = py::none(),

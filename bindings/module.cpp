@@ -83,6 +83,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_shading(module);
     isospline::bind_area_lights(module);
     isospline::bind_render(module);
+    isospline::bind_interleaved(module);
     isospline::bind_path_tracer(module);
     isospline::bind_store(module);
     isospline::bind_state(module);

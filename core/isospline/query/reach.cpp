@@ -100,7 +100,8 @@ void for_each_cap_cell(const IsosurfaceSnapshot& surface, Visit visit)
     };
     // Several planes may cut a brick: its boxes are next to each other.
     glm::ivec3 last(-1);
-    for (const Box& box : cap_boxes(surface)) {
+    const CapBoxes caps = cap_boxes(surface);
+    for (const Box& box : caps.boxes) {
         const glm::ivec3 position = glm::min(glm::ivec3(box.center()), volume.cell_shape() - 1) / brick_size;
         if (position == last)
             continue;

@@ -53,7 +53,8 @@ public:
         : scene_(scene), lookup_(scene), projection_(camera, options.size),
           window_(rendered_window(options.crop, options.size)), layers_(options.layers),
           samples_(pixel_samples(options.samples, projection_.has_lens())), background_(options.background),
-          shadow_rays_(options.shadow_rays), tiles_(window_.size, options.mask), fragments_(fragments)
+          tone_(options.tone), shadow_rays_(options.shadow_rays), tiles_(window_.size, options.mask),
+          fragments_(fragments)
     {
         validate(options, fragments != nullptr);
         if (layers_.certified)
@@ -135,6 +136,7 @@ private:
     std::vector<Appearances> looks_;       ///< the first decides opacities and layers
     std::optional<Absorption> absorption_; ///< unless all surfaces are opaque
     glm::vec4 background_;
+    std::optional<ToneCurve> tone_;
     ShadowRays shadow_rays_;
     Tiles tiles_;               ///< of the window
     std::vector<Image> images_; ///< in each look
@@ -337,7 +339,10 @@ void Renderer::store_color(Image& image, std::size_t pixel, const glm::dvec4& co
     // Sums of weights may differ from 1 by rounding.
     const double coverage = std::abs(color.a - 1.0) < 1e-9 ? 1.0 : color.a;
     const double behind = (1.0 - coverage) * background_.a;
-    image.set_color(pixel, glm::vec4(glm::dvec3(color) + behind * glm::dvec3(background_), coverage + behind));
+    glm::dvec3 surfaces(color);
+    if (tone_ && coverage > 0.0)
+        surfaces = coverage * tone_mapped(surfaces / coverage, *tone_);
+    image.set_color(pixel, glm::vec4(surfaces + behind * glm::dvec3(background_), coverage + behind));
 }
 
 std::vector<Image> render(const SceneSnapshot& scene, Renderer&& renderer, const Progress& progress)

@@ -3,6 +3,7 @@
 
 #include "isospline/render/camera.h"
 #include "isospline/render/image.h"
+#include "isospline/render/tone.h"
 #include "isospline/shade/shading.h"
 #include "isospline/util/progress.h"
 
@@ -34,11 +35,12 @@ struct Look {
 };
 
 struct RenderOptions : Look {
-    glm::ivec2 size{640, 360};  ///< width and height in pixels; the default is the paper's
-    std::optional<Window> crop; ///< the part of the picture that is rendered; by default all
-    glm::vec4 background{0.0f}; ///< linear colour and opacity, not premultiplied, of the background
-    int samples = 1;            ///< rays per pixel for its colour
-    Layers layers;              ///< all except those of path traced images
+    glm::ivec2 size{640, 360};     ///< width and height in pixels; the default is the paper's
+    std::optional<Window> crop;    ///< the part of the picture that is rendered; by default all
+    glm::vec4 background{0.0f};    ///< linear colour and opacity, not premultiplied, of the background
+    int samples = 1;               ///< rays per pixel for its colour
+    Layers layers;                 ///< all except those of path traced images
+    std::optional<ToneCurve> tone; ///< maps what surfaces add to a pixel
     ColorEncoding encoding = ColorEncoding::linear;
     /// One number for each pixel of the rendered window, 0 for those that stay empty; without numbers, none does.
     std::vector<std::uint8_t> mask;

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace isospline {
 
@@ -63,14 +64,14 @@ embree::GeometryHandle IsosurfaceObject::make_geometry(const Device& device, con
         leaves_.emplace(surface_->volume(), surface_->bricks(), progress);
     else
         boxes_ = shell_boxes(surface_->bricks());
-    cap_boxes_ = cap_boxes(*surface_);
-    return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + cap_boxes_.size());
+    caps_ = cap_boxes(*surface_);
+    return UserGeometry<IsosurfaceObject>::make(device, *this, box_count() + caps_.boxes.size());
 }
 
 std::size_t IsosurfaceObject::own_memory() const
 {
     return boxes_.capacity() * sizeof(ShellBox) + (leaves_ ? leaves_->memory() : 0) +
-           cap_boxes_.capacity() * sizeof(Box) + surface_->memory();
+           caps_.boxes.capacity() * sizeof(Box) + surface_->memory();
 }
 
 Box IsosurfaceObject::bounds() const
@@ -119,14 +120,14 @@ bool IsosurfaceObject::is_entering(const Hit&, const Ray&, bool rising) const
 
 Box IsosurfaceObject::box(unsigned int primitive) const
 {
-    const Box box = primitive >= box_count() ? cap_boxes_[primitive - box_count()]
+    const Box box = primitive >= box_count() ? caps_.boxes[primitive - box_count()]
                     : leaves_                ? bounds_of((*leaves_)[primitive])
                                              : bounds_of(surface_->bricks(), boxes_[primitive]);
     return {box.lower - box_margin_, box.upper + box_margin_};
 }
 
 // If a ray enters through a cap, nothing behind the cap is tested. A cap through which it leaves is the first hit only
-// if there is no root; a root at the same t comes first.
+// if there is no root; a root at the same t comes first. One test of a ray is enough: its limit only decreases.
 std::optional<IsosurfaceObject::CapHit> IsosurfaceObject::first_cap(const CappedChord& chord, bool enters_cap,
                                                                     double t_limit) const
 {
@@ -142,7 +143,7 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
     auto& query = static_cast<RayQuery&>(*arguments.context);
     RTCRay& ray = reinterpret_cast<RTCRayHit*>(arguments.rayhit)->ray;
     const unsigned int slot = query.instID[0];
-    query.enter(slot, *surface_);
+    query.enter(slot, *surface_, caps_);
     if (!query.clip_leaves_any)
         return;
     const bool of_caps = arguments.primID >= box_count();
@@ -153,6 +154,8 @@ void IsosurfaceObject::intersect_one(const RTCIntersectFunctionNArguments& argum
         return;
     }
     if (of_caps || query.enters_cap) {
+        if (!std::exchange(query.needs_caps, false))
+            return;
         const double t_limit = std::min(query.t_limit, static_cast<double>(ray.tfar));
         if (const std::optional<CapHit> cap = first_cap(query.chord, query.enters_cap, t_limit))
             query.record(cap->root, {slot, true, cap->primitive}, ray);
@@ -210,12 +213,14 @@ void IsosurfaceObject::intersect_packet(const RTCIntersectFunctionNArguments& ar
 {
     auto& query = static_cast<PacketQuery&>(*arguments.context);
     const unsigned int slot = query.instID[0];
-    query.enter(slot, *surface_);
+    query.enter(slot, *surface_, caps_);
     const unsigned int size = arguments.N;
     LaneMask active = active_lanes(arguments.valid, size) & query.clip_leaves;
     const bool of_caps = arguments.primID >= box_count();
     float* const t_far = &RTCRayN_tfar(RTCRayHitN_RayN(arguments.rayhit, size), size, 0);
-    for (LaneMask rest = of_caps ? active : active & query.enters_cap; rest != 0; rest &= rest - 1u) {
+    const LaneMask to_test = (of_caps ? active : active & query.enters_cap) & query.needs_caps;
+    query.needs_caps &= ~to_test;
+    for (LaneMask rest = to_test; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         const double t_limit = std::min(query.t_limit[lane], static_cast<double>(t_far[lane]));
         const bool enters_cap = (query.enters_cap >> lane & 1u) != 0;
@@ -260,13 +265,13 @@ void IsosurfaceObject::trace(unsigned int primitive, const LatticeRayPacket& ray
 
 bool IsosurfaceObject::is_occluded(unsigned int primitive, RayQuery& query) const
 {
-    query.enter(query.instID[0], *surface_);
+    query.enter(query.instID[0], *surface_, caps_);
     if (!query.clip_leaves_any)
         return false;
     if (query.enters_cap)
         return true;
     if (primitive >= box_count())
-        return query.chord.leaves_cap(*surface_);
+        return std::exchange(query.needs_caps, false) && query.chord.leaves_cap(*surface_);
     struct Visit {
         const IsosurfaceObject& object;
         const LatticeRay& ray;

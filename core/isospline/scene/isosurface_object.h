@@ -75,7 +75,7 @@ private:
     BrickTracer tracer_;
     std::vector<ShellBox> boxes_;  ///< of the draft
     std::optional<Leaves> leaves_; ///< of the settled index
-    std::vector<Box> cap_boxes_;
+    CapBoxes caps_;
     double box_margin_ = 0.0; ///< boxes are wider than their cells by this on every side
 };
 

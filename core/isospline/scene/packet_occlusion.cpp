@@ -103,7 +103,7 @@ void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
         return;
     finish(); // before the rays are those of another object
     const IsosurfaceSnapshot& surface = *entered.surface_;
-    PacketQuery::enter(slot, surface);
+    PacketQuery::enter(slot, surface, entered.caps_);
     object_ = &entered;
     first_.lanes = 0;
     // An instance may be entered again; its crossings count once.
@@ -124,8 +124,7 @@ void PacketOcclusion::enter(std::uint32_t slot, const IsosurfaceObject& entered)
 void PacketOcclusion::list_chords()
 {
     const IsosurfaceSnapshot& surface = *object_->surface_;
-    for (LaneMask rest = all != nullptr && surface.planes().have_caps() ? clip_leaves : 0; rest != 0;
-         rest &= rest - 1u) {
+    for (LaneMask rest = all != nullptr ? needs_caps : 0; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
         add_chord({chords[lane], &surface, cached_slot}, all->chords_of_ray[lane]);
     }

@@ -1,12 +1,14 @@
 #include "isospline/scene/ray_query.h"
 
+#include "isospline/cell/packet_clip.h"
+
 #include <algorithm>
 #include <bit>
 #include <optional>
 
 namespace isospline {
 
-void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
+void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps)
 {
     if (slot == cached_slot)
         return;
@@ -15,7 +17,7 @@ void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
                      ? alone->ray(lane_alone)
                      : to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape());
     clip_leaves_any = true;
-    enters_cap = false;
+    enters_cap = needs_caps = false;
     const SolidPlanes& planes = surface.planes();
     if (planes.all().empty())
         return;
@@ -26,9 +28,10 @@ void RayQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
         return;
     in_lattice.t_near = kept->t_near;
     in_lattice.t_far = kept->t_far;
-    if (!planes.have_caps())
+    if (caps.boxes.empty())
         return;
-    chord = CappedChord(*kept, in_lattice.origin, in_lattice.direction, in_lattice.limits, planes);
+    chord = CappedChord(*kept, in_lattice.origin, in_lattice.direction, in_lattice.limits, caps);
+    needs_caps = true;
     if (all == nullptr)
         enters_cap = chord.enters_cap(surface);
     else
@@ -46,7 +49,7 @@ void PacketQuery::enter_mesh(std::uint32_t slot)
     }
 }
 
-void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
+void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps)
 {
     if (slot == cached_slot)
         return;
@@ -54,24 +57,21 @@ void PacketQuery::enter(std::uint32_t slot, const IsosurfaceSnapshot& surface)
     if (slot != slot_in_lattice)
         to_lattice(prepared, instances[slot]->placement.centred_to_local, surface.volume().cell_shape(), in_lattice);
     clip_leaves = used;
-    enters_cap = 0;
+    enters_cap = needs_caps = 0;
     const SolidPlanes& planes = surface.planes();
     if (planes.all().empty())
         return;
-    for (LaneMask rest = used; rest != 0; rest &= rest - 1u) {
+    PlanesOfChords through;
+    clip_leaves = clip(in_lattice, used, planes.all(), through);
+    if (caps.boxes.empty())
+        return;
+    needs_caps = clip_leaves;
+    for (LaneMask rest = clip_leaves; rest != 0; rest &= rest - 1u) {
         const int lane = std::countr_zero(rest);
-        const glm::dvec3 origin = in_lattice.origin_of(lane), direction = in_lattice.direction_of(lane);
-        const std::optional<Chord> kept =
-            clip({origin, direction, in_lattice.t_near[lane], in_lattice.t_far[lane]}, planes.all());
-        if (!kept) {
-            clip_leaves &= ~(LaneMask{1} << lane);
-            continue;
-        }
-        in_lattice.t_near[lane] = kept->t_near;
-        in_lattice.t_far[lane] = kept->t_far;
-        if (!planes.have_caps())
-            continue;
-        chords[lane] = CappedChord(*kept, origin, direction, in_lattice.limits[lane], planes);
+        const Chord kept{
+            {in_lattice.t_near[lane], in_lattice.t_far[lane]}, through.entry_of(lane), through.exit_of(lane)};
+        chords[lane] =
+            CappedChord(kept, in_lattice.origin_of(lane), in_lattice.direction_of(lane), in_lattice.limits[lane], caps);
         enters_cap |= static_cast<LaneMask>(chords[lane].enters_cap(surface)) << lane;
     }
 }

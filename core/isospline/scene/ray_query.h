@@ -226,7 +226,7 @@ struct RayQuery : Query {
 
     /// Sets `in_lattice` and the members after it for an instance. The ray stays in one instance for many cells, so the
     /// last instance is remembered.
-    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
+    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps);
 
     /// Sets `in_mesh` to the ray in the space of an instance of a mesh.
     void enter_mesh(std::uint32_t slot)
@@ -255,6 +255,7 @@ struct RayQuery : Query {
     bool clip_leaves_any = false;
     CappedChord chord;                       ///< of a capped surface: the part that its planes keep
     bool enters_cap = false;                 ///< whether it begins on a cap, which is then the first hit
+    bool needs_caps = false;                 ///< whether the caps of the instance have not been tested
     std::vector<RawCrossing>* all = nullptr; ///< list for all crossings; if set, none ends the ray
     std::vector<ChordOfInstance> chords;     ///< in this case, the chords of capped surfaces
 
@@ -287,7 +288,7 @@ struct PacketQuery : Query {
     }
 
     /// Like that of RayQuery, for all lanes; `in_lattice` may have been set for the slot.
-    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface);
+    void enter(std::uint32_t slot, const IsosurfaceSnapshot& surface, const CapBoxes& caps);
 
     bool has_hit(int lane) const { return nearest_ids[lane].slot != RTC_INVALID_GEOMETRY_ID; }
 
@@ -329,7 +330,7 @@ struct PacketQuery : Query {
     LatticeRayPacket in_lattice;
     LaneMask clip_leaves = 0; ///< lanes of which the clip keeps a part
     CappedChord chords[LatticeRayPacket::capacity];
-    LaneMask enters_cap = 0;
+    LaneMask enters_cap = 0, needs_caps = 0; ///< like those of RayQuery
 
 private:
     void keep(int lane, const RootInCell& root, const HitT& t, const HitIds& ids, const RayLimits& limits, float& t_far)

@@ -105,12 +105,12 @@ glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3&
                            [&](auto degree) { return scalar::gradient_in_cell<degree>(point.cell, point.local); });
 }
 
-std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
+CapBoxes cap_boxes(const IsosurfaceSnapshot& surface)
 {
-    std::vector<Box> boxes;
     const SolidPlanes& planes = surface.planes();
+    CapBoxes caps{{}, std::vector<bool>(planes.all().size())};
     if (!planes.have_caps())
-        return boxes;
+        return caps;
     const BrickRanges& ranges = *surface.shared_ranges();
     for (std::size_t index = 0; index < 8 * ranges.octets().size(); ++index) {
         const auto child = static_cast<int>(index % 8);
@@ -128,11 +128,13 @@ std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface)
             narrow(box, {-plane.normal, -plane.offset});
             for (const HalfSpace& half_space : surface.clip_lattice())
                 narrow(box, half_space);
-            if (!box.empty())
-                boxes.push_back(box);
+            if (box.empty())
+                continue;
+            caps.boxes.push_back(box);
+            caps.of_plane[i] = true;
         }
     }
-    return boxes;
+    return caps;
 }
 
 } // namespace isospline

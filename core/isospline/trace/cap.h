@@ -17,6 +17,16 @@ struct CappedEnds {
     bool entry = false, exit = false;
 };
 
+/// Boxes, in lattice space, that contain all caps of a surface.
+struct CapBoxes {
+    /// For each plane with caps, the boxes of bricks whose coefficients allow for the solid and that have kept cells.
+    /// Boxes of one brick follow one another.
+    std::vector<Box> boxes;
+    std::vector<bool> of_plane; ///< whether there is one, for each plane of SolidPlanes::all()
+};
+
+CapBoxes cap_boxes(const IsosurfaceSnapshot& surface);
+
 /// The chord of a ray that the planes of a solid keep, in lattice space. Its ends are tested at exactly the points
 /// where the intervals of roots in cells begin and end, so that no ray passes between a cap and the surface.
 struct CappedChord : Chord {
@@ -25,10 +35,10 @@ struct CappedChord : Chord {
     CappedChord() = default;
     /// The chord of a ray with limits. An end outside of them, or on a plane without caps, is not on a cap.
     CappedChord(const Chord& chord, const glm::dvec3& ray_origin, const glm::dvec3& ray_direction,
-                const RayLimits& limits, const SolidPlanes& planes)
+                const RayLimits& limits, const CapBoxes& caps)
         : Chord(chord), origin(ray_origin), direction(ray_direction)
     {
-        const auto has_caps = [&](int plane) { return plane >= 0 && planes.has_caps(static_cast<std::size_t>(plane)); };
+        const auto has_caps = [&](int plane) { return plane >= 0 && caps.of_plane[static_cast<std::size_t>(plane)]; };
         entry = has_caps(entry) && limits.contain(t_near) ? entry : -1;
         exit = has_caps(exit) && limits.contain(t_far) ? exit : -1;
     }
@@ -49,9 +59,5 @@ struct CappedChord : Chord {
 
 /// The gradient of f, with respect to lattice coordinates, at a point of the domain in lattice space.
 glm::dvec3 gradient_lattice(const IsosurfaceSnapshot& surface, const glm::dvec3& lattice);
-
-/// Boxes, in lattice space, that contain all caps of a surface: for each plane with caps, the boxes of bricks whose
-/// coefficients allow for the solid and that have kept cells. Boxes of one brick follow one another.
-std::vector<Box> cap_boxes(const IsosurfaceSnapshot& surface);
 
 } // namespace isospline

@@ -193,10 +193,8 @@ def without_marks(
     if isinstance(look, Studio):
         if encoding not in ("linear", "srgb8"):
             raise ValueError(f'encoding: expected "linear" or "srgb8", got "{encoding}"')
-        lit = render_in_studio(scene, camera, look, progress=as_callable(progress), samples=samples, **options)
-        arrays = lit._arrays
-        if encoding == "srgb8":
-            arrays.encode_srgb8()
+        options.update(samples=samples, encoding=encoding, progress=as_callable(progress))
+        arrays = render_in_studio(scene, camera, look, **options)._arrays
     elif isinstance(look, _core.PathTracer):
         renderer = _core.ProgressiveRenderer(scene, camera, path_tracer=look, encoding=encoding, **options)
         renderer.step(samples, progress=progress)

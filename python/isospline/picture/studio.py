@@ -8,7 +8,7 @@ import numbers
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from ..base.values import parts
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
 from .image import Image
-from .interleaved import GUIDES, mean_on_plane, near, seen_parts, widened
 from .materials import UNLIT, check_materials, look_of
 
 if TYPE_CHECKING:
@@ -31,6 +30,10 @@ KEY_SHADOW, SKY_SHADOW = 0.38, 0.42
 _ANGLE = 14.0
 # The part of the sky that every surface sees in fast light. Faces turned away from the key light need it.
 _OPEN = 0.65
+# The layers that tell surfaces apart.
+_GUIDES = ("position", "normal", "geometry_ids")
+# Pixels beside a crop on which its pixels depend: those of the mean, and those that decide which of them are needed.
+_MARGIN = 2 * _core.BLOCK_REACH
 # The part of the time until the ground is drawn.
 _UNTIL_GROUND = 0.7
 
@@ -127,6 +130,7 @@ def render_in_studio(
     light: Studio,
     *,
     background: _Background,
+    encoding: Literal["linear", "srgb8"],
     progress: Any,
     **options: Any,
 ) -> Image:
@@ -143,15 +147,14 @@ def render_in_studio(
             id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
             for id, look in looks.items()
         }
-        image = Image(
-            _core.render(scene, camera, shading=lit, background=None, progress=progress, encoding="linear", **options)
-        )
-        image._arrays.tone_map("neutral")
+        lit_over = {"shading": lit, "background": background, "encoding": "linear" if values else encoding}
+        image = Image(_core.render(scene, camera, tone="neutral", progress=progress, **lit_over, **options))
         if values:
             alone = {**options, **flat, "layers": albedo, "progress": None}
             picture = _core.render(scene, camera, shading=values, background=None, encoding="linear", **alone)
             _add_values(image, Image(picture))
-        image._arrays.lay_over(background)
+            if encoding == "srgb8":
+                image._arrays.encode_srgb8()
         return image
 
     radius = _radius(scene)
@@ -178,15 +181,16 @@ def render_in_studio(
     until = 1.0 if ground is None else _UNTIL_GROUND
     if crop is not None:
         (image,) = draw(scene, [key], options, 0.0, 0.0)  # raises for a bad size or crop
-    wide, inner = widened(crop, options["size"])
+    wide, inner = _widened(crop, options["size"])
     around = {**options, **flat, "crop": wide}
     if crop is None:
         image, in_key, open_sky, in_sky, filled = draw(scene, in_looks, options, 0.0, until)
         open_key = image
     else:
         open_key, in_key, open_sky, in_sky, filled = draw(scene, in_looks, around, 0.0, until)
-    (guides,) = draw(scene, [key], around, until, until, samples=1, layers=GUIDES)
-    of_key, of_sky = seen_parts([(in_key.color, open_key.color), (in_sky.color, open_sky.color)], guides)
+    (guides,) = draw(scene, [key], around, until, until, samples=1, layers=_GUIDES)
+    pairs = [(in_key, open_key), (in_sky, open_sky)]
+    of_key, of_sky = _core.seen_parts([(lit._arrays, unhidden._arrays) for lit, unhidden in pairs], guides._arrays)
     color = of_key[..., None] * open_key.color[..., :3] + light.sky * of_sky[..., None] * open_sky.color[..., :3]
     image.color[..., :3] = (color + filled.color[..., :3])[inner]
     image._arrays.tone_map("neutral")
@@ -201,15 +205,29 @@ def render_in_studio(
             below.set_visibility(id, visible=False)
         id = below.add(ground, casts_shadow=False)
         # A plane has no edges, so one ray per pixel is enough.
-        around |= {"samples": 1, "mask": near(open_key.color[..., 3] < 1)}
+        is_seen = open_key.color[..., 3] < 1
+        around |= {"samples": 1, "mask": _core.mean_on_plane(is_seen, is_seen) > 0}
         count = options["samples"] * light.light_samples
         white = _core.Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
         under_lights = [{**looks, id: white}, {**looks, id: _sky(_core.Phong(), count, radius)}]
         in_key, in_sky = (each.color for each in draw(below, under_lights, around, until, 1.0))
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
-        shade = mean_on_plane(shade, in_key[..., 3])[inner]
+        shade = _core.mean_on_plane(shade, in_key[..., 3])[inner]
     image._arrays.lay_over(background, shade)
+    if encoding == "srgb8":
+        image._arrays.encode_srgb8()
     return image
+
+
+def _widened(crop, size):
+    """A crop with the pixels on which it depends, and where it is in these."""
+    if crop is None:
+        return None, (slice(None), slice(None))
+    column, row, width, height = crop
+    left, top = max(0, column - _MARGIN), max(0, row - _MARGIN)
+    right, bottom = min(size[0], column + width + _MARGIN), min(size[1], row + height + _MARGIN)
+    inner = slice(row - top, row - top + height), slice(column - left, column - left + width)
+    return (left, top, right - left, bottom - top), inner
 
 
 def upward_for(scene: _core.Scene, camera: Any) -> tuple[float, float, float]:

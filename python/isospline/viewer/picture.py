@@ -229,7 +229,11 @@ class PictureMaker:
         }
 
     def render(self, state, size, stage=None, progress=None, **options):
-        """Render a state that has a camera; without a stage, render as during movement."""
+        """Render a state that has a camera.
+
+        Without a stage, render as during movement. In studio light, so does the first pass: it is there at once, and
+        shadows would take as long as those of the last pass.
+        """
         camera = state.camera.camera()
         ids = self.geometry_ids(state, *((camera, size) if stage else ()))
         options.setdefault("background", state.background)
@@ -240,7 +244,7 @@ class PictureMaker:
             self._scene,
             camera,
             size=size,
-            light=self.light(state, ids, moving=stage is None),
+            light=self.light(state, ids, moving=stage is None or (state.light == "studio" and not stage.final)),
             samples=stage.samples if stage else 1,
             progress=progress,
             **options,

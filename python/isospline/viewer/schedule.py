@@ -11,11 +11,15 @@ from .._core import Cancelled
 STEPS = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875)
 
 # The weight of past frames after each new one.
-_MEMORY = 0.75
+_MEMORY = 0.85
+# The past does not count if a frame takes this many times as long as it says, or as little.
+_SURPRISE = 2.0
+# The part of a frame's time that does not depend on its size, as long as frames do not tell.
+_FIXED = 0.3
 # Pixels get at least this fraction of the budget, however long the rest of a frame takes.
 _PIXELS = 0.5
 # A finer step may use only this fraction of the pixels' budget, so that the size does not alternate between frames.
-_ROOM = 0.8
+_ROOM = 0.9
 
 
 class AdaptiveResolution:
@@ -24,7 +28,7 @@ class AdaptiveResolution:
     A frame of p pixels takes about a + b p seconds. Both are estimated from past frames by weighted least squares; the
     newest frames have the largest weights. The number of pixels follows from the budget less a. If a takes most of
     the budget, coarser pictures would hardly be faster, so pixels get at least half of the budget. If a and b cannot be
-    separated, all of the newest frame's time is attributed to its pixels.
+    separated, a is taken for a fixed part of the time.
 
     Parameters
     ----------
@@ -42,7 +46,7 @@ class AdaptiveResolution:
     (250, 200)
     """
 
-    def __init__(self, budget=0.026):
+    def __init__(self, budget=0.037):
         self._budget = budget
         self._step = STEPS.index(0.5)
         self._sums = [0.0] * 5  # of 1, p, t, p^2 and p t
@@ -60,8 +64,12 @@ class AdaptiveResolution:
         """Record the time of a frame, and choose the step of the next one."""
         pixels = float(size[0] * size[1])
         news = (1.0, pixels, seconds, pixels * pixels, pixels * seconds)
-        self._sums = [_MEMORY * old + new for old, new in zip(self._sums, news)]
-        fixed, each = self._estimate() or (0.0, seconds / pixels)
+        memory = _MEMORY
+        if self._sums[0]:
+            fixed, each = self._estimate()
+            memory *= 1 / _SURPRISE < seconds / (fixed + each * pixels) < _SURPRISE
+        self._sums = [memory * old + new for old, new in zip(self._sums, news)]
+        fixed, each = self._estimate()
         left = max(self._budget - fixed, _PIXELS * self._budget)
         full = pixels / self.scale**2 * each
         while self._step < len(STEPS) - 1 and full * self.scale**2 > left:
@@ -70,14 +78,15 @@ class AdaptiveResolution:
             self._step -= 1
 
     def _estimate(self):
-        """Seconds per frame without pixels, and per pixel; None if frames of equal size, or noise, leave them open."""
+        """Seconds per frame without pixels, and per pixel."""
         count, pixels, seconds, squares, products = self._sums
         variance = squares / count - (pixels / count) ** 2
-        if variance < 1e-3 * squares / count:
-            return None
-        each = (products / count - pixels * seconds / count**2) / variance
-        fixed = (seconds - each * pixels) / count
-        return (fixed, each) if each > 0 and fixed > 0 else None
+        if variance >= 1e-3 * squares / count:
+            each = (products / count - pixels * seconds / count**2) / variance
+            fixed = (seconds - each * pixels) / count
+            if each > 0 and fixed > 0:
+                return fixed, each
+        return _FIXED * seconds / count, (1 - _FIXED) * seconds / pixels
 
 
 class FrameScheduler:

@@ -34,7 +34,7 @@ std::shared_ptr<const IsosurfaceSnapshot> cut_noise(int degree, bool capped, Ins
 }
 
 /// A ray in lattice space that is cut by a surface's clip.
-std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, std::mt19937& random)
+std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, const CapBoxes& caps, std::mt19937& random)
 {
     std::uniform_real_distribution<double> place(-2.0, 24.0), direction(-1.0, 1.0);
     const Ray ray{{place(random), place(random), place(random)},
@@ -42,8 +42,7 @@ std::optional<CappedChord> random_chord(const IsosurfaceSnapshot& surface, std::
                   0.0,
                   100.0};
     const std::optional<Chord> kept = clip(ray, surface.clip_lattice());
-    return kept ? std::optional(CappedChord(*kept, ray.origin, ray.direction, no_limits, surface.planes()))
-                : std::nullopt;
+    return kept ? std::optional(CappedChord(*kept, ray.origin, ray.direction, no_limits, caps)) : std::nullopt;
 }
 
 } // namespace
@@ -59,9 +58,10 @@ TEST_CASE("ends of chords are on caps if the points next to them are in the soli
                 return contains(surface, transform_point(to_world, chord.at(t)));
             };
             std::mt19937 random(static_cast<unsigned>(degree));
+            const CapBoxes caps = cap_boxes(surface);
             int entries = 0, exits = 0, open = 0;
             for (int trial = 0; trial < 4000; ++trial) {
-                const auto chord = random_chord(surface, random);
+                const auto chord = random_chord(surface, caps, random);
                 if (!chord || chord->t_far - chord->t_near < 1e-3)
                     continue;
                 const bool entry = chord->entry >= 0 && is_inside(*chord, chord->t_near + 1e-9);
@@ -96,9 +96,10 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
     options.clip = {{{0.0, 0.0, 1.0}, 2.0}, {{0.0, 0.0, -1.0}, -5.0}};
     const auto snapshot = Isosurface(volume, 4.0, options).snapshot();
     const IsosurfaceSnapshot& surface = *snapshot;
+    const CapBoxes caps = cap_boxes(surface);
     const auto chord_of = [&](const glm::dvec3& from, const glm::dvec3& to) {
         const Ray ray{from, to - from, 0.0, 100.0};
-        return CappedChord(*clip(ray, surface.clip_lattice()), ray.origin, ray.direction, no_limits, surface.planes());
+        return CappedChord(*clip(ray, surface.clip_lattice()), ray.origin, ray.direction, no_limits, caps);
     };
     const auto on_the_way_in = chord_of({4.0, 3.0, 1.0}, {4.0, 3.0, 3.0});
     REQUIRE(on_the_way_in.enters_cap(surface));
@@ -120,28 +121,29 @@ TEST_CASE("an end on the surface itself is decided by the crossing next to it", 
 
 TEST_CASE("boxes hold all caps, and lie on their planes", "[trace]")
 {
-    REQUIRE(cap_boxes(*cut_noise(2, false)).empty());
+    REQUIRE(cap_boxes(*cut_noise(2, false)).boxes.empty());
     for (int degree = 1; degree <= 3; ++degree) {
         const auto snapshot = cut_noise(degree, true);
         const IsosurfaceSnapshot& surface = *snapshot;
-        const std::vector<Box> boxes = cap_boxes(surface);
+        const CapBoxes caps = cap_boxes(surface);
+        const std::vector<Box>& boxes = caps.boxes;
         std::mt19937 random(static_cast<unsigned>(degree));
-        int caps = 0;
+        int count = 0;
         for (int trial = 0; trial < 4000; ++trial) {
-            const auto chord = random_chord(surface, random);
+            const auto chord = random_chord(surface, caps, random);
             if (!chord)
                 continue;
             for (const bool at_entry : {true, false}) {
                 if (!(at_entry ? chord->enters_cap(surface) : chord->leaves_cap(surface)))
                     continue;
-                ++caps;
+                ++count;
                 const glm::dvec3 position = chord->at(at_entry ? chord->t_near : chord->t_far);
                 REQUIRE(std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
                     return glm::clamp(position, box.lower - 1e-9, box.upper + 1e-9) == position;
                 }));
             }
         }
-        REQUIRE(caps > 500);
+        REQUIRE(count > 500);
         for (const Box& box : boxes)
             for (const HalfSpace& half_space : surface.clip_lattice()) {
                 const glm::dvec3 most = glm::max(half_space.normal * box.lower, half_space.normal * box.upper);

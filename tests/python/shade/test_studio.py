@@ -6,8 +6,8 @@ import scipy.ndimage
 from spheres import mesh_sphere, sphere
 
 import isospline
+from isospline._core import mean_on_plane
 from isospline.colors import named_color
-from isospline.picture.interleaved import mean_on_plane
 from isospline.picture.tone import tone_mapped
 
 SIZE = (96, 72)
