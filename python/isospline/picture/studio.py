@@ -147,8 +147,18 @@ def render_in_studio(
             id: look.replace(lights=[lights.key, lights.fill], shadows=False, ambient=_OPEN * light.sky)
             for id, look in looks.items()
         }
-        lit_over = {"shading": lit, "background": background, "encoding": "linear" if values else encoding}
-        image = Image(_core.render(scene, camera, tone="neutral", progress=progress, **lit_over, **options))
+        image = Image(
+            _core.render(
+                scene,
+                camera,
+                shading=lit,
+                background=background,
+                tone="neutral",
+                encoding="linear" if values else encoding,
+                progress=progress,
+                **options,
+            )
+        )
         if values:
             alone = {**options, **flat, "layers": albedo, "progress": None}
             picture = _core.render(scene, camera, shading=values, background=None, encoding="linear", **alone)

@@ -33,8 +33,6 @@ class Access:
     Attributes
     ----------
     token : str
-    ticket : str
-        A second token, random and of this server alone, for addresses that are stored with the cell of a notebook.
     """
 
     def __init__(self, host, token=None):
@@ -44,7 +42,7 @@ class Access:
             name = TOKEN_VARIABLE if token is None else "token"
             raise ValueError(f"{name}: expected ASCII characters without spaces, at least one, got others or none")
         self._host = host
-        self.token, self.ticket = given or secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+        self.token = given or secrets.token_urlsafe(24)
 
     def is_own_address(self, host):
         """Whether the header Host names the server by an IP address, or by the name that it listens on.
@@ -65,9 +63,8 @@ class Access:
         return origin in (f"http://{host}", f"https://{host}")
 
     def knows_token(self, query):
-        """Whether the query of an address has the token or the ticket."""
-        given = urllib.parse.parse_qs(query).get("token", [""])[0]
-        return any([_same(given, self.token), _same(given, self.ticket)])
+        """Whether the query of an address has the token."""
+        return _same(urllib.parse.parse_qs(query).get("token", [""])[0], self.token)
 
     def has_cookie(self, cookies, port):
         """Whether one of the headers Cookie has the cookie of a port."""

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
-import json
-import threading
 
 import numpy as np
 
@@ -33,31 +30,27 @@ def picture(item):
 
 
 def display(viewer, height):
-    """Show a viewer in a cell: interactive if the browser can reach the kernel, otherwise a picture of its state."""
+    """Show a viewer in a cell; without anywidget, a picture of its state, and its address."""
     from IPython.display import HTML
     from IPython.display import display as display_in_cell
 
-    display_in_cell(HTML(cell(viewer, height)))
+    try:
+        from .widget import ViewerWidget
+    except ImportError:
+        image = f'<img src="{still(viewer)}" alt="isosurfaces" style="max-width: 100%">'
+        note = "The viewer is at its <code>.url</code>; <code>pip install isospline[view]</code> puts it into the cell."
+        display_in_cell(HTML(f"{image}<p>{note}</p>"))
+    else:
+        display_in_cell(ViewerWidget(viewer, still(viewer), height))
 
 
-def cell(viewer, height):
-    """HTML with a picture. The viewer's page replaces it as soon as the viewer answers."""
+def still(viewer):
+    """A picture of a viewer's state, as an address with the data; empty if nothing is shown."""
     from .picture import PictureMaker, Stage
 
     state = viewer.state
-    image = ""
-    if state.objects:
-        state = state.replace(camera=viewer.camera_towards("home", SIZE))
-        drawn = PictureMaker(viewer.document).render(state, SIZE, Stage(4, False), encoding="srgb8")
-        image = f"data:image/png;base64,{base64.b64encode(drawn._repr_png_()).decode()}"
-    id = f"isospline-{threading.get_ident():x}-{viewer.address.rsplit(':', 1)[1].strip('/')}"
-    url, alive = json.dumps(viewer.stored_url), json.dumps(f"{viewer.address}alive")
-    return f"""<div id="{id}"><img src="{image}" alt="isosurfaces" style="max-width: 100%"></div>
-<script>
-fetch({alive}, {{mode: "no-cors"}}).then(() => {{
-  const frame = document.createElement("iframe");
-  frame.src = {url};
-  frame.style = "width: 100%; height: {int(height)}px; border: 0";
-  document.getElementById({html.escape(json.dumps(id), quote=False)}).replaceChildren(frame);
-}}).catch(() => {{}});
-</script>"""
+    if not state.objects:
+        return ""
+    state = state.replace(camera=viewer.camera_towards("home", SIZE))
+    drawn = PictureMaker(viewer.document).render(state, SIZE, Stage(4, True), encoding="srgb8")
+    return f"data:image/png;base64,{base64.b64encode(drawn._repr_png_()).decode()}"

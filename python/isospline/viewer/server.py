@@ -84,11 +84,6 @@ class Server:
         """The address of the page, with the token."""
         return f"{self.address}?token={urllib.parse.quote(self._access.token, safe='')}"
 
-    @property
-    def stored_url(self):
-        """The same with a token that is good for this server alone."""
-        return f"{self.address}?token={self._access.ticket}"
-
     def close(self):
         """Stop listening, and close all sockets."""
         with contextlib.suppress(RuntimeError):
@@ -157,11 +152,8 @@ class Server:
         response.headers["Cache-Control"] = "no-store"
         response.headers["X-Content-Type-Options"] = "nosniff"
         response.headers["Referrer-Policy"] = "no-referrer"
-        # Only a page that knows the token, such as a notebook, may have the viewer in a frame.
-        embedders = "http://localhost:* http://127.0.0.1:* vscode-webview:" if in_address else "'none'"
         response.headers["Content-Security-Policy"] = (
-            "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; "
-            f"frame-ancestors {embedders}"
+            "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'"
         )
         if in_address:
             response.headers["Set-Cookie"] = self._access.set_cookie(self.port)

@@ -79,9 +79,9 @@ class Viewer:
         return self._server.address
 
     @property
-    def stored_url(self) -> str:
-        """An address with a token that is good for this viewer alone, for the cells of notebooks."""
-        return self._server.stored_url
+    def is_open(self) -> bool:
+        """Whether it has not been closed."""
+        return not self._closed.is_set()
 
     @property
     def state(self) -> ViewState:
@@ -337,7 +337,7 @@ class Viewer:
         self._closed.set()
         self._server.close()
         for window in self.windows():
-            window.close()
+            window.end()
         self._workers.shutdown(wait=True, cancel_futures=True)
         self.uploads.remove()
 

@@ -31,10 +31,12 @@ class Window:
     viewer : Viewer
     transmit : callable
         Sends text or bytes to the page, from any thread.
+    ended : callable
+        Called when the viewer ends.
     """
 
-    def __init__(self, viewer, transmit):
-        self._viewer, self._transmit = viewer, transmit
+    def __init__(self, viewer, transmit, ended=lambda: None):
+        self._viewer, self._transmit, self._ended = viewer, transmit, ended
         self._lock = threading.Lock()
         self._camera, self._size, self._newest_input = None, None, 0
         self._shown, self._shown_input = None, 0  # the newest picture, and the newest change that it shows
@@ -340,6 +342,11 @@ class Window:
 
     def _on_open_raw(self, message):
         self._receiver.answer(message.number, message.options and message.options.to_json())
+
+    def end(self):
+        """Close the window because the viewer ends."""
+        self.close()
+        self._ended()
 
     def close(self):
         """Stop drawing, and leave the viewer."""

@@ -1,7 +1,11 @@
 """Objects in the cells of notebooks; the example notebooks run, and the viewer's cell works in a browser."""
 
 import io
+import json
 import re
+import sys
+import threading
+import time
 from pathlib import Path
 
 import nbformat
@@ -13,7 +17,8 @@ from nbclient import NotebookClient
 
 import isospline
 from isospline import volumes
-from isospline.viewer.cell import cell
+from isospline.viewer.cell import display, still
+from isospline.viewer.widget import ViewerWidget
 
 pytestmark = pytest.mark.slow
 
@@ -42,8 +47,7 @@ def test_example_notebook_runs(path):
     if "pictures" in path.stem:
         assert sum("image/png" in each for each in data) == 4
     else:
-        (page,) = (each["text/html"] for each in data if "text/html" in each)
-        assert "data:image/png;base64," in page and "iframe" in page
+        assert sum("application/vnd.jupyter.widget-view+json" in each for each in data) == 1
 
 
 @pytest.mark.parametrize("kind", ["Volume", "Isosurface", "Scene"])
@@ -64,32 +68,185 @@ def test_a_constant_volume_has_a_picture():
     assert isospline.Volume(np.ones((4, 4, 4)))._repr_png_().startswith(b"\x89PNG")
 
 
-def test_the_cell_is_alive_with_a_viewer_and_a_picture_without(volume, tmp_path):
-    with chromium() as browser:
-        with isospline.view(volume, browser=False) as viewer:
-            content = cell(viewer, 300)
-            (tmp_path / "cell.html").write_text(f"<!doctype html><body>{content}</body>", encoding="utf-8")
-            # Notebooks are pages of a server on this machine. For browsers, localhost and 127.0.0.1 are different
-            # sites: a frame has no cookie there, and needs the token in its address, also if it is reloaded.
-            with static(tmp_path) as address:
-                for place in (address, address.replace("127.0.0.1", "localhost")):
-                    page = Page(browser, place)
-                    page.page.wait_for_selector("iframe")
-                    frame = page.page.frame_locator("iframe")
-                    for _ in range(2):
-                        frame.locator("#histogram [data-object]").wait_for()
-                        frame.locator("#status:has-text('4 samples')").wait_for(timeout=60_000)
-                        inner = page.page.frames[1]
-                        inner.evaluate("location.reload()")
-                        inner.wait_for_load_state()
-                    page.close()
-        with static(tmp_path) as address:
-            page = Page(browser, address)
-            page.page.wait_for_timeout(500)
-            assert page.page.locator("iframe").count() == 0
-            assert page.evaluate("document.querySelector('img').naturalWidth") == 640
-            page.close()
-    assert re.search(r'src="data:image/png;base64,[\w+/]{1000}', content)
+CELL = """<!doctype html><link rel="icon" href="data:,"><body><div id="cell"></div><script type="module">
+import widget from "./widget.js";
+const {address, ...state} = STATE;
+const listeners = new Set(), waiting = [];
+const model = {
+  get: name => state[name],
+  on: (_, listener) => listeners.add(listener),
+  off: (_, listener) => listeners.delete(listener),
+  send: (content, callbacks, buffers) => {
+    socket?.send(JSON.stringify({content, count: buffers.length}));
+    for (const buffer of buffers) socket?.send(buffer);
+  },
+};
+const show = () => { window.end = widget.render({model, el: document.getElementById("cell")}); };
+const socket = address && new WebSocket(address);
+if (!socket) show();
+else {
+  socket.binaryType = "arraybuffer";
+  socket.onopen = show;
+  socket.onmessage = ({data}) => {
+    if (typeof data === "string") waiting.push(JSON.parse(data));
+    const buffers = typeof data === "string" ? [] : [new DataView(data)];
+    if (waiting[0].count > buffers.length) return;
+    const {content} = waiting.shift();
+    for (const listener of listeners) listener(content, buffers);
+  };
+}
+</script>"""
+
+
+class Notebook:
+    """A page with a widget in a cell, and the comm of its kernel: messages pass as in a notebook."""
+
+    def __init__(self, monkeypatch, folder):
+        import comm
+        import websockets.sync.server
+
+        notebook, self.folder, self.messages, self.connection = self, folder, [], None
+
+        class Comm(comm.base_comm.BaseComm):
+            def publish_msg(self, msg_type, data=None, metadata=None, buffers=None, **keys):
+                notebook.comm = self
+                if msg_type == "comm_msg" and data["method"] == "custom":
+                    notebook.tell(data["content"], buffers or [])
+
+        monkeypatch.setattr(comm, "create_comm", Comm)
+        self.lock = threading.Lock()
+        self.server = websockets.sync.server.serve(self.serve, "127.0.0.1", 0, max_size=None)
+        self.thread = threading.Thread(target=self.server.serve_forever)
+        self.thread.start()
+
+    @property
+    def address(self):
+        return f"ws://127.0.0.1:{self.server.socket.getsockname()[1]}/"
+
+    def tell(self, content, buffers):
+        with self.lock:
+            self.connection.send(json.dumps({"content": content, "count": len(buffers)}))
+            for buffer in buffers:
+                self.connection.send(bytes(buffer))
+
+    def serve(self, connection):
+        self.connection = connection
+        for message in connection:
+            about = json.loads(message)
+            buffers = [memoryview(connection.recv()) for _ in range(about["count"])]
+            data = {"method": "custom", "content": about["content"]}
+            self.comm.handle_msg({"content": {"data": data}, "buffers": buffers})
+
+    def write(self, widget, address):
+        """Write the page; without an address, its notebook has no kernel."""
+        state = json.dumps({"address": address, "still": widget.still, "height": widget.height})
+        (self.folder / "widget.js").write_text(widget._esm, encoding="utf-8")
+        (self.folder / "cell.html").write_text(CELL.replace("STATE", state), encoding="utf-8")
+
+    def close(self):
+        self.server.shutdown()
+        self.thread.join()
+
+
+@pytest.fixture
+def notebook(monkeypatch, tmp_path):
+    notebook = Notebook(monkeypatch, tmp_path)
+    yield notebook
+    notebook.close()
+
+
+def test_the_viewer_is_in_the_cell(volume, notebook, tmp_path):
+    with chromium() as browser, isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
+        widget = ViewerWidget(viewer, "", 420)
+        notebook.write(widget, notebook.address)
+        page = Page(browser, address)
+        page.page.wait_for_selector("iframe")
+        cell = Cell(page)
+        cell.settle()
+        assert page.page.locator("iframe").bounding_box()["height"] == 420
+        assert cell.pixels().std() > 10
+
+        level = viewer.state.objects[0].level
+        viewer.change(lambda state: state.with_object(state.objects[0].id, level=level / 2))
+        cell.wait(f"isospline.state.objects[0].level === {level / 2}")
+        cell.settle()
+        cell.frame.locator("#undo").click()
+        cell.wait(f"isospline.state.objects[0].level === {level}")
+        assert viewer.state.objects[0].level == level
+
+        # Files arrive in parts, and the page waits while many are on their way.
+        samples = np.random.default_rng(1).normal(size=(128, 128, 160)).astype(np.float32)
+        np.save(tmp_path / "noise.npy", samples)
+        cell.frame.locator("#open").set_input_files(tmp_path / "noise.npy")
+        cell.wait("[...isospline.sources.values()].some(each => each.name === 'noise.npy')")
+        assert cell.evaluate("isospline.socket.bufferedAmount") == 0
+        opened = [each.item for each in viewer.document][1]
+        np.testing.assert_allclose(opened.sample((3.0, 50.0, 127.0)), samples[127, 50, 3], rtol=1e-4)
+
+        # A page that is loaded again is one window.
+        cell.evaluate("isospline.connect()")
+        cell.wait("isospline.socket.readyState === 1")
+        assert len(viewer.windows()) == 1
+        viewer.close()
+        cell.wait("document.getElementById('messages').innerText.includes('connection')")
+        page.close()
+        assert not page.problems
+
+
+def test_the_window_of_a_cell_ends_with_it(volume, notebook, tmp_path):
+    with chromium() as browser, isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
+        notebook.write(ViewerWidget(viewer, "", 300), notebook.address)
+        page = Page(browser, address)
+        page.page.wait_for_selector("iframe")
+        Cell(page).settle()
+        assert len(viewer.windows()) == 1
+        page.evaluate("end()")
+        page.wait("true")
+        wait_until(lambda: not viewer.windows())
+        page.close()
+
+
+def test_a_notebook_without_a_kernel_has_a_picture(volume, notebook, tmp_path):
+    with isospline.view(volume, browser=False) as viewer:
+        notebook.write(ViewerWidget(viewer, still(viewer), 300), None)
+    with chromium() as browser, static(tmp_path) as address:
+        page = Page(browser, address)
+        page.wait("document.querySelector('img')?.naturalWidth === 640")
+        assert page.page.locator("iframe").count() == 0
+        page.close()
+        assert not page.problems
+
+
+def test_without_anywidget_the_cell_has_a_picture_and_says_how(volume, monkeypatch):
+    shown = []
+    monkeypatch.setitem(sys.modules, "isospline.viewer.widget", None)
+    monkeypatch.setattr("IPython.display.display", shown.append)
+    with isospline.view(volume, browser=False) as viewer:
+        display(viewer, 300)
+    assert re.search(r'src="data:image/png;base64,[\w+/]{1000}', shown[0].data)
+    assert "pip install isospline[view]" in shown[0].data
+
+
+class Cell(Page):
+    """The viewer's page in the frame of another page."""
+
+    def __init__(self, page):
+        self.page, self.problems = page.page, page.problems
+        self.frame = page.page.frames[1]
+        self.frame.wait_for_selector("#histogram [data-object]")
+
+    def evaluate(self, expression, argument=None):
+        return self.frame.evaluate(expression, argument)
+
+    def messages(self):
+        return self.frame.inner_text("#messages")
+
+
+def wait_until(condition, seconds=20):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 class static:

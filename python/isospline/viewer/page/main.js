@@ -4,6 +4,7 @@ import {Stage} from "./stage.js";
 import {Panel} from "./panel.js";
 import {RawForm} from "./raw.js";
 import {Slices} from "./slices.js";
+import {inCell, openSocket} from "./socket.js";
 import {active, byId, make} from "./dom.js";
 
 const MOST_MESSAGES = 5;
@@ -45,9 +46,7 @@ export class App {
   tell(name, detail) { for (const listener of this.listeners[name] ?? []) listener(detail); }
 
   connect() {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    this.socket = new WebSocket(`${scheme}://${location.host}/socket${this.query}`);
-    this.socket.binaryType = "arraybuffer";
+    this.socket = openSocket(this.query);
     this.socket.onopen = () => {
       this.retry = 300;
       // The cookie replaces the token in the address, except in a frame of a page of another site, which has no cookie.
@@ -70,7 +69,7 @@ export class App {
 
   // A viewer that answers and refuses the socket has another token.
   async lookForAnother() {
-    if (this.closed.dataset.told) return;
+    if (this.closed.dataset.told || inCell) return;
     const refused = await fetch("alive").then(answer => answer.ok && this.socket.readyState !== WebSocket.OPEN, () => false);
     if (!refused || ++this.refusals < 3) return;
     this.closed.dataset.told = true;
