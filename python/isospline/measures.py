@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -65,19 +66,17 @@ def measure(
     >>> table.to_csv().splitlines()[0]
     'levels,enclosed_volumes,volume_errors,areas,area_errors'
     """
-    try:
-        wanted = np.asarray(levels)
-    except ValueError:  # rows of different lengths
-        wanted = np.zeros(0)
-    if wanted.ndim != 1 or not wanted.size or wanted.dtype.kind not in "iuf" or not np.isfinite(wanted).all():
+    wanted = np.asarray(levels, dtype=object)  # rows of different lengths stay objects
+    is_real = wanted.ndim == 1 and all(isinstance(each, numbers.Real) and not isinstance(each, bool) for each in wanted)
+    if not (wanted.size and is_real and np.isfinite(wanted.astype(np.float64)).all()):
         raise ValueError(sentence("levels", "one or more finite numbers in a sequence", levels))
     report = as_callable(progress)
-    numbers = wanted.astype(np.float64).tolist()
-    surface = volume.with_level(numbers[0]) if isinstance(volume, Isosurface) else Isosurface(volume, numbers[0])
+    each_level = wanted.astype(np.float64).tolist()
+    surface = volume.with_level(each_level[0]) if isinstance(volume, Isosurface) else Isosurface(volume, each_level[0])
     rows = []
-    for number, level in enumerate(numbers):
+    for number, level in enumerate(each_level):
         at_level = surface.with_level(level) if number else surface
-        of_level = part_of(report, number, len(numbers))
+        of_level = part_of(report, number, len(each_level))
         rows.append({"levels": level, **at_level._volume_and_area(tolerance, order, of_level)})
     tell(report, 1.0)
     return LevelMeasures._of_rows(rows)
