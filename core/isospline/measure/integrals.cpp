@@ -25,9 +25,9 @@ namespace {
 /// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is; the
 /// numbers of nodes are odd, and fill SIMD lanes. Quadrature in every cell converges faster where the surface is
 /// smooth.
-constexpr std::array<PieceRule, 7> all_rules{
-    {{true, 7}, {true, 15}, {true, 23}, {true, 31}, {false, 4}, {false, 6}, {false, 10}}};
-constexpr std::size_t first_quadrature = 4;
+constexpr std::array<PieceRule, 9> all_rules{
+    {{true, 7}, {true, 15}, {true, 23}, {true, 31}, {true, 47}, {true, 63}, {false, 4}, {false, 6}, {false, 10}}};
+constexpr std::size_t first_quadrature = 6;
 /// The errors of lines fall with about this power of their number of nodes.
 constexpr double rate_of_lines = 3.0;
 /// Every so many pieces of a component are integrated first, to choose the rule for all, if there are enough.
