@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+from ..base.parameters import check_path
 from ..base.system import whole_file
 from .checked import Checked, field, options, record, records, text
 from .document import read_source
@@ -110,6 +111,7 @@ def write_session(path, session):
 
 def read_session(path):
     """Read a session; paths in it become absolute."""
+    check_path(path)
     with open(path, encoding="utf-8", errors="surrogateescape") as file:
         session = Session.from_text(file.read(), os.fspath(path))
     folder = os.path.dirname(os.path.abspath(os.fspath(path)))

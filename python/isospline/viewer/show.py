@@ -84,6 +84,7 @@ def view(
         check_type(levels, "levels", Iterable, "numbers")
         levels = [number()(level, "levels") for level in levels]
     check_count(height, "height")
+    check_type(session, "session", (str, os.PathLike, type(None)), "a str, path-like or None")
     viewer = Viewer(host=host, port=port, token=token, upload_limit=upload_limit, upload_count=upload_count)
     try:
         if session is not None:

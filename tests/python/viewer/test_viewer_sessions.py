@@ -282,3 +282,9 @@ def test_sessions_have_no_other_options(tmp_path, options, ball):
     (tmp_path / "a.json").write_bytes(session([{"key": "a", "path": str(ball), **options}]))
     with pytest.raises(ValueError, match="_options: expected some of "):
         isospline.view(session=tmp_path / "a.json", browser=False)
+
+
+def test_a_session_is_named_by_a_path():
+    """The number of an open file would close it."""
+    with pytest.raises(TypeError, match="^session: expected a str, path-like or None, got 3"):
+        isospline.view(session=3, browser=False)
