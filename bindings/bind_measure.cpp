@@ -172,7 +172,7 @@ Examples
 >>> field = isospline.volumes.torus(0.6, 0.25)
 >>> volume = field.volume(48)
 >>> torus = isospline.Isosurface(volume, field.level)
->>> round(torus.gaussian_curvature().value / (2 * math.pi), 6) + 0.0
+>>> round(torus.gaussian_curvature().value / (2 * math.pi), 4) + 0.0
 0.0
 )";
 
