@@ -41,7 +41,7 @@ class AdaptiveResolution:
     >>> resolution = AdaptiveResolution(budget=0.04)
     >>> resolution.size((1000, 800))
     (500, 400)
-    >>> resolution.record((500, 400), 0.16)
+    >>> resolution.record((500, 400), 0.08)
     >>> resolution.size((1000, 800))
     (250, 200)
     """
