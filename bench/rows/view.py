@@ -17,14 +17,16 @@ ABOUT = """`isospline.view` in Chromium without a window, both on this machine w
 800 pixels. The mouse moves 60 times a second for three seconds: it drags the level in the histogram, orbits, and moves
 a cut. *Latency* is the time from the page's message to the first picture that shows its change, decoded and drawn, by
 the page's own clock; changes that a newer one replaced have none. *Scale* is the fraction of the full resolution, along
-each side, that was drawn meanwhile. The browser draws in software here, and so uses a part of the cores."""
+each side, that was drawn meanwhile. *Still* is the time from the end of a move to the picture in full quality. The
+transparent surface is the first one, around another one inside it. Levels of whole numbers move in whole steps, so
+there are fewer changes to draw. The browser draws in software here, and so uses a part of the cores."""
 SETTINGS = ("size",)
 SECONDS, WINDOW = 3.0, {"width": 1280, "height": 800}
 TRANSPARENT = "orbit, transparent"
 GOALS = [
     ("from a move of the hand to its picture, median", "at most 50 ms"),
-    ("pictures a second while the hand orbits", "at least 25 pictures/s"),
-    ("scale of pictures while the hand orbits", "at least 0.5"),
+    ("pictures a second while the hand moves", "at least 25 pictures/s"),
+    ("scale of pictures while the hand moves", "at least 0.5"),
     ("still of an opaque surface", "at most 2 s"),
     ("still of a surface inside a transparent one", "at most 4 s"),
 ]
@@ -142,8 +144,8 @@ def values(results, key, moves=("level", "orbit", "cut")):
 def goals(results):
     return [
         at_most(GOALS[0][0], 50, values(results, "milliseconds"), "ms"),
-        at_least(GOALS[1][0], 25, values(results, "rate", ["orbit"]), "pictures/s"),
-        at_least(GOALS[2][0], 0.5, values(results, "scale", ["orbit"]), ""),
+        at_least(GOALS[1][0], 25, values(results, "rate"), "pictures/s"),
+        at_least(GOALS[2][0], 0.5, values(results, "scale"), ""),
         at_most(GOALS[3][0], 2, values(results, "still"), "s"),
         at_most(GOALS[4][0], 4, values(results, "still", [TRANSPARENT]), "s"),
     ]

@@ -215,8 +215,8 @@ def render_in_studio(
             below.set_visibility(id, visible=False)
         id = below.add(ground, casts_shadow=False)
         # A plane has no edges, so one ray per pixel is enough.
-        is_seen = open_key.color[..., 3] < 1
-        around |= {"samples": 1, "mask": _core.mean_on_plane(is_seen, is_seen) > 0}
+        has_ground = open_key.color[..., 3] < 1
+        around |= {"samples": 1, "mask": _core.mean_on_plane(has_ground, has_ground) > 0}  # and pixels near these
         count = options["samples"] * light.light_samples
         white = _core.Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
         under_lights = [{**looks, id: white}, {**looks, id: _sky(_core.Phong(), count, radius)}]

@@ -32,19 +32,24 @@ _CURVATURE = 0.25
 
 @dataclass(frozen=True)
 class Stage:
-    """A pass over a picture: its samples per pixel, and whether it is the last pass.
+    """A pass over a picture: its samples per pixel, whether it is the last pass, and whether it looks as moving ones.
 
     In path tracing, the samples of earlier passes are included.
     """
 
     samples: int
     final: bool
+    moving: bool = False
 
 
 def passes(state):
-    """The passes over a state that no longer changes."""
+    """The passes over a state that no longer changes.
+
+    In studio light, the first pass looks as moving pictures do: it is there at once, and shadows would take as long as
+    those of the last pass.
+    """
     counts = _PASSES.get(state.light, _OTHER_PASSES)
-    return [Stage(count, count == counts[-1]) for count in counts]
+    return [Stage(count, count == counts[-1], state.light == "studio" and count != counts[-1]) for count in counts]
 
 
 def picture_part(state):
@@ -229,11 +234,7 @@ class PictureMaker:
         }
 
     def render(self, state, size, stage=None, progress=None, **options):
-        """Render a state that has a camera.
-
-        Without a stage, render as during movement. In studio light, so does the first pass: it is there at once, and
-        shadows would take as long as those of the last pass.
-        """
+        """Render a state that has a camera; without a stage, render as during movement."""
         camera = state.camera.camera()
         ids = self.geometry_ids(state, *((camera, size) if stage else ()))
         options.setdefault("background", state.background)
@@ -244,7 +245,7 @@ class PictureMaker:
             self._scene,
             camera,
             size=size,
-            light=self.light(state, ids, moving=stage is None or (state.light == "studio" and not stage.final)),
+            light=self.light(state, ids, moving=stage is None or stage.moving),
             samples=stage.samples if stage else 1,
             progress=progress,
             **options,

@@ -12,7 +12,7 @@ STEPS = (1.0, 0.75, 0.5, 0.375, 0.25, 0.1875)
 
 # The weight of past frames after each new one.
 _MEMORY = 0.85
-# The past does not count if a frame takes this many times as long as it says, or as little.
+# The past does not count if a frame takes more than this many times as long as expected, or is as much faster.
 _SURPRISE = 2.0
 # The part of a frame's time that does not depend on its size, as long as frames do not tell.
 _FIXED = 0.3
@@ -63,12 +63,11 @@ class AdaptiveResolution:
     def record(self, size, seconds):
         """Record the time of a frame, and choose the step of the next one."""
         pixels = float(size[0] * size[1])
-        news = (1.0, pixels, seconds, pixels * pixels, pixels * seconds)
-        memory = _MEMORY
-        if self._sums[0]:
-            fixed, each = self._estimate()
-            memory *= 1 / _SURPRISE < seconds / (fixed + each * pixels) < _SURPRISE
-        self._sums = [memory * old + new for old, new in zip(self._sums, news)]
+        news = [1.0, pixels, seconds, pixels * pixels, pixels * seconds]
+        if self._sums[0] and self._is_expected(pixels, seconds):
+            self._sums = [_MEMORY * old + new for old, new in zip(self._sums, news)]
+        else:
+            self._sums = news
         fixed, each = self._estimate()
         left = max(self._budget - fixed, _PIXELS * self._budget)
         full = pixels / self.scale**2 * each
@@ -76,6 +75,12 @@ class AdaptiveResolution:
             self._step += 1
         if self._step > 0 and full * STEPS[self._step - 1] ** 2 < _ROOM * left:
             self._step -= 1
+
+    def _is_expected(self, pixels, seconds):
+        """Whether a frame takes about as long as past ones tell."""
+        fixed, each = self._estimate()
+        expected = fixed + each * pixels
+        return expected / _SURPRISE < seconds < expected * _SURPRISE
 
     def _estimate(self):
         """Seconds per frame without pixels, and per pixel."""

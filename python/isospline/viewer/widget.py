@@ -39,23 +39,26 @@ class ViewerWidget(anywidget.AnyWidget):
     def _receive(self, _: Any, content: dict[str, Any], buffers: list[memoryview]) -> None:
         """Handle a message of widget.js."""
         id, kind = content["window"], content["kind"]
-        if kind == "page":
-            if self._viewer.is_open:  # otherwise, the picture stays
-                self._tell(id, "page", page=page_for_cells())
-        elif kind in ("open", "close"):
-            if before := self._windows.pop(id, None):
-                before.close()
-            if kind == "open" and self._viewer.is_open:
-                transmit, ended = (functools.partial(each, id) for each in (self._transmit, self._end))
-                self._windows[id] = Window(self._viewer, transmit, ended)
-            if kind == "open":
-                self._tell(id, "open" if self._viewer.is_open else "closed")
-        elif id in self._windows:
+        if kind in ("open", "close"):
+            self._close(id)
+        if kind == "page" and self._viewer.is_open:  # otherwise, the picture stays
+            self._tell(id, "page", page=page_for_cells())
+        elif kind == "open" and self._viewer.is_open:
+            transmit, ended = (functools.partial(each, id) for each in (self._transmit, self._end))
+            self._windows[id] = Window(self._viewer, transmit, ended)
+            self._tell(id, "open")
+        elif kind in ("text", "binary") and id in self._windows:
             message = content["text"] if kind == "text" else bytes(buffers[0])
             with contextlib.suppress(ValueError, RecursionError):  # the page is not one of ours
                 self._windows[id].receive(message)
             if kind == "binary":
                 self._tell(id, "received", bytes=len(message))
+        elif kind != "close":  # the page connects again, if the viewer is still open
+            self._tell(id, "closed")
+
+    def _close(self, id):
+        if window := self._windows.pop(id, None):
+            window.close()
 
     def _transmit(self, id, message):
         if isinstance(message, str):
@@ -74,9 +77,10 @@ class ViewerWidget(anywidget.AnyWidget):
 
 @functools.cache
 def page_for_cells() -> dict[str, Any]:
-    """The page as one document without addresses: its HTML, with a place for the map of imports, and its modules.
+    """The page as one document without addresses: its HTML, and its modules.
 
-    Modules import each other by bare names, because a document in a frame has no address to resolve others from.
+    The map of imports goes in place of IMPORTS. Modules import each other by bare names, because a document in a frame
+    has no address to resolve others from.
     """
     files = {path.name: path.read_text(encoding="utf-8") for path in PAGE.iterdir()}
     modules = {
@@ -88,7 +92,7 @@ def page_for_cells() -> dict[str, Any]:
     for line, replacement in {
         '<link rel="icon" href="icon.svg">\n': "",
         '<link rel="stylesheet" href="style.css">': f"<style>\n{files['style.css']}</style>",
-        '<script type="module" src="main.js"></script>': '<script type="importmap">{}</script>\n'
+        '<script type="module" src="main.js"></script>': '<script type="importmap">IMPORTS</script>\n'
         '<script type="module">import "isospline/main.js";</script>',
     }.items():
         if html.count(line) != 1:

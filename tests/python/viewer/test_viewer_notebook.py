@@ -183,25 +183,33 @@ def test_the_viewer_is_in_the_cell(volume, notebook, tmp_path):
         opened = [each.item for each in viewer.document][1]
         np.testing.assert_allclose(opened.sample((3.0, 50.0, 127.0)), samples[127, 50, 3], rtol=1e-4)
 
-        # A page that is loaded again is one window.
+        # A page that connects again is one window; one whose window is gone connects again.
         cell.evaluate("isospline.connect()")
         cell.wait("isospline.socket.readyState === 1")
         assert len(viewer.windows()) == 1
+        page.evaluate("dispatchEvent(new Event('pagehide'))")
+        wait_until(lambda: not viewer.windows())
+        cell.evaluate("isospline.send({type: 'undo'})")
+        wait_until(lambda: len(viewer.windows()) == 1)
+        cell.wait("isospline.socket.readyState === 1")
         viewer.close()
         cell.wait("document.getElementById('messages').innerText.includes('connection')")
         page.close()
         assert not page.problems
 
 
-def test_the_window_of_a_cell_ends_with_it(volume, notebook, tmp_path):
+def test_the_window_of_a_cell_ends_with_it_and_with_the_notebook(volume, notebook, tmp_path):
     with chromium() as browser, isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
         notebook.write(ViewerWidget(viewer, "", 300), notebook.address)
         page = Page(browser, address)
         page.page.wait_for_selector("iframe")
         Cell(page).settle()
         assert len(viewer.windows()) == 1
+        page.page.reload()
+        page.page.wait_for_selector("iframe")
+        Cell(page).settle()
+        assert len(viewer.windows()) == 1
         page.evaluate("end()")
-        page.wait("true")
         wait_until(lambda: not viewer.windows())
         page.close()
 

@@ -76,6 +76,20 @@ def test_script_makes_the_very_picture(opened, folder, name, monkeypatch):
     assert (folder / "picture.png").stat().st_size > 100
 
 
+@pytest.mark.parametrize("light", ["studio", "phong", "outline", "ambient-occlusion"])
+def test_the_first_picture_of_a_studio_looks_as_moving_ones(opened, light):
+    document, state = opened
+    maker, state = PictureMaker(document), state.replace(light=light)
+    moving, first, last = (
+        maker.render(state, SIZE, each).to_srgb() for each in (None, passes(state)[0], passes(state)[-1])
+    )
+    if light == "studio":
+        np.testing.assert_array_equal(first, moving)
+    else:  # the last look, in fewer rays
+        assert np.abs(first.astype(int) - last).mean() < 8
+    assert (first != last).any()
+
+
 def test_a_level_without_a_surface_leaves_an_empty_picture_without_a_warning(opened):
     document, state = opened
     state = state.without_object(1).without_object(2).replace(light="phong")  # a studio has a ground

@@ -3,14 +3,12 @@
 
 let count = 0;
 
-/** The page as a document. Its modules import each other by bare names.
- * @param {{html: string, modules: Record<string, string>}} page */
-function documentOf({html, modules}) {
-  const imports = {};
-  for (const [name, source] of Object.entries(modules)) {
-    imports[name] = URL.createObjectURL(new Blob([source], {type: "text/javascript"}));
-  }
-  return html.replace("{}", () => JSON.stringify({imports}));
+/** The addresses of the page's modules, which import each other by bare names.
+ * @param {Record<string, string>} modules */
+function addressesOf(modules) {
+  const urls = Object.entries(modules).map(([name, source]) =>
+    [name, URL.createObjectURL(new Blob([source], {type: "text/javascript"}))]);
+  return Object.fromEntries(urls);
 }
 
 /** @param {DataView} view */
@@ -28,6 +26,8 @@ function render({model, el}) {
   let frame = null;
   /** @type {MessagePort | null} */
   let port = null;
+  /** @type {Record<string, string>} */
+  let imports = {};
 
   function fromKernel(content, buffers) {
     if (content.window !== window) return;
@@ -36,7 +36,8 @@ function render({model, el}) {
       frame.title = "isospline";
       Object.assign(frame.style, {width: "100%", height: `${model.get("height")}px`, border: "0", display: "block"});
       frame.allow = "clipboard-write; fullscreen";
-      frame.srcdoc = documentOf(content.page);
+      imports = addressesOf(content.page.modules);
+      frame.srcdoc = content.page.html.replace("IMPORTS", () => JSON.stringify({imports}));
       still.replaceWith(frame);
     } else if (content.kind === "open" || content.kind === "closed") {
       port?.postMessage(content.kind === "open");
@@ -60,14 +61,18 @@ function render({model, el}) {
     send("open");
   }
 
+  const close = () => send("close"); // also if the notebook is left or loaded again
   model.on("msg:custom", fromKernel);
   addEventListener("message", fromFrame);
+  addEventListener("pagehide", close);
   send("page");
   return () => {
     model.off("msg:custom", fromKernel);
     removeEventListener("message", fromFrame);
+    removeEventListener("pagehide", close);
     port?.close();
-    send("close");
+    Object.values(imports).forEach(url => URL.revokeObjectURL(url));
+    close();
   };
 }
 
