@@ -68,9 +68,10 @@ def client_of(scheduler):
         yield None
         return
     Client = dask_distributed().Client
-    try:
-        client = Client(scheduler, timeout=10)
-    except (OSError, ValueError, TimeoutError, MemoryError) as error:  # the last where something else answers
-        raise ValueError(f"--scheduler: expected the address of a Dask scheduler, got {scheduler}") from error
-    with client:
+    client = Client.__new__(Client)  # in two steps: a client that could not connect must be closed, too
+    with contextlib.closing(client):
+        try:
+            client.__init__(scheduler, timeout=10)
+        except (OSError, ValueError, TimeoutError, MemoryError) as error:  # the last where something else answers
+            raise ValueError(f"--scheduler: expected the address of a Dask scheduler, got {scheduler}") from error
         yield client
