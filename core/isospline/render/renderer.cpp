@@ -38,6 +38,7 @@ struct Workspace {
 
     RayCaster caster;
     RayBatch batch;
+    std::vector<RayCertificate> proven;                    ///< of a batch's first rays
     std::vector<glm::dvec3> colors_of_hits;                ///< of a batch
     std::vector<std::vector<glm::dvec4>> colors_of_pixels; ///< of a tile in each look, premultiplied
     PhongPoints points;
@@ -174,9 +175,10 @@ void Renderer::render_tile(std::size_t tile, Workspace& workspace)
         if (for_layers) {
             if (layers_.ambient_occlusion)
                 store_openness(batch, ray_count);
+            if (certifier_)
+                certifier_->certify(std::span(batch.rays).first(ray_count), batch.hits, workspace.proven);
             for (std::size_t i = 0; certifier_ && i < ray_count; ++i)
-                images_[0].certified[index(batch.pixels[i])] =
-                    static_cast<std::uint32_t>(certifier_->certify(batch.rays[i]).status);
+                images_[0].certified[index(batch.pixels[i])] = static_cast<std::uint32_t>(workspace.proven[i].status);
             for (std::size_t i = 0; i < ray_count; ++i)
                 if (batch.hits[i])
                     store_layers(index(batch.pixels[i]), batch.hits[i], batch.rays[i]);

@@ -72,17 +72,6 @@ SceneCertifier::SceneCertifier(const SceneSnapshot& scene, bool SeenBy::*sees, c
     }
 }
 
-RayCertificate SceneCertifier::certify(const Ray& ray, double t_hint) const
-{
-    FirstOfSurfaces first;
-    Ray rest = ray;
-    for (const Surface& surface : surfaces_) {
-        first.add(surface.certifier.certify(rest, t_hint));
-        rest.t_far = std::min(rest.t_far, first.t_end());
-    }
-    return first.certificate();
-}
-
 void SceneCertifier::certify(const RayPacket& rays, std::span<const double, packet_capacity> t_hits,
                              std::span<const std::uint32_t, packet_capacity> geometry_ids,
                              std::span<RayCertificate, packet_capacity> certificates) const
@@ -119,6 +108,27 @@ void SceneCertifier::certify(const RayPacket& rays, std::span<const double, pack
             add(surface.certifier, lanes, no_hits);
     for (std::size_t lane = 0; lane < static_cast<std::size_t>(rays.count); ++lane)
         certificates[lane] = first[lane].certificate();
+}
+
+void SceneCertifier::certify(std::span<const Ray> rays, std::span<const Hit> hits,
+                             std::vector<RayCertificate>& certificates) const
+{
+    certificates.resize(rays.size());
+    RayPacket packet;
+    std::array<double, packet_capacity> t_hits = {};
+    std::array<std::uint32_t, packet_capacity> geometry_ids = {};
+    std::array<RayCertificate, packet_capacity> proven;
+    for (std::size_t first = 0; first < rays.size(); first += packet_capacity) {
+        const std::size_t count = std::min<std::size_t>(packet_capacity, rays.size() - first);
+        packet.count = static_cast<int>(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            packet.set(static_cast<int>(i), rays[first + i]);
+            t_hits[i] = hits[first + i].t;
+            geometry_ids[i] = hits[first + i].geometry_id;
+        }
+        certify(packet, t_hits, geometry_ids, proven);
+        std::copy_n(proven.begin(), count, certificates.begin() + static_cast<std::ptrdiff_t>(first));
+    }
 }
 
 std::optional<bool> SceneCertifier::is_crossed(const Ray& ray) const

@@ -4,11 +4,11 @@
 #include "isospline/math/ray.h"
 #include "isospline/scene/scene_snapshot.h"
 #include "isospline/trace/certified_ray.h"
+#include "isospline/trace/hit.h"
 #include "isospline/trace/ray_packet.h"
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,13 +22,13 @@ public:
     /// `parameter` names what asked for proofs.
     SceneCertifier(const SceneSnapshot& scene, bool SeenBy::*sees, const char* parameter = "certify");
 
-    /// The ray's numbers are finite, except for its limits. If the first crossing is near `t_hint`, which may be any
-    /// number, it is found faster.
-    RayCertificate certify(const Ray& ray, double t_hint = std::numeric_limits<double>::infinity()) const;
-    /// The same for a packet of rays, given the t and the geometry ids of their hits; of misses, t is infinite.
+    /// The rays' numbers are finite, except for their limits. Given the t and the geometry ids of their hits; of
+    /// misses, t is infinite.
     void certify(const RayPacket& rays, std::span<const double, packet_capacity> t_hits,
                  std::span<const std::uint32_t, packet_capacity> geometry_ids,
                  std::span<RayCertificate, packet_capacity> certificates) const;
+    /// The same for any number of rays, given their hits, of which there may be more.
+    void certify(std::span<const Ray> rays, std::span<const Hit> hits, std::vector<RayCertificate>& certificates) const;
     /// Whether the ray crosses any surface; nothing if that is not proven.
     std::optional<bool> is_crossed(const Ray& ray) const;
     /// Whether the number of crossings with all surfaces is odd; nothing if that is not proven.
