@@ -58,7 +58,7 @@ struct CellLines::MethodOfDegree final : Method {
             nodes.push_back({rule[i].position,
                              {rule[i].weight, without_middle[i], every_other[i]},
                              bernstein_values<Degree>(rule[i].position),
-                             slopes_at(rule[i].position)});
+                             bernstein_slopes<Degree>(rule[i].position)});
         if constexpr (Degree <= 2)
             set_lanes();
     }
@@ -100,18 +100,6 @@ struct CellLines::MethodOfDegree final : Method {
                 weights[i] += node.weight * lagrange;
             }
         return weights;
-    }
-
-    /// The derivatives of the Bernstein polynomials at s.
-    static Line slopes_at(double s)
-    {
-        const auto lower = bernstein_values<Degree - 1>(s);
-        Line slopes{};
-        for (std::size_t i = 0; i < Degree; ++i) {
-            slopes[i] -= Degree * lower[i];
-            slopes[i + 1] += Degree * lower[i];
-        }
-        return slopes;
     }
 
     bool add(const CellCoefficients& cell, double sign, LineSums& to) const override
@@ -180,7 +168,7 @@ struct CellLines::MethodOfDegree final : Method {
 
     void add_lines(const Lines& lines, LineSums& to) const
     {
-        if (Degree <= 2 && !options.curvature && nodes.size() <= LineNodes::most)
+        if (has_lanes(Degree, options.curvature) && nodes.size() <= LineNodes::most)
             return add_lines_in_lanes(lines, to);
         for (const Node& x : nodes) {
             Plane plane;
@@ -260,7 +248,7 @@ struct CellLines::MethodOfDegree final : Method {
                       LineSums& to) const
     {
         const auto values = bernstein_values<Degree>(s);
-        const Line slopes = slopes_at(s);
+        const Line slopes = bernstein_slopes<Degree>(s);
         glm::dvec3 gradient(0.0);
         double along_x = 0.0, along_y = 0.0, along_axis = 0.0;
         for (std::size_t j = 0; j < count; ++j) {

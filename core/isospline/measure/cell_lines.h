@@ -33,6 +33,9 @@ struct LineSums {
 /// are precise.
 class CellLines {
 public:
+    /// Whether lines are cut in SIMD lanes.
+    static bool has_lanes(int degree, bool curvature) { return degree <= 2 && !curvature; }
+
     explicit CellLines(int degree, const QuadratureOptions& options);
     ~CellLines();
     CellLines(CellLines&&) noexcept;

@@ -128,13 +128,9 @@ struct CellQuadrature::MethodOfDegree final : Method {
             return add_unresolved(part);
         const int axis = part.depth % 3;
         for (const bool upper : {false, true}) {
-            Part half{half_of<Degree>(part.b, axis, upper),
-                      true,
-                      part.lower,
-                      part.size,
-                      part.planes,
-                      part.depth + 1,
-                      part.cap};
+            Part half = part;
+            half.b = half_of<Degree>(part.b, axis, upper);
+            ++half.depth;
             half.size[axis] *= 0.5;
             half.lower[axis] += upper ? half.size[axis] : 0.0;
             for (HalfSpace& plane : half.planes) {
@@ -161,12 +157,14 @@ struct CellQuadrature::MethodOfDegree final : Method {
                     edges.push_back(plane_on_face(plane, axis, upper));
                 glm::dvec3 normal(0.0);
                 normal[axis] = 1.0;
-                integrate_pieces(std::move(edges), !part.planes.empty(), [&](const PatchNode& node, auto& to) {
+                const auto add = [&](const PatchNode& node, Sums& to) {
                     const glm::dvec3 point = point_of_face(axis, node.position, upper);
                     if (is_within(part.planes, -1, point))
                         add_area(part.lower + part.size * point, plane_area(part, normal, axis, node.weight),
                                  node.rule == 0, to);
-                });
+                };
+                integrate_pieces(
+                    std::move(edges), !part.planes.empty(), [](int, double) {}, add);
             }
     }
 
@@ -225,8 +223,11 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (follows_curve)
             return patches.integrate_zeros(std::move(edges), cross,
                                            [&](const ZeroNode& node) { visit_edge(part, axis, node); });
-        integrate_pieces(std::move(edges), cross,
-                         [&](const PatchNode& node, auto& to) { add_height(part, axis, node, to); });
+        FaceRow<Degree> row;
+        integrate_pieces(
+            std::move(edges), cross,
+            [&](int coordinate, double position) { row = FaceRow<Degree>(part.b, axis, coordinate, position); },
+            [&](const PatchNode& node, Sums& to) { add_height(part, axis, row, node, to); });
     }
 
     /// Visits a point of the curve where the surface meets the cap's plane.
@@ -240,18 +241,20 @@ struct CellQuadrature::MethodOfDegree final : Method {
             (*visitor)(part.lower + part.size * point, weight);
     }
 
-    /// Integrates over the unit square, between the zeros of the edges; `add(node, integrals)` adds one node.
-    template <typename Add>
-    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const Add& add)
+    /// Integrates over the unit square, between the zeros of the edges; `add(node, integrals)` adds one node of the row
+    /// that has begun.
+    template <typename BeginRow, typename Add>
+    void integrate_pieces(std::vector<PatchPolynomial> edges, bool cross, const BeginRow& begin_row, const Add& add)
     {
         Piece piece{};
         const auto visit = [&](const PatchNode& node) {
+            if (node.is_resolved || node.rule != 0)
+                return add(node, piece[node.rule]);
             Sums found{};
             add(node, found);
             for (std::size_t i = 0; i < quantity_count; ++i) {
-                piece[node.rule][i] += found[i];
-                if (node.rule == 0 && !node.is_resolved)
-                    result.error[i] += std::abs(found[i]);
+                piece[0][i] += found[i];
+                result.error[i] += std::abs(found[i]);
             }
         };
         // The errors of pieces may have different signs, so their magnitudes are added.
@@ -263,11 +266,11 @@ struct CellQuadrature::MethodOfDegree final : Method {
             }
             piece = {};
         };
-        patches.integrate(std::move(edges), cross, visit, end_piece);
+        patches.integrate(std::move(edges), cross, begin_row, visit, end_piece);
     }
 
-    /// Integrates over one point of the face.
-    void add_height(const Part& part, int axis, const PatchNode& node, Sums& to)
+    /// Integrates over one point of the face, in this row.
+    void add_height(const Part& part, int axis, const FaceRow<Degree>& row, const PatchNode& node, Sums& to)
     {
         const glm::dvec2& x = node.position;
         glm::dvec3 point = point_of_face(axis, x, 0.0);
@@ -292,7 +295,7 @@ struct CellQuadrature::MethodOfDegree final : Method {
         if (!(lower < upper))
             return;
 
-        const LinePolynomial line = line_along<Degree>(part.b, axis, x.x, x.y);
+        const LinePolynomial line = row.line(x);
         if (part.cap >= 0) {
             const HalfSpace& cap = part.planes[static_cast<std::size_t>(part.cap)];
             if (cap_height >= lower && cap_height <= upper && is_inside(line.value(cap_height)))
@@ -319,24 +322,26 @@ struct CellQuadrature::MethodOfDegree final : Method {
         to[at(Quantity::volume)] += determinant * part.volume() * node.weight * std::max(upper - lower, 0.0);
         if (is_met && options.surface) {
             point[axis] = height;
-            add_surface(part.lower + part.size * point, axis, node.weight * part.volume() / part.size[axis],
+            const glm::dvec3 on_face = row.gradient(x, height);
+            const glm::dvec3 gradient = point_of_face(axis, glm::dvec2(on_face), on_face.z) / part.size;
+            add_surface(part.lower + part.size * point, axis, gradient, node.weight * part.volume() / part.size[axis],
                         node.rule == 0, to);
         }
     }
 
-    /// Adds a point of the surface in the cell, for an area of a face.
-    void add_surface(const glm::dvec3& local, int axis, double face_area, bool is_fine, Sums& to)
+    /// Adds a point of the surface in the cell, with a gradient there, for an area of a face.
+    void add_surface(const glm::dvec3& local, int axis, const glm::dvec3& gradient, double face_area, bool is_fine,
+                     Sums& to)
     {
-        const Jet jet = jet_in_cell<Degree>(*cell, local);
-        const glm::dvec3 gradient = jet.gradient * to_lattice;
-        const double area = determinant * face_area * glm::length(gradient) / std::abs(jet.gradient[axis]);
+        const double area = determinant * face_area * glm::length(gradient * to_lattice) / std::abs(gradient[axis]);
         if (!std::isfinite(area))
             return;
         add_area(local, area, is_fine, to);
         if (!options.curvature)
             return;
-        const Curvature curvature =
-            curvature_of_level_surface(gradient, glm::transpose(to_lattice) * jet.hessian * to_lattice);
+        const Jet jet = jet_in_cell<Degree>(*cell, local);
+        const Curvature curvature = curvature_of_level_surface(jet.gradient * to_lattice,
+                                                               glm::transpose(to_lattice) * jet.hessian * to_lattice);
         to[at(Quantity::mean_curvature)] -= sign * area * curvature.mean;
         to[at(Quantity::gaussian_curvature)] += area * curvature.gaussian;
     }

@@ -25,9 +25,20 @@ namespace {
 /// The rules for a tolerance. Those of lines come first, and need the more nodes the smaller the tolerance is; the
 /// numbers of nodes are odd, and fill SIMD lanes. Quadrature in every cell converges faster where the surface is
 /// smooth.
-constexpr std::array<PieceRule, 9> all_rules{
-    {{true, 7}, {true, 15}, {true, 23}, {true, 31}, {true, 47}, {true, 63}, {false, 4}, {false, 6}, {false, 10}}};
-constexpr std::size_t first_quadrature = 6;
+constexpr std::array<PieceRule, 11> all_rules{{{true, 7},
+                                               {true, 15},
+                                               {true, 23},
+                                               {true, 31},
+                                               {true, 47},
+                                               {true, 63},
+                                               {true, 95},
+                                               {true, 127},
+                                               {false, 4},
+                                               {false, 6},
+                                               {false, 10}}};
+constexpr std::size_t first_quadrature = 8;
+/// From this rule of lines on, the first rule of quadrature takes no longer; much less if lines are not in SIMD lanes.
+constexpr std::size_t first_slow_lines = 6;
 /// The errors of lines fall with about this power of their number of nodes.
 constexpr double rate_of_lines = 3.0;
 /// Every so many pieces of a component are integrated first, to choose the rule for all, if there are enough.
@@ -127,8 +138,9 @@ public:
         do {
             const double end = is_once ? 1.0 : 0.5 * (begin + 1.0);
             compute(chosen, part_of(progress, begin, end));
-            begin = end;
             chosen = update_totals();
+            begin = 0.5 * (end + 1.0);
+            prefer_quadrature(part_of(progress, end, begin));
         } while (!chosen.empty() && !is_once);
         return std::move(totals_);
     }
@@ -186,6 +198,43 @@ private:
         }
     }
 
+    /// Where slow lines come next, quadrature does if it is precise enough in a sample of the pieces.
+    void prefer_quadrature(const Progress& progress)
+    {
+        const auto has_slow_lines = [&](const std::vector<std::size_t>& component) {
+            return !component.empty() && rule_of_[component.front()] >= first_slow_lines &&
+                   rule_of_[component.front()] < first_quadrature;
+        };
+        const auto step_of = [](const std::vector<std::size_t>& component) {
+            return std::clamp(component.size() / fewest_sampled, std::size_t{1}, sample_step);
+        };
+        std::vector<std::size_t> sample;
+        std::vector<std::uint8_t> rules = rule_of_;
+        for (const auto& component : of_component_)
+            for (std::size_t i = 0; has_slow_lines(component) && i < component.size(); i += step_of(component))
+                sample.push_back(component[i]);
+        for (const std::size_t i : sample)
+            rule_of_[i] = first_quadrature;
+        compute(sample, progress);
+        std::swap(rules, rule_of_);
+        for (std::size_t component = 0; component < of_component_.size(); ++component) {
+            const std::vector<std::size_t>& of_component = of_component_[component];
+            if (!has_slow_lines(of_component))
+                continue;
+            bool is_precise = true;
+            for (std::size_t quantity = 0; quantity < quantity_count; ++quantity) {
+                Sums some;
+                for (std::size_t i = 0; i < of_component.size(); i += step_of(of_component))
+                    some.add(sums_[of_component[i]], quantity);
+                const Sums all = some.scaled(step_of(of_component));
+                const double whole = quantity == 0 ? whole_volumes_[component] : 0.0;
+                is_precise &= !options_.wanted[quantity] || all.error <= options_.tolerance * (all.magnitude + whole);
+            }
+            for (const std::size_t i : of_component)
+                rule_of_[i] = is_precise ? static_cast<std::uint8_t>(first_quadrature) : rule_of_[i];
+        }
+    }
+
     /// Keeps the sums with the smallest errors so far, and returns the pieces that need a more precise rule, which is
     /// then their rule.
     std::vector<std::size_t> update_totals()
@@ -230,6 +279,8 @@ private:
             while (next < first_quadrature &&
                    all.total_error() * std::pow(order / all_rules[next].order, rate_of_lines) > limit)
                 ++next;
+            if (next >= first_slow_lines && !CellLines::has_lanes(solid_.volume.degree(), options_.needs_curvature()))
+                next = first_quadrature;
             for (const std::size_t piece : pieces)
                 choose(piece, next);
             return;

@@ -1,5 +1,7 @@
 #include "isospline/measure/line_lanes.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "isospline/measure/line_lanes.cpp"
 #include <hwy/foreach_target.h>
@@ -14,9 +16,17 @@ namespace isospline {
 // Sums over the nodes along the first coordinate by three rules, for each node along the second one. They do not depend
 // on the SIMD target.
 struct LineLaneSums {
+    explicit LineLaneSums(std::size_t count)
+    {
+        for (std::size_t rule = 0; rule < 3; ++rule) {
+            std::fill_n(volume[rule], count, 0.0);
+            std::fill_n(area[rule], count, 0.0);
+        }
+    }
+
     double whole[3] = {}; ///< of planes that are in the solid as a whole
-    alignas(64) double volume[3][LineNodes::most] = {};
-    alignas(64) double area[3][LineNodes::most] = {};
+    alignas(64) double volume[3][LineNodes::most];
+    alignas(64) double area[3][LineNodes::most];
 };
 #endif
 
@@ -242,7 +252,7 @@ HWY_EXPORT(add_lines_in_lanes);
 
 LineSumsOverFace sum_lines(const LinesOverFace& face, const LineNodes& nodes)
 {
-    LineLaneSums sums;
+    LineLaneSums sums(nodes.values[0].size());
     HWY_DYNAMIC_DISPATCH(add_lines_in_lanes)(face, nodes, sums);
     LineSumsOverFace total;
     for (std::size_t rule = 0; rule < 3; ++rule) {

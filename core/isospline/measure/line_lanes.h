@@ -15,7 +15,7 @@ namespace isospline {
 /// by nodes without weight.
 struct LineNodes {
     static constexpr std::size_t group = 8;
-    static constexpr std::size_t most = 64; ///< nodes, with the padding
+    static constexpr std::size_t most = 128; ///< nodes, with the padding
 
     std::size_t count = 0;                      ///< without the padding
     std::array<std::vector<double>, 3> values;  ///< of each Bernstein polynomial at the nodes

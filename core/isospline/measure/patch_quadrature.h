@@ -54,15 +54,17 @@ public:
     /// Resets the count of parts.
     void begin() { patch_count_ = 0; }
 
-    /// Calls `visit(PatchNode)` for the nodes of all rules on a piece, then `end_piece()`, and so on for all pieces.
-    /// `cross` is whether zeros of two edges may meet.
-    template <typename Visit, typename EndPiece>
-    void integrate(std::vector<PatchPolynomial> edges, bool cross, const Visit& visit, const EndPiece& end_piece)
+    /// Calls `begin_row(coordinate, position)` and then `visit(PatchNode)` for the nodes at this position of a
+    /// coordinate, for all rows of all rules on a piece, then `end_piece()`, and so on for all pieces. `cross` is
+    /// whether zeros of two edges may meet.
+    template <typename BeginRow, typename Visit, typename EndPiece>
+    void integrate(std::vector<PatchPolynomial> edges, bool cross, const BeginRow& begin_row, const Visit& visit,
+                   const EndPiece& end_piece)
     {
         add({std::move(edges), glm::dvec2(0.0), glm::dvec2(1.0), 0, cross},
             [&](const Patch& patch, int inner, std::size_t cut, bool is_resolved) {
                 for (std::size_t rule = 0; rule < rules_.size(); ++rule)
-                    add_rule(patch, inner, cut, rule, is_resolved, visit);
+                    add_rule(patch, inner, cut, rule, is_resolved, begin_row, visit);
                 end_piece();
             });
     }
@@ -168,9 +170,9 @@ private:
     }
 
     /// Applies one rule between two outer cuts, and there between the zeros of the edges.
-    template <typename Visit>
+    template <typename BeginRow, typename Visit>
     void add_rule(const Patch& patch, int inner, std::size_t cut, std::size_t rule, bool is_resolved,
-                  const Visit& visit)
+                  const BeginRow& begin_row, const Visit& visit)
     {
         const int outer = 1 - inner;
         const std::vector<QuadratureNode>& nodes = rules_[rule];
@@ -181,6 +183,7 @@ private:
             for (const PatchPolynomial& edge : patch.edges)
                 for_each_root(edge.line(inner, s), [&](double root) { inner_cuts_.push_back(root); });
             std::sort(inner_cuts_.begin(), inner_cuts_.end());
+            begin_row(outer, patch.lower[outer] + patch.size[outer] * s);
             for (std::size_t j = 1; j < inner_cuts_.size(); ++j) {
                 const double length = inner_cuts_[j] - inner_cuts_[j - 1];
                 if (!(length > least_width_))

@@ -60,20 +60,6 @@ PatchPolynomial face_of(const BernsteinBox<Degree>& b, int axis, bool upper)
     return face;
 }
 
-/// Bernstein polynomials of degree Degree at s.
-template <int Degree>
-std::array<double, Degree + 1> bernstein_values(double s)
-{
-    std::array<double, Degree + 1> values{1.0};
-    for (int degree = 1; degree <= Degree; ++degree) {
-        values[degree] = s * values[degree - 1];
-        for (int i = degree - 1; i > 0; --i)
-            values[i] = s * values[i - 1] + (1.0 - s) * values[i];
-        values[0] *= 1.0 - s;
-    }
-    return values;
-}
-
 /// The polynomial along an axis, over a point of the face.
 template <int Degree>
 LinePolynomial line_along(const BernsteinBox<Degree>& b, int axis, double x, double y)
@@ -86,6 +72,57 @@ LinePolynomial line_along(const BernsteinBox<Degree>& b, int axis, double x, dou
                 line.b[k] += of_x[i] * of_y[j] * b[item_over_face<Degree>(axis, i, j, k)];
     return line;
 }
+
+/// A polynomial where one coordinate of the face is fixed.
+template <int Degree>
+struct FaceRow {
+    static constexpr std::size_t count = Degree + 1;
+    using Coefficients = std::array<std::array<double, count>, count>; ///< by the other coordinate, and the axis
+
+    FaceRow() = default;
+    FaceRow(const BernsteinBox<Degree>& b, int axis, int fixed_coordinate, double s) : fixed(fixed_coordinate)
+    {
+        const auto of_s = bernstein_values<Degree>(s), slopes_of_s = bernstein_slopes<Degree>(s);
+        for (int i = 0; i <= Degree; ++i)
+            for (int j = 0; j <= Degree; ++j)
+                for (int k = 0; k <= Degree; ++k) {
+                    const double item =
+                        b[fixed == 0 ? item_over_face<Degree>(axis, j, i, k) : item_over_face<Degree>(axis, i, j, k)];
+                    values[i][k] += of_s[j] * item;
+                    slopes[i][k] += slopes_of_s[j] * item;
+                }
+    }
+
+    /// The polynomial along the axis.
+    LinePolynomial line(const glm::dvec2& on_face) const
+    {
+        const auto weights = bernstein_values<Degree>(on_face[1 - fixed]);
+        LinePolynomial line{Degree, {}};
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t k = 0; k < count; ++k)
+                line.b[k] += weights[i] * values[i][k];
+        return line;
+    }
+
+    /// The derivatives by the coordinates of the face and by the height.
+    glm::dvec3 gradient(const glm::dvec2& on_face, double height) const
+    {
+        const double x = on_face[1 - fixed];
+        const auto weights = bernstein_values<Degree>(x), slopes_of_x = bernstein_slopes<Degree>(x),
+                   of_height = bernstein_values<Degree>(height), slopes_of_height = bernstein_slopes<Degree>(height);
+        glm::dvec3 found(0.0);
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t k = 0; k < count; ++k) {
+                found[fixed] += weights[i] * of_height[k] * slopes[i][k];
+                found[1 - fixed] += slopes_of_x[i] * of_height[k] * values[i][k];
+                found[2] += weights[i] * slopes_of_height[k] * values[i][k];
+            }
+        return found;
+    }
+
+    int fixed = 0;
+    Coefficients values{}, slopes{}; ///< slopes: derivatives by the fixed coordinate
+};
 
 /// a + b x + c y.
 inline PatchPolynomial linear_patch(double constant, double along_x, double along_y)

@@ -13,6 +13,33 @@ namespace isospline {
 /// The largest degree along an axis, which a cubic cell has on an oblique plane.
 inline constexpr int largest_polynomial_degree = 6;
 
+/// The Bernstein polynomials of a degree at s; those beyond are 0.
+template <int Most>
+std::array<double, Most + 1> bernstein_values(double s, int degree = Most)
+{
+    std::array<double, Most + 1> values{1.0};
+    for (int done = 1; done <= degree; ++done) {
+        values[done] = s * values[done - 1];
+        for (int i = done - 1; i > 0; --i)
+            values[i] = s * values[i - 1] + (1.0 - s) * values[i];
+        values[0] *= 1.0 - s;
+    }
+    return values;
+}
+
+/// Their derivatives.
+template <int Degree>
+std::array<double, Degree + 1> bernstein_slopes(double s)
+{
+    const auto lower = bernstein_values<Degree - 1>(s);
+    std::array<double, Degree + 1> slopes{};
+    for (int i = 0; i < Degree; ++i) {
+        slopes[i] -= Degree * lower[i];
+        slopes[i + 1] += Degree * lower[i];
+    }
+    return slopes;
+}
+
 /// A polynomial of one variable.
 struct LinePolynomial {
     int degree = 0;
@@ -136,9 +163,11 @@ struct PatchPolynomial {
     /// The polynomial along an axis, where the other coordinate is s.
     LinePolynomial line(int axis, double s) const
     {
+        const auto weights = bernstein_values<largest_polynomial_degree>(s, degree[1 - axis]);
         LinePolynomial line{degree[axis], {}};
         for (int i = 0; i <= degree[axis]; ++i)
-            line.b[i] = row(1 - axis, i).value(s);
+            for (int at = 0; at <= degree[1 - axis]; ++at)
+                line.b[i] += weights[at] * (axis == 0 ? item(i, at) : item(at, i));
         return line;
     }
 
