@@ -36,8 +36,8 @@ Parameters
 ----------
 tolerance : float, optional
     The largest distance between the surface and the mesh, in both directions, in world units. Edges are collapsed as
-    long as it holds, and the result is proven. Without a tolerance, the vertices are where the surface crosses the
-    edges of cells.
+    long as it holds, and the result is proven. At least 2^-14 of a voxel's shortest edge: the finest lattice follows
+    sharper bends no better. Without a tolerance, the vertices are where the surface crosses the edges of cells.
 faces : int, optional
     In place of a tolerance, the largest number of triangles. The smallest tolerance for it is searched, down to 1/32
     of a voxel's shortest edge. At least 85% of the triangles are used, unless this smallest tolerance needs fewer, or a
@@ -69,7 +69,7 @@ MeshReport
 Raises
 ------
 ValueError
-    For a tolerance that is not positive, a tolerance and `faces` together, `return_distance` or `return_report` without
+    For a tolerance that is not positive or too small, a tolerance and `faces` together, `return_distance` or `return_report` without
     either, and both of them together. For fewer `faces` than any mesh of the surface has; the error names the fewest
     that were found, and the distance of that mesh.
 

@@ -171,6 +171,9 @@ constexpr double part_of_lattice = 0.8, part_of_faces = 0.9, part_of_vertices = 
 /// The smallest tolerance for a number of faces, in voxels: parts of the surface between the nodes of the finest
 /// lattice can be left out.
 constexpr double finest_tolerance = 1.0 / 32.0;
+/// The smallest tolerance that may be asked for, in voxels: edges of 1/32 are this far from an arc whose radius is two
+/// voxels.
+constexpr double least_tolerance = 0x1p-14;
 
 /// Simplifies the mesh of a lattice for this tolerance or a smaller one.
 template <int Degree>
@@ -313,6 +316,9 @@ SurfaceMesh to_mesh(const IsosurfaceSnapshot& surface, std::optional<double> tol
 {
     if (tolerance) {
         check_positive("tolerance", *tolerance);
+        const double shortest = LatticeMetric(surface.volume().lattice_to_world()).shortest_edge;
+        if (const double least = least_tolerance * shortest; *tolerance < (1.0 - 1e-5) * least) // as it is rounded
+            throw_invalid("tolerance", to_text(least) + " or more, 2^-14 of a voxel's shortest edge", *tolerance);
         // Everything is within the diagonal of the volume's box. Larger tolerances mean the same, and could overflow.
         tolerance = std::min(*tolerance, glm::length(surface.volume().bounds().size()));
     }

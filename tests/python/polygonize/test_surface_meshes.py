@@ -252,6 +252,15 @@ def test_tolerance_is_positive(tolerance):
         surface.to_mesh(return_distance=True)
 
 
+@pytest.mark.parametrize("tolerance", [5e-324, 6e-5])
+def test_tolerances_that_no_lattice_reaches(tolerance):
+    surface = isospline.Isosurface(isospline.Volume(np.mgrid[:5, :5, :5][0], spacing=(3, 2, 1)), 2)
+    with pytest.raises(ValueError, match=r"^tolerance: expected 6\.10352e-05 or more, 2\^-14 of a voxel's shortest"):
+        surface.to_mesh(tolerance)
+    with pytest.raises(isospline.Cancelled):  # the number of the message is enough
+        surface.to_mesh(6.10352e-5, progress=lambda fraction: False)
+
+
 def test_meshing_can_be_cancelled():
     field = volumes.gyroid()
     surface = isospline.Isosurface(field.volume(64), field.level)
