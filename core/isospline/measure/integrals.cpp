@@ -37,8 +37,9 @@ constexpr std::array<PieceRule, 11> all_rules{{{true, 7},
                                                {false, 6},
                                                {false, 10}}};
 constexpr std::size_t first_quadrature = 8;
-/// From this rule of lines on, the first rule of quadrature takes no longer; much less if lines are not in SIMD lanes.
-constexpr std::size_t first_slow_lines = 6;
+/// From this rule of lines on, the first rule of quadrature takes no longer. Where lines are not in SIMD lanes, all
+/// rules of quadrature together take less than those from another rule on, which are not used.
+constexpr std::size_t first_slow_lines = 6, first_without_lanes = 3;
 /// The errors of lines fall with about this power of their number of nodes.
 constexpr double rate_of_lines = 3.0;
 /// Every so many pieces of a component are integrated first, to choose the rule for all, if there are enough.
@@ -151,6 +152,13 @@ private:
         return options_.order != 0 ? PieceRule{false, options_.order} : all_rules[rule_of_[piece]];
     }
 
+    /// The first rule that is not one of the rules of lines that are used.
+    std::size_t end_of_lines() const
+    {
+        const bool has_lanes = CellLines::has_lanes(solid_.volume.degree(), options_.needs_curvature());
+        return has_lanes ? first_quadrature : first_without_lanes;
+    }
+
     void compute(const std::vector<std::size_t>& chosen, const Progress& progress)
     {
         parallel_for(
@@ -194,7 +202,7 @@ private:
                     choose_rules(of_component, quantity, all, limit, rules);
             }
             for (const std::size_t i : of_component) // a sample does not tell that lines are not enough
-                rule_of_[i] = std::min(rules[i], static_cast<std::uint8_t>(first_quadrature - 1));
+                rule_of_[i] = std::min(rules[i], static_cast<std::uint8_t>(end_of_lines() - 1));
         }
     }
 
@@ -279,7 +287,7 @@ private:
             while (next < first_quadrature &&
                    all.total_error() * std::pow(order / all_rules[next].order, rate_of_lines) > limit)
                 ++next;
-            if (next >= first_slow_lines && !CellLines::has_lanes(solid_.volume.degree(), options_.needs_curvature()))
+            if (next >= end_of_lines())
                 next = first_quadrature;
             for (const std::size_t piece : pieces)
                 choose(piece, next);
