@@ -69,9 +69,9 @@ MeshReport
 Raises
 ------
 ValueError
-    For a tolerance that is not positive or too small, a tolerance and `faces` together, `return_distance` or `return_report` without
-    either, and both of them together. For fewer `faces` than any mesh of the surface has; the error names the fewest
-    that were found, and the distance of that mesh.
+    For a tolerance that is not positive or too small, a tolerance and `faces` together, `return_distance` or
+    `return_report` without either, and both of them together. For fewer `faces` than any mesh of the surface has; the
+    error names the fewest that were found, and the distance of that mesh.
 
 Warns
 -----
