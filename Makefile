@@ -13,7 +13,8 @@ comma := ,
 pytest = OPENBLAS_NUM_THREADS=1 $(python) -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # What is kept outside of the checkout, also for other checkouts: objects that ccache knows, in builds that begin while it is
-# installed; the Debian 13 of test-debian13-rays; and which trees of bench/ have passed their tests.
+# installed; the Debian 13 of test-debian13-rays; which trees of bench/ have passed their tests; and which groups of tests
+# have passed for which files (tests/python/unchanged.py).
 cache := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/isospline
 export CMAKE_CXX_COMPILER_LAUNCHER ?= $(shell command -v ccache)
 export CCACHE_BASEDIR := $(CURDIR)
@@ -65,7 +66,7 @@ test: say-test-time .venv/.installed ## build everything and run the C++ and the
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
-	@$(pytest) -m "not long and not lint"
+	@$(pytest) -m "not long and not lint" --leave-out-unchanged "$(cache)/passed"
 	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
 
 say-test-time:
@@ -74,7 +75,7 @@ say-test-time:
 	@if [ -e build/test-minutes ]; then \
 	    echo "== make test took $$(cat build/test-minutes) minutes the last time"; \
 	else \
-	    echo "== make test takes about 20 minutes on two cores, and 10 once everything is built"; \
+	    echo "== make test takes about 25 minutes on two cores, and 6 once everything is built and has passed"; \
 	fi
 
 # Tests that are marked as slow are left out.
@@ -99,12 +100,12 @@ test-bench: .venv/.installed ## run all rows of the benchmark at their smallest 
 	    mkdir -p "$(cache)" && touch "$(bench_key)"; \
 	fi
 
-test-long: .venv/.installed ## run the tests that `make test` leaves out because they take long
+test-long: .venv/.installed ## run all tests, also those that `make test` leaves out because they take long or did not change
 	@cmake --build --preset release
-	@echo "== Running the long C++ tests"
-	@ISOSPLINE_LONG_TESTS=1 ctest --preset release --parallel $$(nproc) --tests-regex '^failing_allocations$$|within it$$'
-	@echo "== Running the long Python tests"
-	@$(pytest) -m long
+	@echo "== Running the C++ tests"
+	@ISOSPLINE_LONG_TESTS=1 ctest --preset release --parallel $$(nproc)
+	@echo "== Running the Python tests"
+	@$(pytest) -m "not lint"
 
 ci-long: .venv/.installed ## run everything that .ci/run leaves out, or PARTS="fuzz soak", and write the table of docs/reliability.md
 	@$(python) tools/long_checks.py $(PARTS)

@@ -14,7 +14,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 PAGE = REPOSITORY / "docs" / "reliability.md"
 #: The parts, what they check, and their commands.
 PARTS = {
-    "tests": ("the tests that take long", "make test-long"),
+    "tests": ("all tests, also those that take long", "make test-long"),
     "fuzz": ("damaged files and invalid calls, other ones each time", "make fuzz MINUTES=20"),
     "soak": ("threads that change, save, fork and interrupt shared scenes", "make soak MINUTES=20"),
     "debian13": ("all tests of the compiled parts with Embree 4, GCC 14, Python 3.13", "make test-debian13"),

@@ -12,6 +12,8 @@ from interrupts import obey_interrupts
 import isospline
 from isospline import volumes
 
+pytest_plugins = ("unchanged",)
+
 # Files that take longest. They run first, so that no process has one left when the others have finished.
 LONGEST = (
     "test_pages",

@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "long_tests.h"
 #include "volumes.h"
 
 #include "isospline/polygonize/surface_mesh.h"
@@ -7,7 +8,6 @@
 #include <glm/geometric.hpp>
 
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <set>
 #include <utility>
@@ -103,7 +103,7 @@ TEST_CASE("meshes with a tolerance are closed manifolds within it", "[polygonize
 {
     for (int degree = 1; degree <= 3; ++degree)
         for (const double tolerance : {1.0, 0.3, 0.1}) {
-            if (tolerance < 0.3 && std::getenv("ISOSPLINE_LONG_TESTS") == nullptr)
+            if (tolerance < 0.3 && !are_tests_long())
                 continue;
             const Isosurface surface = noise_surface(degree, 5, {{{1.0, 0.2, -0.3}, 3.3}});
             const SurfaceMesh mesh = to_mesh(*surface.snapshot(), tolerance);

@@ -2,6 +2,8 @@
 //
 // This is a separate program, because it replaces operator new. Each failure is tried in a separate process, so that a
 // crash or hang does not end the others.
+#include "long_tests.h"
+
 #include "isospline/isospline.h"
 
 #include <array>
@@ -306,7 +308,7 @@ int status_of_child(const Operation& operation, long number, int pipe)
 int main(int argc, char** argv)
 {
     // How many allocations of each operation fail, evenly spread over all.
-    const long most = argc > 1 ? std::atol(argv[1]) : std::getenv("ISOSPLINE_LONG_TESTS") == nullptr ? 40 : 200;
+    const long most = argc > 1 ? std::atol(argv[1]) : are_tests_long() ? 200 : 40;
     int bad = 0;
     for (const Operation& operation : operations) {
         std::array<int, 2> pipe_ends{};

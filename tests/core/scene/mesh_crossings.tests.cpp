@@ -2,6 +2,7 @@
 //
 // ISOSPLINE_TEST_RAYS sets the number of rays of each mesh; 10^7 were tried.
 #include "catch.h"
+#include "long_tests.h"
 #include "scene/closed_meshes.h"
 
 #include "isospline/math/affine.h"
@@ -29,7 +30,7 @@ namespace {
 std::size_t ray_count()
 {
     const char* const count = std::getenv("ISOSPLINE_TEST_RAYS");
-    return count ? std::stoul(count) : 20000;
+    return count ? std::stoul(count) : are_tests_long() ? 20000 : 8000;
 }
 
 std::array<std::pair<const char*, glm::dmat4>, 4> transforms()

@@ -1,5 +1,6 @@
 // Coherent rays are occluded where rays that are traced one by one are, and lose light at all of their crossings.
 #include "catch.h"
+#include "long_tests.h"
 #include "random_rays.h"
 #include "volumes.h"
 
@@ -32,7 +33,7 @@ std::vector<std::uint8_t> occlusions(const SceneSnapshot& scene, std::span<const
 std::vector<Ray> rays_to_light(const SceneSnapshot& scene, const Volume& volume, const glm::dvec3& light)
 {
     std::mt19937 random(3);
-    std::vector<Ray> rays(4000), all;
+    std::vector<Ray> rays(are_tests_long() ? 4000 : 1000), all;
     for (Ray& ray : rays) {
         ray = random_lattice_ray(random, volume.cell_shape());
         ray.origin = transform_point(volume.lattice_to_world(), ray.origin);

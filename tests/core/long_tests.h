@@ -1,0 +1,14 @@
+// Tests that `make test` runs with few cases, and `make ci-long` with many.
+#pragma once
+
+#include <cstdlib>
+
+namespace isospline {
+
+/// Whether ISOSPLINE_LONG_TESTS is set.
+inline bool are_tests_long()
+{
+    return std::getenv("ISOSPLINE_LONG_TESTS") != nullptr;
+}
+
+} // namespace isospline
