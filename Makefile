@@ -66,7 +66,7 @@ test: say-test-time .venv/.installed ## build everything and run the C++ and the
 	@echo "== Running the C++ tests"
 	@ctest --preset release --parallel $$(nproc)
 	@echo "== Running the Python tests"
-	@$(pytest) -m "not long and not lint" --leave-out-unchanged "$(cache)/passed"
+	@$(pytest) -m "not long and not lint" --leave-out-unchanged="$(cache)/passed"
 	@echo $$((($$(date +%s) - $$(cat build/test-begin)) / 60 + 1)) > build/test-minutes
 
 say-test-time:

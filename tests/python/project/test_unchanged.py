@@ -11,7 +11,7 @@ from unchanged import GROUPS, REPOSITORY, TESTS, LeavingOut, key_of, patterns_of
 
 def last_lines(folder):
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "-p", "no:cacheprovider"]
-    options = ["--leave-out-unchanged", folder, f"{TESTS}/shell/test_levels.py"]
+    options = [f"--leave-out-unchanged={folder}", f"{TESTS}/shell/test_levels.py"]
     ended = subprocess.run([*command, *options], cwd=REPOSITORY, capture_output=True, text=True, check=False)
     return ended.stdout.strip().splitlines()[-2:]
 
