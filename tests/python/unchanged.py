@@ -21,7 +21,7 @@ COMMON = ("pyproject.toml", "packages.txt", "tests/packages.txt", "tests/python/
 #: The names of the library and of its command.
 NAMES = ("python/isospline/__init__.py", "python/isospline/_core.pyi", "python/isospline/cli")
 #: The tests of pages, one for each page.
-OF_PAGES = "test_code_of_page_runs"
+OF_PAGES = f"{TESTS}/project/test_pages.py::test_code_of_page_runs["
 
 
 #: The folders of the core of which results of a kind are made, beside the one of this kind.
@@ -87,7 +87,7 @@ GROUPS = (
 
 def group_of(item):
     """The group of a test, or None."""
-    if item.originalname == OF_PAGES:
+    if item.nodeid.startswith(OF_PAGES):
         page = str(item.callspec.params["page"].relative_to(REPOSITORY))
         return Group(page, ("project/test_pages.py",), (page, "docs/pages.py", *NAMES))
     for group in GROUPS:
