@@ -12,7 +12,7 @@ void bind_cells(pybind11::module_& module);
 void bind_color(pybind11::module_& module);
 void bind_object_colors(pybind11::module_& module);
 void bind_material(pybind11::module_& module);
-void bind_clip(pybind11::module_& module);
+void bind_values(pybind11::module_& module);
 void bind_isosurface(pybind11::module_& module);
 void bind_measure(pybind11::module_& module);
 void bind_extent(pybind11::module_& module);

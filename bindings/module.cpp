@@ -63,7 +63,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_cells(module);
     isospline::bind_color(module);
     isospline::bind_material(module);
-    isospline::bind_clip(module);
+    isospline::bind_values(module);
     isospline::bind_isosurface(module);
     isospline::bind_measure(module);
     isospline::bind_point_queries(module);

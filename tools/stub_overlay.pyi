@@ -29,6 +29,7 @@ from .base.results import (
     SurfaceSamples,
     Visibility,
 )
+from .clips import _Cut
 from .io.volume_data import VolumeData
 from .viewer import Viewer
 
@@ -86,7 +87,6 @@ class _Shown:
 class DamagedStore(OSError, ValueError): ...
 
 class _Families:
-    _Cut: HalfSpace | Box
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
     _MeasuredRule: ColorByDistance | ColorByValue | ColorByThickness
     _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | _MeasuredRule

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 import isospline._core
-from isospline.base.values import VALUE_TYPES
+from isospline.base.values import value_types
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 STUB = REPOSITORY / "python" / "isospline" / "_core.pyi"
@@ -23,7 +23,7 @@ PARAMETER_TYPES = {"Any": "ArrayLike", "np.ndarray": "NDArray[Any]", "dict": "di
 RESULT_TYPES = {"np.ndarray": "NDArray[np.float64]", "dict": "dict[str, Any]"}
 LEFT_OUT = {"__reduce__", "__repr__"}
 ELLIPSIS = [ast.Expr(ast.Constant(...))]
-VALUES = {each.__name__ for each in VALUE_TYPES}
+VALUES = {each.__name__ for each in value_types()}
 
 
 def generated():

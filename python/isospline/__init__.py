@@ -14,7 +14,6 @@ from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
     AmbientOcclusion,
-    Box,
     Cancelled,
     ColorByCurvature,
     ColorByDepth,
@@ -25,7 +24,6 @@ from ._core import (
     ColorByVolume,
     DirectionalLight,
     EnvironmentLight,
-    HalfSpace,
     Isosurface,
     Material,
     Mesh,
@@ -56,6 +54,7 @@ from .base.results import (
     Measurement,
     SurfaceDistance,
 )
+from .clips import Box, HalfSpace
 from .colors import ridges_and_valleys
 from .distances import hausdorff_distance, surface_distance
 from .interop import RayMeshIntersector, read_mesh

@@ -7,7 +7,7 @@ import numpy as np
 
 import isospline as iso
 from isospline import volumes
-from isospline.base.values import VALUE_TYPES
+from isospline.base.values import value_types
 
 # Not called: they need another library's objects, or a file.
 LEFT_OUT = {
@@ -609,7 +609,7 @@ def calls(o, folder):
         ),
         ("volumes.Field", lambda **given: volumes.torus().values(**given), {"shape": (3, 4, 5), "dtype": "f4"}),
     ]
-    values = {kind.__name__ for kind in VALUE_TYPES}
+    values = {kind.__name__ for kind in value_types()}
     made = [(name, function(**given), given) for name, function, given in table if name in values]
     return [*table, *((f"{name}.replace", value.replace, given) for name, value, given in made)]
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from .mistakes import sentence
 
 # The largest count in the core.
@@ -37,6 +38,23 @@ def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expec
     """Check that a parameter is an instance of the types; `expected` describes them."""
     if not isinstance(value, types):
         raise TypeError(sentence(parameter, expected, value))
+
+
+def vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
+    """Three numbers as a new array."""
+    return _core._doubles(value, parameter, (3,))
+
+
+def check_finite(value: NDArray[np.float64], parameter: str, is_direction: bool = False) -> None:
+    """Check that the numbers of a vector are finite, and that it is not zero if it is a direction."""
+    if not np.isfinite(value).all() or (is_direction and not value.any()):
+        more = ", not all of them zero" if is_direction else ""
+        raise ValueError(f"{parameter}: expected three finite numbers{more}, got {vector_text(value)}")
+
+
+def vector_text(value: NDArray[np.float64]) -> str:
+    """A vector as a tuple, in few digits."""
+    return f"({', '.join(f'{number:.12g}' for number in value)})"
 
 
 def unit_vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:

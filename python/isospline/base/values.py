@@ -7,18 +7,19 @@ Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
 from .. import _core
+from .parameters import vector_text
 from .signatures import parameters_of
 
 # Parameters of constructors that replace others.
 _ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
 
-VALUE_TYPES = (
+_COMPILED = (
     _core.AmbientOcclusion,
-    _core.Box,
     _core.ColorByCurvature,
     _core.ColorByDepth,
     _core.ColorByDistance,
@@ -28,7 +29,6 @@ VALUE_TYPES = (
     _core.ColorByVolume,
     _core.DirectionalLight,
     _core.EnvironmentLight,
-    _core.HalfSpace,
     _core.Material,
     _core.OrthographicCamera,
     _core.Outline,
@@ -41,6 +41,13 @@ VALUE_TYPES = (
     _core.RectangleLight,
     _core.SphereLight,
 )
+
+_DATACLASSES: list[type] = []
+
+
+def value_types() -> tuple[type, ...]:
+    """All classes of values."""
+    return (*_COMPILED, *_DATACLASSES)
 
 
 def parts(value):
@@ -181,12 +188,47 @@ def _deep_copy_scene(self, memo):
     return copied
 
 
+class Value:
+    """The base of classes of values: frozen dataclasses.
+
+    Their constructors check the parameters and keep each in one form, with `_keep`. The compiled module knows these
+    classes by their names. Those that begin with an underscore are bases.
+    """
+
+    def __init_subclass__(cls) -> None:
+        if not cls.__name__.startswith("_"):
+            _DATACLASSES.append(cls)
+            _core._add_value_class(cls)
+
+    def _keep(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={text_of(each)}' for name, each in parts(self).items())})"
+
+    replace = _replace
+    __eq__ = _equal
+    __hash__ = _hash
+    __reduce__ = _reduce
+    __copy__ = __deepcopy__ = _itself
+
+
+def text_of(part: Any) -> str:
+    """A part of a value in the text of its constructor's call."""
+    if isinstance(part, np.ndarray):
+        return vector_text(part)
+    return repr(part)
+
+
 def _add_methods(kind, **methods):
     for name, method in methods.items():
         setattr(kind, name, method)
 
 
-for _kind in VALUE_TYPES:
+for _kind in _COMPILED:
     _add_methods(_kind, replace=_replace, __eq__=_equal, __hash__=_hash, __reduce__=_reduce)
     _add_methods(_kind, __copy__=_itself, __deepcopy__=_itself)
 _add_methods(_core.Volume, __copy__=_itself, __deepcopy__=_itself)

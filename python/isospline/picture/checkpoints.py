@@ -16,7 +16,7 @@ import numpy as np
 from .. import _core
 from ..base.parameters import check_path, printable
 from ..base.system import whole_file
-from ..base.values import VALUE_TYPES, parts
+from ..base.values import parts, value_types
 
 #: The beginning of `format` in a checkpoint.
 _FORMAT = "isospline checkpoint 1"
@@ -138,7 +138,7 @@ def _digest(value: Any) -> str:
 
 def _feed(digest, value):
     """Add the parts of a value; equal values add the same bytes, different values different bytes."""
-    if isinstance(value, VALUE_TYPES):
+    if isinstance(value, value_types()):
         _feed(digest, (type(value).__name__, parts(value)))
     elif isinstance(value, _core.Volume):
         _feed(digest, ("Volume", value.__getstate__()))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
+from ..clips import Box, HalfSpace
 from ..colors import BACKGROUND, COLORS, CURVATURES
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
 from .measurements import Measurement
@@ -87,10 +88,10 @@ class ClipState(Checked):
     def cuts(self):
         """The value for `Isosurface(clip=)`."""
         if self.kind == "plane":
-            return [_core.HalfSpace(self.point, self.normal)]
+            return [HalfSpace(self.point, self.normal)]
         if self.kind == "box":
             lower, upper = np.minimum(self.minimum, self.maximum), np.maximum(self.minimum, self.maximum)
-            return [_core.Box(lower, upper)]
+            return [Box(lower, upper)]
         return None
 
 

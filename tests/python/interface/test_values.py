@@ -14,7 +14,7 @@ from spheres import CENTER, mesh_sphere, moved, sphere
 
 import isospline
 from isospline import volumes
-from isospline.base.values import VALUE_TYPES, parts
+from isospline.base.values import parts, value_types
 
 FIELD = volumes.torus()
 
@@ -84,8 +84,8 @@ WAYS = {
 
 
 def test_every_type_of_value_is_tried():
-    compiled = {kind for kind in VALUE_TYPES if kind.__name__ != "PathTracer"}
-    assert {type(value) for value in VALUES} == compiled | {isospline.Measurement, isospline.PathTracer}
+    kinds = {kind for kind in value_types() if kind.__name__ != "PathTracer"}
+    assert {type(value) for value in VALUES} == kinds | {isospline.Measurement, isospline.PathTracer}
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -12,7 +12,7 @@ from unchanged import GROUPS, REPOSITORY, TESTS, LeavingOut, key_of, patterns_of
 def last_lines(folder):
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "-p", "no:cacheprovider"]
     options = [f"--leave-out-unchanged={folder}", f"{TESTS}/shell/test_levels.py"]
-    ended = subprocess.run([*command, *options], cwd=REPOSITORY, capture_output=True, text=True, check=False)
+    ended = subprocess.run([*command, *options], cwd=REPOSITORY, capture_output=True, encoding="utf-8", check=False)
     return ended.stdout.strip().splitlines()[-2:]
 
 
