@@ -1,6 +1,7 @@
 #include "bind.h"
 #include "colors.h"
 #include "layers.h"
+#include "lights.h"
 #include "long_call.h"
 
 #include "isospline/render/progressive.h"

@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "colors.h"
+#include "lights.h"
 
 #include "isospline/shade/shading.h"
 #include "isospline/util/check.h"
@@ -32,72 +33,6 @@ std::string opacity_text(const Model& model)
         text += ", silhouette_opacity=" + to_text(*model.silhouette_opacity) +
                 ", silhouette_exponent=" + to_text(model.silhouette_exponent);
     return text;
-}
-
-void bind_lights(py::module_& module)
-{
-    py::class_<PositionalLight>(module, "PositionalLight", R"(A light at a point, without attenuation by distance.
-
-Parameters
-----------
-position : (3,) float
-    World units.
-intensity : float or (3,) float
-    Linear red, green and blue, or one number for all three; at least 0.
-
-Raises
-------
-ValueError
-    For numbers that are not finite, and a negative intensity.
-)")
-        .def(py::init([](const py::object& position, const py::object& intensity) {
-                 const PositionalLight light{as_vector(position, "position"), as_color(intensity, "intensity")};
-                 validate(light);
-                 return light;
-             }),
-             py::arg("position"), py::kw_only(), py::arg("intensity") = 1.0)
-        .def_readonly("position", &PositionalLight::position)
-        .def_readonly("intensity", &PositionalLight::intensity)
-        .def("__repr__", [](const PositionalLight& light) {
-            return "PositionalLight(" + to_text(light.position) + ", intensity=" + to_text(light.intensity) + ")";
-        });
-
-    py::class_<DirectionalLight>(module, "DirectionalLight", R"(A light that is infinitely far away, like the sun.
-
-Parameters
-----------
-direction : (3,) float or str
-    The direction in which the light travels; any length except zero. Or the side that it comes from: a name, as in
-    `camera_for`, such as "left".
-intensity : float or (3,) float
-    Linear red, green and blue, or one number for all three; at least 0.
-angle : float
-    The diameter of its disc as seen from the scene, in degrees, from 0 to 180; that of the sun is 0.53. Above 0,
-    shadows have soft edges: each shadow ray goes to another point of the disc. Surfaces are shaded by the disc's
-    centre, but in path tracing by its points.
-
-Raises
-------
-ValueError
-    For numbers that are not finite, a direction of zero, an unknown side, a negative intensity, and an angle out of
-    range.
-)")
-        .def(py::init([](py::object direction, const py::object& intensity, double angle) {
-                 if (py::isinstance<py::str>(direction))
-                     direction = py::module_::import("isospline.picture.views").attr("light_from")(direction);
-                 const DirectionalLight light{as_vector(direction, "direction"), as_color(intensity, "intensity"),
-                                              angle};
-                 validate(light);
-                 return light;
-             }),
-             py::arg("direction"), py::kw_only(), py::arg("intensity") = 1.0, py::arg("angle") = 0.0)
-        .def_readonly("direction", &DirectionalLight::direction)
-        .def_readonly("intensity", &DirectionalLight::intensity)
-        .def_readonly("angle", &DirectionalLight::angle)
-        .def("__repr__", [](const DirectionalLight& light) {
-            return "DirectionalLight(" + to_text(light.direction) + ", intensity=" + to_text(light.intensity) +
-                   ", angle=" + to_text(light.angle) + ")";
-        });
 }
 
 void bind_phong(py::module_& module)
@@ -348,7 +283,6 @@ AmbientOcclusion(64, distance=20, color=(1, 1, 1), opacity=1, cap_color=None)
 
 void bind_shading(py::module_& module)
 {
-    bind_lights(module);
     bind_phong(module);
     bind_outline(module);
     bind_ambient_occlusion(module);

@@ -81,7 +81,7 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
     isospline::bind_shading(module);
-    isospline::bind_area_lights(module);
+    isospline::bind_environment(module);
     isospline::bind_render(module);
     isospline::bind_interleaved(module);
     isospline::bind_path_tracer(module);

@@ -31,6 +31,7 @@ from .base.results import (
 )
 from .clips import _Cut
 from .io.volume_data import VolumeData
+from .lights import _Light, _PointLight
 from .viewer import Viewer
 
 _Progress = Callable[[float], object] | bool | None  # True: a bar
@@ -90,8 +91,6 @@ class _Families:
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
     _MeasuredRule: ColorByDistance | ColorByValue | ColorByThickness
     _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | _MeasuredRule
-    _PointLight: PositionalLight | DirectionalLight
-    _Light: _PointLight | RectangleLight | SphereLight | EnvironmentLight
     _Shading: Phong | Outline | AmbientOcclusion
 
 class _Words:
@@ -116,8 +115,8 @@ class _Parameters:
     dtype: DTypeLike
     geometry_id: SupportsIndex
     hits: dict[str, NDArray[Any]]
-    intensity: str | ArrayLike
     layers: Iterable[_Layer]
+    light: _Light
     name: str
     obj: _Placeable
     objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]]
@@ -290,14 +289,19 @@ class PerspectiveCamera:
 class OrthographicCamera:
     def to_pyvista(self) -> tuple[_CameraPosition, float]: ...
 
-class DirectionalLight:
-    def __init__(self, direction: str | ArrayLike) -> None: ...
-
 class EnvironmentLight:
     def __init__(self, radiance: str | PathLike[str] | ArrayLike = 1.0) -> None: ...
 
 class Phong:
     color: _GivenColor
+    lights: list[_PointLight] | None
+
+    def __init__(self, *, lights: Sequence[_PointLight] | None = None) -> None: ...
+
+class PathTracer:
+    lights: list[_Light | EnvironmentLight]
+
+    def __init__(self, *, lights: Sequence[_Light | EnvironmentLight] | None = None) -> None: ...
 
 class Outline:
     color: _GivenColor

@@ -22,7 +22,6 @@ from ._core import (
     ColorByThickness,
     ColorByValue,
     ColorByVolume,
-    DirectionalLight,
     EnvironmentLight,
     Isosurface,
     Material,
@@ -32,11 +31,8 @@ from ._core import (
     PanoramicCamera,
     PerspectiveCamera,
     Phong,
-    PositionalLight,
     ProjectionPlaneCamera,
-    RectangleLight,
     Scene,
-    SphereLight,
     Volume,
     set_thread_count,
     thread_count,
@@ -60,6 +56,7 @@ from .distances import hausdorff_distance, surface_distance
 from .interop import RayMeshIntersector, read_mesh
 from .io import VolumeData, read_volume
 from .labels import Labels
+from .lights import DirectionalLight, PositionalLight, RectangleLight, SphereLight
 from .levels import suggest_levels
 from .measures import measure
 from .picture.animation import animate, turntable

@@ -47,6 +47,8 @@ class HalfSpace(_Cut):
 
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
         self._keep(point=vector(point, "point"), normal=vector(normal, "normal"))
+
+    def _check(self) -> None:
         check_finite(self.point, "point")
         check_finite(self.normal, "normal", is_direction=True)
 
@@ -80,6 +82,8 @@ class Box(_Cut):
 
     def __init__(self, minimum: ArrayLike, maximum: ArrayLike) -> None:
         self._keep(minimum=vector(minimum, "minimum"), maximum=vector(maximum, "maximum"))
+
+    def _check(self) -> None:
         if not (self.minimum < self.maximum).all():
             expected = f"numbers above those of the minimum, {vector_text(self.minimum)}"
             raise ValueError(f"maximum: expected {expected}, got {vector_text(self.maximum)}")

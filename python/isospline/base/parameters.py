@@ -40,6 +40,16 @@ def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expec
         raise TypeError(sentence(parameter, expected, value))
 
 
+def number(value: Any, parameter: str) -> float:
+    """A number, also of another library."""
+    if not isinstance(value, (str, bytes, bytearray)):
+        try:
+            return float(value)
+        except (TypeError, ValueError, OverflowError):
+            pass
+    raise TypeError(sentence(parameter, "a number", value))
+
+
 def vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
     """Three numbers as a new array."""
     return _core._doubles(value, parameter, (3,))

@@ -239,6 +239,12 @@ def _head(annotation):
     return ast.unparse(annotation.value if isinstance(annotation, ast.Subscript) else annotation)
 
 
+def _class_of_ours(head):
+    """The name of a compiled class, or of a class of values, which has no module in signatures; "" for other types."""
+    module, _, name = head.rpartition(".")
+    return name if module == "isospline._core" or (not module and name[0].isupper() and name != "None") else ""
+
+
 def _items(annotation):
     return annotation.slice.elts if isinstance(annotation.slice, ast.Tuple) else [annotation.slice]
 
@@ -278,8 +284,8 @@ def _fits_one(annotation, value):
         return hasattr(type(value), "__iter__") or hasattr(type(value), "__getitem__")
     if head == "os.PathLike":
         return hasattr(type(value), "__fspath__")
-    if head.startswith("isospline._core."):
-        return any(kind.__name__ == head.rpartition(".")[2] for kind in type(value).__mro__)
+    if name := _class_of_ours(head):
+        return any(kind.__name__ == name for kind in type(value).__mro__)
     kinds: dict[str, Any] = {"str": (str, bytes), "bytes": bytes, "dict": dict}
     return isinstance(value, kinds.get(head, object))
 
@@ -325,8 +331,7 @@ def _phrase_one(annotation):
     if head == "collections.abc.Mapping":
         key, item = _items(annotation)
         return f"a dict of {_phrase(key, plural=True)} to {_phrase(item, plural=True)}"
-    if head.startswith("isospline._core."):
-        name = head.rpartition(".")[2]
+    if name := _class_of_ours(head):
         return f"{'an' if name[0] in 'AEIO' else 'a'} {name}"
     return {
         "None": "None",

@@ -27,7 +27,6 @@ _COMPILED = (
     _core.ColorByThickness,
     _core.ColorByValue,
     _core.ColorByVolume,
-    _core.DirectionalLight,
     _core.EnvironmentLight,
     _core.Material,
     _core.OrthographicCamera,
@@ -36,10 +35,7 @@ _COMPILED = (
     _core.PathTracer,
     _core.PerspectiveCamera,
     _core.Phong,
-    _core.PositionalLight,
     _core.ProjectionPlaneCamera,
-    _core.RectangleLight,
-    _core.SphereLight,
 )
 
 _DATACLASSES: list[type] = []
@@ -191,8 +187,8 @@ def _deep_copy_scene(self, memo):
 class Value:
     """The base of classes of values: frozen dataclasses.
 
-    Their constructors check the parameters and keep each in one form, with `_keep`. The compiled module knows these
-    classes by their names. Those that begin with an underscore are bases.
+    Their constructors keep each parameter in one form, with `_keep`, which checks all of them. The compiled module
+    knows these classes by their names. Those that begin with an underscore are bases.
     """
 
     def __init_subclass__(cls) -> None:
@@ -205,6 +201,10 @@ class Value:
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
             object.__setattr__(self, name, value)
+        self._check()
+
+    def _check(self) -> None:
+        """Raise an error if the parameters do not fit together."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={text_of(each)}' for name, each in parts(self).items())})"
@@ -220,7 +220,7 @@ def text_of(part: Any) -> str:
     """A part of a value in the text of its constructor's call."""
     if isinstance(part, np.ndarray):
         return vector_text(part)
-    return repr(part)
+    return f"{part:.12g}" if isinstance(part, float) else repr(part)
 
 
 def _add_methods(kind, **methods):

@@ -8,7 +8,7 @@ import numpy as np
 
 import isospline
 
-from ..picture.views import DEFAULT_VIEW
+from ..base.views import DEFAULT_VIEW
 from ..suggest.presentation import Presentation, has_directions, present_data
 from ..suggest.view import SuggestedView
 from .picture import ALL, kept_pieces, largest_of

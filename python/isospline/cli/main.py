@@ -16,8 +16,8 @@ import isospline
 
 from ..base.parameters import describe_not_finite
 from ..base.progress import Bar, Lines
+from ..base.views import DEFAULT_VIEW
 from ..picture.pixels import denoiser
-from ..picture.views import DEFAULT_VIEW
 from .cluster import cluster_images, wants_cluster
 from .compare import run as run_compare
 from .convert import run as run_convert

@@ -7,10 +7,10 @@ import re
 
 import isospline
 
+from ..base.views import DEFAULT_VIEW
 from ..colors import CURVATURES
 from ..interop.mesh_output import MESHES
 from ..picture.layers import LAYERS
-from ..picture.views import DEFAULT_VIEW
 from . import types as cli_types
 from .cluster import add_cluster_options
 from .compare import add_compare

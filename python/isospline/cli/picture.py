@@ -10,12 +10,12 @@ from typing import Any
 
 import isospline
 
+from ..base.views import DEFAULT_VIEW
 from ..colors import color_of, named_color
 from ..levels import count_pieces
 from ..picture.annotations import ANNOTATIONS, check_annotations, color_rules
 from ..picture.cameras import camera_for, turntable_cameras
 from ..picture.marks import Marks, unit_of
-from ..picture.views import DEFAULT_VIEW
 
 #: The user is told how long pictures take if it is this many seconds or more.
 LONG = 3.0

@@ -6,9 +6,9 @@ import argparse
 import contextlib
 import re
 
+from ..base.views import VIEWS, light_from
 from ..picture.environments import SUFFIXES
 from ..picture.layers import LAYERS
-from ..picture.views import VIEWS, light_from
 
 
 def numbers(*counts, instead=""):

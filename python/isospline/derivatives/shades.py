@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..colors import srgb_to_linear
+from ..lights import PositionalLight
 from .gradients import across
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ class _Lit:
         self.phong = phong
         self.v = _unit(-seen.rays[:, 3:])
         self.n = _sides(phong, seen) * seen.normals
-        if isinstance(light, _core.PositionalLight):
+        if isinstance(light, PositionalLight):
             offsets = light.position - seen.positions
             self.l, self.nearness = _unit(offsets), 1.0 / np.linalg.norm(offsets, axis=1, keepdims=True)
         else:

@@ -11,6 +11,7 @@ from typing import Any
 from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import tell
+from ..base.views import SIZE
 from ..picture.cameras import camera_for
 from ..picture.defaults import background_of, marks_of, samples_of
 from ..picture.image import Image
@@ -20,7 +21,6 @@ from ..picture.marks import Marks
 from ..picture.rendering import render as render_here
 from ..picture.scenes import as_scene
 from ..picture.studio import Studio
-from ..picture.views import SIZE
 from . import parts as scene_parts
 from . import tasks
 from .cluster import dask_distributed, submit, worker_count

@@ -15,6 +15,7 @@ from ..base.mistakes import described, sentence
 from ..base.parameters import COUNT_LIMIT, check_count, check_type
 from ..base.progress import as_callable, part_of, tell
 from ..base.signatures import explained
+from ..base.views import DEFAULT_VIEW, SIZE, View
 from .annotations import Annotation
 from .cameras import Projection, camera_for
 from .defaults import background_of, marks_of
@@ -27,7 +28,6 @@ from .scenes import as_scene
 from .sequences import check_sequence, write_sequence
 from .studio import Studio, upward_for
 from .video import check_quality, check_rate
-from .views import DEFAULT_VIEW, SIZE, View
 
 if TYPE_CHECKING:
     from .._core import _Background, _Color, _Progress

@@ -14,8 +14,8 @@ from .. import _core
 from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
+from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 from ..suggest.presentation import suggested_view
-from .views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
 
 
 class HasBounds(Protocol):

@@ -12,7 +12,8 @@ from ..base.values import parts, same
 from .materials import check_materials
 
 if TYPE_CHECKING:
-    from .._core import Material, _Light
+    from .._core import EnvironmentLight, Material
+    from ..lights import _Light
 
 
 @explained_methods
@@ -59,7 +60,7 @@ class PathTracer:
     material: Material = field(default_factory=_core.Material)
     _: KW_ONLY
     materials: Mapping[Any, Material] = field(default_factory=dict)
-    lights: Sequence[_Light] | None = None
+    lights: Sequence[_Light | EnvironmentLight] | None = None
     max_bounces: int = 16
     seed: int = 0
 

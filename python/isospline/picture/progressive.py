@@ -13,6 +13,7 @@ from .. import _core
 from ..base.parameters import check_count, check_path, check_type
 from ..base.progress import as_callable
 from ..base.signatures import explained, explained_methods
+from ..base.views import SIZE
 from . import checkpoints
 from .cameras import camera_for
 from .image import Image
@@ -20,7 +21,6 @@ from .layers import compiled, names_of
 from .lights import named, resolve
 from .path_tracer import PathTracer
 from .scenes import as_scene
-from .views import SIZE
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Progress

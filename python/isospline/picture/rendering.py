@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from .. import _core
 from ..base.progress import as_callable
 from ..base.signatures import explained
+from ..base.views import SIZE
 from .annotations import Annotation
 from .cameras import camera_for, check_camera
 from .defaults import background_of, marks_of, samples_of
@@ -18,7 +19,6 @@ from .lights import Light, in_environment, resolve
 from .marks import Marks
 from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
-from .views import SIZE
 
 if TYPE_CHECKING:
     from .._core import _Background, _Camera, _Color, _Progress

@@ -16,6 +16,7 @@ from .. import _core
 from ..base.parameters import check_count, check_type, unit_vector
 from ..base.signatures import explained_methods, parameters_of
 from ..base.values import parts
+from ..lights import DirectionalLight
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
 from .image import Image
@@ -256,8 +257,8 @@ class _Lights:
         right, up, forward = camera.world_to_camera[:3, :3]
         gravity = np.asarray(studio.up)
         towards = 1.1 * right - 1.2 * up + 0.8 * forward
-        self.key = _core.DirectionalLight(towards, intensity=studio.key, angle=_ANGLE)
-        self.fill = _core.DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
+        self.key = DirectionalLight(towards, intensity=studio.key, angle=_ANGLE)
+        self.fill = DirectionalLight(-right + 0.1 * up + 0.8 * forward, intensity=studio.fill)
         # The diffuse coefficient of a ground that is white where it receives all of the key light.
         received = studio.key * max(0.0, -gravity @ towards / np.linalg.norm(towards))
         self.diffuse_of_white = 1 / received if received > 0 else 0.0

@@ -6,10 +6,10 @@ import base64
 
 import numpy as np
 
+from ..base.views import SIZE
 from ..picture.cameras import camera_for
 from ..picture.rendering import render
 from ..picture.scenes import as_scene
-from ..picture.views import SIZE
 
 
 def in_notebook():

@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..base.system import without_warnings
 from ..colors import CURVATURES
+from ..lights import DirectionalLight
 from ..picture.defaults import STUDIO_SAMPLES
 from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
@@ -275,5 +276,5 @@ def path_tracing_lights(camera):
     direction = forward + LAMP_RIGHT * right + LAMP_UP * up
     return [
         _core.EnvironmentLight(SKY),
-        _core.DirectionalLight(tuple(direction.tolist()), intensity=LAMP * math.pi),
+        DirectionalLight(tuple(direction.tolist()), intensity=LAMP * math.pi),
     ]

@@ -10,8 +10,8 @@ import pytest
 #: docs/architecture.md.
 LAYERS = (
     {"base"},
-    {"farthest"},
-    {"certificates", "clips", "colors", "distances", "io", "levels", "volumes"},
+    {"clips", "farthest", "lights"},
+    {"certificates", "colors", "distances", "io", "levels", "volumes"},
     {"derivatives", "interop", "labels", "store", "suggest"},
     {"picture", "research", "torch"},
     {"distributed", "viewer"},

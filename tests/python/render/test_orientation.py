@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import isospline
-from isospline.picture import views
+from isospline.base import views
 
 nibabel = pytest.importorskip("nibabel")
 SimpleITK = pytest.importorskip("SimpleITK")

@@ -2,7 +2,6 @@
 #include "bind.h"
 #include "colors.h"
 
-#include "isospline/shade/area_light.h"
 #include "isospline/shade/environment_light.h"
 #include "isospline/util/check.h"
 
@@ -17,53 +16,6 @@ namespace py = pybind11;
 namespace isospline {
 
 namespace {
-
-constexpr const char* rectangle_doc = R"(A parallelogram that emits light on one side, for a `PathTracer`.
-
-Parameters
-----------
-corner : (3,) float
-    World units.
-edge_u, edge_v : (3,) float
-    The two edges at the corner. Light is emitted on the side that edge_u x edge_v points to. On the other side, the
-    parallelogram has no effect.
-radiance : float or (3,) float
-    Linear red, green and blue, the same in every direction.
-
-Raises
-------
-ValueError
-    For numbers that are not finite, parallel edges, and a negative radiance.
-
-Examples
---------
->>> import isospline
->>> isospline.RectangleLight((-1, -1, 5), (0, 2, 0), (2, 0, 0), radiance=3)
-RectangleLight((-1, -1, 5), (0, 2, 0), (2, 0, 0), radiance=(3, 3, 3))
-)";
-
-constexpr const char* sphere_doc = R"(A ball that emits light, for a `PathTracer`.
-
-Parameters
-----------
-center : (3,) float
-    World units.
-radius : float
-    World units, above 0.
-radiance : float or (3,) float
-    Linear red, green and blue, the same in every direction.
-
-Raises
-------
-ValueError
-    For numbers that are not finite, a radius that is not positive, and a negative radiance.
-
-Examples
---------
->>> import isospline
->>> isospline.SphereLight((0, 0, 5), 0.5, radiance=20)
-SphereLight((0, 0, 5), 0.5, radiance=(20, 20, 20))
-)";
 
 constexpr const char* environment_doc = R"(Light from infinitely far away, from all directions, for a `PathTracer`.
 
@@ -115,41 +67,8 @@ std::shared_ptr<const EnvironmentMap> as_map(const py::object& image)
 
 } // namespace
 
-void bind_area_lights(py::module_& module)
+void bind_environment(py::module_& module)
 {
-    py::class_<RectangleLight>(module, "RectangleLight", rectangle_doc)
-        .def(py::init([](const py::object& corner, const py::object& edge_u, const py::object& edge_v,
-                         const py::object& radiance) {
-                 const RectangleLight light{as_vector(corner, "corner"), as_vector(edge_u, "edge_u"),
-                                            as_vector(edge_v, "edge_v"), as_color(radiance, "radiance")};
-                 validate(light);
-                 return light;
-             }),
-             py::arg("corner"), py::arg("edge_u"), py::arg("edge_v"), py::kw_only(), py::arg("radiance") = 1.0)
-        .def_readonly("corner", &RectangleLight::corner)
-        .def_readonly("edge_u", &RectangleLight::edge_u)
-        .def_readonly("edge_v", &RectangleLight::edge_v)
-        .def_readonly("radiance", &RectangleLight::radiance)
-        .def("__repr__", [](const RectangleLight& light) {
-            return "RectangleLight(" + to_text(light.corner) + ", " + to_text(light.edge_u) + ", " +
-                   to_text(light.edge_v) + ", radiance=" + to_text(light.radiance) + ")";
-        });
-
-    py::class_<SphereLight>(module, "SphereLight", sphere_doc)
-        .def(py::init([](const py::object& center, double radius, const py::object& radiance) {
-                 const SphereLight light{as_vector(center, "center"), radius, as_color(radiance, "radiance")};
-                 validate(light);
-                 return light;
-             }),
-             py::arg("center"), py::arg("radius"), py::kw_only(), py::arg("radiance") = 1.0)
-        .def_readonly("center", &SphereLight::center)
-        .def_readonly("radius", &SphereLight::radius)
-        .def_readonly("radiance", &SphereLight::radiance)
-        .def("__repr__", [](const SphereLight& light) {
-            return "SphereLight(" + to_text(light.center) + ", " + to_text(light.radius) +
-                   ", radiance=" + to_text(light.radiance) + ")";
-        });
-
     py::class_<EnvironmentLight>(module, "EnvironmentLight", environment_doc)
         .def(
             py::init([](const py::object& radiance, const py::object& image, const py::object& rotation, bool visible) {

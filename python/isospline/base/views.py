@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base.parameters import unit_vector
+from .parameters import unit_vector
 
 Vector = NDArray[np.float64]
 View = str | ArrayLike
