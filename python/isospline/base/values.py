@@ -7,13 +7,16 @@ Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
 from .parameters import vector_text
 from .signatures import parameters_of
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 # Parameters of constructors that replace others.
 _ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
@@ -209,11 +212,32 @@ class Value:
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={text_of(each)}' for name, each in parts(self).items())})"
 
-    replace = _replace
-    __eq__ = _equal
-    __hash__ = _hash
-    __reduce__ = _reduce
-    __copy__ = __deepcopy__ = _itself
+    def replace(self, **changes: Any) -> Self:
+        """The same value with changed parameters: ``light.replace(radiance=2)``.
+
+        Parameters
+        ----------
+        **changes
+            Parameters of the constructor.
+        """
+        changed: Self = _replace(self, **changes)
+        return changed
+
+    def __eq__(self, other: object) -> Any:
+        return _equal(self, other)
+
+    def __hash__(self) -> int:
+        number: int = _hash(self)
+        return number
+
+    def __reduce__(self) -> Any:
+        return _reduce(self)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return self
 
 
 def text_of(part: Any) -> str:
