@@ -20,6 +20,8 @@ TESTS = "tests/python"
 COMMON = ("pyproject.toml", "packages.txt", "tests/packages.txt", "tests/python/*.py")
 #: The names of the library and of its command.
 NAMES = ("python/isospline/__init__.py", "python/isospline/_core.pyi", "python/isospline/cli")
+#: What most of the Python package is made of.
+SHARED = ("python/isospline/*.py", "python/isospline/base")
 #: The tests of pages, one for each page.
 OF_PAGES = f"{TESTS}/project/test_pages.py::test_code_of_page_runs["
 
@@ -41,7 +43,7 @@ class Group:
 def of_the_core(name, folders, *files, tests=None):
     """A group of tests of compiled code."""
     core = [f"core/isospline/{each}" for each in folders]
-    return Group(name, tests or (f"{name}/",), (*core, "bindings", "python/isospline/base", *files))
+    return Group(name, tests or (f"{name}/",), (*core, "bindings", *SHARED, *files))
 
 
 GROUPS = (
@@ -49,6 +51,7 @@ GROUPS = (
         "viewer",
         ("viewer/", "store/test_viewer_store.py", "interface/test_one_look.py"),
         (
+            *SHARED,
             "python/isospline/viewer",
             "python/isospline/picture",
             "python/isospline/suggest",
@@ -77,7 +80,7 @@ GROUPS = (
     of_the_core("shell", (*OF_MODELS, "measure")),
     of_the_core("query", OF_RAYS, "python/isospline/certificates", "python/isospline/farthest"),
     of_the_core("scene", (*OF_RAYS, "hopper")),
-    of_the_core("measure", (*OF_MODELS, "measure"), "python/isospline/measures.py"),
+    of_the_core("measure", (*OF_MODELS, "measure")),
     of_the_core("polygonize", (*OF_MODELS, "polygonize"), "python/isospline/interop"),
     of_the_core("labels", (*OF_MODELS, "measure", "polygonize"), "python/isospline/labels"),
     of_the_core("derivatives", (*OF_RAYS, "measure"), "python/isospline/derivatives"),
