@@ -195,7 +195,8 @@ class Value:
     """
 
     def __init_subclass__(cls) -> None:
-        if not cls.__name__.startswith("_"):
+        is_ours = cls.__module__.partition(".")[0] == __name__.partition(".")[0]
+        if is_ours and not cls.__name__.startswith("_"):
             _DATACLASSES.append(cls)
             _core._add_value_class(cls)
 

@@ -127,6 +127,18 @@ def test_values_differ_in_every_part(value):
             assert changed.replace(**{name: parts(value)[name]}) == value
 
 
+def test_derived_values_are_taken_for_those_that_they_derive_from():
+    class Box(isospline.HalfSpace):  # the name of another value
+        pass
+
+    data = np.random.default_rng(0).random((6, 6, 6))
+    plane, side, box = (2, 2, 2), (0, 0, 1), isospline.Box((1, 1, 1), (4, 4, 4))
+    for derived, known in ((Box(plane, side), isospline.HalfSpace(plane, side)), (box, box)):
+        surfaces = [isospline.Isosurface(data, 0.5, clip=each) for each in (derived, known)]
+        assert surfaces[0].area() == surfaces[1].area()
+    assert pickle.loads(pickle.dumps(box)) == box
+
+
 def test_replacing_an_unknown_field():
     with pytest.raises(TypeError, match="^colour: expected a parameter of Phong .*did you mean color"):
         isospline.Phong().replace(colour=1)
