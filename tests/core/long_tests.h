@@ -1,4 +1,4 @@
-// Tests that `make test` runs with few cases, and `make ci-long` with many.
+// Tests that `make test` runs with few cases, and `make test-long` with many.
 #pragma once
 
 #include <cstdlib>

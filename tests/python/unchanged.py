@@ -1,34 +1,34 @@
 """The option --leave-out-unchanged=FOLDER of pytest, which `make test` gives.
 
-A change cannot make all tests fail: the results of a group of tests depend on few folders. Those of the viewer depend
-on its code and that of pictures, those of a page on this page and the names that it uses. A group is left out if it
-passed when these folders were as they are now. FOLDER remembers what has passed. `make ci-long` leaves out nothing.
+Most changes can affect only some of the tests: the results of a group of tests depend on some folders. Those of the
+viewer depend on its code and that of pictures, those of a page on this page and the Python package. A group is left out
+if all its tests passed when these folders were as they are now. FOLDER remembers that. `make test-long` leaves out
+nothing.
 """
 
+import functools
 import hashlib
 import os
 import sys
-from collections import Counter
 from dataclasses import dataclass
+from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 TESTS = "tests/python"
+PACKAGE = "python/isospline"
 #: What all results depend on.
-COMMON = ("pyproject.toml", "packages.txt", "tests/packages.txt", "tests/python/*.py")
-#: The names of the library and of its command.
-NAMES = ("python/isospline/__init__.py", "python/isospline/_core.pyi", "python/isospline/cli")
+COMMON = ("pyproject.toml", "packages.txt", "tests/packages.txt", f"{TESTS}/*.py")
 #: What most of the Python package is made of.
-SHARED = ("python/isospline/*.py", "python/isospline/base")
-#: The tests of pages, one for each page.
+SHARED = (f"{PACKAGE}/*.py", f"{PACKAGE}/_core.pyi", f"{PACKAGE}/base")
+#: What compiled code is made from, beside the folders of the core.
+COMPILED = ("CMakeLists.txt", "CMakePresets.json", "cmake", "bindings")
+#: The folders of the core on which all others are built.
+MODELS = ("util", "math", "spline", "shell", "cell", "brick", "trace", "scene", "query", "measure")
+#: The tests of pages, a group for each page.
 OF_PAGES = f"{TESTS}/project/test_pages.py::test_code_of_page_runs["
-
-
-#: The folders of the core of which results of a kind are made, beside the one of this kind.
-OF_MODELS = ("util", "math", "spline", "shell", "query")
-OF_RAYS = (*OF_MODELS, "cell", "brick", "trace", "scene")
 
 
 @dataclass(frozen=True)
@@ -40,75 +40,84 @@ class Group:
     files: tuple[str, ...]
 
 
-def of_the_core(name, folders, *files, tests=None):
-    """A group of tests of compiled code."""
-    core = [f"core/isospline/{each}" for each in folders]
-    return Group(name, tests or (f"{name}/",), (*core, "bindings", *SHARED, *files))
+def of_package(name, tests, *folders, others=()):
+    """A group of tests of some folders of the Python package."""
+    return Group(name, tests, (*SHARED, *(f"{PACKAGE}/{each}" for each in folders), *others))
+
+
+def of_core(name, *folders, others=(), tests=None):
+    """A group of tests of compiled code: of MODELS and further folders of the core."""
+    core = [f"core/isospline/{each}" for each in (*MODELS, *folders)]
+    return Group(name, tests or (f"{name}/",), (*core, *COMPILED, *SHARED, *others))
+
+
+def of_page(page):
+    """The group of a page's code; the page's path is its name."""
+    return Group(page, ("project/test_pages.py",), (page, "docs/pages.py", PACKAGE))
 
 
 GROUPS = (
-    Group(
+    of_package(
         "viewer",
         ("viewer/", "store/test_viewer_store.py", "interface/test_one_look.py"),
-        (
-            *SHARED,
-            "python/isospline/viewer",
-            "python/isospline/picture",
-            "python/isospline/suggest",
-            "tests/page",
-            "tests/python/browser.py",
-            "tests/python/viewer_client.py",
-        ),
+        *("viewer", "picture", "suggest", "store", "io"),
+        others=("tests/page",),
     ),
-    Group(
+    of_package(
         "readers",
         ("io/", "project/test_fuzz.py::test_changed_files_are_read_or_refused"),
-        ("python/isospline/io", "core/isospline/io", "tests/fuzz"),
+        "io",
+        others=("core/isospline/io", "core/isospline/util", "tests/fuzz"),
     ),
-    Group(
+    of_package(
         "stores",
         ("store/test_damaged", "store/test_store.py", "store/test_store_pyramid.py", "store/test_store_reliability.py"),
-        ("python/isospline/store", "core/isospline/store", "core/isospline/spline", "bindings/bind_store.cpp"),
+        *("store", "io"),
+        others=(*COMPILED, *(f"core/isospline/{each}" for each in ("store", "spline", "math", "util"))),
     ),
-    Group(
-        "clusters",
-        ("cluster/", "cli/test_cli_cluster.py"),
-        ("python/isospline/distributed", "python/isospline/store", "python/isospline/cli", "bindings/bind_state.cpp"),
-    ),
-    Group("examples", ("project/test_examples.py",), ("examples", *NAMES)),
-    Group("site", ("project/test_site.py",), ("README.md", "CONTRIBUTING.md", "docs", *NAMES)),
-    of_the_core("shell", (*OF_MODELS, "measure")),
-    of_the_core("query", OF_RAYS, "python/isospline/certificates", "python/isospline/farthest"),
-    of_the_core("scene", (*OF_RAYS, "hopper")),
-    of_the_core("measure", (*OF_MODELS, "measure")),
-    of_the_core("polygonize", (*OF_MODELS, "polygonize"), "python/isospline/interop"),
-    of_the_core("labels", (*OF_MODELS, "measure", "polygonize"), "python/isospline/labels"),
-    of_the_core("derivatives", (*OF_RAYS, "measure"), "python/isospline/derivatives"),
-    of_the_core("pictures", (*OF_RAYS, "shade", "render"), "python/isospline/picture", tests=("render/", "shade/")),
+    Group("clusters", ("cluster/", "cli/test_cli_cluster.py"), (PACKAGE, "bindings")),
+    Group("examples", ("project/test_examples.py",), ("examples", PACKAGE)),
+    Group("site", ("project/test_site.py",), ("README.md", "CONTRIBUTING.md", "docs", PACKAGE)),
+    of_core("shell"),
+    of_core("query", others=(f"{PACKAGE}/certificates", f"{PACKAGE}/farthest")),
+    of_core("scene", "hopper"),
+    of_core("measure"),
+    of_core("polygonize", "polygonize", others=(f"{PACKAGE}/interop",)),
+    of_core("labels", "polygonize", others=(f"{PACKAGE}/labels",)),
+    of_core("derivatives", others=(f"{PACKAGE}/derivatives",)),
+    of_core("pictures", "shade", "render", others=(PACKAGE,), tests=("render/", "shade/")),
 )
 
 
-def group_of(item):
-    """The group of a test, or None."""
-    if item.nodeid.startswith(OF_PAGES):
-        page = str(item.callspec.params["page"].relative_to(REPOSITORY))
-        return Group(page, ("project/test_pages.py",), (page, "docs/pages.py", *NAMES))
+def group_of(nodeid):
+    """The name of the group of a test, or None."""
+    if nodeid.startswith(OF_PAGES):
+        return nodeid.removeprefix(OF_PAGES).removesuffix("]")
     for group in GROUPS:
-        if any(item.nodeid.startswith(f"{TESTS}/{each}") for each in group.tests):
-            return group
+        if any(nodeid.startswith(f"{TESTS}/{each}") for each in group.tests):
+            return group.name
     return None
 
 
-def patterns_of(group):
+def patterns_of(name):
     """Patterns of the paths of all files and folders on which the results of a group depend."""
+    group = next((each for each in GROUPS if each.name == name), None) or of_page(name)
     tests = [f"{TESTS}/{each.partition('::')[0]}*" for each in group.tests]
     return [*COMMON, *group.files, *tests]
 
 
-def key_of(group):
-    """A text that differs if a file differs on which the results of a group depend."""
-    digest = hashlib.sha256(f"{group.name} {sys.version} {os.environ.get('ISOSPLINE_VOLUMES')}".encode())
-    for path in sorted({path for pattern in patterns_of(group) for path in REPOSITORY.glob(pattern)}):
+@functools.cache
+def surroundings():
+    """What results depend on beside files: Python, its packages, and the variables that tests read."""
+    packages = sorted(f"{each.name} {each.version}" for each in distributions() if each.name != "isospline")
+    variables = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("ISOSPLINE_"))
+    return "\n".join([sys.version, *packages, *variables])
+
+
+def key_of(name, nodeids):
+    """A text that differs if something differs on which the results of these tests of a group depend."""
+    digest = hashlib.sha256("\n".join([name, *sorted(nodeids), surroundings()]).encode())
+    for path in sorted({path for pattern in patterns_of(name) for path in REPOSITORY.glob(pattern)}):
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             if file.is_file() and file.suffix not in (".pyc", ".so"):
                 digest.update(f"{file.relative_to(REPOSITORY)}\0".encode())
@@ -125,47 +134,67 @@ def pytest_addoption(parser):
 
 
 class LeavingOut:
-    """Leaves out groups that have passed, and remembers at the end which have passed in this run."""
+    """Leaves out groups that have passed, and remembers at the end which have passed in this run.
+
+    The processes of pytest-xdist collect and run the tests, and tell the first process which tests a group has.
+    """
 
     def __init__(self, config, folder):
         self.config = config
         self.folder = folder
-        self.outcomes = {}  #: by the keys of groups
-        self.left_out = Counter()  #: numbers of tests by the names of groups
+        known = [path.name for path in folder.iterdir()] if folder.exists() else []
+        self.known = getattr(config, "workerinput", {}).get("known_groups", known)
+        self.keys = {}  #: by the names of groups
+        self.tests = {}  #: names of tests, by the names of groups
+        self.left_out = {}  #: numbers of tests, by the names of groups
+        self.good, self.bad = set(), set()  #: names of tests
+        self.is_whole = True  #: whether all files of tests were read
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_configure_node(self, node):
+        node.workerinput["known_groups"] = self.known
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items):
-        keys, left_out = {}, []
-        for item in list(items):
-            if (group := group_of(item)) is None:
-                continue
-            if group not in keys:
-                keys[group] = key_of(group)
-            if (self.folder / keys[group]).exists():
-                items.remove(item)
-                left_out.append(item)
-                self.left_out[group.name] += 1
+        found = {}
+        for item in items:
+            if (name := group_of(item.nodeid)) is not None:
+                found.setdefault(name, []).append(item)
+        for name, members in found.items():
+            tests = [item.nodeid for item in members]
+            key = key_of(name, tests)
+            if key in self.known:
+                self.left_out[name] = len(members)
+                self.config.hook.pytest_deselected(items=members)
             else:
-                item.user_properties.append(("group", keys[group]))
-        self.config.hook.pytest_deselected(items=left_out)
+                self.keys[name], self.tests[name] = key, tests
+        items[:] = [item for item in items if group_of(item.nodeid) not in self.left_out]
+
+    def pytest_collectreport(self, report):
+        self.is_whole &= not report.failed
 
     def pytest_runtest_logreport(self, report):
-        for name, key in report.user_properties:
-            if name == "group":
-                self.outcomes.setdefault(key, Counter())[report.outcome] += 1
-
-    def pytest_sessionfinish(self, exitstatus):
-        if hasattr(self.config, "workeroutput"):  # one of the processes of pytest-xdist, which collect and run
-            self.config.workeroutput["left_out"] = dict(self.left_out)
-        elif exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):  # otherwise not all tests have run
-            self.folder.mkdir(parents=True, exist_ok=True)
-            for key, outcomes in self.outcomes.items():
-                if outcomes["passed"] and not outcomes["failed"]:
-                    (self.folder / key).touch()
+        if report.failed:
+            self.bad.add(report.nodeid)
+        elif report.when == "call" or report.skipped:
+            self.good.add(report.nodeid)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node):
-        self.left_out = Counter(getattr(node, "workeroutput", {}).get("left_out", self.left_out))
+        output = getattr(node, "workeroutput", {})  # none of a process that has crashed
+        self.keys.update(output.get("keys", {}))
+        self.tests.update(output.get("tests", {}))
+        self.left_out.update(output.get("left_out", {}))
+
+    def pytest_sessionfinish(self, exitstatus):
+        if hasattr(self.config, "workeroutput"):
+            self.config.workeroutput.update(keys=self.keys, tests=self.tests, left_out=self.left_out)
+        elif self.is_whole and exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            for name, tests in self.tests.items():
+                # Not if a file has changed meanwhile.
+                if self.good - self.bad >= set(tests) and key_of(name, tests) == self.keys[name]:
+                    (self.folder / self.keys[name]).touch()
 
     def pytest_terminal_summary(self, terminalreporter):
         if self.left_out:

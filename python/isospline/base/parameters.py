@@ -42,7 +42,7 @@ def check_type(value: Any, parameter: str, types: type | tuple[type, ...], expec
 
 def number(value: Any, parameter: str) -> float:
     """A number, also of another library."""
-    if not isinstance(value, (str, bytes, bytearray)):
+    if hasattr(type(value), "__float__") or hasattr(type(value), "__index__"):
         try:
             return float(value)
         except (TypeError, ValueError, OverflowError):

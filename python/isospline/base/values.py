@@ -191,7 +191,8 @@ class Value:
     """The base of classes of values: frozen dataclasses.
 
     Their constructors keep each parameter in one form, with `_keep`, which checks all of them. The compiled module
-    knows these classes by their names. Those that begin with an underscore are bases.
+    knows these classes by their names. Those that begin with an underscore are bases. A dataclass that derives from one
+    of them needs ``init=False``, and calls its constructor.
     """
 
     def __init_subclass__(cls) -> None:
@@ -202,8 +203,8 @@ class Value:
 
     def _keep(self, **fields: Any) -> None:
         for name, value in fields.items():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+            if isinstance(value, np.ndarray):  # of bytes, which nobody can make writeable again
+                value = np.frombuffer(value.tobytes(), value.dtype).reshape(value.shape)
             object.__setattr__(self, name, value)
         self._check()
 

@@ -6,48 +6,96 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from unchanged import GROUPS, REPOSITORY, TESTS, LeavingOut, key_of, patterns_of
+import unchanged
+from unchanged import GROUPS, REPOSITORY, TESTS, LeavingOut, key_of, of_page, patterns_of
+
+NAMES = [group.name for group in GROUPS]
 
 
-def last_lines(folder):
+def last_lines(folder, file):
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "1", "-p", "no:cacheprovider"]
-    options = [f"--leave-out-unchanged={folder}", f"{TESTS}/shell/test_levels.py"]
+    options = [f"--leave-out-unchanged={folder}", f"{TESTS}/{file}"]
     ended = subprocess.run([*command, *options], cwd=REPOSITORY, capture_output=True, encoding="utf-8", check=False)
     return ended.stdout.strip().splitlines()[-2:]
 
 
 @pytest.mark.slow
 def test_what_has_passed_is_left_out(tmp_path):
-    assert re.fullmatch(r"\d+ passed in .*", last_lines(tmp_path)[1])
-    left_out, passed = last_lines(tmp_path)
+    assert re.fullmatch(r"\d+ passed in .*", last_lines(tmp_path, "shell/test_levels.py")[1])
+    left_out, passed = last_lines(tmp_path, "shell/test_levels.py")
     assert re.fullmatch(r"left out, because they passed for the same files: shell \(\d+\)", left_out)
     assert "no tests ran" in passed
 
 
-def test_a_key_depends_on_the_volumes_that_are_there(monkeypatch):
-    keys = {key_of(GROUPS[0])}
-    for folder in ("one", "other"):
-        monkeypatch.setenv("ISOSPLINE_VOLUMES", folder)
-        keys.add(key_of(GROUPS[0]))
-    assert len(keys) == 3
+@pytest.fixture
+def after_a_run(tmp_path, monkeypatch):
+    """The groups that are remembered after a run of two tests each."""
+    monkeypatch.setattr(unchanged, "key_of", lambda name, tests: f"{name} {len(tests)}")
+
+    def remembered(reports, exit_code=pytest.ExitCode.TESTS_FAILED, collected=True):
+        leaving_out = LeavingOut(SimpleNamespace(), tmp_path)
+        of_node = {"keys": {}, "tests": {}, "left_out": {}}
+        for name in ("one", "other"):
+            of_node["keys"][name], of_node["tests"][name] = f"{name} 2", [f"{name}/a", f"{name}/b"]
+        leaving_out.pytest_testnodedown(SimpleNamespace(workeroutput=of_node))
+        leaving_out.pytest_testnodedown(SimpleNamespace())  # a process that crashed
+        leaving_out.pytest_collectreport(SimpleNamespace(failed=not collected))
+        for nodeid, when, outcome in reports:
+            states = {state: outcome == state for state in ("passed", "failed", "skipped")}
+            leaving_out.pytest_runtest_logreport(SimpleNamespace(nodeid=nodeid, when=when, **states))
+        leaving_out.pytest_sessionfinish(exit_code)
+        return sorted(path.name for path in tmp_path.iterdir())
+
+    return remembered
+
+
+GOOD = [(f"{name}/{test}", "call", "passed") for name in ("one", "other") for test in "ab"]
+
+
+def test_groups_that_passed_are_remembered(after_a_run):
+    assert after_a_run(GOOD) == ["one 2", "other 2"]
 
 
 @pytest.mark.parametrize(
-    ("exit_code", "remembered"), [(pytest.ExitCode.TESTS_FAILED, ["good"]), (pytest.ExitCode.INTERRUPTED, [])]
+    "report",
+    [
+        ("one/b", "call", "failed"),
+        ("one/b", "setup", "failed"),
+        ("one/b", "teardown", "failed"),
+        ("one/b", "???", "failed"),  # the process has crashed
+    ],
+    ids=lambda report: report[1],
 )
-def test_only_whole_groups_without_a_failure_are_remembered(tmp_path, exit_code, remembered):
-    leaving_out = LeavingOut(SimpleNamespace(), tmp_path)
-    for key, outcome in [("good", "passed"), ("bad", "passed"), ("bad", "failed"), ("nothing ran", "skipped")]:
-        leaving_out.pytest_runtest_logreport(SimpleNamespace(user_properties=[("group", key)], outcome=outcome))
-    leaving_out.pytest_sessionfinish(exit_code)
-    assert [path.name for path in tmp_path.iterdir()] == remembered
+def test_a_group_with_a_failure_is_not_remembered(after_a_run, report):
+    assert after_a_run([*GOOD, report]) == ["other 2"]
 
 
-@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.name)
-def test_groups_depend_on_files_that_exist(group):
-    for pattern in patterns_of(group):
+def test_a_group_is_not_remembered_if_a_test_did_not_run(after_a_run):
+    assert after_a_run(GOOD[1:]) == ["other 2"]
+    assert after_a_run([("one/a", "setup", "passed"), *GOOD[1:]]) == ["other 2"]
+
+
+def test_tests_that_are_skipped_have_run(after_a_run):
+    assert after_a_run([("one/a", "setup", "skipped"), *GOOD[1:]]) == ["one 2", "other 2"]
+
+
+def test_nothing_is_remembered_of_a_run_that_is_not_whole(after_a_run):
+    assert after_a_run(GOOD, pytest.ExitCode.INTERRUPTED) == []
+    assert after_a_run(GOOD, collected=False) == []
+
+
+def test_a_group_is_not_remembered_if_a_file_changed_meanwhile(after_a_run, monkeypatch):
+    monkeypatch.setattr(unchanged, "key_of", lambda name, tests: "another")
+    assert after_a_run(GOOD) == []
+
+
+@pytest.mark.parametrize("name", [*NAMES, of_page("docs/method.md").name])
+def test_groups_depend_on_files_that_exist(name):
+    for pattern in patterns_of(name):
         assert list(REPOSITORY.glob(pattern)), pattern
 
 
-def test_each_group_has_its_own_key():
-    assert len({key_of(group) for group in GROUPS}) == len(GROUPS)
+def test_a_key_depends_on_the_group_its_tests_and_the_surroundings(monkeypatch):
+    keys = {key_of(name, tests) for name in ("shell", "query") for tests in (["a"], ["a", "b"])}
+    monkeypatch.setattr(unchanged, "surroundings", lambda: "another machine")
+    assert len(keys | {key_of("shell", ["a"])}) == 5
