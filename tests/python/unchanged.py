@@ -109,7 +109,8 @@ def patterns_of(name):
 @functools.cache
 def surroundings():
     """What results depend on beside files: Python, its packages, and the variables that tests read."""
-    packages = sorted(f"{each.name} {each.version}" for each in distributions() if each.name != "isospline")
+    # A process of pytest-xdist has folders of packages twice in its path.
+    packages = sorted({f"{each.name} {each.version}" for each in distributions() if each.name != "isospline"})
     variables = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("ISOSPLINE_"))
     return "\n".join([sys.version, *packages, *variables])
 

@@ -95,6 +95,12 @@ def test_groups_depend_on_files_that_exist(name):
         assert list(REPOSITORY.glob(pattern)), pattern
 
 
+def test_surroundings_are_the_same_with_folders_of_packages_twice(monkeypatch):
+    once = unchanged.surroundings.__wrapped__()
+    monkeypatch.setattr(sys, "path", [*sys.path, *sys.path])
+    assert unchanged.surroundings.__wrapped__() == once
+
+
 def test_a_key_depends_on_the_group_its_tests_and_the_surroundings(monkeypatch):
     keys = {key_of(name, tests) for name in ("shell", "query") for tests in (["a"], ["a", "b"])}
     monkeypatch.setattr(unchanged, "surroundings", lambda: "another machine")
