@@ -1,16 +1,13 @@
 #include "clip.h"
 
 #include "arrays.h"
+#include "mistakes.h"
 #include "values.h"
-
-#include "isospline/util/check.h"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <string>
 #include <vector>
 
 namespace py = pybind11;

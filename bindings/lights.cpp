@@ -1,7 +1,6 @@
 #include "lights.h"
 
 #include "arrays.h"
-#include "values.h"
 
 namespace py = pybind11;
 using namespace py::literals;
@@ -10,69 +9,57 @@ namespace isospline {
 
 namespace {
 
-glm::dvec3 vector_of(const py::handle& object, const char* name)
+glm::dvec3 vector_of(const py::handle& light, const char* name)
 {
-    return as_vector(object.attr(name), name);
+    return as_vector(light.attr(name), name);
 }
 
-double number_of(const py::handle& object, const char* name)
+double number_of(const py::handle& light, const char* name)
 {
-    return object.attr(name).cast<double>();
+    return light.attr(name).cast<double>();
 }
 
 } // namespace
 
-template <>
-std::optional<PositionalLight> light_in(const py::handle& object)
+PositionalLight ValueConversion<PositionalLight>::from_python(py::handle light)
 {
-    if (!is_value(object, "PositionalLight"))
-        return std::nullopt;
-    return PositionalLight{vector_of(object, "position"), vector_of(object, "intensity")};
+    return {vector_of(light, "position"), vector_of(light, "intensity")};
 }
 
-template <>
-std::optional<DirectionalLight> light_in(const py::handle& object)
+py::object ValueConversion<PositionalLight>::to_python(const PositionalLight& light)
 {
-    if (!is_value(object, "DirectionalLight"))
-        return std::nullopt;
-    return DirectionalLight(vector_of(object, "direction"), vector_of(object, "intensity"), number_of(object, "angle"));
+    return value_class(name)(light.position, "intensity"_a = light.intensity);
 }
 
-template <>
-std::optional<RectangleLight> light_in(const py::handle& object)
+DirectionalLight ValueConversion<DirectionalLight>::from_python(py::handle light)
 {
-    if (!is_value(object, "RectangleLight"))
-        return std::nullopt;
-    return RectangleLight{vector_of(object, "corner"), vector_of(object, "edge_u"), vector_of(object, "edge_v"),
-                          vector_of(object, "radiance")};
+    return DirectionalLight(vector_of(light, "direction"), vector_of(light, "intensity"), number_of(light, "angle"));
 }
 
-template <>
-std::optional<SphereLight> light_in(const py::handle& object)
+py::object ValueConversion<DirectionalLight>::to_python(const DirectionalLight& light)
 {
-    if (!is_value(object, "SphereLight"))
-        return std::nullopt;
-    return SphereLight{vector_of(object, "center"), number_of(object, "radius"), vector_of(object, "radiance")};
+    return value_class(name)(light.direction, "intensity"_a = light.intensity, "angle"_a = light.angle);
 }
 
-py::object to_python(const PositionalLight& light)
+RectangleLight ValueConversion<RectangleLight>::from_python(py::handle light)
 {
-    return value_class("PositionalLight")(light.position, "intensity"_a = light.intensity);
+    return {vector_of(light, "corner"), vector_of(light, "edge_u"), vector_of(light, "edge_v"),
+            vector_of(light, "radiance")};
 }
 
-py::object to_python(const DirectionalLight& light)
+py::object ValueConversion<RectangleLight>::to_python(const RectangleLight& light)
 {
-    return value_class("DirectionalLight")(light.direction, "intensity"_a = light.intensity, "angle"_a = light.angle);
+    return value_class(name)(light.corner, light.edge_u, light.edge_v, "radiance"_a = light.radiance);
 }
 
-py::object to_python(const RectangleLight& light)
+SphereLight ValueConversion<SphereLight>::from_python(py::handle light)
 {
-    return value_class("RectangleLight")(light.corner, light.edge_u, light.edge_v, "radiance"_a = light.radiance);
+    return {vector_of(light, "center"), number_of(light, "radius"), vector_of(light, "radiance")};
 }
 
-py::object to_python(const SphereLight& light)
+py::object ValueConversion<SphereLight>::to_python(const SphereLight& light)
 {
-    return value_class("SphereLight")(light.center, light.radius, "radiance"_a = light.radiance);
+    return value_class(name)(light.center, light.radius, "radiance"_a = light.radiance);
 }
 
 } // namespace isospline

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .base.parameters import check_finite, vector, vector_text
+from .base.parameters import check_direction, check_point, vector, vector_text
 from .base.signatures import explained_methods
 from .base.values import Value
 
@@ -49,8 +49,8 @@ class HalfSpace(_Cut):
         self._keep(point=vector(point, "point"), normal=vector(normal, "normal"))
 
     def _check(self) -> None:
-        check_finite(self.point, "point")
-        check_finite(self.normal, "normal", is_direction=True)
+        check_point(self.point, "point")
+        check_direction(self.normal, "normal")
 
 
 @explained_methods

@@ -55,24 +55,28 @@ def vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
     return _core._doubles(value, parameter, (3,))
 
 
-def check_finite(value: NDArray[np.float64], parameter: str, is_direction: bool = False) -> None:
-    """Check that the numbers of a vector are finite, and that it is not zero if it is a direction."""
-    if not np.isfinite(value).all() or (is_direction and not value.any()):
-        more = ", not all of them zero" if is_direction else ""
-        raise ValueError(f"{parameter}: expected three finite numbers{more}, got {vector_text(value)}")
-
-
 def vector_text(value: NDArray[np.float64]) -> str:
     """A vector as a tuple, in few digits."""
-    return f"({', '.join(f'{number:.12g}' for number in value)})"
+    return f"({', '.join(f'{each:.12g}' for each in value)})"
+
+
+def check_point(value: NDArray[np.float64], parameter: str) -> None:
+    """Check that a vector is finite."""
+    if not np.isfinite(value).all():
+        raise ValueError(f"{parameter}: expected three finite numbers, got {vector_text(value)}")
+
+
+def check_direction(value: NDArray[np.float64], parameter: str) -> None:
+    """Check that an array is a finite vector and not zero."""
+    if value.shape != (3,) or not np.isfinite(value).all() or not value.any():
+        raise ValueError(f"{parameter}: expected three finite numbers, not all of them zero, got {value.tolist()}")
 
 
 def unit_vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:
     """A direction of length one, from three numbers of any length."""
-    vector = np.asarray(value, dtype=float)
-    if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
-        raise ValueError(f"{parameter}: expected three finite numbers, not all of them zero, got {vector.tolist()}")
-    unit: NDArray[np.float64] = vector / np.linalg.norm(vector)
+    given = np.asarray(value, dtype=float)
+    check_direction(given, parameter)
+    unit: NDArray[np.float64] = given / np.linalg.norm(given)
     return unit
 
 
