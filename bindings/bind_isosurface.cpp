@@ -10,7 +10,6 @@
 #include "isospline/math/affine.h"
 #include "isospline/query/outline_cells.h"
 #include "isospline/query/reach.h"
-#include "isospline/shade/material.h"
 #include "isospline/shell/isosurface.h"
 #include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
@@ -184,12 +183,13 @@ int as_largest(std::optional<int> largest)
 
 std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double level, const py::object& mask,
                                             std::optional<int> largest, const py::object& clip, bool capped,
-                                            bool closed, const std::string& inside, std::shared_ptr<Material> material,
-                                            const py::object& color, const py::object& opacity, const py::object& name,
+                                            bool closed, const std::string& inside,
+                                            const std::optional<Material>& material, const py::object& color,
+                                            const py::object& opacity, const py::object& name,
                                             const py::object& progress)
 {
-    const auto volume = as_object<Volume>(
-        py::module_::import("isospline.interop.conversions").attr("as_volume")(given, "volume"), "volume");
+    const auto as_volume = py::module_::import("isospline.interop.conversions").attr("as_volume");
+    const auto volume = as_object<Volume>(as_volume(given, "volume"), "volume");
     IsosurfaceOptions options;
     if (!mask.is_none())
         options.shell.mask = as_mask(mask, "mask", volume->shape(), volume->options().axes);
@@ -198,7 +198,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
     options.capped = capped;
     options.closed = closed;
     options.inside = as_enum(inside_words, inside, "inside");
-    options.material = look_of(std::move(material), color, opacity, name);
+    options.material = look_of(material, color, opacity, name);
     return build(volume, level, std::move(options), nullptr, progress);
 }
 

@@ -143,7 +143,7 @@ py::object view_or_none(const py::object& self, const std::vector<glm::dvec3>& v
 
 /// A mesh of another library, with some of its attributes replaced.
 std::shared_ptr<Mesh> converted_mesh(const py::object& given, const py::object& normals, const py::object& colors,
-                                     std::shared_ptr<Material> material, const py::object& values,
+                                     std::shared_ptr<const Material> material, const py::object& values,
                                      std::string values_name)
 {
     const py::object as_mesh = py::module_::import("isospline.interop.conversions").attr("mesh_without_faces");
@@ -152,17 +152,17 @@ std::shared_ptr<Mesh> converted_mesh(const py::object& given, const py::object& 
     return std::make_shared<Mesh>(mesh->vertices(), mesh->faces(),
                                   normals.is_none() ? mesh->normals() : as_vertex_vectors(normals, "normals", count),
                                   colors.is_none() ? mesh->colors() : as_vertex_colors(colors, count),
-                                  material ? std::move(material) : std::const_pointer_cast<Material>(mesh->material()),
+                                  material ? std::move(material) : mesh->material(),
                                   values.is_none() ? mesh->values()
                                                    : as_vertex_values(values, std::move(values_name), count));
 }
 
 std::shared_ptr<Mesh> make_mesh(const py::object& vertices, const py::object& faces, const py::object& normals,
-                                const py::object& colors, std::shared_ptr<Material> material, const py::object& values,
-                                std::string values_name, const py::object& color, const py::object& opacity,
-                                const py::object& name)
+                                const py::object& colors, const std::optional<Material>& given_material,
+                                const py::object& values, std::string values_name, const py::object& color,
+                                const py::object& opacity, const py::object& name)
 {
-    material = look_of(std::move(material), color, opacity, name);
+    std::shared_ptr<const Material> material = look_of(given_material, color, opacity, name);
     if (faces.is_none())
         return converted_mesh(vertices, normals, colors, std::move(material), values, std::move(values_name));
     std::vector<glm::dvec3> vertex_list = as_vectors(vertices, "vertices");

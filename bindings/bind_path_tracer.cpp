@@ -1,8 +1,9 @@
 #include "bind.h"
+#include "cameras.h"
 #include "colors.h"
 #include "layers.h"
-#include "lights.h"
 #include "long_call.h"
+#include "looks.h"
 
 #include "isospline/render/progressive.h"
 #include "isospline/scene/scene.h"
@@ -145,8 +146,7 @@ void bind_path_tracer(py::module_& module)
                  validate(path_tracer);
                  return path_tracer;
              }),
-             py::arg("material") = Material(), py::kw_only(),
-             py::arg("materials") = std::map<std::uint32_t, Material>(), py::arg("lights") = py::none(),
+             py::arg("material"), py::kw_only(), py::arg("materials") = py::dict(), py::arg("lights") = py::none(),
              py::arg("max_bounces") = PathTracer().max_bounces, py::arg("seed") = 0)
         .def_readonly("material", &PathTracer::material)
         .def_readonly("materials", &PathTracer::material_of_geometry)

@@ -1,8 +1,10 @@
 #include "arrays.h"
 #include "bind.h"
+#include "cameras.h"
 #include "colors.h"
 #include "layers.h"
 #include "long_call.h"
+#include "looks.h"
 
 #include "isospline/io/atomic_file.h"
 #include "isospline/io/exr.h"

@@ -3,6 +3,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "long_call.h"
+#include "looks.h"
 #include "volume_state.h"
 
 #include "isospline/render/image.h"
@@ -112,7 +113,7 @@ py::dict isosurface_state(const py::object& self)
     state["closed"] = options.closed;
     state["method"] = static_cast<int>(options.method);
     state["inside"] = static_cast<int>(options.inside);
-    state["material"] = std::const_pointer_cast<Material>(options.material);
+    state["material"] = options.material ? std::optional(*options.material) : std::nullopt;
     return state;
 }
 
@@ -133,7 +134,8 @@ std::shared_ptr<Isosurface> isosurface_of(const py::dict& state)
     options.closed = state["closed"].cast<bool>();
     options.method = static_cast<Method>(state["method"].cast<int>());
     options.inside = static_cast<Inside>(state["inside"].cast<int>());
-    options.material = state["material"].cast<std::shared_ptr<Material>>();
+    if (const auto material = state["material"].cast<std::optional<Material>>())
+        options.material = std::make_shared<Material>(*material);
     const auto volume = state["volume"].cast<std::shared_ptr<Volume>>();
     const auto level = state["level"].cast<double>();
     std::shared_ptr<Isosurface> surface;

@@ -1,9 +1,13 @@
 #include "arrays.h"
 #include "bind.h"
 #include "colors.h"
-#include "lights.h"
+#include "looks.h"
 #include "values.h"
 
+#include "isospline/shade/material.h"
+
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <variant>
 
@@ -20,6 +24,25 @@ py::dict& classes()
     return *known;
 }
 
+/// The scattering function of a material for directions of any shape, (..., 3).
+py::array_t<double> evaluate(const Material& material, const py::object& to_viewer, const py::object& to_light)
+{
+    const RowArray viewer(to_viewer, "to_viewer", 3), light(to_light, "to_light", 3);
+    if (viewer.leading_shape() != light.leading_shape())
+        throw_invalid("to_light", "the shape of to_viewer, " + to_text(viewer.leading_shape()),
+                      to_text(light.leading_shape()));
+    if (!std::holds_alternative<glm::dvec3>(color_of(material)))
+        throw_invalid("color", "a constant colour, because no point is given",
+                      py::str(py::type::of(written(material.color)).attr("__name__")).cast<std::string>());
+    py::array_t<double> result = new_array<double>(viewer.leading_shape(), {3});
+    const Scattering scattering(material);
+    for (std::size_t i = 0; i < viewer.count(); ++i) {
+        const glm::dvec3 f = scattering.evaluate(viewer.vector(i), light.vector(i));
+        std::copy(&f[0], &f[0] + 3, result.mutable_data() + 3 * i);
+    }
+    return result;
+}
+
 } // namespace
 
 bool is_value(const py::handle& object, const char* name)
@@ -30,6 +53,12 @@ bool is_value(const py::handle& object, const char* name)
 py::object value_class(const char* name)
 {
     return classes()[name];
+}
+
+py::object value_part(const py::handle& value, const char* name)
+{
+    const py::dict exact = value.attr("_exact");
+    return exact.contains(name) ? py::object(exact[name]) : py::object(value.attr(name));
 }
 
 void bind_values(py::module_& module)
@@ -52,6 +81,18 @@ void bind_values(py::module_& module)
         "_check_light",
         [](const py::object& light) { std::visit([](const auto& each) { validate(each); }, light.cast<AnyLight>()); },
         py::arg("light"));
+    module.def(
+        "_look_color",
+        [](const py::object& value, const std::string& parameter) {
+            return to_python(as_surface_color(value, parameter.c_str()), true);
+        },
+        py::arg("value"), py::arg("parameter"));
+    using AnyLook = std::variant<Phong, Outline, AmbientOcclusion, Material>;
+    module.def(
+        "_check_look",
+        [](const py::object& look) { std::visit([](const auto& each) { validate(each); }, look.cast<AnyLook>()); },
+        py::arg("look"));
+    module.def("_evaluate_material", &evaluate, py::arg("material"), py::arg("to_viewer"), py::arg("to_light"));
 }
 
 } // namespace isospline

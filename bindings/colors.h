@@ -101,28 +101,6 @@ inline pybind11::object to_python(const std::optional<Color>& color, bool linear
     return color ? to_python(*color, linear) : pybind11::none();
 }
 
-/// A property with a colour in sRGB, and the same linear, with an underscore, for copies that are exact.
-template <typename Class, typename Object, typename GivenColor>
-void bind_color_of(Class& object_class, const char* name, GivenColor Object::*color)
-{
-    object_class.def_property_readonly(name, [color](const Object& object) { return to_python(object.*color, false); });
-    object_class.def(("_" + std::string(name)).c_str(),
-                     [color](const Object& object) { return to_python(object.*color, true); });
-}
-
-/// The text of a colour, as in the constructor of a shading.
-inline std::string to_text(const Color& color)
-{
-    if (std::holds_alternative<glm::dvec3>(color))
-        return to_text(as_color(to_python(color, false), "color"));
-    return pybind11::repr(pybind11::cast(color)).cast<std::string>();
-}
-
-inline std::string to_text(const CapColor& color)
-{
-    return color ? to_text(*color) : "None";
-}
-
 /// A colour and an opacity, which is 1 by default; None is transparent.
 inline glm::vec4 as_background(const pybind11::handle& value, const char* parameter)
 {

@@ -8,51 +8,43 @@
 
 #include <pybind11/pybind11.h>
 
+#include <tuple>
+
 namespace isospline {
 
 template <>
-struct ValueConversion<PositionalLight> {
+struct ValueConversion<PositionalLight> : ConversionByFields<PositionalLight> {
     static constexpr char name[] = "PositionalLight";
-    static PositionalLight from_python(pybind11::handle light);
-    static pybind11::object to_python(const PositionalLight& light);
+    static constexpr std::tuple fields{Field{"position", &PositionalLight::position},
+                                       Field{"intensity", &PositionalLight::intensity}};
 };
 
 template <>
-struct ValueConversion<DirectionalLight> {
+struct ValueConversion<DirectionalLight> : ConversionByFields<DirectionalLight> {
     static constexpr char name[] = "DirectionalLight";
-    static DirectionalLight from_python(pybind11::handle light);
-    static pybind11::object to_python(const DirectionalLight& light);
+    static constexpr std::tuple fields{Field{"direction", &DirectionalLight::direction},
+                                       Field{"intensity", &DirectionalLight::intensity},
+                                       Field{"angle", &DirectionalLight::angle}};
+    static DirectionalLight from_python(pybind11::handle value)
+    {
+        const auto light = ConversionByFields::from_python(value);
+        return DirectionalLight(light.direction, light.intensity, light.angle);
+    }
 };
 
 template <>
-struct ValueConversion<RectangleLight> {
+struct ValueConversion<RectangleLight> : ConversionByFields<RectangleLight> {
     static constexpr char name[] = "RectangleLight";
-    static RectangleLight from_python(pybind11::handle light);
-    static pybind11::object to_python(const RectangleLight& light);
+    static constexpr std::tuple fields{
+        Field{"corner", &RectangleLight::corner}, Field{"edge_u", &RectangleLight::edge_u},
+        Field{"edge_v", &RectangleLight::edge_v}, Field{"radiance", &RectangleLight::radiance}};
 };
 
 template <>
-struct ValueConversion<SphereLight> {
+struct ValueConversion<SphereLight> : ConversionByFields<SphereLight> {
     static constexpr char name[] = "SphereLight";
-    static SphereLight from_python(pybind11::handle light);
-    static pybind11::object to_python(const SphereLight& light);
+    static constexpr std::tuple fields{Field{"center", &SphereLight::center}, Field{"radius", &SphereLight::radius},
+                                       Field{"radiance", &SphereLight::radiance}};
 };
 
 } // namespace isospline
-
-namespace pybind11::detail {
-
-template <>
-class type_caster<isospline::PositionalLight> : public isospline::ValueCaster<isospline::PositionalLight> {
-};
-template <>
-class type_caster<isospline::DirectionalLight> : public isospline::ValueCaster<isospline::DirectionalLight> {
-};
-template <>
-class type_caster<isospline::RectangleLight> : public isospline::ValueCaster<isospline::RectangleLight> {
-};
-template <>
-class type_caster<isospline::SphereLight> : public isospline::ValueCaster<isospline::SphereLight> {
-};
-
-} // namespace pybind11::detail

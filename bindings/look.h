@@ -2,6 +2,7 @@
 #pragma once
 
 #include "colors.h"
+#include "looks.h"
 #include "mistakes.h"
 
 #include "isospline/shade/material.h"
@@ -9,13 +10,14 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 namespace isospline {
 
 /// The material of an object: the given one, or one of a colour, an opacity and a name; null if none is given.
-inline std::shared_ptr<Material> look_of(std::shared_ptr<Material> material, const pybind11::object& color,
+inline std::shared_ptr<Material> look_of(const std::optional<Material>& material, const pybind11::object& color,
                                          const pybind11::object& opacity, const pybind11::object& name)
 {
     namespace py = pybind11;
@@ -24,7 +26,7 @@ inline std::shared_ptr<Material> look_of(std::shared_ptr<Material> material, con
             throw py::type_error(std::string(parameter) + ": cannot be combined with material; did you mean Material(" +
                                  parameter + "=...)?");
     if (color.is_none() && opacity.is_none() && name.is_none())
-        return material;
+        return material ? std::make_shared<Material>(*material) : nullptr;
     auto look = std::make_shared<Material>();
     if (!color.is_none())
         look->color = as_surface_color(color, "color");
@@ -50,7 +52,10 @@ void bind_look(Class& object_class)
     const auto material_of = [](const Object& object) { return object.material(); };
     object_class
         .def_property_readonly(
-            "material", [=](const Object& object) { return std::const_pointer_cast<Material>(material_of(object)); },
+            "material",
+            [=](const Object& object) {
+                return material_of(object) ? std::optional(*material_of(object)) : std::nullopt;
+            },
             "Its look, or None.")
         .def_property_readonly(
             "color",

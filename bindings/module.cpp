@@ -62,7 +62,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_prefilter(module);
     isospline::bind_cells(module);
     isospline::bind_color(module);
-    isospline::bind_material(module);
     isospline::bind_values(module);
     isospline::bind_isosurface(module);
     isospline::bind_measure(module);
@@ -80,7 +79,6 @@ PYBIND11_MODULE(_core, module)
     isospline::bind_secondary_rays(module);
     isospline::bind_hopper(module);
     isospline::bind_camera(module);
-    isospline::bind_shading(module);
     isospline::bind_environment(module);
     isospline::bind_render(module);
     isospline::bind_interleaved(module);

@@ -1,9 +1,15 @@
 // Values: frozen dataclasses in Python, whose constructors have checked their parameters, and structs in C++.
 #pragma once
 
+#include "arrays.h"
+#include "colors.h"
+
+#include <glm/vec3.hpp>
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace isospline {
@@ -14,10 +20,83 @@ bool is_value(const pybind11::handle& object, const char* name);
 /// The class of values with this name.
 pybind11::object value_class(const char* name);
 
+/// A parameter of a value, exactly as it was given.
+pybind11::object value_part(const pybind11::handle& value, const char* name);
+
 /// How a struct and its class of values are converted. Its specializations have the `name` of the class, and the
-/// functions `from_python`, which takes an instance, and `to_python`.
+/// functions `from_python`, which takes an instance, and `to_python`; or they derive from ConversionByFields.
 template <typename Struct>
 struct ValueConversion;
+
+/// A member of a struct, and the parameter of that name.
+template <typename Struct, typename Member>
+struct Field {
+    const char* name;
+    Member Struct::*member;
+};
+
+inline void read(const pybind11::object& part, const char* name, glm::dvec3& member)
+{
+    member = as_vector(part, name);
+}
+
+inline void read(const pybind11::object& part, const char* name, Color& member)
+{
+    member = as_surface_color(part, name);
+}
+
+inline void read(const pybind11::object& part, const char* name, CapColor& member)
+{
+    member = as_cap_color(part, name);
+}
+
+template <typename Member>
+void read(const pybind11::object& part, const char*, Member& member)
+{
+    member = part.cast<Member>();
+}
+
+inline pybind11::object written(const Color& member)
+{
+    return to_python(member, true);
+}
+
+inline pybind11::object written(const CapColor& member)
+{
+    return to_python(member, true);
+}
+
+template <typename Member>
+pybind11::object written(const Member& member)
+{
+    return pybind11::cast(member);
+}
+
+/// The conversion of a struct whose ValueConversion has a tuple `fields`.
+template <typename Struct>
+struct ConversionByFields {
+    static Struct from_python(pybind11::handle value)
+    {
+        Struct result;
+        for_each_field(
+            [&](const auto& field) { read(value_part(value, field.name), field.name, result.*field.member); });
+        return result;
+    }
+
+    static pybind11::object to_python(const Struct& value)
+    {
+        pybind11::dict parameters;
+        for_each_field([&](const auto& field) { parameters[field.name] = written(value.*field.member); });
+        return value_class(ValueConversion<Struct>::name)(**parameters);
+    }
+
+private:
+    template <typename Function>
+    static void for_each_field(const Function& function)
+    {
+        std::apply([&](const auto&... field) { (function(field), ...); }, ValueConversion<Struct>::fields);
+    }
+};
 
 /// A type_caster of pybind11 for a struct with a ValueConversion.
 template <typename Struct>
@@ -49,3 +128,14 @@ private:
 };
 
 } // namespace isospline
+
+namespace pybind11::detail {
+
+template <typename Struct>
+requires requires
+{
+    isospline::ValueConversion<Struct>::name;
+}
+class type_caster<Struct> : public isospline::ValueCaster<Struct> {};
+
+} // namespace pybind11::detail

@@ -29,9 +29,13 @@ from .base.results import (
     SurfaceSamples,
     Visibility,
 )
+from .cameras import ProjectionPlaneCamera
+from .cameras.camera import _Camera
 from .clips import _Cut
 from .io.volume_data import VolumeData
 from .lights import _Light, _PointLight
+from .looks import AmbientOcclusion, Material, Outline, Phong
+from .looks.shadings import _Look
 from .viewer import Viewer
 
 _Progress = Callable[[float], object] | bool | None  # True: a bar
@@ -44,6 +48,7 @@ _Background = str | ArrayLike | None
 _Placeable = Any  # an Isosurface, a Mesh, or a mesh of trimesh, PyVista, VTK or meshio
 _Color = str | ArrayLike | _ColorRule
 _GivenColor = NDArray[np.float64] | _ColorRule
+_Shading = Phong | Outline | AmbientOcclusion
 
 _Layer = (
     Literal["depth", "position", "normal", "albedo", "gradient_magnitude", "curvature", "ambient_occlusion"]
@@ -87,28 +92,23 @@ class _Shown:
 
 class DamagedStore(OSError, ValueError): ...
 
-class _Families:
+class _Families:  # those of compiled classes become classes of the stub
     _Camera: PerspectiveCamera | ProjectionPlaneCamera | OrthographicCamera | PanoramicCamera
     _MeasuredRule: ColorByDistance | ColorByValue | ColorByThickness
     _ColorRule: ColorByVolume | ColorByCurvature | ColorByNormal | ColorByDepth | _MeasuredRule
-    _Shading: Phong | Outline | AmbientOcclusion
 
 class _Words:
     axes: Literal["zyx", "xyz"]
     boundary: Literal["mirror", "periodic"]
     build_quality: Literal["low", "medium", "high"]
     encoding: Literal["linear", "srgb8"]
-    field_of_view_axis: Literal["vertical", "horizontal", "diagonal"]
     filter: Literal["interpolate", "none", "smoothing"]
     inside: Literal["above", "below"]
     kind: Literal["mean", "gaussian", "maximum", "minimum"]
     method: Literal["max_sphere", "ray"]
 
 class _Parameters:
-    ambient_light: str | ArrayLike
     background: _Background
-    camera_position: Sequence[ArrayLike]
-    cap_color: _Color
     clip: _Cut | Sequence[_Cut]
     cmap: _ColorMap
     color: _Color
@@ -117,6 +117,7 @@ class _Parameters:
     hits: dict[str, NDArray[Any]]
     layers: Iterable[_Layer]
     light: _Light
+    look: _Look
     name: str
     obj: _Placeable
     objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]]
@@ -127,14 +128,14 @@ class _Parameters:
     progress: _Progress
     radiance: str | ArrayLike
     surface: Isosurface
-    surface_color: _Color
     vertices: ArrayLike | object
     volume: Volume | VolumeData | NDArray[Any]
 
 class _Results:
+    _camera_to_opencv: _OpenCv
+    _left_corners: tuple[NDArray[np.float64], NDArray[np.float64]]
     LAYERS: tuple[str, ...]
     area: Measurement
-    cap_color: _GivenColor | None
     cast_rays: Hits
     cmap: NDArray[np.float64]
     closest_points: ClosestPoints
@@ -144,7 +145,6 @@ class _Results:
     compute_closest_points: ClosestPoints
     compute_distance: NDArray[np.float64]
     compute_occupancy: NDArray[np.float32]
-    distortion: NDArray[np.float64] | None
     enclosed_volume: Measurement
     gaussian_curvature: Measurement
     image: NDArray[np.float32] | None
@@ -159,8 +159,6 @@ class _Results:
     sample_points: SurfaceSamples
     shape: tuple[int, int, int]
     statistics: HopStatistics
-    surface_color: _GivenColor
-    to_opencv: _OpenCv
     values: NDArray[np.float64] | None
     visibility: Visibility
     _as_array: NDArray[Any]
@@ -283,31 +281,13 @@ class Scene(_Shown):
     @overload
     def test_occlusions(self, *, certify: Literal[True]) -> NDArray[np.uint8]: ...
 
-class PerspectiveCamera:
-    def to_pyvista(self) -> tuple[_CameraPosition, float]: ...
-
-class OrthographicCamera:
-    def to_pyvista(self) -> tuple[_CameraPosition, float]: ...
-
 class EnvironmentLight:
     def __init__(self, radiance: str | PathLike[str] | ArrayLike = 1.0) -> None: ...
-
-class Phong:
-    color: _GivenColor
-    lights: list[_PointLight] | None
-
-    def __init__(self, *, lights: Sequence[_PointLight] | None = None) -> None: ...
 
 class PathTracer:
     lights: list[_Light | EnvironmentLight]
 
     def __init__(self, *, lights: Sequence[_Light | EnvironmentLight] | None = None) -> None: ...
-
-class Outline:
-    color: _GivenColor
-
-class AmbientOcclusion:
-    color: _GivenColor
 
 class Image:
     albedo: NDArray[np.float32] | None

@@ -204,6 +204,7 @@ def stub():
     tree = ast.parse(overlay)
     begin = next(node.lineno for node in tree.body if isinstance(node, ast.ImportFrom))
     end = next(node.lineno for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "_Families")
+    imported = {each.name for node in tree.body if isinstance(node, ast.ImportFrom) for each in node.names}
     writer = Writer(tree)
     classes, functions, constants = [], [], []
     for node in ast.parse(generated()).body:
@@ -219,7 +220,7 @@ def stub():
         [
             '"""Types of the compiled module, written by `make stubs`; its docstrings have the rest."""\n',
             *overlay.splitlines()[begin - 1 : end - 1],
-            *(f"class {family}({writer.bases[family]}): ..." for family in writer.families),
+            *(f"class {family}({writer.bases[family]}): ..." for family in writer.families if family not in imported),
             ast.unparse(ast.fix_missing_locations(ast.Module([*constants, *classes, *functions], []))),
         ]
     )

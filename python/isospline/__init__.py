@@ -13,7 +13,6 @@ from . import certificates, derivatives, volumes
 from ._core import (
     INVALID_ID,
     INVALID_PRIMITIVE_ID,
-    AmbientOcclusion,
     Cancelled,
     ColorByCurvature,
     ColorByDepth,
@@ -24,14 +23,7 @@ from ._core import (
     ColorByVolume,
     EnvironmentLight,
     Isosurface,
-    Material,
     Mesh,
-    OrthographicCamera,
-    Outline,
-    PanoramicCamera,
-    PerspectiveCamera,
-    Phong,
-    ProjectionPlaneCamera,
     Scene,
     Volume,
     set_thread_count,
@@ -50,6 +42,7 @@ from .base.results import (
     Measurement,
     SurfaceDistance,
 )
+from .cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from .clips import Box, HalfSpace
 from .colors import ridges_and_valleys
 from .distances import hausdorff_distance, surface_distance
@@ -58,6 +51,7 @@ from .io import VolumeData, read_volume
 from .labels import Labels
 from .lights import DirectionalLight, PositionalLight, RectangleLight, SphereLight
 from .levels import suggest_levels
+from .looks import AmbientOcclusion, Material, Outline, Phong
 from .measures import measure
 from .picture.animation import animate, turntable
 from .picture.cameras import camera_for, turntable_cameras

@@ -190,6 +190,11 @@ def one_color(color: Any, parameter: str) -> NDArray[np.float64]:
     return np.array(np.broadcast_to(parts, 3))
 
 
+def look_color(value: Any, parameter: str) -> Any:
+    """The colour of a look: linear numbers, marked as such, from a name or numbers in sRGB; a rule as it is."""
+    return _core._look_color(value, parameter)
+
+
 def above_one(parameter: str, color: ArrayLike) -> str:
     """A hint for a colour outside of 0 to 1: perhaps it has 8 bits."""
     parts = np.broadcast_to(np.asarray(color, dtype=float).ravel()[:3], 3)

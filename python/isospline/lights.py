@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .base.mistakes import sentence
 from .base.parameters import number, vector
 from .base.signatures import explained_methods
 from .base.values import Value
@@ -23,6 +25,16 @@ class _Light(Value):
 
 class _PointLight(_Light):
     """A light that has a place or a direction alone."""
+
+
+def point_lights(value: Any, parameter: str) -> tuple[_PointLight, ...]:
+    """The lights of a Phong shading, from a sequence of them."""
+    expected = "a sequence of PositionalLight or DirectionalLight"
+    is_sequence = hasattr(type(value), "__len__") and hasattr(type(value), "__iter__")
+    if not is_sequence or not all(isinstance(each, _PointLight) for each in value):
+        meaning = f"[{type(value).__name__}(...)]" if isinstance(value, _PointLight) else None
+        raise TypeError(sentence(parameter, expected, value, meaning))
+    return tuple(value)
 
 
 @explained_methods

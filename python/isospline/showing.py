@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 
-from ._core import Isosurface, Mesh, PerspectiveCamera, Scene, Volume
+from ._core import Isosurface, Mesh, Scene, Volume
 from .base.foreign import answer
 from .base.parameters import check_path, printable
 from .base.results import SurfaceDistance
 from .base.signatures import explained
+from .cameras import PerspectiveCamera
 from .interop.mesh_output import MESHES
 from .io.volume_data import VolumeData
 from .picture.image import Image

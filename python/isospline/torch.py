@@ -16,6 +16,7 @@ from . import _core
 from .derivatives.gradients import check_scene
 from .derivatives.hits import cast_vjp
 from .derivatives.pictures import moved_picture_vjp
+from .looks import Phong
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -108,7 +109,7 @@ def picture(
     scene: _core.Scene,
     camera: Any,
     size: tuple[int, int],
-    channel: Literal["mask", "depth", "normals"] | _core.Phong = "mask",
+    channel: Literal["mask", "depth", "normals"] | Phong = "mask",
     *,
     levels: Tensors | None = None,
     samples: Tensors | None = None,

@@ -74,7 +74,8 @@ def described(value):
         return f"dict of {' and '.join(sorted(keys))} to {' and '.join(sorted(items))}" if value else "an empty dict"
     if inspect.isclass(value):
         return f"the class {value.__name__}"
-    return kind.__qualname__ if kind.__module__ in ("builtins", "isospline._core") else _full_name(kind)
+    is_ours = kind.__module__.partition(".")[0] == "isospline"
+    return kind.__qualname__ if is_ours or kind.__module__ == "builtins" else _full_name(kind)
 
 
 def _full_name(kind):

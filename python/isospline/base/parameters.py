@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numbers
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .mistakes import sentence
+
+T = TypeVar("T")
 
 # The largest count in the core.
 COUNT_LIMIT = 2**31 - 1
@@ -48,6 +51,42 @@ def number(value: Any, parameter: str) -> float:
         except (TypeError, ValueError, OverflowError):
             pass
     raise TypeError(sentence(parameter, "a number", value))
+
+
+def whole_number(value: Any, parameter: str) -> int:
+    """A whole number of 32 bits, also of another library."""
+    expected = "a whole number"
+    if isinstance(value, (str, bytes, float, np.floating)) or not hasattr(type(value), "__int__"):
+        raise TypeError(sentence(parameter, expected, value))
+    try:
+        whole = int(value)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(sentence(parameter, expected, value)) from None
+    if not -(2**31) <= whole < 2**31:
+        raise ValueError(f"{parameter}: expected {expected} of 32 bits, got {value!r}")
+    return whole
+
+
+def flag(value: Any, parameter: str) -> bool:
+    """True or False, also as a number or None."""
+    if value is None or hasattr(type(value), "__bool__"):
+        try:
+            return bool(value)
+        except (TypeError, ValueError):
+            pass
+    raise TypeError(sentence(parameter, "True or False", value))
+
+
+def text(value: Any, parameter: str) -> str:
+    """A str."""
+    check_type(value, parameter, str, "a str")
+    kept: str = value
+    return kept
+
+
+def optional(convert: Callable[[Any, str], T], value: Any, parameter: str) -> T | None:
+    """None, or what a function makes of another value of the parameter."""
+    return None if value is None else convert(value, parameter)
 
 
 def vector(value: ArrayLike, parameter: str) -> NDArray[np.float64]:

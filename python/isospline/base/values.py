@@ -7,6 +7,8 @@ Volumes, meshes, surfaces and scenes are compared by identity, and pickled whole
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,11 +20,7 @@ from .signatures import parameters_of
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# Parameters of constructors that replace others.
-_ALTERNATIVES = {"ProjectionPlaneCamera": ("center",)}
-
 _COMPILED = (
-    _core.AmbientOcclusion,
     _core.ColorByCurvature,
     _core.ColorByDepth,
     _core.ColorByDistance,
@@ -31,14 +29,7 @@ _COMPILED = (
     _core.ColorByValue,
     _core.ColorByVolume,
     _core.EnvironmentLight,
-    _core.Material,
-    _core.OrthographicCamera,
-    _core.Outline,
-    _core.PanoramicCamera,
     _core.PathTracer,
-    _core.PerspectiveCamera,
-    _core.Phong,
-    _core.ProjectionPlaneCamera,
 )
 
 _DATACLASSES: list[type] = []
@@ -52,13 +43,14 @@ def value_types() -> tuple[type, ...]:
 def parts(value):
     """The parameters of a value's constructor, with their values."""
     if dataclasses.is_dataclass(value):
-        return {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
-    left_out = _ALTERNATIVES.get(type(value).__name__, ())
-    return {name: part(value, name) for name in parameters_of(type(value)) if name not in left_out}
+        return {each.name: part(value, each.name) for each in dataclasses.fields(value)}
+    return {name: part(value, name) for name in parameters_of(type(value))}
 
 
 def part(value, name):
     """A parameter of a value's constructor, exactly as it is kept."""
+    if isinstance(value, Value):
+        return value._exact.get(name, getattr(value, name))
     given = getattr(value, f"_{name}", None)  # the original argument, if the attribute has a derived value
     return getattr(value, name) if given is None else given()
 
@@ -73,8 +65,6 @@ def _replace(self, **changes):
     """
     changed = parts(self)
     changed.update(changes)
-    if "center" in changes:
-        changed.pop("corner", None)
     return type(self)(**changed)
 
 
@@ -112,7 +102,7 @@ def _hashable(part):
         return part.shape if part.size > 16 else tuple(part.ravel().tolist())
     if isinstance(part, dict):
         return tuple(sorted(part))
-    if isinstance(part, list):
+    if isinstance(part, (list, tuple)):
         return tuple(_hashable(item) for item in part)
     if isinstance(part, _core.Volume):
         return part.shape, part.minimum, part.maximum
@@ -195,6 +185,9 @@ class Value:
     of them needs ``init=False``, and calls its constructor.
     """
 
+    #: Parameters whose attributes have another form, exactly as they were given.
+    _exact: Mapping[str, Any] = MappingProxyType({})
+
     def __init_subclass__(cls) -> None:
         is_ours = cls.__module__.partition(".")[0] == __name__.partition(".")[0]
         if is_ours and not cls.__name__.startswith("_"):
@@ -212,7 +205,9 @@ class Value:
         """Raise an error if the parameters do not fit together."""
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={text_of(each)}' for name, each in parts(self).items())})"
+        shown: Any = dataclasses.fields(self)  # type: ignore[arg-type]
+        text = ", ".join(f"{each.name}={text_of(getattr(self, each.name))}" for each in shown)
+        return f"{type(self).__name__}({text})"
 
     def replace(self, **changes: Any) -> Self:
         """The same value with changed parameters: ``light.replace(radiance=2)``.

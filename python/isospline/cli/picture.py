@@ -160,21 +160,26 @@ def marks_for(arguments, scene, look):
 
 
 def announce_time(scene, camera, count, options, say):
-    """Tell the user how long slow pictures take, as a small one of the same scene in the same light does."""
+    """Tell the user how long slow pictures take, as two small ones of the same scene in the same light do."""
     light, (width, height) = options["light"], options["size"]
     is_studio = isinstance(light, isospline.Studio)
-    small = max(1, width // _SMALLER), max(1, height // _SMALLER)
-    changes = {"size": small, "layers": ()}
 
-    def expected():
+    def timed(smaller):
+        """The seconds of a smaller picture, and its part of the pixels."""
+        size = max(1, width // smaller), max(1, height // smaller)
         begin = time.perf_counter()
-        isospline.render(scene, camera, **{**options, **changes})
-        return (time.perf_counter() - begin) * count * (width * height) / (small[0] * small[1])
+        isospline.render(scene, camera, **{**options, "size": size, "layers": ()})
+        return time.perf_counter() - begin, size[0] * size[1] / (width * height)
 
-    if expected() < LONG:
+    seconds, part = timed(_SMALLER)
+    if count * seconds / part < LONG:
         return
     scene.settle()  # which a picture of many rays does
-    seconds = expected()
+    small, small_part = timed(_SMALLER)
+    large, large_part = timed(_SMALLER // 2)
+    # What both pictures need alike, whatever their size, is counted once.
+    each_part = max(0.0, large - small) / (large_part - small_part) if large_part > small_part else 0.0
+    seconds = count * min(large / large_part, large + each_part * (1 - large_part))
     if seconds >= LONG:
         hint = "; --fast leaves shadows out" if is_studio and not light.fast else ""
         say(f"rendering takes about {seconds:.0f} s{hint}")

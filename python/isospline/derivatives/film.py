@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import _core
+from ..cameras import OrthographicCamera, PerspectiveCamera, ProjectionPlaneCamera
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +28,7 @@ class Film:
 
     @staticmethod
     def of_camera(camera, size) -> Film:
-        planar = (_core.PerspectiveCamera, _core.OrthographicCamera, _core.ProjectionPlaneCamera)
+        planar = (PerspectiveCamera, OrthographicCamera, ProjectionPlaneCamera)
         if not isinstance(camera, planar):
             raise TypeError(f"camera: expected one whose image is a plane, got a {type(camera).__name__}")
         distortion = getattr(camera, "distortion", None)

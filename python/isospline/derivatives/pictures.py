@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from ..looks import Phong
 from .film import Film, Samples, jittered
 from .gradients import Gradients, Placed, as_gradients, check_scene, outputs_of_hits
 from .outlines import BESIDE, Feet, Outlines
@@ -31,7 +32,7 @@ def picture_vjp(
     scene: _core.Scene,
     camera: Any,
     size: tuple[int, int],
-    channel: Literal["mask", "depth", "normals"] | _core.Phong = "mask",
+    channel: Literal["mask", "depth", "normals"] | Phong = "mask",
     *,
     samples_per_pixel: int = 4,
     tube: float = 1.0,
@@ -175,7 +176,7 @@ def _size(given):
 
 
 def _shade_of(channel, camera, film):
-    if isinstance(channel, _core.Phong):
+    if isinstance(channel, Phong):
         return PhongShade(channel)
     if not isinstance(channel, str):
         raise TypeError(f'channel: expected "mask", "depth", "normals" or a Phong, got {type(channel).__name__}')

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .. import _core
 from ..colors import srgb_to_linear
 from ..lights import PositionalLight
+from ..looks import Phong
 from .gradients import across
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class PhongShade:
 
     channels, needs_normals = 3, True
 
-    def __init__(self, phong: _core.Phong):
+    def __init__(self, phong: Phong):
         if phong.shadows or phong.opacity != 1.0 or phong.silhouette_opacity is not None:
             raise ValueError(
                 "channel: expected a Phong without shadows and opaque, got one with shadows or transparent"

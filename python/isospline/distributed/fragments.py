@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..looks import Phong
 from ..picture.image import Image
 from .windows import image_of
 
@@ -84,7 +85,7 @@ def _nearest(parts):
 def compose(parts: list[PartOfPicture], camera: Any, options: dict[str, Any]) -> Image:
     """The image of a window from all parts of the scene, by the same operations as in the core, in the same order."""
     merged = merge(parts)
-    blank_options = options | {"background": None, "shading": _core.Phong(), "encoding": "linear"}
+    blank_options = options | {"background": None, "shading": Phong(), "encoding": "linear"}
     blank, found = _core.render_part(_core.Scene(), camera, progress=None, **blank_options)
     state = blank.__getstate__()
     pixels = found["t"].shape[1]

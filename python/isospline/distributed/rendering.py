@@ -18,7 +18,8 @@ from .cluster import connected, dask_distributed
 from .picture import PictureInTheMaking
 
 if TYPE_CHECKING:
-    from .._core import _Camera, _Progress
+    from .._core import _Progress
+    from ..cameras.camera import _Camera
 
 #: Pictures of a batch that are rendered at a time, so that workers stay busy while one is put together.
 _AHEAD = 3

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Material
 from ..base.foreign import close_name
 from ..base.mistakes import sentence
 from ..colors import linear_to_srgb
+from ..looks import Material
 
 # Lightness and chroma of the categorical colours in Oklab, in turn.
 _SHADES = ((0.74, 0.13), (0.60, 0.15), (0.84, 0.11))

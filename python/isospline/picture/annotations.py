@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.parameters import check_type
+from ..cameras import PanoramicCamera
 from ..colors import linear_to_srgb, srgb_to_linear
+from ..looks import Phong
 from .image import Image
 from .rules import COLORS, depends_on_object, without_object
 
@@ -39,7 +41,7 @@ Box = tuple[int, int, int, int]
 def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -> tuple[str, ...]:
     """Check the names of marks before the work begins."""
     if isinstance(annotate, bool):
-        has_scale = not isinstance(camera, _core.PanoramicCamera)
+        has_scale = not isinstance(camera, PanoramicCamera)
         applies = {"scale_bar": has_scale, "colorbar": bool(color_rules(look))}
         annotate = [name for name in ANNOTATIONS if annotate and applies[name]]
     check_type(annotate, "annotate", Iterable, "True or a sequence of names")
@@ -48,7 +50,7 @@ def check_annotations(annotate: Any, camera: Any, look: Any, unit: str | None) -
         if name not in ANNOTATIONS:
             raise ValueError(f"annotate: expected some of {', '.join(ANNOTATIONS)}, got {name!r}")
     check_type(unit, "unit", (str, type(None)), "a str such as 'mm' or None")
-    if "scale_bar" in names and isinstance(camera, _core.PanoramicCamera):
+    if "scale_bar" in names and isinstance(camera, PanoramicCamera):
         raise ValueError("annotate: scale_bar cannot be combined with a panorama, which has no scale")
     if "colorbar" in names and not color_rules(look):
         raise ValueError("annotate: expected a colour rule with a map, such as ColorByVolume, for colorbar")
@@ -76,7 +78,7 @@ class Covered:
         crop = left, top, right - left, bottom - top
         if crop not in self._counts:
             plain: dict[str, Any] = {"encoding": "linear", "progress": None, "background": None, "samples": 1}
-            plain.update(layers=(), ambient_occlusion_samples=1, shading=_core.Phong())
+            plain.update(layers=(), ambient_occlusion_samples=1, shading=Phong())
             image = Image(_core.render(self._scene, self._camera, size=self._size, crop=crop, **plain))
             self._counts[crop] = int(np.count_nonzero(image.color[..., 3] > 0))
         return self._counts[crop]

@@ -15,6 +15,7 @@ from ..base.mistakes import sentence
 from ..base.parameters import check_count, check_type
 from ..base.signatures import explained
 from ..base.views import DEFAULT_VIEW, SIZE, Vector, View, direction_of
+from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from ..suggest.presentation import suggested_view
 
 
@@ -37,8 +38,8 @@ NO_SPACE: Space = (0.0, 0.0, 0.0)
 def check_camera(camera: object) -> None:
     """Raise TypeError unless an object is a camera."""
     kinds = (
-        *(_core.PerspectiveCamera, _core.ProjectionPlaneCamera),
-        *(_core.OrthographicCamera, _core.PanoramicCamera),
+        *(PerspectiveCamera, ProjectionPlaneCamera),
+        *(OrthographicCamera, PanoramicCamera),
     )
     expected = "a PerspectiveCamera, a ProjectionPlaneCamera, an OrthographicCamera or a PanoramicCamera"
     check_type(camera, "camera", kinds, expected)
@@ -54,7 +55,7 @@ def camera_for(
     field_of_view: float = 30.0,
     size: tuple[int, int] = SIZE,
     margin: float = 0.05,
-) -> _core.PerspectiveCamera | _core.OrthographicCamera:
+) -> PerspectiveCamera | OrthographicCamera:
     """Make a camera that shows all of a scene, or of a box, in the middle of the image.
 
     The camera is fitted to the drawn objects: surfaces after cuts, their caps, and meshes, not to the corners of their
@@ -125,7 +126,7 @@ def camera_beside(
     field_of_view: float = 30.0,
     size: tuple[int, int] = SIZE,
     margin: float = 0.05,
-) -> _core.PerspectiveCamera | _core.OrthographicCamera:
+) -> PerspectiveCamera | OrthographicCamera:
     """The camera of `camera_for` that leaves space for marks."""
     view, up = suggested_for(scene, view, up)
     return _Fit(extent_of(scene), view, up, projection, field_of_view, size, margin, space).camera()
@@ -142,7 +143,7 @@ def turntable_cameras(
     field_of_view: float = 30.0,
     size: tuple[int, int] = SIZE,
     margin: float = 0.05,
-) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+) -> list[PerspectiveCamera | OrthographicCamera]:
     """Make the cameras of one turn around a scene or a box, at a constant distance. `turntable` makes the video.
 
     The eye moves counter-clockwise as seen from above, so that the scene seems to turn clockwise. The first camera
@@ -186,7 +187,7 @@ def cameras_around(
     field_of_view: float = 30.0,
     size: tuple[int, int] = SIZE,
     margin: float = 0.05,
-) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+) -> list[PerspectiveCamera | OrthographicCamera]:
     """The cameras of `turntable_cameras` that leave space for marks."""
     view, up = suggested_for(scene, view, up)
     return turn(extent_of(scene), count, view, up, projection, field_of_view, size, margin, space)
@@ -209,7 +210,7 @@ def turn(
     size: tuple[int, int],
     margin: float = 0.05,
     space: Space = NO_SPACE,
-) -> list[_core.PerspectiveCamera | _core.OrthographicCamera]:
+) -> list[PerspectiveCamera | OrthographicCamera]:
     """The cameras of `cameras_around`; the extent is asked for before each of them."""
     check_count(count)
     direction, natural_up = direction_of(view)
@@ -249,7 +250,7 @@ class _Fit:
         self.space, self.below = np.array(space[:2]), space[2]
 
         # Any camera on this side has the image's axes, and checks what was given.
-        trial = _core.PerspectiveCamera(direction, (0, 0, 0), self.up, field_of_view)
+        trial = PerspectiveCamera(direction, (0, 0, 0), self.up, field_of_view)
         self.axes = trial.world_to_camera[:3, :3]  # right, up, forward
         half_height = math.tan(math.radians(field_of_view) / 2)
         wide = half_height * self.aspect * np.maximum(1 - margin - 2 * self.space[::-1], 1e-3)
@@ -300,10 +301,10 @@ class _Fit:
 
     def orthographic(self, center, height, radius):
         eye = center - self.axes[2] * (radius * (1 + math.sqrt(3)))
-        return _core.OrthographicCamera(eye, center, self.up, height=height)
+        return OrthographicCamera(eye, center, self.up, height=height)
 
     def perspective(self, eye, target):
-        return _core.PerspectiveCamera(eye, target, self.up, self.field_of_view)
+        return PerspectiveCamera(eye, target, self.up, self.field_of_view)
 
 
 def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:

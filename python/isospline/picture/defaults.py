@@ -6,6 +6,7 @@ from typing import Any
 
 from .. import _core
 from ..base.parameters import check_count
+from ..cameras import PanoramicCamera
 from ..colors import BACKGROUND
 from .annotations import check_annotations
 from .marks import unit_of
@@ -40,7 +41,7 @@ def marks_of(
 ) -> tuple[str, ...]:
     """The names of the marks of a picture: by default a scale bar in the default light, if the unit is known."""
     if annotate is None:
-        has_scale = is_default and not isinstance(camera, _core.PanoramicCamera)
+        has_scale = is_default and not isinstance(camera, PanoramicCamera)
         is_known = has_scale and not is_crop and bool(unit or unit_of(scene))
         annotate = ("scale_bar",) if is_known else ()
     return check_annotations(annotate, camera, look, unit)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..base.values import part
+from ..looks import Outline, Phong
 from .annotations import BORDER, Box, Covered, Drawing, blend, draw_panel, font_for, line_height, text_width
 from .image import Image
 
@@ -33,8 +34,8 @@ def _color_of(look: Any, id: int) -> tuple[NDArray[np.float64], float]:
     if hasattr(look, "materials"):  # of path tracers and studios
         each = look.materials.get(id, look.material)
     else:
-        each = look.get(id, _core.Phong()) if isinstance(look, Mapping) else look
-    color = None if each is None else part(each, "surface_color" if isinstance(each, _core.Outline) else "color")
+        each = look.get(id, Phong()) if isinstance(look, Mapping) else look
+    color = None if each is None else part(each, "surface_color" if isinstance(each, Outline) else "color")
     if color is None:
         color = 0.8 if isinstance(look, _core.PathTracer) else 1.0
     if not isinstance(color, (np.ndarray, float)):  # a rule: the middle of its map

@@ -11,6 +11,7 @@ from .. import _core
 from ..base.mistakes import described, sentence
 from ..base.system import warn
 from ..colors import color_of
+from ..looks import AmbientOcclusion, Material, Outline, Phong
 from .environments import upright
 from .materials import UNLIT, look_of
 from .path_tracer import PathTracer
@@ -21,16 +22,16 @@ if TYPE_CHECKING:
     from .._core import _Color, _Shading
 
 _OBJECTS = (_core.Isosurface, _core.Mesh)
-_SHADINGS = (_core.Phong, _core.Outline, _core.AmbientOcclusion)
+_SHADINGS = (Phong, Outline, AmbientOcclusion)
 _EXPECTED = "a Studio, a Phong, an Outline, an AmbientOcclusion, a PathTracer or a dict of objects to shadings"
 
 #: Lights with their defaults, by the names that --light of the command has.
 NAMED: dict[str, Any] = {
     "studio": Studio,
-    "phong": _core.Phong,
-    "unlit": partial(_core.Phong, **UNLIT),
-    "outline": _core.Outline,
-    "ambient-occlusion": _core.AmbientOcclusion,
+    "phong": Phong,
+    "unlit": partial(Phong, **UNLIT),
+    "outline": Outline,
+    "ambient-occlusion": AmbientOcclusion,
     "path-trace": PathTracer,
 }
 
@@ -69,7 +70,7 @@ def resolve(scene: _core.Scene, light: Light, color: _Color | None = None, opaci
                 f"{min(changes)}: cannot be combined with a dict of lights, which have colours of their own"
             )
         lights = by_geometry_id(scene, light, "light")
-        given, light = {id: named(each) for id, each in lights.items()}, _core.Phong()
+        given, light = {id: named(each) for id, each in lights.items()}, Phong()
     for each in (*given.values(), light):
         if not isinstance(each, _SHADINGS):
             raise TypeError(sentence("light", _EXPECTED if each is light else "shadings in the dict", each))
@@ -101,19 +102,19 @@ def in_environment(light: Light, environment: Any, up: Any) -> PathTracer:
     return path_tracer.replace(lights=[*own, upright(environment, up)])
 
 
-def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, _core.Material]:
+def _materials(scene: _core.Scene, light: Studio | PathTracer, changes: dict[str, Any]) -> dict[int, Material]:
     """The material of each object that differs from that of the light."""
     given = by_geometry_id(scene, light.materials, "materials")
     items = _items(scene)
     found = _own(items)
     if isinstance(light, Studio) and light.material is None:
         for place, (id, (item, _)) in enumerate(items.items()):
-            material = found.get(id, _core.Material())
+            material = found.get(id, Material())
             has_colors = isinstance(item, _core.Mesh) and item._colors() is not None  # at its vertices
             if material.color is None and not has_colors:
                 found[id] = material.replace(color=color_of(place))
     if changes:
-        found = {id: found.get(id, light.material or _core.Material()).replace(**changes) for id in items}
+        found = {id: found.get(id, light.material or Material()).replace(**changes) for id in items}
     found |= given
     if light.material and is_incomplete(light.material):
         found = dict.fromkeys(items, light.material) | found
@@ -124,16 +125,16 @@ def _items(scene: _core.Scene) -> dict[int, Placed]:
     return {id: (item, transform) for id, item, transform, _ in scene._placed_objects()}
 
 
-def _own(items: dict[int, Placed]) -> dict[int, _core.Material]:
+def _own(items: dict[int, Placed]) -> dict[int, Material]:
     materials = {id: own_material(item) for id, (item, _) in items.items()}
     return {id: material for id, material in materials.items() if material is not None}
 
 
-def _shaded(shading: Any, material: _core.Material | None, changes: dict[str, Any]) -> Any:
+def _shaded(shading: Any, material: Material | None, changes: dict[str, Any]) -> Any:
     """A shading with the look of a material, and with changes of it."""
     look: dict[str, Any] = {} if material is None else look_of(material)
     look |= changes
-    if "color" in look and isinstance(shading, _core.Outline):
+    if "color" in look and isinstance(shading, Outline):
         look["surface_color"] = look.pop("color")
     return shading.replace(**look) if look else shading
 

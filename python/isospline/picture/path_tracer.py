@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from .. import _core
 from ..base.signatures import explained_methods
 from ..base.values import parts, same
+from ..looks import Material
 from .materials import check_materials
 
 if TYPE_CHECKING:
-    from .._core import EnvironmentLight, Material
+    from .._core import EnvironmentLight
     from ..lights import _Light
 
 
@@ -57,7 +58,7 @@ class PathTracer:
     16
     """
 
-    material: Material = field(default_factory=_core.Material)
+    material: Material = field(default_factory=Material)
     _: KW_ONLY
     materials: Mapping[Any, Material] = field(default_factory=dict)
     lights: Sequence[_Light | EnvironmentLight] | None = None

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import _core
 from ..base.mistakes import sentence
+from ..cameras import OrthographicCamera, PerspectiveCamera
 from .rendering import render
 from .scenes import as_scene
 
@@ -47,8 +47,8 @@ class PlotterPicture:
         camera = self._renderer.GetActiveCamera()
         place = camera.GetPosition(), camera.GetFocalPoint(), camera.GetViewUp()
         if camera.GetParallelProjection():
-            return _core.OrthographicCamera.from_pyvista(place, camera.GetParallelScale())
-        return _core.PerspectiveCamera.from_pyvista(place, camera.GetViewAngle())
+            return OrthographicCamera.from_pyvista(place, camera.GetParallelScale())
+        return PerspectiveCamera.from_pyvista(place, camera.GetViewAngle())
 
     def _draw(self, *_):
         from vtkmodules.util.numpy_support import numpy_to_vtk

@@ -23,7 +23,8 @@ from .path_tracer import PathTracer
 from .scenes import as_scene
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Camera, _Progress
+    from .._core import _Background, _Progress
+    from ..cameras.camera import _Camera
     from .layers import Layer
 
 

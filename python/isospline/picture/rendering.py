@@ -21,7 +21,8 @@ from .scenes import as_scene
 from .studio import Studio, render_in_studio, upward_for
 
 if TYPE_CHECKING:
-    from .._core import _Background, _Camera, _Color, _Progress
+    from .._core import _Background, _Color, _Progress
+    from ..cameras.camera import _Camera
     from .layers import Layer
 
 

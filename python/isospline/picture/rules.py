@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..looks import Material
 
 #: The colours of a material or a shading.
 COLORS = ("color", "surface_color", "cap_color")
@@ -20,12 +21,12 @@ _OF_OBJECTS = (_core.ColorByDistance, _core.ColorByValue, _core.ColorByThickness
 _POINTS, _WITHIN = 500, 0.98
 
 
-def own_material(item: Any) -> _core.Material | None:
+def own_material(item: Any) -> Material | None:
     """The material of an object. The colour of a mesh with different values and no colour is by its values."""
-    material: _core.Material | None = item.material
+    material: Material | None = item.material
     is_bare = isinstance(item, _core.Mesh) and item._colors() is None and item.color is None
     if is_bare and item.values is not None and _differ(item.values):
-        return (material or _core.Material()).replace(color=_core.ColorByValue())
+        return (material or Material()).replace(color=_core.ColorByValue())
     return material
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+from ..cameras import ProjectionPlaneCamera
 from .annotations import (
     BORDER,
     Box,
@@ -32,7 +32,7 @@ _LINES = 8
 
 def scale_bar(camera: Any, size: tuple[int, int]) -> tuple[float, float]:
     """The length of a scale bar in world units, 1, 2 or 5 times a power of ten, and in pixels at the target."""
-    if isinstance(camera, _core.ProjectionPlaneCamera):
+    if isinstance(camera, ProjectionPlaneCamera):
         target = camera.corner + (camera.right + camera.down) / 2
     else:
         target = camera.target

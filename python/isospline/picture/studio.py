@@ -14,9 +14,11 @@ import numpy as np
 
 from .. import _core
 from ..base.parameters import check_count, check_type, unit_vector
-from ..base.signatures import explained_methods, parameters_of
+from ..base.signatures import explained_methods
 from ..base.values import parts
+from ..cameras import OrthographicCamera, PanoramicCamera
 from ..lights import DirectionalLight
+from ..looks import AmbientOcclusion, Material, Phong
 from ..suggest.presentation import suggested_view
 from .ground import ground_for
 from .image import Image
@@ -105,8 +107,8 @@ class Studio:
     light_samples: int = 1
     fast: bool = False
     _: KW_ONLY
-    material: _core.Material | None = None
-    materials: Mapping[Any, _core.Material] = field(default_factory=dict, hash=False)
+    material: Material | None = None
+    materials: Mapping[Any, Material] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         for name in ("key", "fill", "sky"):
@@ -117,7 +119,7 @@ class Studio:
         if self.up is not None:
             object.__setattr__(self, "up", tuple(unit_vector(self.up, "up").tolist()))
         check_count(self.light_samples, "light_samples", 65536)
-        check_type(self.material, "material", (_core.Material, type(None)), "a Material")
+        check_type(self.material, "material", (Material, type(None)), "a Material")
         object.__setattr__(self, "materials", check_materials(self.materials))
 
     def replace(self, **changes: Any) -> Studio:
@@ -219,8 +221,8 @@ def render_in_studio(
         has_ground = open_key.color[..., 3] < 1
         around |= {"samples": 1, "mask": _core.mean_on_plane(has_ground, has_ground) > 0}  # and pixels near these
         count = options["samples"] * light.light_samples
-        white = _core.Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
-        under_lights = [{**looks, id: white}, {**looks, id: _sky(_core.Phong(), count, radius)}]
+        white = Phong(specular=0, diffuse=lights.diffuse_of_white, **{**shadowed, "shadow_samples": count})
+        under_lights = [{**looks, id: white}, {**looks, id: _sky(Phong(), count, radius)}]
         in_key, in_sky = (each.color for each in draw(below, under_lights, around, until, 1.0))
         shade = KEY_SHADOW * (in_key[..., 3] - in_key[..., 0]) + SKY_SHADOW * (in_sky[..., 3] - in_sky[..., 0])
         shade = _core.mean_on_plane(shade, in_key[..., 3])[inner]
@@ -267,13 +269,13 @@ class _Lights:
 def _looks(scene, studio):
     """A Phong shading of each geometry id."""
     materials = {id: studio.materials.get(id, studio.material) for id in scene.ids} | dict(studio.materials)
-    return {id: _core.Phong() if each is None else phong_of(each) for id, each in materials.items()}
+    return {id: Phong() if each is None else phong_of(each) for id, each in materials.items()}
 
 
-def phong_of(material: _core.Material) -> _core.Phong:
+def phong_of(material: Material) -> Phong:
     """The Phong shading with the look of a material: half of `Material.specular` is Phong's default."""
     look = look_of(material)
-    return _core.Phong(specular=0.4 * material.specular, **look)
+    return Phong(specular=0.4 * material.specular, **look)
 
 
 def _without_values(looks):
@@ -295,10 +297,9 @@ def _add_values(image, values):
 
 def _sky(look, samples, distance):
     """Ambient occlusion in the colours and opacities of a Phong shading."""
-    shared = set(parameters_of(_core.AmbientOcclusion)) & set(parameters_of(_core.Phong))
-    return _core.AmbientOcclusion(
-        samples, distance=distance or math.inf, **{name: value for name, value in parts(look).items() if name in shared}
-    )
+    shared = {each.name for each in dataclasses.fields(AmbientOcclusion)}
+    look_of_surface = {name: value for name, value in parts(look).items() if name in shared}
+    return AmbientOcclusion(samples, distance=distance or math.inf, **look_of_surface)
 
 
 def _radius(scene):
@@ -311,9 +312,9 @@ def _ground(scene, camera, studio, radius):
     """A square below a scene, or None if the camera does not see it from above."""
     up = np.asarray(studio.up)
     ground = ground_for(scene, up=up, reach=2.5)
-    if isinstance(camera, _core.PanoramicCamera):
+    if isinstance(camera, PanoramicCamera):
         return None
-    if isinstance(camera, _core.OrthographicCamera):
+    if isinstance(camera, OrthographicCamera):
         if camera.world_to_camera[2, :3] @ up > -0.02:
             return None
     elif camera.eye @ up <= ground.vertices[0] @ up + 1e-3 * radius:

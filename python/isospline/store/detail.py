@@ -11,6 +11,7 @@ import numpy as np
 from .. import _core
 from ..base.parameters import check_type
 from ..base.signatures import explained
+from ..cameras import OrthographicCamera, PanoramicCamera, PerspectiveCamera, ProjectionPlaneCamera
 from .metadata import ScaleMetadata, StoreMetadata, read_metadata
 from .volume import open_level
 
@@ -18,10 +19,10 @@ from .volume import open_level
 _POINTS = 9
 
 _CAMERAS = (
-    _core.PerspectiveCamera,
-    _core.ProjectionPlaneCamera,
-    _core.OrthographicCamera,
-    _core.PanoramicCamera,
+    PerspectiveCamera,
+    ProjectionPlaneCamera,
+    OrthographicCamera,
+    PanoramicCamera,
 )
 
 #: Longest edge, in samples, of the overview level.

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from .. import _core
+from ..cameras import PerspectiveCamera
 from ..picture.rendering import render
 from .measurements import MeasuredPoint
 
@@ -65,7 +66,7 @@ def _of_surface(scene, surface, ray, is_skin, position):
         # The renderer computes curvatures: render one pixel with the same ray.
         origin, direction = ray[:3], ray[3:] / np.linalg.norm(ray[3:])
         up = np.eye(3)[np.argmin(np.abs(direction))]
-        camera = _core.PerspectiveCamera(origin, origin + direction, up, 1e-3)
+        camera = PerspectiveCamera(origin, origin + direction, up, 1e-3)
         mean, gaussian = render(scene, camera, size=(1, 1), layers=("curvature",)).curvature[0, 0].tolist()
         known.update(mean_curvature=mean, gaussian_curvature=gaussian)
     return known

@@ -11,6 +11,7 @@ from .. import _core
 from ..base.system import without_warnings
 from ..colors import CURVATURES
 from ..lights import DirectionalLight
+from ..looks import AmbientOcclusion, Material, Outline, Phong
 from ..picture.defaults import STUDIO_SAMPLES
 from ..picture.path_tracer import PathTracer
 from ..picture.progressive import ProgressiveRenderer
@@ -201,10 +202,10 @@ class PictureMaker:
         )
         color = color_rule(each, self._document)
         if state.light == "outline":
-            return _core.Outline(state.exponent, surface_color=color, color=0.02, **look)
+            return Outline(state.exponent, surface_color=color, color=0.02, **look)
         if state.light == "ambient-occlusion" and not moving:
-            return _core.AmbientOcclusion(color=color, **look)
-        return _core.Phong(color=color, shadows=state.shadows and not moving, **look)
+            return AmbientOcclusion(color=color, **look)
+        return Phong(color=color, shadows=state.shadows and not moving, **look)
 
     def light(self, state, ids, moving=False):
         """The light of a picture, as in the options of `isospline.render`."""
@@ -222,7 +223,7 @@ class PictureMaker:
         """A material for each geometry id."""
         is_traced = state.light == "path-trace"
         return {
-            ids[each.id]: _core.Material(
+            ids[each.id]: Material(
                 color_rule(each, self._document),
                 metallic=each.metallic,
                 roughness=each.roughness,

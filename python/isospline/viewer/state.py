@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
+from ..cameras import OrthographicCamera, PerspectiveCamera
 from ..clips import Box, HalfSpace
 from ..colors import BACKGROUND, COLORS, CURVATURES
 from .checked import Checked, choice, color, count, field, flag, number, optional, record, records, text, vector, whole
@@ -120,7 +120,7 @@ class CameraState(Checked):
     def of(cls, camera, field_of_view=30.0):
         """The state of a camera that `camera_for` made."""
         vectors: dict[str, Any] = {name: tuple(map(float, getattr(camera, name))) for name in ("eye", "target", "up")}
-        if isinstance(camera, _core.OrthographicCamera):
+        if isinstance(camera, OrthographicCamera):
             return cls(**vectors, projection="orthographic", height=camera.height, field_of_view=field_of_view)
         distance = float(np.linalg.norm(np.subtract(vectors["eye"], vectors["target"])))
         height = 2 * distance * float(np.tan(np.radians(camera.field_of_view) / 2))
@@ -129,8 +129,8 @@ class CameraState(Checked):
     def camera(self):
         """The camera itself."""
         if self.projection == "orthographic":
-            return _core.OrthographicCamera(self.eye, self.target, self.up, height=self.height)
-        return _core.PerspectiveCamera(self.eye, self.target, self.up, self.field_of_view)
+            return OrthographicCamera(self.eye, self.target, self.up, height=self.height)
+        return PerspectiveCamera(self.eye, self.target, self.up, self.field_of_view)
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ MISTAKES = {
     "text for a flag": (lambda s: isospline.Phong(shadows="no"), "shadows: expected True or False, got 'no'", None),
     "a shading as material": (
         lambda s: isospline.Isosurface(s.volume, 0.0, material=isospline.Phong()),
-        "material: expected a Material, got Phong",
+        "material: expected a Material or None, got Phong",
         "Material(color=...)",
     ),
     "a position as camera": (
@@ -187,7 +187,7 @@ MISTAKES = {
     ),
     "a picture in place of a volume": (
         lambda s: isospline.Volume(isospline.render(s.scene, s.camera, size=(4, 4), light="phong")),
-        "data: expected a three-dimensional array of real numbers, got isospline.Image",
+        "data: expected a three-dimensional array of real numbers, got Image",
         None,
     ),
     "a transform beside its object": (

@@ -10,8 +10,8 @@ import pytest
 #: docs/architecture.md.
 LAYERS = (
     {"base"},
-    {"clips", "farthest", "lights"},
-    {"certificates", "colors", "distances", "io", "levels", "volumes"},
+    {"cameras", "clips", "colors", "farthest", "lights"},
+    {"certificates", "distances", "io", "levels", "looks", "volumes"},
     {"derivatives", "interop", "labels", "store", "suggest"},
     {"picture", "research", "torch"},
     {"distributed", "viewer"},

@@ -116,7 +116,7 @@ def test_materials_of_geometries_come_before_those_of_objects_before_the_default
     red, green, blue = (matte(color) for color in np.eye(3))
     own = isospline.Mesh(SQUARE, FACES, material=green)
     bare = isospline.Mesh(SQUARE, FACES)
-    assert own.material is green and bare.material is None
+    assert own.material == green and bare.material is None
     scene = isospline.Scene()
     for x, mesh in ((-3, bare), (-1, own), (1, own), (3, bare)):
         move = np.eye(4)
@@ -135,7 +135,7 @@ def test_isosurfaces_carry_materials():
     volume = field.volume(16)
     green = matte((0, 1, 0))
     surface = isospline.Isosurface(volume, field.level, material=green)
-    assert surface.material is green and surface.with_level(field.level + 0.1).material is green
+    assert surface.material == green and surface.with_level(field.level + 0.1).material == green
     assert isospline.Isosurface(volume, field.level).material is None
 
     scene = isospline.Scene()
