@@ -2,6 +2,7 @@
 #include "bind.h"
 #include "color_maps.h"
 #include "colors.h"
+#include "handed.h"
 
 #include "isospline/util/check.h"
 
@@ -27,9 +28,8 @@ void bind_by_volume(py::module_& module)
 {
     const auto make = [](const py::object& given, const py::object& cmap, std::optional<Limits> limits,
                          const py::object& transform, std::string label) {
-        auto volume = as_object<Volume>(py::module_::import("isospline.interop.conversions")
-                                            .attr("as_volume")(given, "volume", " whose values give the colours"),
-                                        "volume");
+        auto volume =
+            as_object<Volume>(handed("as_volume")(given, "volume", " whose values give the colours"), "volume");
         if (!limits && !(volume->minimum() < volume->maximum()))
             throw_invalid("limits", "two numbers, since all samples of the volume are the same", "None");
         ColorByVolume color;

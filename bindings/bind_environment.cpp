@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "colors.h"
+#include "handed.h"
 
 #include "isospline/shade/environment_light.h"
 #include "isospline/util/check.h"
@@ -72,8 +73,7 @@ void bind_environment(py::module_& module)
     py::class_<EnvironmentLight>(module, "EnvironmentLight", environment_doc)
         .def(
             py::init([](const py::object& radiance, const py::object& image, const py::object& rotation, bool visible) {
-                const py::object sky =
-                    py::module_::import("isospline.picture.environments").attr("sky_of")(radiance, image);
+                const py::object sky = handed("sky_of")(radiance, image);
                 EnvironmentLight light{as_color(sky.is_none() ? radiance : py::cast(1.0), "radiance"),
                                        as_map(sky.is_none() ? image : sky), glm::dmat3(1.0), visible};
                 if (!rotation.is_none())

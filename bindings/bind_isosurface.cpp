@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "clip.h"
+#include "handed.h"
 #include "long_call.h"
 #include "look.h"
 #include "masks.h"
@@ -14,7 +15,6 @@
 #include "isospline/trace/cap.h"
 #include "isospline/util/check.h"
 
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -188,7 +188,7 @@ std::shared_ptr<Isosurface> make_isosurface(const py::object& given, double leve
                                             const py::object& opacity, const py::object& name,
                                             const py::object& progress)
 {
-    const auto as_volume = py::module_::import("isospline.interop.conversions").attr("as_volume");
+    const auto as_volume = handed("as_volume");
     const auto volume = as_object<Volume>(as_volume(given, "volume"), "volume");
     IsosurfaceOptions options;
     if (!mask.is_none())

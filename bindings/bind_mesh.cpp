@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "colors.h"
+#include "handed.h"
 #include "long_call.h"
 #include "look.h"
 
@@ -104,7 +105,7 @@ std::vector<glm::dvec3> as_vertex_colors(const py::object& value, std::size_t ve
 {
     if (value.is_none())
         return {};
-    const py::object named = py::module_::import("isospline.colors").attr("vertex_colors")(value, vertex_count);
+    const py::object named = handed("vertex_colors")(value, vertex_count);
     const py::object colors = as_array(named, "colors", "iuf");
     std::vector<glm::dvec3> linear = as_vertex_vectors(colors, "colors", vertex_count);
     const bool has_eight_bits = py::isinstance<py::array_t<std::uint8_t>>(colors);
@@ -146,7 +147,7 @@ std::shared_ptr<Mesh> converted_mesh(const py::object& given, const py::object& 
                                      std::shared_ptr<const Material> material, const py::object& values,
                                      std::string values_name)
 {
-    const py::object as_mesh = py::module_::import("isospline.interop.conversions").attr("mesh_without_faces");
+    const py::object as_mesh = handed("mesh_without_faces");
     const auto mesh = as_mesh(given).cast<std::shared_ptr<Mesh>>();
     const std::size_t count = mesh->vertices().size();
     return std::make_shared<Mesh>(mesh->vertices(), mesh->faces(),
@@ -228,13 +229,13 @@ void bind_mesh(py::module_& module)
             "colors",
             [](const py::object& self) -> py::object {
                 const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
-                return linear.is_none() ? linear : py::module_::import("isospline.colors").attr("encoded")(linear);
+                return linear.is_none() ? linear : handed("encoded")(linear);
             },
             "(V, 3) float64 array, sRGB; a new array. None without colours.")
         .def("_colors",
              [](const py::object& self) -> py::object {
                  const py::object linear = view_or_none(self, self.cast<const Mesh&>().colors());
-                 return linear.is_none() ? linear : py::module_::import("isospline.colors").attr("linear")(linear);
+                 return linear.is_none() ? linear : handed("linear")(linear);
              })
         .def_property_readonly(
             "values",

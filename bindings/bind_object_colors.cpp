@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "color_maps.h"
+#include "handed.h"
 #include "long_call.h"
 #include "thickness_words.h"
 
@@ -50,8 +51,7 @@ void bind_by_distance(py::module_& module)
                          std::string label) {
         ColorByDistance color{nullptr, as_color_map(cmap, limits.value_or(Limits{0.0, 1.0})), !limits,
                               std::move(label)};
-        const py::object scene =
-            py::module_::import("isospline.interop.conversions").attr("as_target")(other, is_signed);
+        const py::object scene = handed("as_target")(other, is_signed);
         const double largest = limits ? std::max(std::abs(limits->first), std::abs(limits->second))
                                       : std::numeric_limits<double>::infinity();
         auto shared = scene.cast<std::shared_ptr<Scene>>();

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "certificates.h"
+#include "handed.h"
 #include "hits.h"
 #include "long_call.h"
 #include "rays.h"
@@ -192,7 +193,7 @@ const EnumWords<BuildQuality> quality_words{
 std::unique_ptr<Scene> make_scene(const py::object& objects, const py::args& more, const std::string& build_quality)
 {
     auto scene = std::make_unique<Scene>(BuildOptions{as_enum(quality_words, build_quality, "build_quality")});
-    const auto as_placed_objects = py::module_::import("isospline.interop.conversions").attr("as_placed_objects");
+    const auto as_placed_objects = handed("as_placed_objects");
     const py::list placed = as_placed_objects(objects, *more);
     for (const auto& each : placed) {
         const auto pair = each.cast<py::tuple>();

@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "gil.h"
+#include "handed.h"
 #include "results.h"
 #include "scene_objects.h"
 
@@ -196,7 +197,7 @@ std::uint32_t add_object(Scene& scene, const py::object& object, const py::objec
         const auto mesh = object.cast<std::shared_ptr<Mesh>>();
         return without_gil([&] { return scene.add(mesh, placed, seen_by); });
     }
-    const py::object converted = py::module_::import("isospline.interop.conversions").attr("as_mesh")(object, "obj");
+    const py::object converted = handed("as_mesh")(object, "obj");
     return add_object(scene, converted, transform, seen_by);
 }
 

@@ -2,6 +2,7 @@
 // 5 sends them out of band, without a copy. isospline/base/values.py handles all other types.
 #include "arrays.h"
 #include "bind.h"
+#include "handed.h"
 #include "long_call.h"
 #include "looks.h"
 #include "volume_state.h"
@@ -73,9 +74,7 @@ py::dict volume_state(const py::object& self)
 std::shared_ptr<Volume> volume_of(const py::dict& state)
 {
     if (state.contains("store"))
-        return py::module_::import("isospline.store.volume")
-            .attr("reopen")(*py::tuple(state["store"]))
-            .cast<std::shared_ptr<Volume>>();
+        return handed("reopen")(*py::tuple(state["store"])).cast<std::shared_ptr<Volume>>();
     const VolumeOptions options = options_in(state);
     const VolumeSummary summary = summary_in(state);
     const auto coefficients = array_of<float>(state, "coefficients");

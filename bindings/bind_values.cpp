@@ -17,11 +17,11 @@ namespace isospline {
 
 namespace {
 
-/// The classes by their names. They live as long as the process: Python may end first.
-py::dict& classes()
+/// What the package has handed over, by its names. It lives as long as the process: Python may end first.
+py::dict& known()
 {
-    static auto* const known = new py::dict;
-    return *known;
+    static auto* const objects = new py::dict;
+    return *objects;
 }
 
 /// The scattering function of a material for directions of any shape, (..., 3).
@@ -45,14 +45,14 @@ py::array_t<double> evaluate(const Material& material, const py::object& to_view
 
 } // namespace
 
-bool is_value(const py::handle& object, const char* name)
+py::object handed(const char* name)
 {
-    return classes().contains(name) && py::isinstance(object, classes()[name]);
+    return known()[name];
 }
 
-py::object value_class(const char* name)
+bool is_value(const py::handle& object, const char* name)
 {
-    return classes()[name];
+    return known().contains(name) && py::isinstance(object, known()[name]);
 }
 
 py::object value_part(const py::handle& value, const char* name)
@@ -64,7 +64,7 @@ py::object value_part(const py::handle& value, const char* name)
 void bind_values(py::module_& module)
 {
     module.def(
-        "_add_value_class", [](const py::type& given) { classes()[given.attr("__name__")] = given; }, py::arg("given"));
+        "_hand", [](const py::object& named) { known()[named.attr("__name__")] = named; }, py::arg("named"));
     // A new array, which does not share the memory of the given one.
     module.def(
         "_doubles",

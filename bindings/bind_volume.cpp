@@ -1,6 +1,7 @@
 #include "bind.h"
 
 #include "arrays.h"
+#include "handed.h"
 #include "long_call.h"
 #include "points.h"
 #include "samples.h"
@@ -165,7 +166,7 @@ std::shared_ptr<Volume> make_volume(const py::object& data, const py::object& sp
     options.unit = unit;
     options.patient = patient;
 
-    py::module_::import("isospline.base.mistakes").attr("refuse_images")(data);
+    handed("refuse_images")(data);
     py::array array = as_array(data, "data", "biuf", "a three-dimensional array of real numbers");
     if (array.ndim() != 3)
         throw_invalid("data", "three dimensions",

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "handed.h"
 
 #include "isospline/shade/color.h"
 #include "isospline/util/check.h"
@@ -27,7 +28,7 @@ inline const std::string cmap_parameter = R"(cmap : str, matplotlib Colormap or 
 /// Python code looks up the names of colour maps.
 inline ColorMap as_color_map(const pybind11::object& cmap, Limits limits)
 {
-    const pybind11::object table = pybind11::module_::import("isospline.colors").attr("color_map")(cmap);
+    const pybind11::object table = handed("color_map")(cmap);
     const RowArray rows(table, "cmap", 3);
     ColorMap map{{}, {limits.first, limits.second}};
     for (std::size_t i = 0; i < rows.count(); ++i)
@@ -56,15 +57,9 @@ void bind_map(pybind11::class_<GivenColor>& color_class)
 {
     color_class
         .def_property_readonly(
-            "cmap",
-            [](const GivenColor& color) {
-                return pybind11::module_::import("isospline.colors").attr("encoded")(colors_of(color.map));
-            },
+            "cmap", [](const GivenColor& color) { return handed("encoded")(colors_of(color.map)); },
             "(N, 3) float64 array: colours, sRGB, at equal steps from the first limit to the second.")
-        .def("_cmap",
-             [](const GivenColor& color) {
-                 return pybind11::module_::import("isospline.colors").attr("linear")(colors_of(color.map));
-             })
+        .def("_cmap", [](const GivenColor& color) { return handed("linear")(colors_of(color.map)); })
         .def_property_readonly("limits", [](const GivenColor& color) -> std::optional<Limits> {
             if constexpr (requires { color.fit_limits; })
                 if (color.fit_limits)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "handed.h"
 
 #include "isospline/shade/color.h"
 #include "isospline/util/check.h"
@@ -28,9 +29,8 @@ inline std::vector<double> as_color_parts(const pybind11::handle& value, const c
     namespace py = pybind11;
     const bool takes_opacity = std::find(counts.begin(), counts.end(), 4) != counts.end();
     const py::array array =
-        as_array(py::isinstance<py::str>(value)
-                     ? py::module_::import("isospline.colors").attr("named_color")(value, parameter, takes_opacity)
-                     : py::reinterpret_borrow<py::object>(value),
+        as_array(py::isinstance<py::str>(value) ? handed("named_color")(value, parameter, takes_opacity)
+                                                : py::reinterpret_borrow<py::object>(value),
                  parameter, "iuf", expected);
     if (array.ndim() > 1 || std::find(counts.begin(), counts.end(), array.size()) == counts.end())
         throw_invalid(parameter, expected, "shape " + to_text(shape_of(array)));
@@ -42,8 +42,7 @@ inline std::vector<double> as_color_parts(const pybind11::handle& value, const c
 inline void check_not_above_one(const glm::dvec3& color, const pybind11::handle& value, const char* parameter)
 {
     if (std::max({color.x, color.y, color.z}) > 1.0)
-        throw pybind11::value_error(
-            pybind11::module_::import("isospline.colors").attr("above_one")(parameter, value).cast<std::string>());
+        throw pybind11::value_error(handed("above_one")(parameter, value).cast<std::string>());
 }
 
 /// A colour or an intensity, from three numbers or from one number for all three.
@@ -56,7 +55,7 @@ inline glm::dvec3 as_color(const pybind11::handle& value, const char* parameter)
 /// What a colour is made of, with numbers in sRGB decoded; names and linear numbers as they are.
 inline pybind11::object decoded(const pybind11::handle& value)
 {
-    return pybind11::module_::import("isospline.colors").attr("decoded")(value);
+    return handed("decoded")(value);
 }
 
 /// The colour of a surface: a colour, or one of the classes ColorBy... .
@@ -93,7 +92,7 @@ inline pybind11::object to_python(const Color& color, bool linear)
     namespace py = pybind11;
     if (!std::holds_alternative<glm::dvec3>(color))
         return py::cast(color);
-    return py::module_::import("isospline.colors").attr(linear ? "linear" : "encoded")(std::get<glm::dvec3>(color));
+    return handed(linear ? "linear" : "encoded")(std::get<glm::dvec3>(color));
 }
 
 inline pybind11::object to_python(const std::optional<Color>& color, bool linear)

@@ -3,6 +3,7 @@
 
 #include "call_threads.h"
 #include "gil.h"
+#include "handed.h"
 
 #include "isospline/util/progress.h"
 
@@ -49,8 +50,7 @@ template <typename Operation>
 void long_call(const std::string& what_for, const pybind11::object& progress, Operation operation)
 {
     namespace py = pybind11;
-    const py::object report =
-        progress.is_none() ? progress : py::module_::import("isospline.base.progress").attr("as_callable")(progress);
+    const py::object report = progress.is_none() ? progress : handed("as_callable")(progress);
     std::atomic<bool> cancelled = false;
     std::atomic<double> finished = 0.0;
     std::exception_ptr raised;

@@ -1,6 +1,8 @@
 // Errors for arguments of a wrong type; isospline/mistakes.py describes the values.
 #pragma once
 
+#include "handed.h"
+
 #include <pybind11/pybind11.h>
 
 #include <memory>
@@ -13,8 +15,7 @@ namespace isospline {
                                           const pybind11::handle& value)
 {
     namespace py = pybind11;
-    const py::object sentence =
-        py::module_::import("isospline.base.mistakes").attr("sentence")(parameter, expected, value);
+    const py::object sentence = handed("sentence")(parameter, expected, value);
     throw py::type_error(sentence.cast<std::string>());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "arrays.h"
+#include "handed.h"
 #include "visiting_order.h"
 
 #include "isospline/math/ray.h"
@@ -94,9 +95,7 @@ inline constexpr std::size_t ray_chunk_size = 1024;
 /// Rays of shape (..., 6), from their origins and directions if these are given apart.
 inline pybind11::object joined(const pybind11::object& rays, const pybind11::object& directions)
 {
-    return directions.is_none()
-               ? rays
-               : pybind11::module_::import("isospline.interop.conversions").attr("joined_rays")(rays, directions);
+    return directions.is_none() ? rays : handed("joined_rays")(rays, directions);
 }
 
 /// The rays in an array of shape (..., 6), with common limits.

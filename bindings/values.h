@@ -3,6 +3,7 @@
 
 #include "arrays.h"
 #include "colors.h"
+#include "handed.h"
 
 #include <glm/vec3.hpp>
 #include <pybind11/pybind11.h>
@@ -16,9 +17,6 @@ namespace isospline {
 
 /// Whether an object is an instance of the class of values with this name.
 bool is_value(const pybind11::handle& object, const char* name);
-
-/// The class of values with this name.
-pybind11::object value_class(const char* name);
 
 /// A parameter of a value, exactly as it was given.
 pybind11::object value_part(const pybind11::handle& value, const char* name);
@@ -87,7 +85,7 @@ struct ConversionByFields {
     {
         pybind11::dict parameters;
         for_each_field([&](const auto& field) { parameters[field.name] = written(value.*field.member); });
-        return value_class(ValueConversion<Struct>::name)(**parameters);
+        return handed(ValueConversion<Struct>::name)(**parameters);
     }
 
 private:

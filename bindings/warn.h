@@ -1,6 +1,8 @@
 // Warnings.
 #pragma once
 
+#include "handed.h"
+
 #include <pybind11/pybind11.h>
 
 #include <string>
@@ -10,7 +12,7 @@ namespace isospline {
 /// Gives a UserWarning at the line of the user's code that called the package. The caller holds the GIL.
 inline void warn(const std::string& text)
 {
-    pybind11::module_::import("isospline.base.system").attr("warn")(text);
+    handed("warn")(text);
 }
 
 } // namespace isospline

@@ -33,7 +33,7 @@ from .cameras import ProjectionPlaneCamera
 from .cameras.camera import _Camera
 from .clips import _Cut
 from .io.volume_data import VolumeData
-from .lights import _Light, _PointLight
+from .lights import _Light
 from .looks import AmbientOcclusion, Material, Outline, Phong
 from .looks.shadings import _Look
 from .viewer import Viewer
@@ -119,6 +119,7 @@ class _Parameters:
     light: _Light
     look: _Look
     name: str
+    named: object
     obj: _Placeable
     objects: _Placeable | Iterable[_Placeable | tuple[_Placeable, ArrayLike | None]]
     opacity: float

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .base.color_tables import table
+from .base.handed import handed
 from .base.mistakes import sentence
 from .base.parameters import check_type
 from .base.signatures import explained
@@ -40,6 +41,7 @@ class Linear(np.ndarray[Any, np.dtype[np.float64]]):
     """Linear numbers of colours; see `linear`."""
 
 
+@handed
 def linear(color: ArrayLike) -> NDArray[np.float64]:
     """Mark numbers of colours as linear, in proportion to light. All others are sRGB, as on displays.
 
@@ -52,11 +54,13 @@ def linear(color: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(color, dtype=float).view(Linear)
 
 
+@handed
 def encoded(color: ArrayLike) -> NDArray[np.float64]:
     """The numbers in sRGB of linear ones, without the rounding of the curve and its inverse."""
     return linear_to_srgb(np.asarray(color, dtype=float)).round(12).view(np.ndarray)
 
 
+@handed
 def decoded(color: Any) -> Any:
     """Linear numbers of one colour, from sRGB and, if there are four, an opacity; what is no colour as it is."""
     if isinstance(color, (str, Linear)):
@@ -95,6 +99,7 @@ _MATPLOTLIB = {
 }
 
 
+@handed
 def named_color(name: str, parameter: str = "color", takes_opacity: bool = False) -> NDArray[np.float64]:
     """Linear red, green and blue of a name, and its opacity if it has one and `takes_opacity` allows it.
 
@@ -154,6 +159,7 @@ def hex_of(linear: ArrayLike) -> str:
     return "#" + "".join(f"{round(255 * float(part)):02x}" for part in linear_to_srgb(linear))
 
 
+@handed
 def vertex_colors(colors: Any, count: int) -> Any:
     """The colours of `count` vertices, from one name for all, one name each, or numbers."""
     if isinstance(colors, str):
@@ -195,6 +201,7 @@ def look_color(value: Any, parameter: str) -> Any:
     return _core._look_color(value, parameter)
 
 
+@handed
 def above_one(parameter: str, color: ArrayLike) -> str:
     """A hint for a colour outside of 0 to 1: perhaps it has 8 bits."""
     parts = np.broadcast_to(np.asarray(color, dtype=float).ravel()[:3], 3)
@@ -204,6 +211,7 @@ def above_one(parameter: str, color: ArrayLike) -> str:
     return sentence(parameter, "numbers from 0 to 1 for red, green and blue", shown, meaning)
 
 
+@handed
 def color_map(cmap: Any) -> NDArray[np.float64]:
     """Linear colours at equal steps of a colour map.
 

@@ -8,6 +8,7 @@ import numbers
 from dataclasses import dataclass, replace
 from typing import Any
 
+from .handed import handed
 from .parameters import check_type
 from .signatures import explained_methods
 
@@ -144,6 +145,7 @@ def _operand(value: Any) -> Measurement | None:
     return Measurement(float(value)) if isinstance(value, numbers.Real) else None
 
 
+@handed
 def measurement_of(measured: dict[str, float]) -> Measurement:
     """The measurement of a compiled function."""
     return Measurement(**measured)

@@ -10,6 +10,7 @@ import re
 import numpy as np
 
 from .foreign import close_name, meaning_of_keyword
+from .handed import handed
 
 # What was probably meant by a value for a parameter: the parameter; the value's type, with its package; a word that the
 # expected value must have, as several functions have a parameter of this name; and the meaning.
@@ -83,6 +84,7 @@ def _full_name(kind):
     return f"{'isospline' if module.startswith('isospline.') else module}.{kind.__qualname__}"
 
 
+@handed
 def sentence(parameter, expected, value, meaning=None):
     """`parameter: expected ..., got ...`, and what was probably meant."""
     meaning = meaning or _meaning(parameter, expected, value)
@@ -146,6 +148,7 @@ def _camera_of(value):
     return meanings.get(shape)
 
 
+@handed
 def refuse_images(data):
     """Refuse images: NumPy would treat volumes as arrays and lose their place in the world, and pictures as volumes."""
     expected, kinds = "a three-dimensional array of real numbers", _kinds(data)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .. import _core
+from .handed import handed
 from .mistakes import sentence
 
 #: Seconds between two plain lines.
@@ -83,6 +84,7 @@ def tell(progress: Callable[[float], object] | None, fraction: float) -> None:
             raise _core.Cancelled
 
 
+@handed
 def as_callable(progress: Any) -> Callable[[float], object] | None:
     """The callback for a parameter `progress`."""
     if progress is None or progress is False:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .handed import handed
 from .measurement import Measurement, measurement_of
 from .signatures import explained_methods
 from .tables import Result, Table
@@ -38,6 +39,7 @@ _PROVEN = "a tolerance or faces of to_print_mesh"
 _CORNERS = tuple(f"{corner}_{axis}" for corner in ("lower", "upper") for axis in _XYZ)
 
 
+@handed
 @explained_methods
 class Hits(Table):
     """The first crossings of rays, as `Scene.cast_rays` returns them: ``hits.t_hit`` is ``hits["t_hit"]``.
@@ -129,6 +131,7 @@ class Hits(Table):
         return Hits({name: array[rays] for name, array in self.items()})
 
 
+@handed
 class Crossings(Table):
     """All crossings of rays, as `Scene.list_intersections` returns them: those of ray i are the items from
     ``ray_splits[i]`` to ``ray_splits[i + 1]``.
@@ -147,6 +150,7 @@ class Crossings(Table):
     entering: NDArray[np.bool_] = _item("entering", "(M,) bool: whether the ray enters the solid there.")
 
 
+@handed
 class ClosestPoints(Table):
     """The nearest points of surfaces, as `Isosurface.closest_points` and `Scene.closest_points` return them.
 
@@ -168,6 +172,7 @@ class ClosestPoints(Table):
     primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(..., 3) float64: unit, outward, world.", _XYZ)
 
 
+@handed
 class SurfaceSamples(Table):
     """Random points of a surface, uniform by area, as `Isosurface.sample_points` returns them."""
 
@@ -176,6 +181,7 @@ class SurfaceSamples(Table):
     primitive_normals: NDArray[np.float64] = _item("primitive_normals", "(N, 3) float64: unit, outward, world.", _XYZ)
 
 
+@handed
 class Components(Table):
     """The connected components of a solid, as `Isosurface.components` returns them: the largest first.
 
@@ -246,6 +252,7 @@ class LabelComparison(Table):
     )
 
 
+@handed
 class LeftOut(Table):
     """Parts of a surface that a mesh leaves out, in `MeshReport`."""
 
@@ -258,6 +265,7 @@ class LeftOut(Table):
     )
 
 
+@handed
 class MeshReport(Result):
     """What is proven of a mesh, as ``Isosurface.to_mesh(tolerance, return_report=True)`` returns it."""
 
@@ -336,6 +344,7 @@ class SurfaceDistance(Table):
     )
 
 
+@handed
 class Visibility(Result):
     """Which rays see an object of a scene, as `Scene.visibility` returns it."""
 
@@ -343,6 +352,7 @@ class Visibility(Result):
     casts_shadow: bool = _item("casts_shadow", "Whether `test_occlusions` and shadow rays see it.")
 
 
+@handed
 class Paging(Result):
     """What a volume of a store has read since it was opened, as `Volume.paging` is."""
 
@@ -355,6 +365,7 @@ class Paging(Result):
     bricks_dropped: int = _item("bricks_dropped", "Bricks that were dropped for others.")
 
 
+@handed
 class HopStatistics(Result):
     """What the rays of a `research.VoxelHopper` did."""
 

@@ -13,10 +13,12 @@ from collections.abc import Iterator
 from contextvars import ContextVar
 
 from .. import _core
+from .handed import handed
 
 _is_silent = ContextVar("is_silent", default=False)
 
 
+@handed
 def warn(message: str) -> None:
     """Warn the user, at the line that called this package; compiled functions warn in this way, too."""
     if _is_silent.get():

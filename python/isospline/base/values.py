@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
+from .handed import handed
 from .parameters import vector_text
 from .signatures import parameters_of
 
@@ -192,7 +193,7 @@ class Value:
         is_ours = cls.__module__.partition(".")[0] == __name__.partition(".")[0]
         if is_ours and not cls.__name__.startswith("_"):
             _DATACLASSES.append(cls)
-            _core._add_value_class(cls)
+            handed(cls)
 
     def _keep(self, **fields: Any) -> None:
         for name, value in fields.items():

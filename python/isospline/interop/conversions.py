@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import Isosurface, Mesh, Scene, Volume, _as_array
+from ..base.handed import handed
 from ..base.mistakes import sentence
 
 # The class method that converts a library's mesh, by the package of its type.
 _MESHES = {"trimesh": "from_trimesh", "pyvista": "from_pyvista", "meshio": "from_meshio", "vtkmodules": "from_vtk"}
 
 
+@handed
 def as_volume(value, parameter, purpose=""):
     """A volume; also from a `VolumeData` or an array indexed [z, y, x]. `purpose` says in errors what it is for."""
     from ..io import VolumeData
@@ -24,6 +26,7 @@ def as_volume(value, parameter, purpose=""):
     raise TypeError(sentence(parameter, f"a Volume, a VolumeData or a three-dimensional array{purpose}", value))
 
 
+@handed
 def as_mesh(value, parameter):
     """A mesh; also from meshes of other libraries."""
     if isinstance(value, Mesh):
@@ -36,6 +39,7 @@ def as_mesh(value, parameter):
     raise TypeError(sentence(parameter, expected, value))
 
 
+@handed
 def mesh_without_faces(value):
     """The mesh that is given in place of vertices and faces."""
     if type(value).__module__.partition(".")[0] not in _MESHES and not isinstance(value, Mesh):
@@ -49,6 +53,7 @@ def mesh_without_faces(value):
     return as_mesh(value, "vertices")
 
 
+@handed
 def joined_rays(origins, directions):
     """(..., 6) rays from their origins and directions, of shapes that broadcast."""
     pair = []
@@ -68,6 +73,7 @@ def joined_rays(origins, directions):
         ) from None
 
 
+@handed
 def as_target(other, is_signed):
     """The scene from which distances are measured: of objects, or of points as triangles without area."""
     if isinstance(other, Scene):
@@ -92,6 +98,7 @@ def as_target(other, is_signed):
     return scene
 
 
+@handed
 def as_placed_objects(objects, *more):
     """Pairs of an object and its transform or None, from one or several objects with or without transforms."""
     if more:

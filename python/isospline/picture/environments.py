@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
+from ..base.handed import handed
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
 
@@ -84,6 +85,7 @@ def _unreadable(name, reason):
     return ValueError(f"{name}: cannot be read as an environment: {' '.join(reason.split()) or 'it is damaged'}")
 
 
+@handed
 def sky_of(radiance: Any, image: Any) -> Any:
     """The panorama of an environment light whose first argument is a file or an array; None for a radiance."""
     is_file = isinstance(radiance, os.PathLike) or (

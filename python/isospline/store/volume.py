@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
+from ..base.handed import handed
 from ..base.parameters import check_path, printable
 from ..base.signatures import explained
 from ..io.confinement import check_within
@@ -72,6 +73,7 @@ def open_volume(
     return open_level(metadata, metadata.scales[scale], memory_limit)
 
 
+@handed
 def reopen(folder: str, array: str, memory_limit: int, part: Part | None = None) -> _core.Volume:
     """Open the volume of an array of a store again, in another process, or a part of it for rays."""
     metadata = read_metadata(folder)

@@ -221,3 +221,14 @@ def test_the_package_is_typed():
     package = Path(isospline.__file__).parent
     assert (package / "py.typed").exists()
     assert (package / "_core.pyi").exists()
+
+
+def test_all_that_the_compiled_module_calls_is_handed_to_it(repository):
+    """By `handed` of base/handed.py, or as a class of values; and nothing else is handed to it."""
+    called = set()
+    for path in sources(repository / "bindings", ".h", ".cpp"):
+        called |= set(re.findall(r'(?:\bhanded|as_result)\((?:linear \? )?"(\w+)"', read(path)))
+    given = set()
+    for path in sources(repository / "python", ".py"):
+        given |= set(re.findall(r"^@handed\n(?:@.*\n)*(?:def|class) (\w+)", read(path), re.MULTILINE))
+    assert called >= {"sentence", "as_volume", "Hits"} and called | {"encoded"} == given
