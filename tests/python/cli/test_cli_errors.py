@@ -279,14 +279,17 @@ def test_missing_libraries_are_told(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_exit_code_is_that_of_main(ball, tmp_path):
+def test_the_exit_code_is_that_of_main(tmp_path, capsys):
     result = run("info", tmp_path / "missing.nrrd")
     assert (result.returncode, result.stdout) == (2, "") and "Traceback" not in result.stderr
     result = run("--version")
     assert (result.returncode, result.stdout) == (0, f"isospline {isospline.__version__}\n")
-    for arguments in ([], ["--help"], ["info", "--help"], ["render", "--help"]):
-        result = run(*arguments)
-        assert result.returncode == 0 and result.stdout.startswith("usage: isospline")
+    result = run()
+    assert result.returncode == 0 and result.stdout.startswith("usage: isospline")
+    for arguments in (["--help"], ["info", "--help"], ["render", "--help"]):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        assert ended.value.code == 0 and capsys.readouterr().out.startswith("usage: isospline")
 
 
 def test_progress_is_shown_on_a_terminal_only(ball, picture):

@@ -169,7 +169,7 @@ def again(call):
         call()
 
 def large_image():
-    image = isospline.render(scene, camera, size=(3000, 3000), light="phong", layers=("position", "normal", "albedo"))
+    image = isospline.render(scene, camera, size=(2000, 2000), light="phong", layers=("position", "normal", "albedo"))
     image.color[...] = np.random.default_rng(0).random(image.color.shape)
     for array in (image.position, image.normal, image.albedo):
         array[...] = np.random.default_rng(1).random(array.shape)
@@ -200,7 +200,7 @@ def interrupt():
     sent.append(time.monotonic())
     os.kill(os.getpid(), signal.SIGINT)
 
-threading.Timer(1.0, interrupt).start()
+threading.Timer(0.6, interrupt).start()
 try:
     call(*arguments)
 except KeyboardInterrupt:
