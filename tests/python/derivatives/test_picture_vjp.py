@@ -223,7 +223,7 @@ def test_planes_that_coincide_and_triangles_without_common_corners_count_once():
     level = FIELD.level - 0.25  # the torus runs into the sides of the volume
     slopes = []
     for options in ({}, {"clip": isospline.Box(*volume.bounds)}):
-        _, vjp = picture_vjp(placed(isospline.Isosurface(volume, level, **options)), CAMERA, SIZE, samples_per_pixel=16)
+        _, vjp = picture_vjp(placed(isospline.Isosurface(volume, level, **options)), CAMERA, SIZE, samples_per_pixel=4)
         slopes.append(vjp(np.ones(SIZE[::-1]), samples=False)["levels"][0])
     assert slopes[1] == pytest.approx(slopes[0], rel=1e-6)
     mesh = box_mesh()

@@ -34,6 +34,12 @@ def file(samples, tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="module")
+def image(samples):
+    """The picture of the samples if nothing is said."""
+    return isospline.render(samples)
+
+
 def pixels(content):
     return np.asarray(PIL.open(io.BytesIO(content)))
 
@@ -44,30 +50,31 @@ def by_command(path, *options):
     return pixels(picture.read_bytes())
 
 
-def by_viewer(shown, camera):
+def by_viewer(shown, camera, size=(640, 480)):
     """The picture that stays, and the code that makes it, with a camera: that of a window has a wider margin."""
     with isospline.view(shown, browser=False) as viewer:
-        home = viewer.camera_towards("home", (640, 480)).camera()
+        home = viewer.camera_towards("home", size).camera()
         np.testing.assert_allclose(home.world_to_camera[:3, :3], camera.world_to_camera[:3, :3], atol=1e-6)
         state = viewer.state.replace(camera=CameraState.of(camera))
-        image = PictureMaker(viewer.document).render(state, (640, 480), passes(state)[-1], encoding="srgb8")
-        return image.to_srgb(), script(viewer.document, state, (640, 480), "viewer.png")
+        image = PictureMaker(viewer.document).render(state, size, passes(state)[-1], encoding="srgb8")
+        return image.to_srgb(), script(viewer.document, state, size, "viewer.png")
 
 
-def test_a_file_an_array_a_notebook_and_the_command(file, samples):
-    image = isospline.render(file)
+def test_a_file_an_array_a_notebook_and_the_command(file, samples, image):
     volume = isospline.Volume(samples)
-    assert image.size == (640, 480) and image == isospline.render(samples)
+    assert image.size == (640, 480) and image == isospline.render(file)
     expected = image.to_srgb()
     np.testing.assert_array_equal(pixels(volume._repr_png_()), expected)
     np.testing.assert_array_equal(by_command(file), expected)
     # It is in studio light on the light background, and the speck is gone.
-    assert image == isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=())
+    small = {"size": (160, 120)}
+    told = isospline.render(samples, light="studio", samples=4, background="#e8ebef", annotate=(), **small)
+    assert told == isospline.render(samples, **small)
 
 
-def test_the_viewer_and_its_code(file, samples, tmp_path, monkeypatch):
+def test_the_viewer_and_its_code(file, samples, image, tmp_path, monkeypatch):
     pytest.importorskip("websockets")
-    expected = isospline.render(samples).to_srgb()
+    expected = image.to_srgb()
     shown, program = by_viewer(file, isospline.camera_for(as_scene(samples)))
     np.testing.assert_array_equal(shown, expected)
     monkeypatch.chdir(tmp_path)
@@ -75,8 +82,9 @@ def test_the_viewer_and_its_code(file, samples, tmp_path, monkeypatch):
     np.testing.assert_array_equal(pixels((tmp_path / "viewer.png").read_bytes()), expected)
     volume = isospline.Volume(samples)
     scene = isospline.Scene([isospline.Isosurface(volume, level, closed=True) for level in (300, 600)])
-    shown, _ = by_viewer(scene, isospline.camera_for(scene))
-    np.testing.assert_array_equal(shown, isospline.render(scene).to_srgb())
+    size = (160, 120)
+    shown, _ = by_viewer(scene, isospline.camera_for(scene), size)
+    np.testing.assert_array_equal(shown, isospline.render(scene, size=size).to_srgb())
 
 
 def test_a_level_and_the_quick_variant(file, samples):
@@ -93,9 +101,9 @@ def test_several_objects_have_the_same_colours_everywhere(file, samples):
     volume = isospline.Volume(samples)
     outer, inner = (isospline.Isosurface(volume, level, closed=True) for level in (300, 600))
     scene = isospline.Scene([outer, inner])
-    expected = isospline.render(scene)
-    np.testing.assert_array_equal(by_command(file, "-l", "300", "-l", "600"), expected.to_srgb())
-    np.testing.assert_array_equal(pixels(scene._repr_png_()), expected.to_srgb())
+    small = isospline.render(scene, size=(160, 120))
+    np.testing.assert_array_equal(by_command(file, "-l", "300", "-l", "600", "--size", "160x120"), small.to_srgb())
+    np.testing.assert_array_equal(pixels(scene._repr_png_()), isospline.render(scene).to_srgb())
 
 
 def test_a_scale_bar_if_the_unit_is_known(samples, tmp_path):
@@ -134,12 +142,11 @@ def test_files_of_labels_meshes_and_stores(samples, tmp_path):
 
 def test_a_store_is_shown_at_the_scale_of_the_picture(samples, tmp_path):
     pytest.importorskip("zarr")
-    fine = scipy.ndimage.zoom(samples, 7, order=1)
+    fine = scipy.ndimage.zoom(samples, 4, order=1)
     np.save(tmp_path / "fine.npy", fine)
     assert main(["convert", str(tmp_path / "fine.npy"), str(tmp_path / "fine.zarr"), "--quiet"]) == 0
-    options = {"size": (160, 120)}
-    expected = isospline.render(tmp_path / "fine.zarr", level=400.0, **options)
-    by_hand = by_command(tmp_path / "fine.zarr", "-l", "400", "--size", "160x120")
+    expected = isospline.render(tmp_path / "fine.zarr", level=400.0, size=(80, 60))
+    by_hand = by_command(tmp_path / "fine.zarr", "-l", "400", "--size", "80x60")
     np.testing.assert_array_equal(by_hand, expected.to_srgb())
 
 

@@ -85,14 +85,14 @@ def test_neighbours_meet_without_gaps_and_overlaps():
     for number, surface in surfaces.items():
         assert abs(volume_error(surface, data == number)) < 0.005
     # Gaps and overlaps are near the lines where three labels meet.
-    points = np.random.default_rng(0).uniform(0, 63, (100000, 3))
+    points = np.random.default_rng(0).uniform(0, 63, (50000, 3))
     count = sum(surface.contains(points).astype(int) for surface in surfaces.values())
     in_ball = np.linalg.norm(points - maps.CENTER, axis=1) < 24
     assert (count[in_ball] == 0).mean() < 0.002
     assert (count[in_ball] > 1).mean() < 0.002
     # At some distance from them, surfaces are the same.
     for first, second in ((3, 7), (4, 5), (5, 6)):
-        found = surfaces[first].sample_points(4000).points
+        found = surfaces[first].sample_points(2000).points
         voxels = tuple(np.round(found).astype(int).T[::-1])
         third = ndimage.distance_transform_edt((data == first) | (data == second))[voxels]
         beside = ndimage.distance_transform_edt(data != second)[voxels] < 2
