@@ -159,9 +159,15 @@ def made_small(text):
     return re.sub(r"\b(samples=|--samples )\d\d?\b", r"\g<1>2", text)
 
 
-def run(page, folder, small=False):
-    """Execute the code of a page in a folder, which gets the files that it speaks of; returns the number of blocks."""
-    make_files(folder)
+def run(page, folder, small=False, files=None):
+    """Execute the code of a page in a folder, which gets the files that it speaks of; returns the number of blocks.
+
+    The files are made, or copied from a folder in which `make_files` has made them.
+    """
+    if files is None:
+        make_files(folder)
+    else:
+        shutil.copytree(files, folder, dirs_exist_ok=True)
     here = os.getcwd()
     os.chdir(folder)
     same_names = matplotlib.rc_context({"svg.hashsalt": page.stem})  # in SVG files, otherwise random
@@ -199,7 +205,7 @@ def draw_stand_ins():
             figure.savefig(path)
 
 
-def make_files(folder):
+def make_files(folder, samples=48):
     """Write the files that pages speak of: a head of ellipsoids, in millimetres, and what goes with it."""
     import pyvista
     import SimpleITK
@@ -208,7 +214,7 @@ def make_files(folder):
     import isospline
 
     folder.mkdir(parents=True, exist_ok=True)
-    samples, spacing = 48, 5.0
+    spacing = 240 / samples
     z, y, x = (np.indices((samples,) * 3) - (samples - 1) / 2) * spacing
 
     def depth(center, radii):

@@ -33,17 +33,25 @@ def runs_long(page):
     return page.name == "command-line.md"
 
 
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A folder with the files that pages speak of, small ones."""
+    pytest.importorskip("pyvista")
+    pytest.importorskip("SimpleITK")
+    folder = tmp_path_factory.mktemp("files")
+    pages.make_files(folder, samples=44)
+    return folder
+
+
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=pytest.mark.long) if runs_long(page) else page for page in pages.PAGES],
     ids=name_of,
 )
-def test_code_of_page_runs(page, tmp_path):
+def test_code_of_page_runs(page, files, tmp_path):
     """The code runs with small pictures; the build of the site renders the pictures of pages in full size."""
-    pytest.importorskip("pyvista")
-    pytest.importorskip("SimpleITK")
     blocks = [each for each in FENCE.findall(page.read_text(encoding="utf-8"))[::2] if each in RUN]
-    assert pages.run(page, tmp_path, small=True) >= len(blocks)
+    assert pages.run(page, tmp_path, small=True, files=files) >= len(blocks)
 
 
 def test_commands_are_known():
@@ -83,23 +91,23 @@ def test_links_within_the_repository_lead_somewhere(page):
             assert anchor in anchors(target), f"{page}: {path}#{anchor}"
 
 
-def test_text_that_differs_is_an_error(tmp_path):
+def test_text_that_differs_is_an_error(files, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("```python\nprint(1 + 1)\n```\n\n```text\n3\n```\n", encoding="utf-8")
     with pytest.raises(AssertionError, match="expected\n3"):
-        pages.run(page, tmp_path)
+        pages.run(page, tmp_path, files=files)
 
 
-def test_command_that_fails_is_an_error(tmp_path):
+def test_command_that_fails_is_an_error(files, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("```sh\nisospline info nothing.nii.gz\n```\n", encoding="utf-8")
     with pytest.raises(AssertionError, match="nothing.nii.gz"):
-        pages.run(page, tmp_path)
+        pages.run(page, tmp_path, files=files)
 
 
 @pytest.mark.parametrize("command", ["make no-such-target", "pip install isospline[no-such-extra]"])
-def test_commands_that_are_not_run_are_checked(command, tmp_path):
+def test_commands_that_are_not_run_are_checked(command, files, tmp_path):
     page = tmp_path / "page.md"
     page.write_text(f"```sh\n{command}\n```\n", encoding="utf-8")
     with pytest.raises(AssertionError):
-        pages.run(page, tmp_path)
+        pages.run(page, tmp_path, files=files)
