@@ -177,7 +177,7 @@ def test_faces_of_caps_are_within_the_tolerance(degree, tolerance):
     surface = isospline.Isosurface(volume, 0.5, clip=clip, capped=True)
     mesh, report = meshed(surface, tolerance)
     assert report["distance"] <= tolerance
-    check_mesh_to_surface(surface, mesh, report, tolerance, 4000)
+    check_mesh_to_surface(surface, mesh, report, tolerance, 2000)
     assert report["self_intersections"] == count_crossings(mesh)
 
 

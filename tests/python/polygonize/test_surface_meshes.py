@@ -155,7 +155,7 @@ def test_levels_of_whole_samples_leave_no_short_edges():
 @pytest.mark.parametrize("name", ["sphere", "torus"])
 def test_tolerance_bounds_both_distances(rng, name, degree):
     field = getattr(volumes, name)()
-    volume = field.volume(40, degree=degree)
+    volume = field.volume(28, degree=degree)
     surface = isospline.Isosurface(volume, field.level)
     edge = min(volume.spacing)
     faces = len(surface.to_mesh().faces)
@@ -165,9 +165,9 @@ def test_tolerance_bounds_both_distances(rng, name, degree):
         assert shape.is_watertight and shape.is_winding_consistent
         assert len(mesh.faces) < faces
         assert distance <= tolerance
-        points, _ = trimesh.sample.sample_surface(shape, 3000, seed=1)
+        points, _ = trimesh.sample.sample_surface(shape, 2000, seed=1)
         assert surface.closest_points(points)["distances"].max() <= tolerance
-        exact = surface.closest_points(rng.uniform(*volume.bounds, (3000, 3)))["points"]
+        exact = surface.closest_points(rng.uniform(*volume.bounds, (2000, 3)))["points"]
         assert np.abs(trimesh.proximity.closest_point(shape, exact)[1]).max() <= tolerance
         assert surface.closest_points(mesh.vertices)["distances"].max() < 1e-9 * edge
 
