@@ -43,7 +43,8 @@ def camera(scene):
     return isospline.camera_for(scene, view=(2, -3, 1), size=SIZE)
 
 
-@pytest.fixture(scope="module", params=[1, 2])
+# All that one worker does, two do as well.
+@pytest.fixture(scope="module", params=[pytest.param(1, marks=pytest.mark.long), 2])
 def client(request):
     with clusters.local_cluster(request.param, LIMIT) as cluster, distributed.Client(cluster) as client:
         yield client

@@ -32,7 +32,7 @@ def hit(scene):
     return scene.certificate((-3, 0.11, 0.23, 1, 0.05, 0.01))
 
 
-@pytest.mark.sweep(2)
+@pytest.mark.sweep(1)
 @pytest.mark.filterwarnings("ignore:level .* has an empty shell")
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("placed", [False, True])

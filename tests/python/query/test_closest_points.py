@@ -183,7 +183,7 @@ def crossings_of_edges(surface, refinement):
 def test_nothing_is_nearer_where_the_level_equals_samples(degree, largest):
     # The samples are coefficients, so f equals the level on whole edges, on faces and at isolated samples of degree 1.
     # With four values, nearly every cell has a corner at the level.
-    for seed in range(3):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         data = rng.integers(0, largest, (14, 14, 14)).astype(np.uint8)
         volume = isospline.Volume(data, degree=degree, spacing=(0.7, 0.9, 1.4), filter="none")
