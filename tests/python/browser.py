@@ -10,6 +10,9 @@ import time
 import numpy as np
 import PIL.Image
 
+#: The window. Its picture has 320 columns beside the panel, so that its passes take tenths of a second.
+SIZE = (600, 300)
+
 
 @contextlib.contextmanager
 def chromium():
@@ -33,7 +36,7 @@ def chromium():
 
 
 @contextlib.contextmanager
-def shown(browser, source, size=(760, 400), **options):
+def shown(browser, source, size=SIZE, **options):
     """A viewer of a source and its page, when it has settled; errors in the page fail at the end."""
     import isospline
 
@@ -48,7 +51,7 @@ def shown(browser, source, size=(760, 400), **options):
 class Page:
     """A window with the viewer's page. An error in it ends the test, unless it contains one of the `expected` texts."""
 
-    def __init__(self, browser, url, size=(760, 400), expected=()):
+    def __init__(self, browser, url, size=SIZE, expected=()):
         self.page = browser.new_page()
         self.page.set_viewport_size({"width": size[0], "height": size[1]})
         self.problems = []

@@ -20,7 +20,7 @@ from isospline.viewer.state import ViewState
 
 @pytest.fixture
 def shown(browser, large_ball):
-    with show(browser, large_ball, (700, 400), levels=[0]) as opened:
+    with show(browser, large_ball, levels=[0]) as opened:
         yield opened
 
 
@@ -190,7 +190,7 @@ def test_what_is_made_of_a_closed_source_goes(ball):
 def test_pictures_are_saved_at_any_size_and_without_background(shown):
     page, viewer = shown
     page.open("saving")
-    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["420", "400"]
+    assert [page.page.get_by_label(side).input_value() for side in ("Width", "Height")] == ["320", "300"]
     page.page.get_by_label("Width").fill("300")
     page.page.get_by_label("Height").fill("200")
     page.page.get_by_label("Transparent background").check()
@@ -210,6 +210,6 @@ def test_pictures_are_saved_at_any_size_and_without_background(shown):
     # The page's own size follows the window until another one is given.
     page.page.reload()
     page.settle()
-    page.page.set_viewport_size({"width": 640, "height": 300})
-    page.wait("document.querySelector('[aria-label=Height]').value === '300'")
+    page.page.set_viewport_size({"width": 640, "height": 200})
+    page.wait("document.querySelector('[aria-label=Height]').value === '200'")
     page.settle()

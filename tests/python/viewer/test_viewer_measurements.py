@@ -19,7 +19,7 @@ LABELS = "[...document.querySelectorAll('#overlay text.measured')].map(each => e
 
 @pytest.fixture
 def measured(browser, large_ball):
-    with show(browser, large_ball, (760, 600), levels=[0]) as (page, viewer):
+    with show(browser, large_ball, (700, 480), levels=[0]) as (page, viewer):
         page.open("measurements")
         yield page, viewer
 

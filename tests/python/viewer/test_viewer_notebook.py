@@ -12,7 +12,7 @@ import nbformat
 import numpy as np
 import PIL.Image
 import pytest
-from browser import Page, chromium
+from browser import Page
 from nbclient import NotebookClient
 
 import isospline
@@ -155,8 +155,8 @@ def notebook(monkeypatch, tmp_path):
     notebook.close()
 
 
-def test_the_viewer_is_in_the_cell(volume, notebook, tmp_path):
-    with chromium() as browser, isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
+def test_the_viewer_is_in_the_cell(browser, volume, notebook, tmp_path):
+    with isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
         widget = ViewerWidget(viewer, "", 420)
         notebook.write(widget, notebook.address)
         page = Page(browser, address)
@@ -198,8 +198,8 @@ def test_the_viewer_is_in_the_cell(volume, notebook, tmp_path):
         assert not page.problems
 
 
-def test_the_window_of_a_cell_ends_with_it_and_with_the_notebook(volume, notebook, tmp_path):
-    with chromium() as browser, isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
+def test_the_window_of_a_cell_ends_with_it_and_with_the_notebook(browser, volume, notebook, tmp_path):
+    with isospline.view(volume, browser=False) as viewer, static(tmp_path) as address:
         notebook.write(ViewerWidget(viewer, "", 300), notebook.address)
         page = Page(browser, address)
         page.page.wait_for_selector("iframe")
@@ -214,10 +214,10 @@ def test_the_window_of_a_cell_ends_with_it_and_with_the_notebook(volume, noteboo
         page.close()
 
 
-def test_a_notebook_without_a_kernel_has_a_picture(volume, notebook, tmp_path):
+def test_a_notebook_without_a_kernel_has_a_picture(browser, volume, notebook, tmp_path):
     with isospline.view(volume, browser=False) as viewer:
         notebook.write(ViewerWidget(viewer, still(viewer), 300), None)
-    with chromium() as browser, static(tmp_path) as address:
+    with static(tmp_path) as address:
         page = Page(browser, address)
         page.wait("document.querySelector('img')?.naturalWidth === 640")
         assert page.page.locator("iframe").count() == 0

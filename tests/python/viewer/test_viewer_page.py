@@ -112,7 +112,7 @@ def test_levels_of_whole_numbers_stay_halfway_between_them(browser, tmp_path):
 
 def test_orbit_pan_and_zoom(page, large_ball):
     start = page.evaluate("isospline.camera")
-    page.drag((300, 300), (380, 260))
+    page.drag((160, 200), (240, 160))
     page.settle()
     orbited = page.evaluate("isospline.camera")
     assert np.linalg.norm(np.subtract(orbited["eye"], orbited["target"])) == pytest.approx(
@@ -122,7 +122,7 @@ def test_orbit_pan_and_zoom(page, large_ball):
     assert not np.allclose(orbited["eye"], start["eye"])
     np.testing.assert_array_equal(page.pixels(), rendered(page, path=large_ball))
 
-    page.drag((300, 300), (350, 300), button="right")
+    page.drag((160, 200), (210, 200), button="right")
     panned = page.evaluate("isospline.camera")
     move = np.subtract(panned["target"], orbited["target"])
     assert np.allclose(np.subtract(panned["eye"], orbited["eye"]), move) and np.linalg.norm(move) > 1
@@ -140,7 +140,7 @@ def test_orbit_pan_and_zoom(page, large_ball):
 
 def test_moving_frames_are_jpeg_and_no_larger_than_the_window(page):
     page.evaluate("window.seen = []; isospline.on('shown', about => seen.push(about))")
-    page.drag((300, 300), (400, 330), steps=30)
+    page.drag((160, 200), (260, 230), steps=30)
     page.settle()
     seen = page.evaluate("seen")
     full = seen[-1]["size"]
@@ -167,7 +167,7 @@ def test_each_frame_is_of_one_state(page, large_ball, viewer):
         reds = pixels[..., 0].astype(int) - pixels[..., 2]
         red, blue = (reds > 40).mean(), (reds < -40).mean()
         assert min(red, blue) < 1e-4  # the red ball has radius 10, the blue one 20
-        assert red < 0.1 and (blue == 0 or blue > 0.1 or red > 0), (red, blue)
+        assert red < 0.2 and (blue == 0 or blue > 0.2 or red > 0), (red, blue)
 
 
 def test_cut_by_a_plane_and_its_handle(page, large_ball, viewer):
@@ -190,6 +190,7 @@ def test_cut_by_a_plane_and_its_handle(page, large_ball, viewer):
     assert viewer.state.clip.normal != (1, 0, 0)
     assert np.linalg.norm(viewer.state.clip.normal) == pytest.approx(1)
 
+    page.page.set_viewport_size({"width": 760, "height": 400})  # in which handles are apart
     page.page.get_by_role("button", name="Box").click()
     page.settle()
     page.drag_element("[data-handle='move the maximum of z']", (0, 30))
@@ -330,7 +331,7 @@ def test_a_dropped_file_opens_and_a_broken_one_is_a_message(page, viewer, large_
 def test_windows_share_what_is_shown_and_not_the_camera(browser, page, viewer):
     other = Page(browser, viewer.url)
     other.settle()
-    page.drag((300, 300), (380, 260))
+    page.drag((160, 200), (240, 160))
     field = page.page.locator(".object input.number")
     field.fill("7")
     other.wait("isospline.state.objects[0].level === 7")
@@ -344,7 +345,7 @@ def test_windows_share_what_is_shown_and_not_the_camera(browser, page, viewer):
 
 
 def test_a_reloaded_page_shows_the_same(page, viewer):
-    page.drag((300, 300), (380, 260))
+    page.drag((160, 200), (240, 160))
     page.page.locator(".object input.number").fill("7")
     page.settle()
     camera, pixels = page.evaluate("isospline.camera"), page.pixels()

@@ -15,7 +15,7 @@ AXE = importlib.resources.files("axe_playwright_python").joinpath("axe.min.js").
 
 @pytest.fixture
 def shown(browser, large_ball):
-    with show(browser, large_ball, (900, 700), levels=[0]) as opened:
+    with show(browser, large_ball, (620, 500), levels=[0]) as opened:
         yield opened
 
 

@@ -76,7 +76,7 @@ def test_the_token_is_in_no_request_to_others(context, large_ball):
 
 def wait_for_level(page, level):
     end = time.monotonic() + 30
-    while page.evaluate("isospline.state.objects[0].level") != level:
+    while page.evaluate("isospline.state.objects[0]?.level") != level:
         assert time.monotonic() < end, page.messages()
         time.sleep(0.05)
 

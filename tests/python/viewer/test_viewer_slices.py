@@ -27,7 +27,7 @@ def head(tmp_path_factory):
 
 @pytest.fixture
 def shown(browser, head):
-    with show(browser, head, levels=[100_000]) as (page, viewer):
+    with show(browser, head, (760, 400), levels=[100_000]) as (page, viewer):
         page.open("slicing")
         page.page.get_by_label("Show three slices").click()
         page.page.locator("#slices figcaption").nth(2).filter(has_text=re.compile(r"\S")).wait_for()
